@@ -1,0 +1,49 @@
+# Compile settings of every target, and two small functions.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+add_library(grouser_options INTERFACE)
+target_include_directories(grouser_options INTERFACE "${PROJECT_SOURCE_DIR}")
+# One rounding everywhere: results must not depend on the instruction set.
+target_compile_options(grouser_options INTERFACE -Wall -Wextra -ffp-contract=off)
+target_compile_definitions(grouser_options INTERFACE
+  GROUSER_VERSION="${PROJECT_VERSION}")
+if(GROUSER_SANITIZE)
+  target_compile_options(grouser_options INTERFACE
+    -fsanitize=${GROUSER_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(grouser_options INTERFACE -fsanitize=${GROUSER_SANITIZE})
+endif()
+
+# grouser_library(NAME SOURCES a.cc ... LINK x y): a static library.
+function(grouser_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC grouser_options ${ARG_LINK})
+endfunction()
+
+# grouser_program(NAME SOURCES a.cc ... LINK x y): an executable in bin/.
+function(grouser_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK})
+endfunction()
+
+# grouser_test(NAME SOURCES a.cc ... LINK x LABELS unit [TIMEOUT s]): a
+# GoogleTest program, one CTest entry. Label "unit" also runs under ASan.
+function(grouser_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK}
+    GTest::gmock GTest::gtest GTest::gtest_main)
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()

@@ -1,0 +1,21 @@
+# Debian 12 packages; see cmake/packages.debian.
+find_package(Threads REQUIRED)
+find_package(Protobuf MODULE REQUIRED)  # MODULE first, then gRPC CONFIG
+find_package(OpenSSL REQUIRED)          # content hashes
+find_package(HDF5 REQUIRED COMPONENTS C)
+find_package(yaml-cpp REQUIRED)
+find_package(SQLite3 REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(Ceres REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(spdlog REQUIRED)
+if(GROUSER_SERVICES)
+  find_package(gRPC CONFIG REQUIRED)
+  find_package(Boost 1.74 REQUIRED)
+  find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib
+  find_program(LCM_GEN lcm-gen REQUIRED)
+endif()
+if(GROUSER_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark)
+endif()

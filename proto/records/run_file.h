@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "grouser/v1alpha1/run.pb.h"
+
+namespace grouser::records {
+
+/// Named one-dimensional arrays that stand beside a record.
+using DoubleArrays = std::map<std::string, std::vector<double>>;
+
+/// A run file: the record, and time series by name (see RunRecord).
+struct RunFile {
+  v1alpha1::RunRecord record;
+  DoubleArrays series;  ///< "time_s", "f_x_n", ...; equal lengths
+};
+
+/// Writes `path` as HDF5: aside, synced, renamed, folder synced. Throws
+/// std::runtime_error naming path and cause (full disk included); then no
+/// partial file remains.
+void WriteRunFile(const std::string& path, const RunFile& run);
+
+/// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
+/// missing, truncated or foreign file.
+RunFile ReadRunFile(const std::string& path);
+
+/// A settled tile, as written by the campaign (arrays by name with their
+/// types; `meta_json` says what it is of).
+struct TileFile {
+  std::string meta_json;
+  std::map<std::string, std::vector<double>> doubles;
+  std::map<std::string, std::vector<float>> floats;
+  std::map<std::string, std::vector<std::int32_t>> ints;
+};
+void WriteTileFile(const std::string& path, const TileFile& tile);
+TileFile ReadTileFile(const std::string& path);
+
+/// Lower-case hex SHA-256 of a file's bytes, of a string's bytes.
+std::string Sha256OfFile(const std::string& path);
+std::string Sha256OfString(const std::string& bytes);
+
+}  // namespace grouser::records

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace grouser::server {
+
+/// One entry of the alias file's history.
+struct AliasMove {
+  std::string model, alias, digest;  ///< digest: sha256 hex
+  std::uint64_t generation = 0;      ///< of the whole repository, grows by one a move
+  std::string who, why;
+  double unix_s = 0;
+};
+
+/// Models and aliases on disk. `state_dir`/models/DIGEST.model are content-
+/// addressed; `state_dir`/models/aliases.json is the one truth about aliases
+/// (with history). `shipped_dir`/*.model is a read-only underlay: its models
+/// are "stable" unless the state folder says otherwise.
+class Repository {
+ public:
+  Repository(std::string state_dir, std::string shipped_dir);
+
+  struct Entry {
+    std::string path, name, digest;
+    bool shipped = false;
+  };
+  /// Every readable model; unreadable files are reported in `problems`.
+  std::vector<Entry> List(std::vector<std::string>* problems) const;
+
+  struct Aliases {
+    std::uint64_t generation = 0;
+    std::map<std::string, std::map<std::string, std::string>> by_model;  ///< name -> alias -> digest
+    std::vector<AliasMove> history;
+  };
+  /// Shipped defaults overlaid by the alias file.
+  Aliases ReadAliases() const;
+
+  /// Copies a model file into the state folder; returns its digest.
+  std::string Publish(const std::string& model_file);
+
+  /// Moves an alias under a file lock; "stable" keeps its old target as
+  /// "previous". Throws std::runtime_error for an unknown digest.
+  AliasMove SetAlias(const std::string& model, const std::string& alias,
+                     const std::string& digest, const std::string& who,
+                     const std::string& why);
+
+  /// Resolves "name", "name@alias", "name@sha256:HEX" or "" to an entry.
+  /// Throws std::out_of_range with what is known when there is none.
+  Entry Resolve(const std::string& reference) const;
+
+  /// Changes whenever aliases.json or the set of model files changed.
+  std::string Fingerprint() const;
+
+  const std::string& state_dir() const { return state_dir_; }
+
+ private:
+  std::string state_dir_, shipped_dir_;
+};
+
+}  // namespace grouser::server

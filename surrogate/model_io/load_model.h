@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::surrogate {
+
+/// Builds the evaluator of a model message. Throws std::runtime_error naming
+/// the field when the message is incomplete or inconsistent, or when the
+/// golden vectors are not reproduced to 1e-9 relative.
+std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model);
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace grouser::surrogate {
+
+/// Outputs, in the order used everywhere.
+enum Output : int { kFx = 0, kFy, kFz, kTorque, kMz, kSinkage };
+inline constexpr int kOutputs = 6;
+inline constexpr std::array<const char*, kOutputs> kOutputNames = {
+    "f_x", "f_y", "f_z", "torque", "m_z", "sinkage"};
+
+/// Per-state flags; bit values equal StateFlag in proto/.../state.proto.
+enum Flag : std::uint32_t {
+  kInvalid = 1, kClamped = 2, kExtrapolated = 4, kStatic = 8,
+  kNoEquilibrium = 16, kRate = 32, kSlope = 64, kRigidAssumed = 128,
+  kVirginAssumed = 256, kFormUnknown = 512, kToleranceUnmet = 1024,
+};
+
+/// n wheel states as structure of arrays; every span has n entries, but
+/// `slope_pitch`, `slope_roll`, `yaw_rate` and `pass_number` may be empty.
+/// Contact frame (REP-103), SI.
+struct WheelStatesView {
+  std::span<const double> v_x, v_y;    ///< hub velocity [m/s]
+  std::span<const double> rim_speed;   ///< r w [m/s]
+  std::span<const double> load;        ///< vertical load [N], > 0
+  std::span<const double> slope_pitch, slope_roll, yaw_rate;
+  std::span<const std::uint32_t> pass_number;
+};
+
+/// Where one output goes; an empty span is not written.
+struct OutputView {
+  std::span<double> value, sd_fit, sd_patch, low, high;
+};
+
+struct ResponsesView {
+  std::array<OutputView, kOutputs> output;
+  std::span<std::uint32_t> flags;        ///< required, n entries
+  std::span<double> slip, attack_angle;  ///< echo; may be empty
+};
+
+/// slip = (r w - v_x)/max(|r w|, V), attack angle = atan2(v_y, v_x) [rad].
+/// V = r w = 0 gives {0, 0, true}.
+struct SlipState {
+  double slip, attack_angle_rad;
+  bool is_static;
+};
+SlipState ToSlip(double v_x, double v_y, double rim_speed) noexcept;
+
+/// Inverse: kinematics at speed = max(|r w|, V) > 0. For
+/// slip > 1 - cos(beta) the rim is the faster, else the hub. NaN for a slip
+/// that no motion has (outside [-2, 2] or beyond what beta allows).
+struct VelocityState {
+  double v_x, v_y, rim_speed;
+};
+VelocityState FromSlip(double slip, double attack_angle_rad, double speed) noexcept;
+
+/// A fitted model of one wheel on one soil, immutable and thread-safe.
+class WheelModel {
+ public:
+  virtual ~WheelModel() = default;
+  /// Evaluates all states. No allocation, lock or system call. A bad state
+  /// gets flag kInvalid and NaN outputs and harms no other.
+  /// Precondition: sizes as documented above (checked once, by the caller).
+  virtual void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept = 0;
+};
+
+}  // namespace grouser::surrogate
