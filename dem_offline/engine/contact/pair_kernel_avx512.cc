@@ -1,0 +1,4 @@
+#include "dem_offline/engine/contact/pair_kernel.h"
+
+#define GROUSER_ISA_NS isa_avx512
+#include "dem_offline/engine/contact/pair_kernel.inl"

@@ -1,0 +1,4 @@
+#include "dem_offline/engine/contact/pair_kernel.h"
+
+#define GROUSER_ISA_NS isa_baseline
+#include "dem_offline/engine/contact/pair_kernel.inl"

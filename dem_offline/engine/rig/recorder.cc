@@ -1,0 +1,102 @@
+#include "dem_offline/engine/rig/recorder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grouser::dem {
+
+StressRecorder::StressRecorder(const WheelShape& wheel, const RigSettings& rig)
+    : wheel_(wheel),
+      angles_(static_cast<int>(std::lround(2 * M_PI / rig.stress_bin_rad))),
+      widths_(rig.width_bins),
+      step_rad_(2 * M_PI / angles_) {
+  NextChunk(0);
+}
+
+void StressRecorder::NextChunk(double time_s) {
+  Chunk c;
+  c.time_s = time_s;
+  c.normal.assign(angles_ * widths_, 0.0);
+  c.tangential = c.axial = c.normal;
+  chunks_.push_back(std::move(c));
+}
+
+void StressRecorder::Add(const WheelContact& contact) {
+  if (!contact.on_rim) return;
+  const double x = contact.point.x, z = contact.point.z;
+  const double angle = std::atan2(x, -z);  // from straight down, forward positive
+  const int a = std::clamp(static_cast<int>((angle + M_PI) / step_rad_), 0, angles_ - 1);
+  const double across = contact.point.y / wheel_.width_m + 0.5;
+  const int w = std::clamp(static_cast<int>(across * widths_), 0, widths_ - 1);
+  Chunk& c = chunks_.back();
+  const double s = std::sin(angle), k = std::cos(angle);
+  const Vec3f& f = contact.force;
+  c.normal[a * widths_ + w] += -(f.x * s - f.z * k);
+  c.tangential[a * widths_ + w] += f.x * k + f.z * s;
+  c.axial[a * widths_ + w] += f.y;
+}
+
+StressProfile StressRecorder::Average(double from_s, double to_s) const {
+  StressProfile out;
+  out.first_angle_rad = -M_PI;
+  out.angle_step_rad = step_rad_;
+  out.width_bins = widths_;
+  out.normal_pa.assign(angles_ * widths_, 0.0);
+  out.shear_tangential_pa = out.shear_axial_pa = out.normal_pa;
+  long steps = 0;
+  for (const Chunk& c : chunks_) {
+    if (c.time_s < from_s || c.time_s >= to_s) continue;
+    steps += c.steps;
+    for (std::size_t i = 0; i < c.normal.size(); ++i) {
+      out.normal_pa[i] += c.normal[i];
+      out.shear_tangential_pa[i] += c.tangential[i];
+      out.shear_axial_pa[i] += c.axial[i];
+    }
+  }
+  const double area = wheel_.radius_m * step_rad_ * wheel_.width_m / widths_;
+  const double scale = steps > 0 ? 1.0 / (static_cast<double>(steps) * area) : 0.0;
+  std::vector<double> mean(angles_, 0.0);
+  for (int i = 0; i < angles_ * widths_; ++i) {
+    out.normal_pa[i] *= scale;
+    out.shear_tangential_pa[i] *= scale;
+    out.shear_axial_pa[i] *= scale;
+    mean[i / widths_] += out.normal_pa[i] / widths_;
+  }
+  const int peak = static_cast<int>(std::max_element(mean.begin(), mean.end()) - mean.begin());
+  int low = peak, high = peak;
+  while (low > 0 && mean[low - 1] > 0.05 * mean[peak]) --low;
+  while (high + 1 < angles_ && mean[high + 1] > 0.05 * mean[peak]) ++high;
+  if (mean[peak] > 0) {
+    out.exit_angle_rad = -M_PI + low * step_rad_;
+    out.entry_angle_rad = -M_PI + (high + 1) * step_rad_;
+  }
+  return out;
+}
+
+SurfaceProfile MeasureSurface(const World& world, const WheelBody& wheel, double step_m) {
+  const Frame& frame = world.config().frame;
+  SurfaceProfile p;
+  p.step_m = step_m;
+  p.nx = std::max(1, static_cast<int>(frame.length_m / step_m));
+  p.ny = std::max(1, static_cast<int>(frame.width_m / step_m));
+  p.x_first_m = -0.5 * (p.nx - 1) * step_m;
+  p.y_first_m = -0.5 * (p.ny - 1) * step_m;
+  p.height_m.assign(p.nx * p.ny, std::numeric_limits<double>::quiet_NaN());
+  const double c = std::cos(wheel.yaw_rad), s = std::sin(wheel.yaw_rad);
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    const GrainState g = world.State(i);
+    const double dx = std::remainder(g.x_m - wheel.x_m, frame.length_m);
+    const double dy = std::remainder(g.y_m - wheel.y_m, frame.width_m);
+    const double x = c * dx + s * dy, y = -s * dx + c * dy;
+    const int ix = static_cast<int>(std::lround((x - p.x_first_m) / step_m));
+    const int iy = static_cast<int>(std::lround((y - p.y_first_m) / step_m));
+    if (ix < 0 || ix >= p.nx || iy < 0 || iy >= p.ny) continue;
+    double& h = p.height_m[ix * p.ny + iy];
+    const double top = g.z_m + g.radius_m;
+    if (!(h >= top)) h = top;
+  }
+  return p;
+}
+
+}  // namespace grouser::dem

@@ -1,0 +1,105 @@
+#include "dem_offline/engine/rig/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "dem_offline/engine/rig/materials.h"
+
+namespace grouser::dem {
+
+void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Motion& target,
+               double beta, WheelTestResult& out) {
+  const Series& s = out.series;
+  out.attack_angle_rad = beta;
+  out.v_x_m_per_s = target.v_x;
+  out.v_y_m_per_s = target.v_y;
+  out.rim_speed_m_per_s = target.rim;
+  const std::size_t n = window.last - window.first;
+  if (window.last == 0 || n < 2 * kBlocks) {
+    out.slip = SlipOf(target);
+    return;
+  }
+  const auto add = [&](const char* name, const std::vector<double>& column) {
+    const BlockMean m = AverageBlocks(std::span(column).subspan(window.first, n));
+    out.outputs.push_back({name, m.mean, m.standard_error, m.drift, m.fluctuation});
+    return m.mean;
+  };
+  add("f_x", s.f_x_n);
+  add("f_y", s.f_y_n);
+  add("f_z", s.f_z_n);
+  add("torque", s.torque_n_m);
+  add("m_z", s.m_z_n_m);
+  add("sinkage", s.sinkage_m);
+  std::vector<double> slip(s.time_s.size());
+  for (std::size_t i = 0; i < slip.size(); ++i) {
+    slip[i] = SlipOf({s.v_x_m_per_s[i], target.v_y, s.rim_speed_m_per_s[i]});
+  }
+  out.slip = add("slip", slip);
+  if (spec.state.mode != RigMode::kRimSpeed) {  // what was free has a mean
+    const auto mean = [&](const std::vector<double>& c) {
+      return std::accumulate(c.begin() + window.first, c.begin() + window.last, 0.0) /
+             static_cast<double>(n);
+    };
+    out.v_x_m_per_s = mean(s.v_x_m_per_s);
+    out.rim_speed_m_per_s = mean(s.rim_speed_m_per_s);
+  }
+  out.blocks = kBlocks;
+  out.window_start_s = s.time_s[window.first];
+  out.window_end_s = s.time_s[window.last - 1];
+  out.travel_m = s.travel_m[window.last - 1] - s.travel_m[window.first];
+}
+
+void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& e) {
+  e.elastic_j = end.stored - start.stored;
+  e.normal_damping_j = end.normal_damping - start.normal_damping;
+  e.tangential_damping_j = end.tangent_damping - start.tangent_damping;
+  e.slip_j = end.slip - start.slip;
+  e.rolling_j = end.rolling - start.rolling;
+  e.residual_j = e.input_j - e.kinetic_j - e.potential_j - e.elastic_j - e.normal_damping_j -
+                 e.tangential_damping_j - e.slip_j - e.rolling_j;
+}
+
+void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
+                     WheelTestResult& out) {
+  const double d = MeanDiameter(spec.soil), r = spec.wheel.radius_m, b = spec.wheel.width_m;
+  out.grains = static_cast<std::uint64_t>(world.count());
+  out.mean_diameter_m = d;
+  out.bulk_density_kg_per_m3 = tile.solid_fraction * spec.soil.density_kg_per_m3;
+  out.list_rebuilds = world.rebuilds();
+  out.particle_steps = static_cast<double>(out.steps) * static_cast<double>(out.grains);
+  const auto q = world.config().frame.Quantum();
+  out.quantum_m = *std::max_element(q.begin(), q.end());
+  std::vector<float> overlaps = world.OverlapRatios();
+  std::sort(overlaps.begin(), overlaps.end());
+  if (!overlaps.empty()) {
+    out.overlap_mean_over_radius =
+        std::accumulate(overlaps.begin(), overlaps.end(), 0.0) / static_cast<double>(overlaps.size());
+    out.overlap_p99_over_radius = overlaps[static_cast<std::size_t>(0.99 * overlaps.size())];
+    out.overlap_max_over_radius = overlaps.back();
+  }
+  double sinkage = 0;
+  for (const double z : out.series.sinkage_m) sinkage = std::max(sinkage, z);
+  const double chord = 2 * std::sqrt(std::max(d * d, std::min(sinkage, r) * (2 * r - std::min(sinkage, r))));
+  // Inertial number: shear rate speed/chord, pressure load/(chord b).
+  const double pressure = spec.state.load_n / (chord * b);
+  out.inertial_number = spec.rig.speed_m_per_s / chord * d *
+                        std::sqrt(spec.soil.density_kg_per_m3 / pressure);
+  const double c = std::abs(std::cos(out.attack_angle_rad)), s = std::abs(std::sin(out.attack_angle_rad));
+  const double across = b * c + chord * s;
+  const auto rule = [&](const char* name, double value, double limit, bool kept) {
+    out.rules.push_back({name, value, limit, kept});
+  };
+  const auto at_least = [&](const char* name, double v, double limit) { rule(name, v, limit, v >= limit); };
+  const auto at_most = [&](const char* name, double v, double limit) { rule(name, v, limit, v <= limit); };
+  at_least("wheel width over mean diameter", b / d, 6);
+  at_least("sinkage over mean diameter", sinkage / d, 3);
+  at_least("side clearance [m] against 2.5 sinkages + 5 d", 0.5 * (spec.rig.bed_width_m - across),
+           2.5 * sinkage + 5 * d);
+  at_least("bed depth over largest sinkage", sinkage > 0 ? spec.rig.bed_depth_m / sinkage : 99, 2);
+  at_most("99th percentile of overlap over radius", out.overlap_p99_over_radius, 0.07);
+  at_most("solid fraction off its target", std::abs(tile.solid_fraction - spec.soil.solid_fraction), 0.005);
+  at_most("inertial number", out.inertial_number, 0.1);
+}
+
+}  // namespace grouser::dem

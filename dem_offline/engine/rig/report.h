@@ -1,0 +1,22 @@
+#pragma once
+
+#include "dem_offline/engine/rig/kinematics.h"
+#include "dem_offline/engine/rig/steady.h"
+#include "dem_offline/engine/rig/wheel_test.h"
+#include "dem_offline/engine/world/world.h"
+
+namespace grouser::dem {
+
+/// Steady means, their errors, and the motion that ran.
+void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Motion& target,
+               double beta, WheelTestResult& out);
+
+/// Channels since `start`, and the residual: input - kinetic - potential -
+/// stored - dissipated.
+void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& ledger);
+
+/// Bed, numbers and size rules (DESIGN section 3).
+void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
+                     WheelTestResult& out);
+
+}  // namespace grouser::dem

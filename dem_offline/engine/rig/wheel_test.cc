@@ -1,0 +1,361 @@
+// One wheel test: set down, accelerate, hold until steady, report.
+#include "dem_offline/engine/rig/wheel_test.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include "dem_offline/engine/rig/kinematics.h"
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/recorder.h"
+#include "dem_offline/engine/rig/report.h"
+#include "dem_offline/engine/rig/steady.h"
+#include "dem_offline/engine/world/world.h"
+
+namespace grouser::dem {
+namespace {
+
+constexpr double kSetDownSpeed = 0.05;  // [m/s] of the descending hub
+constexpr double kSettleTime = 0.12;    // [s] at rest under load before driving
+constexpr double kRampTime = 0.1;       // [s] from rest to full speed
+constexpr double kSampleTime = 1e-3;    // [s]
+constexpr double kChunkTime = 0.05;     // [s] of the stress recorder
+constexpr double kCheckTime = 0.1;      // [s] between looks at the stopping rule
+constexpr int kStressStride = 10;       // steps between recorded stresses
+constexpr double kOverloadShare = 0.7;  // of the radius
+
+std::unique_ptr<World> OpenTile(const WheelTestSpec& spec, const Tile& tile, double dt) {
+  if (std::abs(tile.length_m - spec.rig.bed_length_m) > 1e-9 ||
+      std::abs(tile.width_m - spec.rig.bed_width_m) > 1e-9 ||
+      std::abs(tile.depth_m - spec.rig.bed_depth_m) > 1e-9) {
+    throw std::invalid_argument("tile: its size is not that of the rig's bed");
+  }
+  WorldConfig c;
+  c.frame = {tile.length_m, tile.width_m, std::max(1.0, 8 * tile.depth_m)};
+  c.gravity_m_per_s2 = spec.soil.gravity_m_per_s2;
+  c.dt_s = dt;
+  c.skin_m = 0.1 * LargestDiameter(spec.soil);
+  c.grain_grain = GrainParams(spec.soil);
+  c.grain_floor = FloorParams(spec.soil);
+  c.grain_wheel = WheelParams(spec.soil, spec.wheel);
+  c.floor_z_m = -tile.depth_m;
+  std::vector<GrainState> grains(tile.radius_m.size());
+  const double period = 4294967296.0;
+  for (std::size_t i = 0; i < grains.size(); ++i) {
+    GrainState& g = grains[i];
+    const std::int32_t* p = &tile.position[3 * i];
+    // Half a quantum keeps the round trip exact.
+    g.x_m = (static_cast<std::uint32_t>(p[0]) + 0.5) / period * c.frame.length_m;
+    g.y_m = (static_cast<std::uint32_t>(p[1]) + 0.5) / period * c.frame.width_m;
+    g.z_m = p[2] / period * c.frame.z_span_m;
+    g.radius_m = tile.radius_m[i];
+    g.density_kg_per_m3 = spec.soil.density_kg_per_m3;
+  }
+  auto world = std::make_unique<World>(c, grains);
+  std::vector<std::int32_t> index(grains.size());
+  for (std::int64_t i = 0; i < world->count(); ++i) {
+    index[world->grains()[i].id] = static_cast<std::int32_t>(i);
+  }
+  for (std::size_t i = 0; i < grains.size(); ++i) {
+    for (std::int32_t k = tile.contact_first[i]; k < tile.contact_first[i + 1]; ++k) {
+      const float* w = &tile.contact_history[static_cast<std::size_t>(k) * kHistoryWords];
+      const std::int32_t partner = tile.contact_partner[k];
+      if (partner >= 0) {
+        world->list().SetHistory(index[i], index[partner], w);
+      } else {
+        world->floor_history()[index[i]] = {{w[0], w[1], w[2]}, w[3], {w[4], w[5], w[6]}};
+      }
+    }
+  }
+  return world;
+}
+
+class WheelTest {
+ public:
+  WheelTest(const WheelTestSpec& spec, const Tile& tile, const ProgressFn& progress)
+      : spec_(spec), tile_(tile), progress_(progress), recorder_(spec.wheel, spec.rig) {
+    out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
+                                        spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
+    out_.dt_s = dt_ = spec.rig.rayleigh_fraction * out_.rayleigh_time_s;
+    mass_ = spec.state.load_n / spec.soil.gravity_m_per_s2;
+    inertia_ = 0.5 * mass_ * spec.wheel.radius_m * spec.wheel.radius_m;
+    beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
+    world_ = OpenTile(spec, tile, dt_);
+    PlaceWheel();
+  }
+
+  WheelTestResult Run() {
+    const auto begin = std::chrono::steady_clock::now();
+    const bool driven = SetDown() && Drive();
+    if (driven) Judge();
+    Summarise();
+    out_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return std::move(out_);
+  }
+
+ private:
+  WheelBody& wheel() { return world_->wheel(); }
+  double Sinkage() { return spec_.wheel.radius_m - wheel().z_m; }
+
+  void PlaceWheel() {
+    WheelBody w;
+    w.radius_m = spec_.wheel.radius_m;
+    w.width_m = spec_.wheel.width_m;
+    w.x_m = 0.5 * spec_.rig.bed_length_m;
+    w.y_m = 0.5 * spec_.rig.bed_width_m;
+    w.z_m = w.radius_m + 0.1 * LargestDiameter(spec_.soil);
+    // The bed's x axis is the direction of travel: the wheel is turned in it.
+    w.yaw_rad = -beta_;
+    world_->EnableWheel(w);
+    world_->RecordWheelContacts([this](const WheelContact& c) {
+      if (recording_) recorder_.Add(c);
+    });
+    switch (spec_.state.mode) {
+      case RigMode::kRimSpeed:
+        target_ = MotionAt(spec_.state.slip, beta_, spec_.rig.speed_m_per_s);
+        break;
+      case RigMode::kTowed:
+        target_ = {spec_.rig.speed_m_per_s * std::cos(beta_),
+                   spec_.rig.speed_m_per_s * std::sin(beta_), 0};
+        break;
+      case RigMode::kFreeSlip:
+        target_ = {0, 0, spec_.rig.speed_m_per_s};
+        break;
+    }
+    travel_speed_ = std::hypot(target_.v_x, target_.v_y);
+  }
+
+  bool Fail(const std::string& reason) {
+    out_.status = RunStatus::kFailed;
+    out_.reason = reason;
+    return false;
+  }
+
+  /// One step of world and wheel; false ends the run.
+  bool Advance() {
+    const StepFault fault = world_->Step();
+    ++steps_;
+    if (fault == StepFault::kNonFinite) return Fail("a grain became non-finite");
+    if (fault == StepFault::kTooFast) return Fail("a grain moved a quarter radius in one step");
+    if (fault == StepFault::kTunnelled) return Fail("a grain fell through the floor");
+    if (steps_ % 500 == 0 && progress_) {
+      const double share = std::clamp(time_ / spec_.rig.max_time_s, 0.0, 1.0);
+      if (!progress_(share, stage_)) return Fail("stopped by caller");
+    }
+    return true;
+  }
+
+  /// Vertical motion under the constant load, with an optional damper.
+  void FreeVertical(double damping_time) {
+    const double damper = damping_time > 0 ? wheel().v_z / damping_time : 0.0;
+    wheel().v_z += dt_ * ((world_->wrench().fz - spec_.state.load_n) / mass_ - damper);
+  }
+
+  bool SetDown() {
+    stage_ = "set down";
+    double felt = 0;  // smoothed over 2 ms
+    while (felt < 0.5 * spec_.state.load_n) {
+      wheel().v_z = -kSetDownSpeed;
+      if (!Advance()) return false;
+      felt += dt_ / 2e-3 * (world_->wrench().fz - felt);
+      if (Sinkage() > kOverloadShare * spec_.wheel.radius_m) return Overload();
+    }
+    for (double t = 0; t < kSettleTime; t += dt_) {
+      FreeVertical(0.01);
+      if (!Advance()) return false;
+      if (Sinkage() > kOverloadShare * spec_.wheel.radius_m) return Overload();
+    }
+    return true;
+  }
+
+  bool Overload() {
+    out_.status = RunStatus::kOverload;
+    out_.reason = "sinkage beyond 0.7 of the radius";
+    return false;
+  }
+
+  void Steer(double share) {  // share of full speed, 0..1
+    const Vec3Double v = HubVelocity(share);
+    wheel().v_x = v.x;
+    wheel().v_y = v.y;
+    if (spec_.state.mode == RigMode::kTowed) {
+      wheel().spin += dt_ * ContactMoment() / inertia_;
+    } else {
+      wheel().spin = share * target_.rim / spec_.wheel.radius_m;
+    }
+  }
+
+  struct Vec3Double {
+    double x, y;
+  };
+  Vec3Double HubVelocity(double share) {
+    if (spec_.state.mode != RigMode::kFreeSlip) return {share * travel_speed_, 0};
+    const double pull = world_->wrench().fx - spec_.state.drawbar_n * share;
+    return {wheel().v_x + dt_ * pull / mass_, 0};
+  }
+  /// Moment of the soil about the wheel's own axle.
+  double ContactMoment() {
+    const double c = std::cos(wheel().yaw_rad), s = std::sin(wheel().yaw_rad);
+    return -s * world_->wrench().tx + c * world_->wrench().ty;
+  }
+
+  bool Drive() {
+    stage_ = "drive";
+    world_->SetEnergy(true);
+    OpenLedger();
+    const double front = std::sqrt(std::max(0.0, Sinkage() * (2 * spec_.wheel.radius_m)));
+    double next_check = 0.4, next_chunk = 0;
+    drive_start_ = 0;
+    while (time_ < spec_.rig.max_time_s) {
+      const double share = time_ < kRampTime ? 0.5 - 0.5 * std::cos(M_PI * time_ / kRampTime) : 1.0;
+      Steer(share);
+      FreeVertical(0.0);
+      if (time_ >= next_chunk) {
+        recorder_.NextChunk(time_);
+        next_chunk += kChunkTime;
+      }
+      recording_ = steps_ % kStressStride == 0;
+      if (recording_) recorder_.CountStep();
+      if (!Advance()) return false;
+      recording_ = false;
+      time_ += dt_;
+      Account();
+      if (Sinkage() > kOverloadShare * spec_.wheel.radius_m) return Overload();
+      if (Sinkage() < -2 * LargestDiameter(spec_.soil)) return Fail("the wheel left the ground");
+      if (time_ >= next_check) {
+        next_check += kCheckTime;
+        if (EnoughTravel() && LookSteady().precise && window_.drift_free) return true;
+      }
+      if (OutOfBed(front)) break;
+    }
+    return true;
+  }
+
+  /// The front of the wheel comes to ground that its start has disturbed.
+  bool OutOfBed(double front) {
+    const double chord = std::max(front, ChordHalf());
+    const double along = std::abs(std::cos(beta_)) * chord +
+                         0.5 * std::abs(std::sin(beta_)) * spec_.wheel.width_m;
+    return axle_path_ > spec_.rig.bed_length_m - 2 * along - 2 * LargestDiameter(spec_.soil);
+  }
+  double ChordHalf() {
+    const double z = std::clamp(Sinkage(), 0.0, spec_.wheel.radius_m);
+    return std::sqrt(std::max(0.0, z * (2 * spec_.wheel.radius_m - z)));
+  }
+  /// At least one contact length of axle or rim path behind us.
+  bool EnoughTravel() { return std::max(axle_path_, rim_path_) > 2 * ChordHalf(); }
+
+  void OpenLedger() {
+    kinetic_0_ = world_->KineticEnergy();
+    potential_0_ = world_->PotentialEnergy();
+    energy_0_ = world_->energy();
+    first_energy_ = true;
+  }
+
+  /// Work, paths and samples of the step just done.
+  void Account() {
+    const Wrench& f = world_->wrench();
+    const double moment = ContactMoment();
+    if (first_energy_) {  // stored energy is known from the first counted step on
+      energy_0_ = world_->energy();
+      kinetic_0_ = world_->KineticEnergy();
+      potential_0_ = world_->PotentialEnergy();
+      first_energy_ = false;
+    } else {
+      out_.energy.input_j -= dt_ * (f.fx * wheel().v_x + f.fy * wheel().v_y + f.fz * wheel().v_z +
+                                    moment * wheel().spin);
+    }
+    const double hub = std::hypot(wheel().v_x, wheel().v_y);
+    axle_path_ += hub * dt_;
+    rim_path_ += std::abs(wheel().spin) * spec_.wheel.radius_m * dt_;
+    const double c = std::cos(wheel().yaw_rad), s = std::sin(wheel().yaw_rad);
+    sum_[0] += c * f.fx + s * f.fy;
+    sum_[1] += -s * f.fx + c * f.fy;
+    sum_[2] += f.fz;
+    sum_[3] += -moment;
+    sum_[4] += f.tz;
+    sum_[5] += Sinkage();
+    sum_[6] += c * wheel().v_x + s * wheel().v_y;
+    sum_[7] += wheel().spin * spec_.wheel.radius_m;
+    if (++summed_ * dt_ >= kSampleTime) Sample();
+  }
+
+  void Sample() {
+    Series& s = out_.series;
+    std::vector<double>* columns[] = {&s.f_x_n, &s.f_y_n, &s.f_z_n, &s.torque_n_m,
+                                      &s.m_z_n_m, &s.sinkage_m, &s.v_x_m_per_s,
+                                      &s.rim_speed_m_per_s};
+    for (int k = 0; k < 8; ++k) {
+      columns[k]->push_back(sum_[k] / static_cast<double>(summed_));
+      sum_[k] = 0;
+    }
+    s.time_s.push_back(time_);
+    s.travel_m.push_back(std::max(axle_path_, rim_path_));
+    summed_ = 0;
+  }
+
+  const SteadyWindow& LookSteady() {
+    const auto ramp = std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(),
+                                       kRampTime) - out_.series.time_s.begin();
+    window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), spec_.state.load_n,
+                         spec_.wheel.radius_m, spec_.rig.target_relative_error);
+    return window_;
+  }
+
+  void Judge() {
+    LookSteady();
+    if (!EnoughTravel()) {
+      out_.status = RunStatus::kUnsteady;
+      out_.reason = "less than one contact length travelled";
+    } else if (!window_.drift_free) {
+      out_.status = RunStatus::kUnsteady;
+      out_.reason = window_.drifting + " still drifts";
+    } else {
+      out_.status = RunStatus::kSteady;
+      if (!window_.precise) out_.reason = "standard error above the target of the stopping rule";
+    }
+  }
+
+  void Summarise() {
+    if (out_.series.time_s.size() >= 2 * kBlocks && window_.last == 0) LookSteady();
+    out_.energy.kinetic_j = world_->KineticEnergy() - kinetic_0_;
+    out_.energy.potential_j = world_->PotentialEnergy() - potential_0_;
+    FillMeans(spec_, window_, target_, beta_, out_);
+    FillEnergy(energy_0_, world_->energy(), out_.energy);
+    out_.steps = steps_;
+    out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
+    out_.surface = MeasureSurface(*world_, wheel(), LargestDiameter(spec_.soil));
+    FillBedAndRules(spec_, tile_, *world_, out_);
+  }
+
+  WheelTestSpec spec_;
+  const Tile& tile_;
+  ProgressFn progress_;
+  StressRecorder recorder_;
+  std::unique_ptr<World> world_;
+  WheelTestResult out_;
+  SteadyWindow window_;
+  Motion target_ = {};
+  std::string stage_;
+  double dt_ = 0, mass_ = 0, inertia_ = 0, beta_ = 0, travel_speed_ = 0;
+  double time_ = 0, drive_start_ = 0, axle_path_ = 0, rim_path_ = 0;
+  double sum_[8] = {};
+  long summed_ = 0;
+  std::uint64_t steps_ = 0;
+  bool recording_ = false, first_energy_ = true;
+  double kinetic_0_ = 0, potential_0_ = 0;
+  EnergySums energy_0_;
+};
+
+}  // namespace
+
+WheelTestResult RunWheelTest(const WheelTestSpec& spec, const Tile& tile,
+                             const ProgressFn& progress) {
+  ValidateSpec(spec);
+  return WheelTest(spec, tile, progress).Run();
+}
+
+}  // namespace grouser::dem
