@@ -77,7 +77,7 @@ void World::WheelForces() {
       h = ContactHistory{};
       continue;
     }
-    const float lever = g.radius - overlap;
+    const float lever = g.radius - 0.5f * overlap;  // the middle of the overlap, as for pairs
     ContactGeometry c;
     c.n = view.ToWorld(sd.normal);
     c.overlap = overlap;

@@ -94,6 +94,7 @@ void World::Rebuild() {
 }
 
 StepFault World::Drift() {
+  if (count_ == 0) return StepFault::kNone;
   const auto q = config_.frame.Quantum();
   const float dt = static_cast<float>(config_.dt_s);
   const float gx = dt / q[0], gy = dt / q[1], gz = dt / q[2];
@@ -117,6 +118,7 @@ StepFault World::Drift() {
     const float w2 = g.wx * g.wx + g.wy * g.wy + g.wz * g.wz;
     finite &= v2 + w2 < 1e30f;  // false for NaN
     speed = Max(speed, v2);
+    sunk |= static_cast<float>(g.z) * q[2] < floor - g.radius;
     if (!(v2 < fast * fast)) continue;
     g.x = Advance(g.x, g.vx, gx, g.rest_x);
     g.y = Advance(g.y, g.vy, gy, g.rest_y);
@@ -129,11 +131,10 @@ StepFault World::Drift() {
     const float dz = static_cast<float>(static_cast<std::int32_t>(
                          static_cast<std::uint32_t>(g.z) - static_cast<std::uint32_t>(ref[2]))) * q[2];
     moved = Max(moved, dx * dx + dy * dy + dz * dz);
-    sunk |= static_cast<float>(g.z) * q[2] < floor - g.radius;
   }
   if (!finite) return StepFault::kNonFinite;
-  if (!(speed < fast * fast)) return StepFault::kTooFast;
   if (sunk) return StepFault::kTunnelled;
+  if (!(speed < fast * fast)) return StepFault::kTooFast;
   if (moved > half * half) stale_ = true;
   return StepFault::kNone;
 }
@@ -244,7 +245,7 @@ void World::FloorForces() {
     ContactGeometry c;
     c.n = {0, 0, 1};
     c.overlap = overlap;
-    const float lever = g.radius - overlap;
+    const float lever = g.radius - 0.5f * overlap;  // the middle of the overlap, as for pairs
     const Vec3f w = {g.wx, g.wy, g.wz};
     c.v_rel = Vec3f{g.vx, g.vy, g.vz} - lever * Cross(w, c.n);
     c.w_rel = w;

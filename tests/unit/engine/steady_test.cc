@@ -1,0 +1,81 @@
+#include "dem_offline/engine/rig/steady.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "dem_offline/engine/rig/kinematics.h"
+
+namespace grouser::dem {
+namespace {
+
+TEST(AverageBlocks, StandardErrorOfWhiteNoise) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(3, 2);
+  double sum = 0;
+  for (int k = 0; k < 200; ++k) {
+    std::vector<double> x(1600);
+    for (auto& v : x) v = normal(random);
+    sum += AverageBlocks(x).standard_error;
+  }
+  // The largest of three estimates is on average a little above 2/sqrt(1600).
+  EXPECT_GT(sum / 200, 0.05);
+  EXPECT_LT(sum / 200, 0.07);
+}
+
+TEST(AverageBlocks, SeesADrift) {
+  std::vector<double> x(800);
+  for (int i = 0; i < 800; ++i) x[i] = 1 + 0.5 * i / 800.0 + 0.01 * std::sin(0.9 * i);
+  const BlockMean m = AverageBlocks(x);
+  EXPECT_NEAR(m.drift, 0.5, 0.01);
+  EXPECT_GT(m.drift_t, 10);
+}
+
+Series Made(double drift) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.3);
+  Series s;
+  for (int i = 0; i < 2000; ++i) {
+    const double transient = std::exp(-i / 100.0);
+    s.time_s.push_back(1e-3 * i);
+    s.f_x_n.push_back(-2 - 5 * transient + drift * i / 2000 + noise(random));
+    s.f_y_n.push_back(noise(random));
+    s.torque_n_m.push_back(0.1 + 0.01 * noise(random));
+    s.sinkage_m.push_back(0.02 - 0.01 * transient + 1e-4 * noise(random));
+  }
+  return s;
+}
+
+TEST(FindSteady, SkipsTheTransient) {
+  const SteadyWindow w = FindSteady(Made(0), 0, 24, 0.0625, 0.02);
+  EXPECT_TRUE(w.drift_free);
+  EXPECT_TRUE(w.precise);
+  EXPECT_GE(w.first, 500u);
+}
+
+TEST(FindSteady, NamesWhatDrifts) {
+  const SteadyWindow w = FindSteady(Made(12), 0, 24, 0.0625, 0.02);
+  EXPECT_FALSE(w.drift_free);
+  EXPECT_EQ(w.drifting, "f_x");
+}
+
+TEST(Kinematics, SlipRoundTrip) {
+  for (const double beta : {0.0, 0.5, -0.7, 1.2, M_PI / 2}) {
+    for (double slip = -2; slip <= 1; slip += 0.05) {
+      if (slip < -1 - std::cos(beta) + 1e-9) continue;
+      if (beta == M_PI / 2 && slip > 0.999) continue;
+      const Motion m = MotionAt(slip, beta, 0.1);
+      EXPECT_NEAR(SlipOf(m), slip, 1e-9);
+      EXPECT_NEAR(std::max(std::abs(m.rim), std::hypot(m.v_x, m.v_y)), 0.1, 1e-9);
+      if (std::hypot(m.v_x, m.v_y) > 1e-6) {
+        EXPECT_NEAR(std::atan2(m.v_y, m.v_x), beta, 1e-6);
+      }
+    }
+  }
+  EXPECT_THROW(MotionAt(1.2, 0.3, 0.1), std::invalid_argument);
+  EXPECT_THROW(MotionAt(-1.9, 1.2, 0.1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grouser::dem
