@@ -1,1 +1,121 @@
-// written with its folder
+#include "proto/records/durable_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+
+namespace grouser::records {
+namespace {
+
+[[noreturn]] void Fail(const std::string& path, const std::string& what, int error) {
+  throw std::runtime_error(path + ": " + what + ": " + std::strerror(error));
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  int get() const { return fd_; }
+  // close() may report a write error late (NFS, quota).
+  int Close() {
+    const int fd = fd_;
+    fd_ = -1;
+    return close(fd);
+  }
+
+ private:
+  int fd_;
+};
+
+// Removes the file aside unless the rename has taken it away.
+class Aside {
+ public:
+  explicit Aside(std::string path) : path_(std::move(path)) {}
+  Aside(const Aside&) = delete;
+  Aside& operator=(const Aside&) = delete;
+  ~Aside() {
+    if (!path_.empty()) unlink(path_.c_str());
+  }
+  void Release() { path_.clear(); }
+
+ private:
+  std::string path_;
+};
+
+// O_EXCL with process, thread and attempt in the name: no two writers share a
+// file, and the mode follows the umask (mkstemp would give 0600).
+int CreateAside(const std::string& path, std::string* aside) {
+  for (int attempt = 0;; ++attempt) {
+    *aside = path + "." + std::to_string(getpid()) + "-" + std::to_string(gettid()) + "-" +
+             std::to_string(attempt) + kTemporarySuffix;
+    const int fd = open(aside->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd >= 0 || errno != EEXIST || attempt > 1000) return fd;
+  }
+}
+
+int WriteAll(int fd, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    done += static_cast<std::size_t>(n);
+  }
+  return 0;
+}
+
+void SyncFolder(const std::string& path) {
+  const auto parent = std::filesystem::path(path).parent_path();
+  const std::string folder = parent.empty() ? std::string(1, '.') : parent.string();
+  Descriptor fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (fd.get() < 0) Fail(folder, "cannot open folder", errno);
+  // Some file systems cannot sync a folder and say EINVAL.
+  if (fsync(fd.get()) != 0 && errno != EINVAL) Fail(folder, "cannot sync folder", errno);
+}
+
+}  // namespace
+
+void WriteFileDurably(const std::string& path, const std::string& bytes) {
+  std::string aside_path;
+  Descriptor fd(CreateAside(path, &aside_path));
+  if (fd.get() < 0) Fail(path, "cannot create", errno);
+  Aside aside(aside_path);
+  if (const int error = WriteAll(fd.get(), bytes)) Fail(path, "cannot write", error);
+  if (fsync(fd.get()) != 0) Fail(path, "cannot sync", errno);
+  if (fd.Close() != 0) Fail(path, "cannot close", errno);
+  if (rename(aside_path.c_str(), path.c_str()) != 0) Fail(path, "cannot rename into place", errno);
+  aside.Release();
+  SyncFolder(path);
+}
+
+std::string ReadFileBytes(const std::string& path) {
+  Descriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (fd.get() < 0) Fail(path, "cannot open", errno);
+  struct stat info {};
+  if (fstat(fd.get(), &info) != 0) Fail(path, "cannot stat", errno);
+  if (!S_ISREG(info.st_mode)) throw std::runtime_error(path + ": not a regular file");
+  std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = read(fd.get(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) Fail(path, "cannot read", errno);
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+}  // namespace grouser::records

@@ -1,1 +1,88 @@
-// written with its folder
+#include "proto/records/model_file.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <cstdint>
+#include <stdexcept>
+
+#include "proto/records/durable_file.h"
+#include "proto/records/sha256.h"
+
+namespace grouser::records {
+namespace {
+
+// Layout: magic (13 bytes), version (3 digits), payload length (8 bytes, little
+// endian), SHA-256 of the payload (64 hex digits), payload.
+constexpr char kMagic[] = "GROUSERMODEL\n";
+constexpr char kVersion[] = "001";
+constexpr std::size_t kMagicSize = 13, kVersionSize = 3, kLengthSize = 8, kDigestSize = 64;
+constexpr std::size_t kHeaderSize = kMagicSize + kVersionSize + kLengthSize + kDigestSize;
+
+std::string LengthBytes(std::uint64_t length) {
+  std::string bytes;
+  for (int i = 0; i < 8; ++i) bytes += static_cast<char>((length >> (8 * i)) & 0xff);
+  return bytes;
+}
+
+std::uint64_t LengthOf(const std::string& bytes, std::size_t offset) {
+  std::uint64_t length = 0;
+  for (int i = 7; i >= 0; --i) {
+    length = length << 8 | static_cast<unsigned char>(bytes[offset + static_cast<std::size_t>(i)]);
+  }
+  return length;
+}
+
+// Maps are sorted, so that equal models have equal digests.
+std::string SerializeDeterministically(const v1alpha1::Model& model) {
+  std::string payload;
+  google::protobuf::io::StringOutputStream stream(&payload);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  if (!model.SerializeToCodedStream(&coded)) throw std::runtime_error("model cannot be serialised");
+  coded.Trim();
+  return payload;
+}
+
+}  // namespace
+
+std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
+  const std::string payload = SerializeDeterministically(model);
+  const std::string digest = Sha256OfString(payload);
+  WriteFileDurably(path,
+                   std::string(kMagic) + kVersion + LengthBytes(payload.size()) + digest + payload);
+  return digest;
+}
+
+LoadedModel ReadModelFile(const std::string& path) {
+  const std::string bytes = ReadFileBytes(path);
+  const auto fail = [&path](const std::string& what) {
+    throw std::runtime_error(path + ": " + what);
+  };
+  if (bytes.compare(0, kMagicSize, kMagic) != 0) {
+    fail("not a Grouser model file (expected it to start with GROUSERMODEL)");
+  }
+  if (bytes.compare(kMagicSize, kVersionSize, kVersion) != 0) {
+    fail("model file of version '" + bytes.substr(kMagicSize, kVersionSize) +
+         "', expected version '" + kVersion + "'");
+  }
+  if (bytes.size() < kHeaderSize) fail("truncated model file (the header is incomplete)");
+  const std::uint64_t length = LengthOf(bytes, kMagicSize + kVersionSize);
+  const std::uint64_t have = bytes.size() - kHeaderSize;
+  if (have != length) {
+    fail("truncated or extended model file: " + std::to_string(have) +
+         " bytes of payload, expected " + std::to_string(length));
+  }
+  LoadedModel loaded;
+  const std::string payload = bytes.substr(kHeaderSize);
+  loaded.digest = Sha256OfString(payload);
+  const std::string stored = bytes.substr(kHeaderSize - kDigestSize, kDigestSize);
+  if (loaded.digest != stored) {
+    fail("corrupted model file: SHA-256 of the payload is " + loaded.digest + ", expected " +
+         stored);
+  }
+  if (!loaded.model.ParseFromString(payload)) fail("payload is not a grouser.v1alpha1.Model");
+  return loaded;
+}
+
+}  // namespace grouser::records

@@ -1,1 +1,148 @@
-// written with its folder
+#include "proto/records/run_file.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "proto/records/hdf5_file.h"
+
+namespace grouser::records {
+namespace {
+
+using internal::H5Image;
+
+constexpr char kFormat[] = "grouser-run";
+constexpr int kSchema = 1;
+
+// Unit of a series from the ending of its name ("f_x_n" is in N). The longest
+// ending comes first: "v_x_m_per_s" is not in s, "torque_n_m" not in m.
+std::string UnitOf(const std::string& name) {
+  static constexpr std::pair<const char*, const char*> kEndings[] = {
+      {"_m_per_s", "m/s"}, {"_n_m", "N m"}, {"_n", "N"}, {"_m", "m"}, {"_s", "s"}};
+  for (const auto& [ending, unit] : kEndings) {
+    const std::string text(ending);
+    if (name.size() > text.size() && name.ends_with(text)) return unit;
+  }
+  return "1";
+}
+
+using Repeated = google::protobuf::RepeatedField<double>;
+
+std::vector<double> ToVector(const Repeated& field) { return {field.begin(), field.end()}; }
+
+void Restore(const H5Image& file, const std::string& name, Repeated* field) {
+  std::vector<double> values;
+  file.ReadArray(name, &values);
+  field->Assign(values.begin(), values.end());
+}
+
+// Stress and surface arrays stand as datasets: they are large, and readable so.
+void WriteProfiles(H5Image& file, const v1alpha1::RunRecord& record) {
+  file.CreateGroup("/stress");
+  const auto& stress = record.stress();
+  file.WriteNumber("/stress", "first_angle_rad", stress.first_angle_rad());
+  file.WriteNumber("/stress", "angle_step_rad", stress.angle_step_rad());
+  file.WriteNumber("/stress", "width_bins", stress.width_bins());
+  file.WriteArray("/stress/normal_pa", ToVector(stress.normal_pa()), "Pa");
+  file.WriteArray("/stress/shear_tangential_pa", ToVector(stress.shear_tangential_pa()), "Pa");
+  file.WriteArray("/stress/shear_axial_pa", ToVector(stress.shear_axial_pa()), "Pa");
+  file.CreateGroup("/surface");
+  const auto& surface = record.surface();
+  file.WriteNumber("/surface", "x_first_m", surface.x_first_m());
+  file.WriteNumber("/surface", "y_first_m", surface.y_first_m());
+  file.WriteNumber("/surface", "step_m", surface.step_m());
+  file.WriteNumber("/surface", "nx", surface.nx());
+  file.WriteNumber("/surface", "ny", surface.ny());
+  file.WriteArray("/surface/height_m", ToVector(surface.height_m()), "m");
+}
+
+void ReadProfiles(const H5Image& file, v1alpha1::RunRecord* record) {
+  if (record->has_stress()) {
+    auto* stress = record->mutable_stress();
+    Restore(file, "/stress/normal_pa", stress->mutable_normal_pa());
+    Restore(file, "/stress/shear_tangential_pa", stress->mutable_shear_tangential_pa());
+    Restore(file, "/stress/shear_axial_pa", stress->mutable_shear_axial_pa());
+  }
+  if (record->has_surface()) {
+    Restore(file, "/surface/height_m", record->mutable_surface()->mutable_height_m());
+  }
+}
+
+std::string RecordJson(v1alpha1::RunRecord record) {
+  if (record.has_stress()) {
+    record.mutable_stress()->clear_normal_pa();
+    record.mutable_stress()->clear_shear_tangential_pa();
+    record.mutable_stress()->clear_shear_axial_pa();
+  }
+  if (record.has_surface()) record.mutable_surface()->clear_height_m();
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(record, &json, options);
+  if (!status.ok()) throw std::runtime_error("run record to JSON: " + status.ToString());
+  return json;
+}
+
+// What a person or a plotting script asks for first, without parsing JSON.
+void WriteSummary(H5Image& file, const v1alpha1::RunRecord& record) {
+  file.WriteText("run_id", record.run_id());
+  file.WriteText("status", v1alpha1::RunStatus_Name(record.status()));
+  file.WriteText("reason", record.reason());
+  file.WriteText("scene", record.spec().scene());
+  file.WriteNumber("/", "slip", record.slip());
+  file.WriteNumber("/", "attack_angle_rad", record.attack_angle_rad());
+  file.WriteNumber("/", "load_n", record.spec().state().load_n());
+  file.WriteNumber("/", "seed", static_cast<double>(record.spec().seed()));
+  for (const auto& output : record.outputs()) {
+    file.WriteNumber("/", output.name() + "_mean", output.mean());
+    file.WriteNumber("/", output.name() + "_standard_error", output.standard_error());
+  }
+}
+
+void CheckEqualLengths(const std::string& path, const DoubleArrays& series) {
+  for (const auto& [name, values] : series) {
+    const auto& [first, first_values] = *series.begin();
+    if (values.size() != first_values.size()) {
+      throw std::runtime_error(path + ": series '" + name + "' has " +
+                               std::to_string(values.size()) + " entries, expected " +
+                               std::to_string(first_values.size()) + " as '" + first + "'");
+    }
+  }
+}
+
+}  // namespace
+
+void WriteRunFile(const std::string& path, const RunFile& run) {
+  CheckEqualLengths(path, run.series);
+  H5Image file = H5Image::Create(path);
+  file.WriteFormat(kFormat, kSchema);
+  file.WriteText("record_json", RecordJson(run.record));
+  WriteSummary(file, run.record);
+  WriteProfiles(file, run.record);
+  file.CreateGroup("/series");
+  for (const auto& [name, values] : run.series) {
+    file.WriteArray("/series/" + name, values, UnitOf(name));
+  }
+  file.Save();
+}
+
+RunFile ReadRunFile(const std::string& path) {
+  const H5Image file = H5Image::Open(path);
+  file.CheckFormat(kFormat, kSchema);
+  RunFile run;
+  const auto status =
+      google::protobuf::util::JsonStringToMessage(file.ReadText("record_json"), &run.record);
+  if (!status.ok()) {
+    throw std::runtime_error(path + ": record_json is not a RunRecord: " + status.ToString());
+  }
+  ReadProfiles(file, &run.record);
+  for (const std::string& name : file.List("/series")) {
+    file.ReadArray("/series/" + name, &run.series[name]);
+  }
+  CheckEqualLengths(path, run.series);
+  return run;
+}
+
+}  // namespace grouser::records

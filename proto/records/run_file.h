@@ -37,7 +37,8 @@ struct TileFile {
 void WriteTileFile(const std::string& path, const TileFile& tile);
 TileFile ReadTileFile(const std::string& path);
 
-/// Lower-case hex SHA-256 of a file's bytes, of a string's bytes.
+/// Lower-case hex SHA-256 of a file's bytes, of a string's bytes (also in
+/// sha256.h, for those who need no run files).
 std::string Sha256OfFile(const std::string& path);
 std::string Sha256OfString(const std::string& bytes);
 

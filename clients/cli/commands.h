@@ -1,0 +1,27 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+
+namespace grouser::cli {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFailed = 1;
+inline constexpr int kExitUsage = 2;
+
+/// Options that every command shares.
+struct Common {
+  std::string server = "127.0.0.1:50151";  ///< grouser-server
+  std::string jobs = "127.0.0.1:50152";    ///< grouser-jobs
+  bool json = false;
+  int deadline_ms = 10000;
+};
+
+/// Adds commands to `app`; the chosen one stores itself in `*action`, which
+/// main runs. An action returns the exit code and may throw.
+using Action = std::function<int()>;
+void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
+void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
+
+}  // namespace grouser::cli

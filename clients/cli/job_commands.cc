@@ -1,0 +1,181 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <numbers>
+#include <random>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/print.h"
+#include "clients/cpp/jobs_client.h"
+
+namespace grouser::cli {
+namespace {
+
+using client::JobsClient;
+using v1alpha1::Job;
+
+struct SubmitOptions {
+  v1alpha1::SubmitRefinementRequest request;
+  std::string mode = "rim";
+  double angle_deg = 0;
+  bool watch = false;
+};
+
+JobsClient MakeClient(const Common& common) {
+  return JobsClient(common.jobs, client::Milliseconds(common.deadline_ms));
+}
+
+int Print(const Common& common, const Job& job) {
+  common.json ? PrintJson(job) : PrintJob(job);
+  return kExitOk;
+}
+
+bool WaitsForAPerson(const Job& job) {
+  return job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION;
+}
+
+/// Follows a job until it has ended or waits for its promotion. Progress goes
+/// to stderr, the last state to stdout.
+int Watch(const Common& common, const std::string& job_id) {
+  const Job job = MakeClient(common).Watch(job_id, [](const Job& now) {
+    std::cerr << fmt::format("{} {} {:.0f} % {}\n", now.job_id(), JobStateName(now.job_state()),
+                             100 * now.progress(), now.message());
+    return !WaitsForAPerson(now);
+  });
+  Print(common, job);
+  const bool good = WaitsForAPerson(job) || job.job_state() == v1alpha1::JOB_STATE_DONE;
+  return good ? kExitOk : kExitFailed;
+}
+
+std::string NewRequestId() {
+  std::random_device random;
+  return fmt::format("cli-{}-{:08x}{:08x}", ::getpid(), random(), random());
+}
+
+v1alpha1::RigMode ModeFrom(const std::string& mode) {
+  if (mode == "towed") return v1alpha1::RIG_MODE_TOWED;
+  if (mode == "free") return v1alpha1::RIG_MODE_FREE_SLIP;
+  return v1alpha1::RIG_MODE_RIM_SPEED;
+}
+
+int Submit(const Common& common, SubmitOptions options) {
+  auto& request = options.request;
+  if (request.request_id().empty()) request.set_request_id(NewRequestId());
+  request.mutable_state()->set_mode(ModeFrom(options.mode));
+  request.mutable_state()->set_attack_angle_rad(options.angle_deg * std::numbers::pi / 180.0);
+  const auto response = MakeClient(common).Submit(request);
+  std::cerr << fmt::format("request {}: job {}{}\n", request.request_id(),
+                           response.job().job_id(), response.joined() ? " (joined)" : "");
+  if (options.watch) return Watch(common, response.job().job_id());
+  if (common.json) {
+    PrintJson(response);
+    return kExitOk;
+  }
+  return Print(common, response.job());
+}
+
+int ListJobs(const Common& common, std::uint32_t limit) {
+  const auto response = MakeClient(common).List(limit);
+  if (common.json) {
+    PrintJson(response);
+  } else {
+    for (const Job& job : response.jobs()) PrintJob(job);
+  }
+  return kExitOk;
+}
+
+int Promote(const Common& common, const v1alpha1::PromoteRequest& request) {
+  const auto response = MakeClient(common).Promote(request);
+  if (common.json) {
+    PrintJson(response);
+    return kExitOk;
+  }
+  std::cerr << fmt::format("promoted; generation {}\n", response.generation());
+  return Print(common, response.job());
+}
+
+/// Binds a command-line option to a field through its setter.
+template <class T, class Setter>
+CLI::Option* AddField(CLI::App* command, const char* name, const char* text, Setter set) {
+  return command->add_option_function<T>(name, [set](const T& value) { set(value); }, text);
+}
+
+void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
+  auto* submit = app.add_subcommand("submit", "Asks for a fresh DEM run at a state and a refit");
+  auto options = std::make_shared<SubmitOptions>();
+  auto* request = &options->request;
+  AddField<std::string>(submit, "--model", "Model to refine; default: the only one",
+                        [request](const auto& v) { request->set_model(v); });
+  submit->add_option("--mode", options->mode, "rim, towed or free")
+      ->check(CLI::IsMember({"rim", "towed", "free"}))
+      ->capture_default_str();
+  AddField<double>(submit, "--slip", "Slip [-]",
+                   [request](double v) { request->mutable_state()->set_slip(v); });
+  submit->add_option("--angle-deg", options->angle_deg, "Attack angle [deg]");
+  AddField<double>(submit, "--load", "Vertical load [N]", [request](double v) {
+    request->mutable_state()->set_load_n(v);
+  })->required();
+  AddField<double>(submit, "--drawbar", "Pull to overcome, mode free [N]",
+                   [request](double v) { request->mutable_state()->set_drawbar_n(v); });
+  AddField<std::uint64_t>(submit, "--seed", "Tile seed; 0: the model's own",
+                          [request](std::uint64_t v) { request->set_seed(v); });
+  AddField<double>(submit, "--max-time", "Simulated limit [s]; 0: as the model's rig",
+                   [request](double v) { request->set_max_time_s(v); });
+  AddField<std::string>(submit, "--request-id", "Makes the submission idempotent",
+                        [request](const auto& v) { request->set_request_id(v); });
+  submit->add_flag("--watch", options->watch, "Follow the job to its end");
+  submit->callback([=] { *action = [=] { return Submit(*common, *options); }; });
+}
+
+void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
+  auto* promote = app.add_subcommand("promote", "Moves an alias to a job's candidate");
+  auto request = std::make_shared<v1alpha1::PromoteRequest>();
+  request->set_alias("stable");
+  AddField<std::string>(promote, "job", "Job",
+                        [request](const auto& v) { request->set_job_id(v); })
+      ->required();
+  AddField<std::string>(promote, "--alias", "Alias to move; default: stable",
+                        [request](const auto& v) { request->set_alias(v); });
+  AddField<std::string>(promote, "--who", "Who decided",
+                        [request](const auto& v) { request->set_who(v); })
+      ->required();
+  AddField<std::string>(promote, "--why", "Why",
+                        [request](const auto& v) { request->set_why(v); })
+      ->required();
+  promote->add_flag_callback(
+      "--override-gate", [request] { request->set_override_gate(true); },
+      "Promote although a gate check failed");
+  promote->callback([=] { *action = [=] { return Promote(*common, *request); }; });
+}
+
+}  // namespace
+
+void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
+  AddSubmit(app, common, action);
+  AddPromote(app, common, action);
+
+  auto id = std::make_shared<std::string>();
+  auto* job = app.add_subcommand("job", "One job");
+  job->add_option("job", *id, "Job")->required();
+  job->callback([=] { *action = [=] { return Print(*common, MakeClient(*common).Get(*id)); }; });
+
+  auto* watch = app.add_subcommand("watch", "Follows a job until it ends or awaits promotion");
+  watch->add_option("job", *id, "Job")->required();
+  watch->callback([=] { *action = [=] { return Watch(*common, *id); }; });
+
+  auto limit = std::make_shared<std::uint32_t>(20);
+  auto* jobs = app.add_subcommand("jobs", "The latest jobs");
+  jobs->add_option("--limit", *limit, "How many")->capture_default_str();
+  jobs->callback([=] { *action = [=] { return ListJobs(*common, *limit); }; });
+
+  auto request_id = std::make_shared<std::string>();
+  auto* cancel = app.add_subcommand("cancel", "Withdraws one request; work stops at the last");
+  cancel->add_option("job", *id, "Job")->required();
+  cancel->add_option("--request-id", *request_id, "As printed by submit")->required();
+  cancel->callback([=] {
+    *action = [=] { return Print(*common, MakeClient(*common).Cancel(*id, *request_id)); };
+  });
+}
+
+}  // namespace grouser::cli

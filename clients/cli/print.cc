@@ -1,0 +1,137 @@
+#include "clients/cli/print.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace grouser::cli {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+struct OutputRow {
+  const char* name;
+  const v1alpha1::OutputArray* array;
+  const char* unit;
+};
+
+std::string WithoutPrefix(const std::string& name, const std::string& prefix) {
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+double At(const google::protobuf::RepeatedField<double>& values, int i) {
+  return i < values.size() ? values[i] : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string TargetName(v1alpha1::IntervalTarget target) {
+  return WithoutPrefix(v1alpha1::IntervalTarget_Name(target), "INTERVAL_TARGET_");
+}
+
+void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
+  fmt::print("state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
+             "load {:.4g} N\n",
+             i, At(r.slip().slip(), i), At(r.slip().attack_angle_rad(), i) * kDegPerRad,
+             At(r.velocity().v_x_m_per_s(), i), At(r.velocity().v_y_m_per_s(), i),
+             At(r.velocity().rim_speed_m_per_s(), i), load);
+  fmt::print("  flags: {}\n", FlagNames(r.flags(i)));
+  const OutputRow rows[] = {{"f_x", &r.f_x(), "N"},       {"f_y", &r.f_y(), "N"},
+                            {"f_z", &r.f_z(), "N"},       {"torque", &r.torque(), "N m"},
+                            {"m_z", &r.m_z(), "N m"},     {"sinkage", &r.sinkage(), "m"}};
+  const bool with_parts = r.f_x().low_size() > 0;
+  if (with_parts) {
+    fmt::print("  {:8} {:>11}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
+               fmt::format("{:.0f} % interval ({})", 100 * r.interval_level(),
+                           TargetName(r.interval_target())),
+               "sd_fit", "sd_patch", "sd_form");
+  }
+  for (const auto& row : rows) {
+    const auto& a = *row.array;
+    fmt::print("  {:8} {:>11.5g}", row.name, At(a.value(), i));
+    if (with_parts) {
+      fmt::print("  [{:>11.5g},{:>11.5g}]  {:>9.3g} {:>9.3g} {:>9.3g}", At(a.low(), i),
+                 At(a.high(), i), At(a.sd_fit(), i), At(a.sd_patch(), i), At(a.sd_form(), i));
+    }
+    fmt::print("  {}\n", row.unit);
+  }
+}
+
+}  // namespace
+
+void PrintJson(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) throw std::runtime_error("JSON: " + status.ToString());
+  fmt::print("{}", text);
+}
+
+std::string FlagNames(std::uint32_t flags) {
+  if (flags == 0) return "-";
+  std::string text;
+  for (std::uint32_t bit = 1; bit != 0; bit <<= 1) {
+    if ((flags & bit) == 0) continue;
+    if (!text.empty()) text += "|";
+    const auto name = v1alpha1::StateFlag_Name(static_cast<v1alpha1::StateFlag>(bit));
+    text += name.empty() ? fmt::format("bit {}", bit) : WithoutPrefix(name, "STATE_FLAG_");
+  }
+  return text;
+}
+
+std::string JobStateName(v1alpha1::JobState state) {
+  return WithoutPrefix(v1alpha1::JobState_Name(state), "JOB_STATE_");
+}
+
+void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
+                    const std::vector<double>& loads) {
+  fmt::print("model {} (generation {}), {:.1f} us in the server\n", response.model(),
+             response.generation(), response.latency_us());
+  const auto& r = response.responses();
+  for (int i = 0; i < r.flags_size(); ++i) PrintState(r, i, loads[i]);
+  if (r.averaging_length_m() > 0) {
+    fmt::print("sd_patch: one random placement, averaged over {:.3g} m; NaN: unknown\n",
+               r.averaging_length_m());
+  }
+}
+
+void PrintModels(const v1alpha1::ListModelsResponse& response) {
+  fmt::print("generation {}\n", response.generation());
+  for (const auto& model : response.models()) {
+    std::string aliases;
+    for (const auto& alias : model.aliases()) {
+      if (!aliases.empty()) aliases += ", ";
+      aliases += alias;
+    }
+    const auto& domain = model.domain();
+    fmt::print("{}@sha256:{}\n  aliases: {}{}\n", model.name(), model.digest(),
+               aliases.empty() ? "-" : aliases, model.shipped() ? "; shipped" : "");
+    fmt::print("  wheel {:.4g} x {:.4g} m on {}; {} runs\n", model.radius_m(), model.width_m(),
+               model.soil(), model.provenance().runs_size());
+    fmt::print("  domain: slip {:.3g} to {:.3g}, |attack angle| to {:.3g} deg, load {:.3g} to {:.3g} N\n",
+               domain.slip_min(), domain.slip_max(), domain.attack_angle_max_rad() * kDegPerRad,
+               domain.load_min_n(), domain.load_max_n());
+  }
+}
+
+void PrintJob(const v1alpha1::Job& job) {
+  fmt::print("job {}: {}{}\n", job.job_id(), JobStateName(job.job_state()),
+             job.message().empty() ? "" : ", " + job.message());
+  fmt::print("  refines {} at slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, seed {}\n",
+             job.model(), job.state().slip(), job.state().attack_angle_rad() * kDegPerRad,
+             job.state().load_n(), job.seed());
+  if (!job.run_file().empty()) {
+    fmt::print("  run {} sha256 {}\n", job.run_file(), job.run_sha256());
+  }
+  if (!job.candidate_digest().empty()) fmt::print("  candidate {}\n", job.candidate_digest());
+  for (const auto& check : job.gate()) {
+    fmt::print("  gate {}: {} {}\n", check.name(), check.passed() ? "passed" : "FAILED",
+               check.detail());
+  }
+}
+
+}  // namespace grouser::cli

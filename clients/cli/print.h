@@ -1,0 +1,28 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <string>
+#include <vector>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+#include "grouser/v1alpha1/terrain_service.pb.h"
+
+namespace grouser::cli {
+
+/// JSON of a message on stdout: proto field names, zeros included.
+void PrintJson(const google::protobuf::Message& message);
+
+/// One table a state: output, value, interval, parts of the uncertainty, unit;
+/// flags spelled out. `loads` are the vertical loads that were asked [N].
+void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
+                    const std::vector<double>& loads);
+void PrintModels(const v1alpha1::ListModelsResponse& response);
+void PrintJob(const v1alpha1::Job& job);
+
+/// "RUNNING": without the prefix of the enum.
+std::string JobStateName(v1alpha1::JobState state);
+/// "EXTRAPOLATED|RATE"; "-" for none.
+std::string FlagNames(std::uint32_t flags);
+
+}  // namespace grouser::cli

@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <stdexcept>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/print.h"
+#include "clients/cli/state_options.h"
+#include "clients/cpp/lcm_client.h"
+#include "clients/cpp/terrain_client.h"
+
+namespace grouser::cli {
+namespace {
+
+using client::Milliseconds;
+
+struct QueryOptions {
+  std::string model;
+  StateOptions states;
+  bool values_only = false;
+};
+
+struct LcmOptions {
+  std::string model, url;
+  StateOptions states;
+};
+
+int RunQuery(const Common& common, const QueryOptions& options) {
+  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  v1alpha1::EvaluateWheelsRequest request;
+  request.set_model(options.model);
+  request.set_values_only(options.values_only);
+  *request.mutable_states() = options.states.Build();
+  const auto response = client.Evaluate(request);
+  if (common.json) {
+    PrintJson(response);
+  } else {
+    const auto& loads = request.states().closure_value();
+    PrintResponses(response, {loads.begin(), loads.end()});
+  }
+  return kExitOk;
+}
+
+int RunModels(const Common& common) {
+  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  const auto response = client.ListModels();
+  common.json ? PrintJson(response) : PrintModels(response);
+  return kExitOk;
+}
+
+int RunHealth(const Common& common, const std::string& service) {
+  const bool of_jobs = service == "jobs";
+  const bool serving = client::IsServing(of_jobs ? common.jobs : common.server, "",
+                                         Milliseconds(common.deadline_ms));
+  if (common.json) {
+    fmt::print("{{\"serving\": {}}}\n", serving);
+  } else {
+    fmt::print("{}\n", serving ? "SERVING" : "NOT_SERVING");
+  }
+  return serving ? kExitOk : kExitFailed;
+}
+
+grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::WheelStates& states) {
+  if (!states.has_velocity()) {
+    throw CLI::ValidationError("state", "LCM takes velocities: expected --vx, --vy and --rim");
+  }
+  const auto copy = [](const auto& field) {
+    return std::vector<double>(field.begin(), field.end());
+  };
+  grouser_lcm::wheel_query_t query;
+  query.model = model;
+  query.n = states.closure_value_size();
+  query.v_x = copy(states.velocity().v_x_m_per_s());
+  query.v_y = copy(states.velocity().v_y_m_per_s());
+  query.rim_speed = copy(states.velocity().rim_speed_m_per_s());
+  query.load = copy(states.closure_value());
+  return query;
+}
+
+/// The LCM answer in the words of the gRPC one, so that both print alike. What
+/// LCM does not carry stays empty.
+v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in,
+                                         const v1alpha1::WheelStates& states) {
+  v1alpha1::EvaluateWheelsResponse out;
+  out.set_sequence(in.sequence);
+  out.set_model(in.model);
+  auto* r = out.mutable_responses();
+  *r->mutable_velocity() = states.velocity();
+  *r->mutable_flags() = {in.flags.begin(), in.flags.end()};
+  *r->mutable_slip()->mutable_slip() = {in.slip.begin(), in.slip.end()};
+  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(),
+                                                    in.attack_angle.end()};
+  const auto copy = [](const grouser_lcm::wheel_output_t& from, v1alpha1::OutputArray* to) {
+    *to->mutable_value() = {from.value.begin(), from.value.end()};
+    *to->mutable_sd_fit() = {from.sd_fit.begin(), from.sd_fit.end()};
+    *to->mutable_sd_patch() = {from.sd_patch.begin(), from.sd_patch.end()};
+    *to->mutable_low() = {from.low.begin(), from.low.end()};
+    *to->mutable_high() = {from.high.begin(), from.high.end()};
+  };
+  copy(in.f_x, r->mutable_f_x());
+  copy(in.f_y, r->mutable_f_y());
+  copy(in.f_z, r->mutable_f_z());
+  copy(in.torque, r->mutable_torque());
+  copy(in.m_z, r->mutable_m_z());
+  copy(in.sinkage, r->mutable_sinkage());
+  return out;
+}
+
+void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
+  const auto& r = response.responses();
+  fmt::print("model {}\n{:>5} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}  flags\n", response.model(),
+             "state", "f_x N", "f_y N", "f_z N", "torque N m", "m_z N m", "sinkage m");
+  for (int i = 0; i < r.flags_size(); ++i) {
+    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}  {}\n", i,
+               r.f_x().value(i), r.f_y().value(i), r.f_z().value(i), r.torque().value(i),
+               r.m_z().value(i), r.sinkage().value(i), FlagNames(r.flags(i)));
+    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "low",
+               r.f_x().low(i), r.f_y().low(i), r.f_z().low(i), r.torque().low(i), r.m_z().low(i),
+               r.sinkage().low(i));
+    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "high",
+               r.f_x().high(i), r.f_y().high(i), r.f_z().high(i), r.torque().high(i),
+               r.m_z().high(i), r.sinkage().high(i));
+  }
+}
+
+int RunLcmQuery(const Common& common, const LcmOptions& options) {
+  const auto states = options.states.Build();
+  auto query = ToLcm(options.model, states);
+  client::LcmClient client(options.url);
+  const auto answer = client.Query(&query, Milliseconds(common.deadline_ms));
+  if (!answer) {
+    throw std::runtime_error(fmt::format("lcm: no answer within {} ms; is grouser-server running "
+                                         "with LCM on this URL?",
+                                         common.deadline_ms));
+  }
+  const auto response = FromLcm(*answer, states);
+  common.json ? PrintJson(response) : PrintLcm(response);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
+  const char* model_text = "NAME, NAME@ALIAS or NAME@sha256:HEX; default: the only model";
+  auto* query = app.add_subcommand("query", "Forces, torque and sinkage of wheel states (gRPC)");
+  auto query_options = std::make_shared<QueryOptions>();
+  query->add_option("--model", query_options->model, model_text);
+  query->add_flag("--values-only", query_options->values_only, "Leave the uncertainty out");
+  query_options->states.AddTo(*query);
+  query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });
+
+  auto* lcm = app.add_subcommand("lcm-query", "The same over LCM (velocities, up to 64 states)");
+  auto lcm_options = std::make_shared<LcmOptions>();
+  lcm->add_option("--model", lcm_options->model, model_text);
+  lcm->add_option("--lcm-url", lcm_options->url, "LCM URL (default: $LCM_DEFAULT_URL)");
+  lcm_options->states.AddTo(*lcm);
+  lcm->callback([=] { *action = [=] { return RunLcmQuery(*common, *lcm_options); }; });
+
+  auto* models = app.add_subcommand("models", "Models that are served");
+  models->callback([=] { *action = [=] { return RunModels(*common); }; });
+
+  auto* health = app.add_subcommand("health", "Whether a program serves (exit 0) or not (1)");
+  auto service = std::make_shared<std::string>("server");
+  health->add_option("program", *service, "server or jobs")
+      ->check(CLI::IsMember({"server", "jobs"}))
+      ->capture_default_str();
+  health->callback([=] { *action = [=] { return RunHealth(*common, *service); }; });
+}
+
+}  // namespace grouser::cli

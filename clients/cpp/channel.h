@@ -1,0 +1,23 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+namespace grouser::client {
+
+using Milliseconds = std::chrono::milliseconds;
+
+/// Plain channel to HOST:PORT (or unix:PATH) that takes answers to the biggest
+/// batches.
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address);
+
+std::chrono::system_clock::time_point DeadlineAfter(Milliseconds limit);
+
+/// Asks the standard health service about `service` ("" is the whole server).
+/// True for SERVING. Throws ClientError (NOT_FOUND for an unknown service).
+bool IsServing(const std::string& address, const std::string& service, Milliseconds deadline);
+
+}  // namespace grouser::client

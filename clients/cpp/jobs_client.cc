@@ -1,0 +1,85 @@
+#include "clients/cpp/jobs_client.h"
+
+#include <grpcpp/client_context.h>
+
+#include <utility>
+
+#include "clients/cpp/client_error.h"
+
+namespace grouser::client {
+namespace {
+
+/// One unary call with a deadline.
+template <class Stub, class Request, class Response>
+void Call(Stub& stub,
+          grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+          const Request& request, Response* response, const std::string& address,
+          Milliseconds deadline) {
+  grpc::ClientContext context;
+  context.set_deadline(DeadlineAfter(deadline));
+  ThrowUnlessOk((stub.*method)(&context, request, response), address);
+}
+
+using Stub = v1alpha1::JobsService::Stub;
+
+}  // namespace
+
+JobsClient::JobsClient(std::string address, Milliseconds deadline)
+    : address_(std::move(address)),
+      deadline_(deadline),
+      stub_(v1alpha1::JobsService::NewStub(MakeChannel(address_))) {}
+
+v1alpha1::SubmitRefinementResponse JobsClient::Submit(
+    const v1alpha1::SubmitRefinementRequest& request) const {
+  v1alpha1::SubmitRefinementResponse response;
+  Call(*stub_, &Stub::SubmitRefinement, request, &response, address_, deadline_);
+  return response;
+}
+
+v1alpha1::Job JobsClient::Get(const std::string& job_id) const {
+  v1alpha1::GetJobRequest request;
+  request.set_job_id(job_id);
+  v1alpha1::GetJobResponse response;
+  Call(*stub_, &Stub::GetJob, request, &response, address_, deadline_);
+  return std::move(*response.mutable_job());
+}
+
+v1alpha1::ListJobsResponse JobsClient::List(std::uint32_t limit) const {
+  v1alpha1::ListJobsRequest request;
+  request.set_limit(limit);
+  v1alpha1::ListJobsResponse response;
+  Call(*stub_, &Stub::ListJobs, request, &response, address_, deadline_);
+  return response;
+}
+
+v1alpha1::Job JobsClient::Watch(
+    const std::string& job_id, const std::function<bool(const v1alpha1::Job&)>& on_change) const {
+  v1alpha1::WatchJobRequest request;
+  request.set_job_id(job_id);
+  grpc::ClientContext context;
+  const auto reader = stub_->WatchJob(&context, request);
+  v1alpha1::WatchJobResponse response;
+  bool stopped_here = false;
+  while (!stopped_here && reader->Read(&response)) stopped_here = !on_change(response.job());
+  if (stopped_here) context.TryCancel();
+  const grpc::Status status = reader->Finish();
+  if (!stopped_here) ThrowUnlessOk(status, address_);
+  return std::move(*response.mutable_job());
+}
+
+v1alpha1::Job JobsClient::Cancel(const std::string& job_id, const std::string& request_id) const {
+  v1alpha1::CancelJobRequest request;
+  request.set_job_id(job_id);
+  request.set_request_id(request_id);
+  v1alpha1::CancelJobResponse response;
+  Call(*stub_, &Stub::CancelJob, request, &response, address_, deadline_);
+  return std::move(*response.mutable_job());
+}
+
+v1alpha1::PromoteResponse JobsClient::Promote(const v1alpha1::PromoteRequest& request) const {
+  v1alpha1::PromoteResponse response;
+  Call(*stub_, &Stub::Promote, request, &response, address_, deadline_);
+  return response;
+}
+
+}  // namespace grouser::client

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "clients/cpp/channel.h"
+#include "grouser/v1alpha1/jobs_service.grpc.pb.h"
+
+namespace grouser::client {
+
+/// Refinement jobs; thread-safe. Every call throws ClientError with status and
+/// text when it fails. Meaning of the messages: jobs_service.proto.
+class JobsClient {
+ public:
+  explicit JobsClient(std::string address, Milliseconds deadline = Milliseconds(10000));
+
+  v1alpha1::SubmitRefinementResponse Submit(
+      const v1alpha1::SubmitRefinementRequest& request) const;
+  v1alpha1::Job Get(const std::string& job_id) const;
+  v1alpha1::ListJobsResponse List(std::uint32_t limit) const;
+  /// Calls `on_change` with the present state and every change until the job
+  /// has ended or `on_change` returns false; returns the last state. No
+  /// deadline: DEM takes its time.
+  v1alpha1::Job Watch(const std::string& job_id,
+                      const std::function<bool(const v1alpha1::Job&)>& on_change) const;
+  v1alpha1::Job Cancel(const std::string& job_id, const std::string& request_id) const;
+  v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request) const;
+
+ private:
+  std::string address_;
+  Milliseconds deadline_;
+  std::unique_ptr<v1alpha1::JobsService::Stub> stub_;
+};
+
+}  // namespace grouser::client

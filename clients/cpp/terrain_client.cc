@@ -1,0 +1,69 @@
+#include "clients/cpp/terrain_client.h"
+
+#include <grpcpp/client_context.h>
+
+#include <utility>
+
+#include "clients/cpp/client_error.h"
+
+namespace grouser::client {
+
+bool WheelStreamSession::Send(const v1alpha1::EvaluateWheelsRequest& request) {
+  return stream_->Write(request);
+}
+
+bool WheelStreamSession::Receive(v1alpha1::EvaluateWheelsResponse* response) {
+  return stream_->Read(response);
+}
+
+void WheelStreamSession::Finish() {
+  if (finished_) return;
+  finished_ = true;
+  stream_->WritesDone();
+  v1alpha1::EvaluateWheelsResponse dropped;
+  while (stream_->Read(&dropped)) {
+  }
+  ThrowUnlessOk(stream_->Finish(), address_);
+}
+
+WheelStreamSession::~WheelStreamSession() {
+  if (finished_ || !stream_) return;
+  context_->TryCancel();
+  stream_->Finish();
+}
+
+TerrainClient::TerrainClient(std::string address, Milliseconds deadline)
+    : address_(std::move(address)),
+      deadline_(deadline),
+      stub_(v1alpha1::TerrainService::NewStub(MakeChannel(address_))) {}
+
+v1alpha1::EvaluateWheelsResponse TerrainClient::Evaluate(
+    const v1alpha1::EvaluateWheelsRequest& request) const {
+  v1alpha1::EvaluateWheelsResponse response;
+  Evaluate(request, &response);
+  return response;
+}
+
+void TerrainClient::Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
+                             v1alpha1::EvaluateWheelsResponse* response) const {
+  grpc::ClientContext context;
+  context.set_deadline(DeadlineAfter(deadline_));
+  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), address_);
+}
+
+v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
+  grpc::ClientContext context;
+  context.set_deadline(DeadlineAfter(deadline_));
+  v1alpha1::ListModelsResponse response;
+  ThrowUnlessOk(stub_->ListModels(&context, {}, &response), address_);
+  return response;
+}
+
+std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {
+  std::unique_ptr<WheelStreamSession> session(new WheelStreamSession);
+  session->address_ = address_;
+  session->stream_ = stub_->StreamWheels(session->context_.get());
+  return session;
+}
+
+}  // namespace grouser::client

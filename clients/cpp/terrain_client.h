@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "clients/cpp/channel.h"
+#include "grouser/v1alpha1/terrain_service.grpc.pb.h"
+
+namespace grouser::client {
+
+/// One StreamWheels call. Send() and Receive() may run on two threads, one
+/// each; keep a few batches in flight. Errors of single messages come in band
+/// (response.has_error()) and do not end the stream.
+class WheelStreamSession {
+ public:
+  /// False when the stream has ended; Finish() tells why.
+  bool Send(const v1alpha1::EvaluateWheelsRequest& request);
+  bool Receive(v1alpha1::EvaluateWheelsResponse* response);
+  /// Half-closes, drops what is still to come, throws ClientError unless the
+  /// stream ended well.
+  void Finish();
+  /// Ends a stream that was not finished.
+  ~WheelStreamSession();
+
+ private:
+  friend class TerrainClient;
+  using Stream = grpc::ClientReaderWriter<v1alpha1::EvaluateWheelsRequest,
+                                          v1alpha1::EvaluateWheelsResponse>;
+  WheelStreamSession() = default;
+
+  std::string address_;
+  std::unique_ptr<grpc::ClientContext> context_ = std::make_unique<grpc::ClientContext>();
+  std::unique_ptr<Stream> stream_;
+  bool finished_ = false;
+};
+
+/// Wheel queries over gRPC; thread-safe. Every call throws ClientError with
+/// status and text when it fails.
+class TerrainClient {
+ public:
+  explicit TerrainClient(std::string address, Milliseconds deadline = Milliseconds(5000));
+
+  v1alpha1::EvaluateWheelsResponse Evaluate(const v1alpha1::EvaluateWheelsRequest& request) const;
+  /// The same, reusing the memory of `response`.
+  void Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
+                v1alpha1::EvaluateWheelsResponse* response) const;
+  v1alpha1::ListModelsResponse ListModels() const;
+  /// Opens a stream without a deadline.
+  std::unique_ptr<WheelStreamSession> OpenStream() const;
+
+  const std::string& address() const { return address_; }
+
+ private:
+  std::string address_;
+  Milliseconds deadline_;
+  std::unique_ptr<v1alpha1::TerrainService::Stub> stub_;
+};
+
+}  // namespace grouser::client

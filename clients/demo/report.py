@@ -1,0 +1,286 @@
+#!/usr/bin/python3
+"""Writes the demo's report: one HTML file with its plots inside.
+
+Usage: report.py DATA.json REPORT.html      (DATA.json: written by demo.py)
+"""
+
+import base64
+import html
+import io
+import json
+import math
+import os
+import statistics
+import sys
+
+import plots
+import readings
+from processes import write_atomically
+from records import AXES, OUTPUTS, Responses, Run, number
+
+EXTRAPOLATED = 4  # StateFlag
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def cell(value, digits=3):
+    if isinstance(value, float):
+        return "–" if math.isnan(value) else f"{value:.{digits}g}"
+    return html.escape(str(value))
+
+
+def table(header, rows, note=""):
+    head = "".join(f"<th>{html.escape(text)}</th>" for text in header)
+    body = "".join("<tr>" + "".join(f"<td>{cell(value)}</td>" for value in row) + "</tr>\n"
+                   for row in rows)
+    note = f"<p class=note>{html.escape(note)}</p>" if note else ""
+    return f"<div class=scroll><table><tr>{head}</tr>\n{body}</table></div>{note}"
+
+
+def picture(figure, alt):
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130)
+    plots.plt.close(figure)
+    data = base64.b64encode(buffer.getvalue()).decode()
+    return f'<img alt="{html.escape(alt)}" src="data:image/png;base64,{data}">'
+
+
+def section(title, *parts):
+    return f"<section><h2>{html.escape(title)}</h2>\n" + "\n".join(parts) + "</section>\n"
+
+
+def reading(text):
+    return f"<p>{html.escape(text)}</p>"
+
+
+def mean_of(runs, *path):
+    def value(run):
+        node = run.record
+        for key in path:
+            node = node[key]
+        return number(node)
+    return statistics.fmean(value(run) for run in runs)
+
+
+def setup_section(runs, data):
+    steady = [run for run in runs if run.steady]
+    spec = steady[0].record["spec"]
+    rig, wheel, grains = spec["rig"], spec["wheel"], spec["soil"]["grains"]
+    box = " × ".join(f"{1000 * number(rig[key]):.0f}" for key in
+                     ("bed_length_m", "bed_width_m", "bed_depth_m"))
+    facts = [
+        ("wheel", f"{wheel['name']}: radius {1000 * number(wheel['radius_m']):.1f} mm, "
+                  f"width {1000 * number(wheel['width_m']):.1f} mm, smooth, rigid"),
+        ("soil", f"{spec['soil']['name']}: bulk density "
+                 f"{number(spec['soil']['bulk_density_kg_per_m3']):.0f} kg/m³ wanted, "
+                 f"{mean_of(steady, 'bed', 'bulk_density_kg_per_m3'):.0f} settled, "
+                 f"solid fraction {mean_of(steady, 'bed', 'solid_fraction'):.3f}"),
+        ("mean grain diameter d", f"{1000 * mean_of(steady, 'bed', 'mean_diameter_m'):.2f} mm, "
+                                  f"{mean_of(steady, 'bed', 'grains'):.0f} grains"),
+        ("box", f"{box} mm (periodic along and across)"),
+        ("speed", f"max(|r w|, V) = {number(rig['speed_m_per_s']):g} m/s, inertial number "
+                  f"{mean_of(steady, 'numerics', 'inertial_number'):.2g}"),
+        ("stiffness", f"E {number(grains['youngs_modulus_pa']):.2g} Pa; 99th-percentile overlap "
+                      f"{100 * mean_of(steady, 'numerics', 'overlap_p99_over_radius'):.1f} % of the radius"),
+        ("time step", f"{1e6 * mean_of(steady, 'numerics', 'dt_s'):.0f} µs, "
+                      f"{mean_of(steady, 'numerics', 'particle_steps'):.2g} particle-steps a run, "
+                      f"{mean_of(steady, 'numerics', 'wall_s'):.0f} s of one core"),
+        ("energy", "largest residual "
+                   f"{100 * max(energy_residual(run) for run in steady):.2g} % of the work put in"),
+    ]
+    rows = "".join(f"<tr><th>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in facts)
+    return section("What was run", f"<table class=facts>{rows}</table>",
+                   reading(readings.campaign(runs)), broken_rules_table(runs),
+                   standard_error_table(steady))
+
+
+def energy_residual(run):
+    energy = run.record["energy"]
+    return abs(number(energy["residual_j"])) / max(abs(number(energy["input_j"])), 1e-12)
+
+
+def broken_rules_table(runs):
+    broken = {}
+    for run in runs:
+        for rule in run.broken_rules():
+            broken.setdefault(rule["name"], []).append(rule)
+    if not broken:
+        return reading("No size rule was broken.")
+    rows = [(name, len(rules), span(rules, "value"), span(rules, "limit"))
+            for name, rules in broken.items()]
+    return "<h3>Size rules broken</h3>" + table(
+        ("rule", f"runs of {len(runs)}", "value", "limit"), rows,
+        "These runs are small enough for two cores; what a broken rule costs in accuracy is not in the intervals.")
+
+
+def span(rules, key):
+    low, high = (f(number(rule[key]) for rule in rules) for f in (min, max))
+    return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
+
+
+def standard_error_table(steady):
+    rows = []
+    for output in OUTPUTS:
+        label, unit, scale = AXES[output]
+        errors = [scale * run.standard_error[output] for run in steady]
+        rows.append((output, unit, statistics.median(errors), max(errors)))
+    return "<h3>Standard errors of the steady means (block averages)</h3>" + table(
+        ("output", "unit", "median", "largest"), rows)
+
+
+def runs_section(runs):
+    rows = [(run.role, run.status, run.slip, run.angle_deg, run.load_n, run.seed,
+             *(AXES[o][2] * run.mean.get(o, math.nan) for o in OUTPUTS),
+             run.record.get("reason", "")) for run in runs]
+    header = ("role", "status", "slip", "angle °", "load N", "seed", "f_x N", "f_y N", "f_z N",
+              "torque N m", "m_z N m", "sinkage mm", "reason")
+    return section("All runs", table(header, rows))
+
+
+def response_sections(runs, data):
+    steady = [run for run in runs if run.steady]
+    load = data["load_n"]
+    slip_curves = {float(k): Responses(v) for k, v in data["curves_over_slip"].items()}
+    angle_curves = {float(k): Responses(v) for k, v in data["curves_over_angle"].items()}
+    rows = data["compare"]["rows"]
+    near = [row for row in rows if abs(number(row["load_n"]) / load - 1) < 0.15]
+    yield section(f"Forces, torque and sinkage against slip, load {load:g} N",
+                  picture(plots.against_slip(slip_curves, steady, near, load), "forces against slip"),
+                  reading(readings.against_slip(steady, len(near), len(rows), load)))
+    yield section(f"Against attack angle, load {load:g} N",
+                  picture(plots.against_angle(angle_curves, steady, load), "forces against attack angle"),
+                  reading(readings.against_angle(angle_curves)))
+    held_out = held_out_pairs(runs, data)
+    if held_out:
+        yield section("Surrogate against held-out DEM",
+                      picture(plots.parity(held_out), "parity plot"),
+                      reading(readings.parity(held_out, data["interval_level"])),
+                      error_table(data["model"]))
+    shown = readings.pressure_run(steady)
+    yield section("Pressure under the wheel", picture(plots.pressure(shown), "contact stress"),
+                  reading(readings.pressure(shown)))
+
+
+def held_out_pairs(runs, data):
+    by_id = {run.run_id: run for run in runs if run.steady}
+    held_out = data["held_out"]
+    return [(by_id[run_id], answer_of(held_out["responses"], index))
+            for index, run_id in enumerate(held_out["run_ids"])]
+
+
+def answer_of(message, index=0):
+    responses = Responses(message)
+    return {output: tuple(responses.array(output, field)[index]
+                          for field in ("value", "low", "high")) for output in OUTPUTS}
+
+
+def error_table(model):
+    rows = [(row["region"].replace("REGION_", "").lower(), row["output"], row["set"], int(row["n"]),
+             number(row["rmse"]), number(row["max_abs"]), f"{100 * number(row['covered90']):.0f} %")
+            for row in model["errors"] if int(row["n"]) > 0]
+    return "<h3>Error table of the model</h3>" + table(
+        ("region", "output", "set", "n", "rmse", "largest", "inside the interval"), rows,
+        "Units: N, N m, m. Region of few runs: read n first.")
+
+
+def compare_section(compare):
+    """What `grouser-fit compare --json` gives, row by row, and by region."""
+    rows = []
+    for row in compare["rows"]:
+        state = (f"{number(row['slip']):.2f}", f"{number(row['attack_angle_deg']):.0f}",
+                 f"{number(row['load_n']):.1f}")
+        for output, entry in row["measured"].items():
+            if math.isnan(number(entry["value"])):
+                continue
+            scale, dem = AXES[output][2], row["dem"]
+            rows.append((*state, f"{output} {AXES[output][1]}",
+                         with_error(dem[output], "standard_error", scale) if dem else "–",
+                         interval(row["surrogate"][output], scale),
+                         "outside" if int(row["flags"]) & EXTRAPOLATED else "",
+                         with_error(entry, "sd", scale)))
+    errors = [(e["region"], f"{e['output']} {AXES[e['output']][1]}", e["n"],
+               *(AXES[e["output"]][2] * number(e[key]) for key in ("mean_measured", "rmse", "rmse_dem")),
+               e["n_dem"]) for e in compare["errors"]]
+    return section("DEM, surrogate and measurement",
+                   table(("region", "output", "n", "mean measured", "surrogate rms off", "DEM rms off",
+                          "n DEM"), errors),
+                   reading(readings.measured(compare["rows"])), "<h3>Point by point</h3>",
+                   table(("slip", "angle °", "load N", "output", "DEM ± se", "surrogate [interval]",
+                          "training hull", "measured ± sd"), rows))
+
+
+def with_error(entry, error, scale):
+    return f"{scale * number(entry['value']):.3g} ± {scale * number(entry[error]):.2g}"
+
+
+def interval(entry, scale):
+    value, low, high = (scale * number(entry[key]) for key in ("value", "low", "high"))
+    return f"{value:.3g} [{low:.3g}, {high:.3g}]"
+
+
+def latency_section(rows):
+    return section("Latency", table(
+        ("transport", "states a message", "messages", "p50 µs", "p99 µs", "lost"),
+        [(r["transport"], r["batch"], r["samples"], f"{r['p50_us']:.0f}", f"{r['p99_us']:.0f}", r["lost"])
+         for r in rows]),
+        reading("Round trips as a client on this machine sees them, one message at a time, back to "
+                "back, client and server sharing its cores."))
+
+
+def refinement_section(data):
+    item = data["refinement"]
+    before, after = answer_of(item["before"]), answer_of(item["after"])
+    held_out, worker = Run(item["held_out"]), Run(item["job"]["run"])
+    rows = [(f"{o} {AXES[o][1]}", *(AXES[o][2] * x for x in (
+        before[o][0], (before[o][2] - before[o][1]) / 2, abs(before[o][0] - held_out.mean[o]),
+        after[o][0], (after[o][2] - after[o][1]) / 2, abs(after[o][0] - held_out.mean[o]),
+        held_out.mean[o], held_out.standard_error[o]))) for o in OUTPUTS]
+    gate = [(check["name"], "passed" if check["passed"] else "failed", check["detail"])
+            for check in item["job"]["gate"]]
+    where = (f"slip {worker.slip:.2f}, attack angle {worker.angle_deg:.0f}°, load {worker.load_n:g} N")
+    return section("One refinement", reading(f"At {where}, a state that no run of the campaign has."),
+                   picture(plots.refinement(before, after, held_out, worker), "refinement"),
+                   table(("output", "before", "± half width", "error", "after", "± half width", "error",
+                          "held-out DEM", "its se"), rows),
+                   reading(readings.refinement(before, after, held_out)),
+                   "<h3>Gate</h3>", table(("check", "result", "detail"), gate),
+                   reading(f"Job {item['job']['job_id']}: run file {item['job']['run_file']}, SHA-256 "
+                           f"{item['job']['run_sha256']}, verified on disk and found in the provenance of "
+                           f"candidate {item['job']['candidate_digest'][:12]}, which was promoted "
+                           f"{item['promotion']}."))
+
+
+def stage_section(stages):
+    return section("Stages", table(("stage", "seconds"), [(s["name"], f"{s['seconds']:.1f}") for s in stages]))
+
+
+def render(data):
+    runs = [Run(entry["record"], entry["role"]) for entry in data["runs"]]
+    with open(os.path.join(HERE, "report.css")) as file:
+        style = file.read()
+    body = "".join([setup_section(runs, data), *response_sections(runs, data), compare_section(data["compare"]),
+                    refinement_section(data), latency_section(data["latency"]), runs_section(runs),
+                    stage_section(data["stages"])])
+    model = data["model"]
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Grouser demo</title>
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head>
+<body><h1>Grouser demo</h1>
+<p>Model {html.escape(model['name'])}, {len(runs)} DEM runs, made by <code>./grouser demo</code>
+(version {html.escape(data['version'])}). Conventions: contact frame x forward, y left, z up; wrench of
+the soil on the wheel at its centre; slip = (r w − v_x) / max(|r w|, V); bars of DEM means are 90 %.</p>
+{body}</body></html>
+"""
+
+
+def main():
+    if len(sys.argv) != 3 or sys.argv[1] in ("-h", "--help"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    with open(sys.argv[1]) as file:
+        data = json.load(file)
+    write_atomically(sys.argv[2], render(data))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,161 @@
+# shellcheck shell=bash
+# Parts of ./grouser that every word uses: messages, packages, build.
+
+# Debian's: it has numpy and matplotlib.
+# shellcheck disable=SC2034  # used by other parts
+PYTHON=/usr/bin/python3
+
+say() { printf 'grouser: %s\n' "$*" >&2; }
+fail() { say "$*"; exit 1; }
+usage_error() { say "$*"; exit 2; }
+
+# Whether one of a word's arguments asks for its help.
+wants_help() {
+  local arg
+  for arg in "$@"; do
+    case "$arg" in -h | --help) return 0 ;; esac
+  done
+  return 1
+}
+
+state_dir() {
+  local home="${HOME:-$(getent passwd "$(id -u)" | cut -d: -f6)}"
+  printf '%s\n' "${GROUSER_STATE:-${XDG_STATE_HOME:-$home/.local/state}/grouser}"
+}
+shipped_dir() { printf '%s\n' "$GROUSER_ROOT/surrogate/shipped"; }
+# Model files of the given folders; a folder that is not there has none.
+model_files() { find "$@" -maxdepth 1 -name '*.model' 2>/dev/null || true; }
+program_path() { printf '%s\n' "$GROUSER_ROOT/build/release/bin/$1"; }
+
+# Package names of the given groups of cmake/packages.debian.
+package_list() {
+  awk -v groups=" $* " '
+    /^# group:/ { take = index(groups, " " $3 " ") > 0; next }
+    /^ *(#|$)/ { next }
+    take { print $1 }' "$GROUSER_ROOT/cmake/packages.debian"
+}
+
+# Those of the listed packages that are not installed.
+missing_packages() {
+  local wanted installed
+  wanted="$(package_list "$@" | sort -u)"
+  # shellcheck disable=SC2086  # one word a package
+  installed="$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' $wanted 2>/dev/null |
+    awk '$1 == "installed" {print $2}' | sort -u)" || true
+  comm -23 <(printf '%s\n' "$wanted") <(printf '%s\n' "$installed")
+}
+
+# install_missing GROUP...: does nothing where nothing is missing.
+install_missing() {
+  if ! command -v dpkg-query >/dev/null; then
+    say "no dpkg here: install what cmake/packages.debian names by hand"
+    return 0
+  fi
+  local missing root=()
+  mapfile -t missing < <(missing_packages "$@")
+  [ ${#missing[@]} -eq 0 ] && return 0
+  if [ -n "${GROUSER_NO_INSTALL:-}" ]; then
+    fail "missing packages (GROUSER_NO_INSTALL is set): ${missing[*]}"
+  fi
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "missing packages, and neither root nor sudo:" \
+      "as root, run: apt-get install --no-install-recommends ${missing[*]}"
+    root=(sudo)
+  fi
+  say "installing ${#missing[@]} Debian packages with ${root[*]:+sudo }apt-get: ${missing[*]}"
+  local log="$GROUSER_ROOT/build/packages.log" apt
+  mkdir -p "$GROUSER_ROOT/build"
+  apt=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q)
+  if ! { "${apt[@]}" update && "${apt[@]}" install -y --no-install-recommends "${missing[@]}"; } \
+      </dev/null >"$log" 2>&1; then
+    tail -n 25 "$log" >&2
+    fail "apt-get failed; its output is in $log"
+  fi
+}
+
+# Compilers at once: one a core, and 1.5 GiB of memory for each.
+build_jobs() {
+  local cores memory
+  cores="$(nproc)"
+  memory="$(awk '/^MemAvailable/ {print int($2 / 1572864)}' /proc/meminfo)"
+  [ "$memory" -lt 1 ] && memory=1
+  printf '%s\n' "${GROUSER_BUILD_JOBS:-$((cores < memory ? cores : memory))}"
+}
+
+# Passes a build log through to FILE and shows every tenth of its steps.
+show_tenths() {
+  tee -a "$1" | awk '
+    match($0, /^\[[0-9]+\/[0-9]+\]/) {
+      split(substr($0, 2, RLENGTH - 2), n, "/")
+      tenth = int(10 * n[1] / n[2])
+      if (n[2] >= 10 && tenth != last) {
+        printf "grouser:   %3d %% of %d steps\n", 10 * tenth, n[2]; fflush(); last = tenth
+      }
+    }' >&2
+}
+
+# Runs ninja so that a signal for this shell alone ends it too.
+run_ninja() {
+  local code=0 ninja
+  ninja -C "$1" -j "$(build_jobs)" </dev/null > >(show_tenths "$2") 2>&1 &
+  ninja=$!
+  trap 'kill -TERM $ninja || true; wait $ninja || true; say "the build was interrupted"; exit 130' INT TERM HUP
+  wait $ninja || code=$?
+  trap - INT TERM HUP
+  return $code
+}
+
+# build_preset PRESET: configures where that was not done, then builds. One
+# build at a time; the output goes to build/PRESET.log.
+build_preset() {
+  local preset="$1" dir="$GROUSER_ROOT/build/$1" log="$GROUSER_ROOT/build/$1.log"
+  local started=$SECONDS fresh=() home
+  mkdir -p "$GROUSER_ROOT/build"
+  exec 9>"$GROUSER_ROOT/build/.lock"
+  flock -n 9 || { say "another build of this checkout is running; waiting for it"; flock 9; }
+  : >"$log"
+  home="$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$dir/CMakeCache.txt" 2>/dev/null || true)"
+  if [ ! -f "$dir/build.ninja" ] || [ "$home" != "$GROUSER_ROOT" ]; then
+    [ -z "$home" ] || fresh=(--fresh)  # the checkout was moved, or a configure failed
+    say "configuring preset $preset"
+    (cd "$GROUSER_ROOT" && cmake "${fresh[@]}" --preset "$preset") 9>&- </dev/null >>"$log" 2>&1 ||
+      { tail -n 25 "$log" >&2; fail "configure failed; its output is in $log"; }
+  fi
+  say "building preset $preset (log: build/$preset.log)"
+  if ! run_ninja "$dir" "$log" 9>&-; then
+    grep -nE -A 12 '^FAILED|error:|Error ' "$log" | head -n 60 >&2 || true
+    fail "build failed; its output is in $log"
+  fi
+  exec 9>&-
+  say "preset $preset is built ($((SECONDS - started)) s)"
+}
+
+set_up() {
+  install_missing build libraries run
+  build_preset release
+}
+
+# build_if_missing PROGRAM...
+build_if_missing() {
+  local program
+  for program in "$@"; do
+    [ -x "$(program_path "$program")" ] && continue
+    set_up
+    [ -x "$(program_path "$program")" ] || fail "$program was not built; see build/release.log"
+  done
+}
+
+# run_program PROGRAM ARGS...: replaces this shell; builds first where needed.
+run_program() {
+  local path
+  build_if_missing "$1"
+  path="$(program_path "$1")"
+  shift
+  exec "$path" "$@"
+}
+
+# LCM needs a route for 239.255.76.67: a default route or one for 224.0.0.0/4.
+has_multicast_route() {
+  awk 'NR > 1 && ($2 == "00000000" && $8 == "00000000" || $2 == "000000E0" && $8 == "000000F0") \
+       { found = 1 } END { exit !found }' /proc/net/route 2>/dev/null
+}

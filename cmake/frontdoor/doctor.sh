@@ -1,0 +1,128 @@
+# shellcheck shell=bash
+# `./grouser doctor`: what is missing, what that costs, what to do about it.
+
+# Findings as "level|name|what was found|what it costs|what to do". Levels:
+# ok, absent (a feature less), missing (demo and tests cannot run).
+finding() { FINDINGS+=("$1|$2|$3|${4:-}|${5:-}"); }
+
+check_packages() {
+  local missing
+  if ! command -v dpkg-query >/dev/null; then
+    finding absent packages "no dpkg: not a Debian" "nothing is installed for you" \
+      "install what cmake/packages.debian names"
+    return
+  fi
+  missing="$(missing_packages build libraries run | tr '\n' ' ')"
+  if [ -z "$missing" ]; then
+    finding ok packages "all $(package_list build libraries run | wc -l) of cmake/packages.debian"
+  else
+    finding missing packages "not installed: ${missing% }" "no build" \
+      "./grouser build installs them; or: apt-get install --no-install-recommends ${missing% }"
+  fi
+}
+
+check_build() {
+  local program absent=()
+  for program in grouser-{dem,fit,server,jobs,client,bench}; do
+    [ -x "$(program_path "$program")" ] || absent+=("$program")
+  done
+  if [ ${#absent[@]} -eq 0 ]; then
+    finding ok build "build/release/bin"
+  else
+    finding absent build "not built: ${absent[*]}" "the first command builds first" "./grouser build"
+  fi
+}
+
+check_gpu() {
+  if command -v nvcc >/dev/null || [ -x /usr/local/cuda/bin/nvcc ]; then
+    finding ok nvcc "$(PATH="$PATH:/usr/local/cuda/bin" nvcc --version | sed -n 's/.*release \([0-9.]*\).*/CUDA \1/p')"
+  else
+    finding absent nvcc "not found" "no GPU back end; everything else builds" "install the CUDA Toolkit"
+  fi
+}
+
+check_multicast() {
+  if has_multicast_route; then
+    finding ok multicast "a route that LCM can use"
+  else
+    finding absent multicast "no route for 224.0.0.0/4" \
+      "no LCM; gRPC works (the demo makes a route in a network namespace of its own)" \
+      "as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo"
+  fi
+}
+
+check_machine() {
+  local cores memory disk
+  cores="$(nproc)"
+  memory="$(awk '/^MemTotal/ {print int($2 / 1048576 + 0.5)}' /proc/meminfo)"
+  disk="$(df -Pk "$GROUSER_ROOT" | awk 'NR == 2 {print int($4 / 1048576)}')"
+  if [ "$cores" -ge 2 ]; then finding ok cores "$cores"; else
+    finding absent cores "$cores" "the demo takes about twice its 12 minutes"; fi
+  if [ "$memory" -ge 4 ]; then finding ok memory "$memory GiB"; else
+    finding missing memory "$memory GiB" "compilers run out of it" "4 GiB or more"; fi
+  if [ "$disk" -ge 6 ]; then finding ok disk "$disk GiB free"; else
+    finding missing disk "$disk GiB free" "no room for the builds of all presets" "6 GiB or more"; fi
+  if grep -qw avx2 /proc/cpuinfo; then
+    finding ok avx "$(grep -owE -m 1 'avx2|avx512f' /proc/cpuinfo | sort -u | paste -sd ' ')"
+  else
+    finding absent avx "no avx2" "DEM and batch queries run several times slower"
+  fi
+}
+
+check_models() {
+  local count
+  count="$(model_files "$(shipped_dir)" "$(state_dir)/models" | wc -l)"
+  if [ "$count" -gt 0 ]; then finding ok models "$count model files (./grouser model list)"; else
+    finding absent models "none shipped, none in $(state_dir)/models" "nothing to serve" \
+      "./grouser demo, or ./grouser campaign run and ./grouser fit"; fi
+}
+
+json_string() {
+  local text="${1//\\/\\\\}"
+  printf '"%s"' "${text//\"/\\\"}"
+}
+
+print_findings_json() {
+  local line level name found cost fix separator=''
+  printf '{"ok": %s, "checks": [' "$1"
+  for line in "${FINDINGS[@]}"; do
+    IFS='|' read -r level name found cost fix <<<"$line"
+    printf '%s\n  {"name": %s, "level": %s, "found": %s, "cost": %s, "fix": %s}' "$separator" \
+      "$(json_string "$name")" "$(json_string "$level")" "$(json_string "$found")" \
+      "$(json_string "$cost")" "$(json_string "$fix")"
+    separator=','
+  done
+  printf '\n]}\n'
+}
+
+print_findings() {
+  local line level name found cost fix
+  for line in "${FINDINGS[@]}"; do
+    IFS='|' read -r level name found cost fix <<<"$line"
+    printf '%-8s %-10s %s\n' "$level" "$name" "$found"
+    [ -z "$cost" ] || printf '%-19s costs: %s\n' '' "$cost"
+    [ -z "$fix" ] || printf '%-19s to do: %s\n' '' "$fix"
+  done
+}
+
+word_doctor() {
+  if wants_help "$@"; then
+    cat <<'HELP'
+Usage: ./grouser doctor [--json]
+Says what this machine lacks, what that costs and what to do about it.
+  ok       there
+  absent   a feature less; everything else works
+  missing  demo and tests cannot run
+Exit code: 0 nothing is missing, 1 something is.
+Example: ./grouser doctor --json | jq '.checks[] | select(.level != "ok")'
+HELP
+    return
+  fi
+  local json='' ok=true
+  case "$*" in '') ;; --json) json=1 ;; *) usage_error "doctor: unknown argument in '$*'" ;; esac
+  FINDINGS=()
+  check_packages; check_build; check_gpu; check_multicast; check_machine; check_models
+  [[ " ${FINDINGS[*]%%|*} " != *" missing "* ]] || ok=false
+  if [ -n "$json" ]; then print_findings_json $ok; else print_findings; fi
+  $ok
+}

@@ -1,0 +1,97 @@
+# shellcheck shell=bash
+# `./grouser serve`: grouser-server and grouser-jobs as one service.
+
+serve_help() {
+  cat <<'HELP'
+Usage: ./grouser serve [options]
+Starts grouser-server (queries) and grouser-jobs (refinements) on the shipped
+models and those of the state folder, and ends both together on Ctrl-C or
+SIGTERM.
+  --state DIR        state folder (default: $GROUSER_STATE, else
+                     $XDG_STATE_HOME/grouser, else ~/.local/state/grouser)
+  --shipped DIR      read-only models (default: surrogate/shipped)
+  --grpc ADDR        of queries (default 127.0.0.1:50151)
+  --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152)
+  --no-lcm           gRPC only (chosen for you where there is no multicast route)
+  --lcm-url URL      e.g. udpm://239.255.76.67:7667?ttl=0
+  --port-file FILE, --jobs-port-file FILE   receive "grpc=ADDR"
+Exit code: 0 ended by a signal, else that of the program that ended by itself.
+Examples:
+  ./grouser serve
+  ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm
+then, elsewhere:
+  ./grouser query --slip 0.2 --angle-deg 30 --load 24
+HELP
+}
+
+# Starts a program that dies with this shell, even if that is killed.
+start_child() {
+  setpriv --pdeathsig TERM -- "$@" </dev/null &
+  CHILDREN+=($!)
+}
+
+# The first SIGINT or SIGTERM ends both; each drains by itself.
+end_children() {
+  SERVE_ENDED_BY_SIGNAL=1
+  kill -TERM "${CHILDREN[@]}" 2>/dev/null || true
+}
+
+# Waits for the first to end, ends the other, sets SERVE_CODE.
+reap_children() {
+  local code=0
+  wait -n "${CHILDREN[@]}" || code=$?
+  if [ -z "$SERVE_ENDED_BY_SIGNAL" ]; then
+    say "a program ended by itself (exit code $code); ending the other"
+    SERVE_CODE=$((code == 0 ? 1 : code))
+    kill -TERM "${CHILDREN[@]}" 2>/dev/null || true
+  fi
+  local child
+  for child in "${CHILDREN[@]}"; do
+    while kill -0 "$child" 2>/dev/null; do wait "$child" || true; done
+  done
+}
+
+word_serve() {
+  if wants_help "$@"; then serve_help; return; fi
+  if [ -z "${GROUSER_SIGNALS_RESET:-}" ]; then
+    # A script's background job starts with SIGINT ignored, which no shell can undo.
+    GROUSER_SIGNALS_RESET=1 exec env --default-signal=INT,TERM,HUP "$GROUSER_ROOT/grouser" serve "$@"
+  fi
+  unset GROUSER_SIGNALS_RESET
+  local state shipped server=() jobs=() lcm=''
+  state="$(state_dir)"
+  shipped="$(shipped_dir)"
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      --no-lcm) server+=("$1"); lcm=1; shift; continue ;;
+      --*=*) set -- "${1%%=*}" "${1#*=}" "${@:2}" ;;
+    esac
+    [ $# -ge 2 ] || usage_error "serve: $1 needs a value, or is unknown; see ./grouser serve --help"
+    case "$1" in
+      --state) state="$2" ;;
+      --shipped) shipped="$2" ;;
+      --grpc | --port-file) server+=("$1" "$2") ;;
+      --lcm-url) server+=("$1" "$2"); lcm=1 ;;
+      --jobs-grpc) jobs+=(--grpc "$2") ;;
+      --jobs-port-file) jobs+=(--port-file "$2") ;;
+      *) usage_error "serve: unknown option '$1'; see ./grouser serve --help" ;;
+    esac
+    shift 2
+  done
+  if [ -z "$(model_files "$shipped" "$state/models")" ]; then
+    say "no model in $shipped or $state/models. Make one with ./grouser demo,"
+    fail "or with ./grouser campaign run and ./grouser fit, and name its folder by --shipped."
+  fi
+  if [ -z "$lcm" ] && ! has_multicast_route; then
+    say "no multicast route, so no LCM (./grouser doctor has the two commands); gRPC only"
+    server+=(--no-lcm)
+  fi
+  build_if_missing grouser-server grouser-jobs
+  CHILDREN=() SERVE_ENDED_BY_SIGNAL='' SERVE_CODE=0
+  trap end_children TERM INT HUP
+  start_child "$(program_path grouser-server)" --state "$state" --shipped "$shipped" "${server[@]}"
+  start_child "$(program_path grouser-jobs)" --state "$state" --shipped "$shipped" \
+    --bin "$GROUSER_ROOT/build/release/bin" "${jobs[@]}"
+  reap_children
+  exit "$SERVE_CODE"
+}

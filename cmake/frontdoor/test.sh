@@ -1,0 +1,84 @@
+# shellcheck shell=bash
+# `./grouser test`: release tests and ASan unit tests; more under --full.
+
+test_help() {
+  cat <<'HELP'
+Usage: ./grouser test [--full] [--label LABEL]
+Installs what is missing, builds, and runs:
+  release   every test but those labelled "slow"
+  asan      tests labelled "unit", under AddressSanitizer and UBSan
+With --full also:
+  slow      tests labelled "slow"
+  tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
+  tidy      clang-tidy over all sources
+  --label LABEL   only the release tests with that label (a regular expression)
+Exit code: 0 all passed, 1 something failed. Logs: build/test-*.log
+Examples:
+  ./grouser test
+  ./grouser test --label integration
+HELP
+}
+
+# record_stage NAME COMMAND...: runs it, keeps its output and its result.
+record_stage() {
+  local name="$1" log="$GROUSER_ROOT/build/test-$1.log" started=$SECONDS result=passed
+  shift
+  mkdir -p "$GROUSER_ROOT/build"
+  say "== $name"
+  ("$@") 2>&1 | tee "$log" || { result=FAILED; TESTS_FAILED=1; }
+  TEST_RESULTS+=("$(printf '%-8s %-7s %4d s  %s' "$name" "$result" $((SECONDS - started)) \
+    "$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)")")
+}
+
+# run_ctest PRESET ARGS...: builds the preset, runs its tests.
+run_ctest() {
+  local preset="$1"
+  shift
+  build_preset "$preset"
+  ctest --test-dir "$GROUSER_ROOT/build/$preset" --output-on-failure --no-tests=error \
+    --parallel 2 "$@"
+}
+
+run_tsan() {
+  # Address randomisation with many bits defeats the TSan of g++ 12.
+  local fixed=(setarch "$(uname -m)" --addr-no-randomize)
+  "${fixed[@]}" true 2>/dev/null || fixed=()
+  build_preset tsan
+  "${fixed[@]}" ctest --test-dir "$GROUSER_ROOT/build/tsan" --output-on-failure \
+    --no-tests=error --parallel 2 --label-regex tsan
+}
+
+run_tidy() {
+  build_preset release
+  cd "$GROUSER_ROOT" || return
+  git ls-files -z '*.cc' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/release
+}
+
+word_test() {
+  local full='' label=''
+  if wants_help "$@"; then test_help; return; fi
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      --full) full=1 ;;
+      --label) [ $# -ge 2 ] || usage_error "test: --label needs a value"; label="$2"; shift ;;
+      *) usage_error "test: unknown argument '$1'; see ./grouser test --help" ;;
+    esac
+    shift
+  done
+  install_missing build libraries run ${full:+full}
+  TEST_RESULTS=() TESTS_FAILED=''
+  if [ -n "$label" ]; then
+    record_stage release run_ctest release --label-regex "$label"
+  else
+    record_stage release run_ctest release --label-exclude slow
+    record_stage asan run_ctest asan --label-regex unit
+    if [ -n "$full" ]; then
+      record_stage slow run_ctest release --label-regex slow
+      record_stage tsan run_tsan
+      record_stage tidy run_tidy
+    fi
+  fi
+  echo
+  printf '%s\n' "${TEST_RESULTS[@]}"
+  [ -z "$TESTS_FAILED" ]
+}

@@ -1,0 +1,115 @@
+# shellcheck shell=bash
+# The smaller words of ./grouser.
+
+word_help() {
+  cat <<'HELP'
+Grouser: what will this wheel do on this soil? In microseconds, with the error
+bar of the DEM simulation behind it.
+
+Usage: ./grouser WORD [arguments]      ./grouser WORD --help
+
+HELP
+  awk -F' *[|] *' 'NF == 3 { printf "  %-9s %s\n", $1, $3 }' <<<"$WORDS"
+  cat <<'HELP'
+
+On a fresh Debian 12 any word first installs what is missing (sudo where not
+root; GROUSER_NO_INSTALL=1 forbids it) and builds. Data on stdout, all else on
+stderr. Exit codes: 0 ok, 1 failed, 2 bad usage or input.
+
+Examples:
+  ./grouser demo
+  ./grouser serve &
+  ./grouser query --slip 0.2 --angle-deg 30 --load 24
+HELP
+}
+
+word_version() {
+  sed -n 's/^project(grouser VERSION \([0-9.]*\).*/grouser \1/p' "$GROUSER_ROOT/CMakeLists.txt"
+}
+
+word_build() {
+  if wants_help "$@"; then
+    cat <<'HELP'
+Usage: ./grouser build [PRESET]
+Installs what is missing of cmake/packages.debian, configures and builds a
+preset of CMakePresets.json (release) in build/PRESET; a second call repeats
+nothing. Compilers at once: GROUSER_BUILD_JOBS (default: cores, as memory allows).
+Examples:
+  ./grouser build
+  ./grouser build asan
+HELP
+    return
+  fi
+  [ $# -le 1 ] || usage_error "build: one preset at most"
+  install_missing build libraries run
+  build_preset "${1:-release}"
+}
+
+word_demo() {
+  if wants_help "$@"; then
+    [ -x "$PYTHON" ] && exec "$PYTHON" "$GROUSER_ROOT/clients/demo/demo.py" --help
+    sed -n '2,/^"""$/s/^"*//p' "$GROUSER_ROOT/clients/demo/demo.py"  # nothing is installed yet
+    return
+  fi
+  set_up
+  local demo=("$PYTHON" "$GROUSER_ROOT/clients/demo/demo.py" --bin "$GROUSER_ROOT/build/release/bin" "$@")
+  if has_multicast_route; then exec "${demo[@]}"; fi
+  say "no multicast route here: running in a network namespace that has one"
+  local unshare=(unshare --net)
+  [ "$(id -u)" -eq 0 ] || unshare=(unshare --map-root-user --net)
+  "${unshare[@]}" true || fail "LCM: no multicast route, and no network namespace may be made here;" \
+    "as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo"
+  # shellcheck disable=SC2016  # expanded inside the namespace
+  exec "${unshare[@]}" -- /bin/sh -ec \
+    'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo; exec "$@"' sh "${demo[@]}"
+}
+
+word_model() {
+  local verb="${1:-}"
+  case "$verb" in
+    '' | -h | --help)
+      cat <<'HELP'
+Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
+  list      models of a running server, their aliases, domain and errors
+  show      what a model file holds: domain, errors, provenance
+  eval      one state, answered from a file
+  compare   DEM, surrogate with interval, and measurement
+  gate      may this candidate replace that model?
+Examples:
+  ./grouser model list --json
+  ./grouser model show surrogate/shipped/NAME.model
+  ./grouser model eval out/demo/model/demo.model --slip 0.2 --angle-deg 30 --load 24
+HELP
+      [ -n "$verb" ] || exit 2 ;;
+    list) shift; run_program grouser-client models "$@" ;;
+    show | eval | compare | gate) run_program grouser-fit "$@" ;;
+    *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
+  esac
+}
+
+word_jobs() {
+  local verb="${1:-}"
+  case "$verb" in
+    '' | -h | --help)
+      cat <<'HELP'
+Usage: ./grouser jobs VERB [arguments]      ./grouser jobs VERB --help
+Refinements: a fresh DEM run at one state, a refit, a candidate model. They
+need a running ./grouser serve.
+  submit    ask for a refinement
+  list      all jobs
+  get       one job, with its gate and its run
+  watch     follow a job until it ends
+  cancel    withdraw from a job
+  promote   make a job's candidate the stable model
+Examples:
+  ./grouser jobs submit --slip 0.35 --angle-deg 20 --load 24
+  ./grouser jobs watch JOB_ID
+  ./grouser jobs promote JOB_ID --who me --why "held-out error fell"
+HELP
+      [ -n "$verb" ] || exit 2 ;;
+    list) shift; run_program grouser-client jobs "$@" ;;
+    get) shift; run_program grouser-client job "$@" ;;
+    submit | watch | cancel | promote) run_program grouser-client "$@" ;;
+    *) usage_error "jobs: unknown verb '$verb'; see ./grouser jobs --help" ;;
+  esac
+}

@@ -1,0 +1,169 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <thread>
+
+#include "dem_offline/campaign/commands.h"
+#include "dem_offline/campaign/design.h"
+#include "dem_offline/campaign/executor.h"
+#include "dem_offline/campaign/run_folder.h"
+#include "dem_offline/campaign/run_index.h"
+
+namespace grouser::campaign {
+namespace {
+
+constexpr char kExamples[] = R"(Examples:
+  grouser-dem campaign run dem_offline/campaigns/demo.campaign.yaml --out out/demo
+  grouser-dem campaign run demo.campaign.yaml --out out/demo --jobs 1   # goes on where it stopped
+  grouser-dem campaign status out/demo --json
+  grouser-dem campaign list out/demo
+  grouser-dem campaign reindex out/demo)";
+
+struct CampaignArguments {
+  std::string file, folder;
+  int jobs = 0;
+  bool json = false;
+};
+
+void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
+  if (json) {
+    fmt::print("{}\n", ToJson(status));
+    return;
+  }
+  fmt::print("campaign {}: {}/{} done; {} steady, {} unsteady, {} overload, {} failed; ETA {}\n",
+             status.name(), status.done(), status.total(), status.steady(), status.unsteady(),
+             status.overload(), status.failed(), ForPeople(status.eta_s()));
+}
+
+int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
+  const Backend backend = EngineBackend();
+  const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
+  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
+  const auto status = RunCampaign(campaign, {.folder = arguments.folder, .jobs = arguments.jobs},
+                                  backend, signals.stop(), progress);
+  if (status.done() < status.total() && signals.stop()) {
+    PutText(stderr, "stopped; the same command goes on from here\n");
+    PrintStatus(status, arguments.json);
+    return signals.exit_code();
+  }
+  PrintStatus(status, arguments.json);
+  return 0;
+}
+
+// The index brought up to date, unreadable files named on stderr.
+std::map<std::string, IndexedRun> FreshIndex(const RunFolder& folder) {
+  RunIndex index(folder);
+  for (const auto& [file, why] : index.Refresh()) PutText(stderr, why + "\n");
+  return index.All();
+}
+
+int Status(const CampaignArguments& arguments) {
+  const RunFolder folder(arguments.folder);
+  const v1alpha1::Campaign campaign = folder.ReadCampaign();
+  const auto runs = FreshIndex(folder);
+  v1alpha1::CampaignStatus status;
+  status.set_name(campaign.name());
+  status.set_total(static_cast<std::uint32_t>(campaign.runs_size()));
+  double wall_s = 0;
+  for (const auto& planned : campaign.runs()) {
+    const auto found = runs.find(planned.run_id());
+    if (found == runs.end()) continue;
+    status.set_done(status.done() + 1);
+    wall_s += found->second.wall_s;
+    const auto is = [&](v1alpha1::RunStatus s) { return found->second.summary.status() == s; };
+    status.set_steady(status.steady() + is(v1alpha1::RUN_STATUS_STEADY));
+    status.set_unsteady(status.unsteady() + is(v1alpha1::RUN_STATUS_UNSTEADY));
+    status.set_overload(status.overload() + is(v1alpha1::RUN_STATUS_OVERLOAD));
+    status.set_failed(status.failed() + is(v1alpha1::RUN_STATUS_FAILED));
+  }
+  // If all cores of this machine worked on it at the pace so far.
+  const double left = status.total() - status.done();
+  const double cores = std::max(1u, std::thread::hardware_concurrency());
+  status.set_eta_s(left == 0          ? 0.0
+                   : status.done() > 0 ? left * wall_s / status.done() / cores
+                                       : std::nan(""));
+  PrintStatus(status, arguments.json);
+  return 0;
+}
+
+void PrintRow(const v1alpha1::PlannedRun& planned, const IndexedRun* run) {
+  const std::string role = v1alpha1::RunRole_Name(planned.role()).substr(sizeof("RUN_ROLE_") - 1);
+  fmt::print("{} {:5} {:44} ", planned.run_id(), role, Describe(planned.state(), planned.seed()));
+  if (run == nullptr) {
+    fmt::print("not run\n");
+    return;
+  }
+  const auto& summary = run->summary;
+  fmt::print("{:8}", v1alpha1::RunStatus_Name(summary.status()).substr(sizeof("RUN_STATUS_") - 1));
+  fmt::print(" f_x {:7.2f}±{:.2f} N f_y {:7.2f}±{:.2f} N torque {:6.3f}±{:.3f} N m"
+             " sinkage {:5.1f}±{:.1f} mm {}\n",
+             summary.mean(0), summary.standard_error(0), summary.mean(1), summary.standard_error(1),
+             summary.mean(3), summary.standard_error(3), 1000 * summary.mean(5),
+             1000 * summary.standard_error(5), run->reason);
+}
+
+int List(const CampaignArguments& arguments) {
+  const RunFolder folder(arguments.folder);
+  const v1alpha1::Campaign campaign = folder.ReadCampaign();
+  const auto runs = FreshIndex(folder);
+  std::string json;
+  for (const auto& planned : campaign.runs()) {
+    const auto found = runs.find(planned.run_id());
+    if (!arguments.json) {
+      PrintRow(planned, found == runs.end() ? nullptr : &found->second);
+    } else if (found != runs.end()) {
+      v1alpha1::RunSummary summary = found->second.summary;
+      summary.set_role(planned.role());
+      json += (json.empty() ? "" : ",\n ") + ToJson(summary);
+    }
+  }
+  if (arguments.json) fmt::print("[{}]\n", json);
+  return 0;
+}
+
+int Reindex(const CampaignArguments& arguments) {
+  const RunFolder folder(arguments.folder);
+  const auto unreadable = RunIndex::Rebuild(folder);
+  for (const auto& [file, why] : unreadable) PutText(stderr, why + "\n");
+  fmt::print("{} runs indexed, {} unreadable\n", RunIndex(folder).All().size(), unreadable.size());
+  return unreadable.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void AddCampaignCommand(CLI::App& app, Action* action) {
+  CLI::App* campaign = app.add_subcommand("campaign", "A designed set of wheel tests");
+  campaign->require_subcommand(1);
+  campaign->footer(kExamples);
+  auto arguments = std::make_shared<CampaignArguments>();
+
+  CLI::App* run = campaign->add_subcommand("run", "Run it, or go on where it stopped");
+  run->footer(kExamples);
+  run->add_option("file", arguments->file, "Campaign file (*.campaign.yaml)")->required();
+  run->add_option("--out", arguments->folder, "Campaign folder")->required();
+  run->add_option("--jobs", arguments->jobs, "Runs at a time; default: all cores")
+      ->check(CLI::Range(1, 4096));
+  run->add_flag("--json", arguments->json, "The final status as JSON on stdout");
+  run->callback([=] {
+    *action = [arguments](const StopSignals& signals) { return RunIt(*arguments, signals); };
+  });
+
+  const auto add = [&](const char* name, const char* help, int (*work)(const CampaignArguments&),
+                       bool json) {
+    CLI::App* command = campaign->add_subcommand(name, help);
+    command->footer(kExamples);
+    command->add_option("folder", arguments->folder, "Campaign folder")->required();
+    if (json) command->add_flag("--json", arguments->json, "JSON on stdout");
+    command->callback([=] {
+      *action = [arguments, work](const StopSignals&) { return work(*arguments); };
+    });
+  };
+  add("status", "Counts and expected time to go", Status, true);
+  add("list", "Every planned run and its means", List, true);
+  add("reindex", "Rebuild the index from the run files", Reindex, false);
+}
+
+}  // namespace grouser::campaign

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "dem_offline/campaign/stop_signals.h"
+
+namespace google::protobuf {
+class Message;
+}
+namespace grouser::v1alpha1 {
+class RunRecord;
+}
+
+namespace grouser::campaign {
+
+/// What a chosen subcommand does; returns the exit code: 0 done, 1 failed, 2
+/// bad input (by exception), 130/143 stopped by a signal.
+using Action = std::function<int(const StopSignals&)>;
+
+/// Each adds its subcommand to the program and sets `action` when chosen.
+void AddRunCommand(CLI::App& app, Action* action);
+void AddCampaignCommand(CLI::App& app, Action* action);
+void AddShowCommand(CLI::App& app, Action* action);
+
+/// A record for people, on stdout: status, means, broken size rules.
+void PrintRecord(const v1alpha1::RunRecord& record);
+
+/// A message as JSON, proto field names, all primitive fields.
+std::string ToJson(const google::protobuf::Message& message);
+
+}  // namespace grouser::campaign

@@ -1,0 +1,219 @@
+#include "dem_offline/campaign/executor.h"
+
+#include <fmt/format.h>
+
+#include <condition_variable>
+#include <exception>
+#include <filesystem>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "dem_offline/campaign/design.h"
+#include "dem_offline/campaign/run_folder.h"
+#include "dem_offline/campaign/run_index.h"
+#include "dem_offline/campaign/run_one.h"
+#include "dem_offline/campaign/schedule.h"
+#include "dem_offline/campaign/tile_store.h"
+#include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/run_identity.h"
+#include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/run_file.h"
+
+namespace grouser::campaign {
+namespace {
+
+struct Task {
+  v1alpha1::PlannedRun run;
+  v1alpha1::WheelTestSpec spec;
+  std::string tile_key;
+};
+
+/// Hands out tasks in order, but passes over those whose tile another worker
+/// is settling just now, as long as there are others.
+class TaskQueue {
+ public:
+  explicit TaskQueue(std::list<Task> tasks) : tasks_(std::move(tasks)) {}
+
+  std::optional<Task> Next() {
+    std::unique_lock lock(mutex_);
+    while (!closed_ && !tasks_.empty()) {
+      for (auto task = tasks_.begin(); task != tasks_.end(); ++task) {
+        if (settling_.count(task->tile_key)) continue;
+        if (!settled_.count(task->tile_key)) settling_.insert(task->tile_key);
+        Task taken = std::move(*task);
+        tasks_.erase(task);
+        return taken;
+      }
+      changed_.wait(lock);
+    }
+    return std::nullopt;
+  }
+
+  void TileReady(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    settling_.erase(key);
+    settled_.insert(key);
+    changed_.notify_all();
+  }
+
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::list<Task> tasks_;
+  std::set<std::string> settling_, settled_;
+  bool closed_ = false;
+};
+
+class Executor {
+ public:
+  Executor(const RunFolder& folder, const Backend& backend, const std::atomic<bool>& stop,
+           CampaignProgress& progress, std::list<Task> tasks)
+      : folder_(folder),
+        backend_(backend),
+        stop_(stop),
+        progress_(progress),
+        tiles_(folder.TileFolder(), &backend),
+        index_(folder),
+        queue_(std::move(tasks)) {}
+
+  void Run(int jobs) {
+    {
+      std::vector<std::jthread> workers;
+      for (int i = 0; i < jobs; ++i) workers.emplace_back([this] { Work(); });
+    }
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  void Work() {
+    try {
+      while (const auto task = queue_.Next()) {
+        if (Stopping()) break;
+        Do(*task);
+      }
+    } catch (const Stopped&) {
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!error_) error_ = std::current_exception();
+      failed_ = true;
+    }
+    // Whatever ended this worker (no task, stop, error) ends the others too.
+    queue_.Close();
+  }
+
+  bool Stopping() const { return stop_ || failed_; }
+
+  void Do(const Task& task) {
+    const std::string& id = task.run.run_id();
+    const auto watch = [&](const char* stage) {
+      return [this, &id, stage](double fraction, const std::string&) {
+        progress_.Working(id, fraction, stage);
+        return !Stopping();
+      };
+    };
+    const auto tile = tiles_.Get(task.spec, watch("tile"));
+    queue_.TileReady(task.tile_key);
+    const auto file = RunOnTile(backend_, task.spec, *tile, watch("run"));
+    if (!file) return;
+    const std::string path = folder_.RunPath(id);
+    records::WriteRunFile(path, *file);
+    {
+      const std::lock_guard lock(mutex_);
+      index_.Put(IndexRunFile(path));
+    }
+    progress_.Finished(task.run, file->record);
+  }
+
+  const RunFolder& folder_;
+  const Backend& backend_;
+  const std::atomic<bool>& stop_;
+  CampaignProgress& progress_;
+  TileStore tiles_;
+  RunIndex index_;
+  TaskQueue queue_;
+  std::mutex mutex_;  // error_, index_
+  std::exception_ptr error_;
+  std::atomic<bool> failed_{false};
+};
+
+std::list<Task> PlanTasks(const v1alpha1::Campaign& campaign, const Backend& backend) {
+  std::list<Task> tasks;
+  for (const int i : ScheduleOrder(campaign)) {
+    const v1alpha1::PlannedRun& run = campaign.runs(i);
+    Task task{run, SpecOf(campaign, run), ""};
+    task.tile_key = TileKey(task.spec, backend.engine_version);
+    try {
+      backend.validate(ToEngine(task.spec));
+    } catch (const std::invalid_argument& error) {
+      throw InputError(fmt::format("campaign '{}', run ({}): {}", campaign.name(),
+                                   Describe(run.state(), run.seed()), error.what()));
+    }
+    tasks.push_back(std::move(task));
+  }
+  return tasks;
+}
+
+// The status of a finished run; nothing if it has to be run (again).
+std::optional<v1alpha1::RunStatus> FinishedStatus(const RunFolder& folder, const std::string& id,
+                                                  CampaignProgress& progress) {
+  const std::string path = folder.RunPath(id);
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  try {
+    const auto record = records::ReadRunFile(path).record;
+    if (record.run_id() == id) return record.status();
+    progress.Say(fmt::format("{}: holds run {}; running {} again", path, record.run_id(), id));
+  } catch (const std::exception& error) {
+    progress.Say(fmt::format("{}; running it again", error.what()));
+  }
+  return std::nullopt;
+}
+
+void ClaimFolder(const RunFolder& folder, const v1alpha1::Campaign& campaign) {
+  folder.RemoveTemporaries();
+  if (folder.HasCampaign()) {
+    const std::string before = folder.ReadCampaign().name();
+    if (before != campaign.name()) {
+      throw InputError(fmt::format("{}: holds campaign '{}', not '{}'; choose another --out",
+                                   folder.path(), before, campaign.name()));
+    }
+  }
+  folder.WriteCampaign(campaign);
+}
+
+}  // namespace
+
+v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
+                                     const ExecutorOptions& options, const Backend& backend,
+                                     const std::atomic<bool>& stop, CampaignProgress& progress) {
+  std::list<Task> tasks = PlanTasks(campaign, backend);
+  const RunFolder folder(options.folder);
+  folder.Create();
+  const FolderLock lock = folder.Lock();
+  ClaimFolder(folder, campaign);
+  std::vector<v1alpha1::RunStatus> finished;
+  tasks.remove_if([&](const Task& task) {
+    const auto status = FinishedStatus(folder, task.run.run_id(), progress);
+    if (status) finished.push_back(*status);
+    return status.has_value();
+  });
+  progress.Start(campaign.name(), campaign.runs_size(), static_cast<int>(finished.size()));
+  for (const auto status : finished) progress.Resumed(status);
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int wanted = options.jobs > 0 ? options.jobs : cores;
+  const int jobs = std::min(wanted, static_cast<int>(tasks.size()));
+  Executor(folder, backend, stop, progress, std::move(tasks)).Run(jobs);
+  for (const auto& [file, why] : RunIndex(folder).Refresh()) progress.Say(why);
+  return progress.Status();
+}
+
+}  // namespace grouser::campaign

@@ -1,0 +1,68 @@
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <stdexcept>
+
+#include "dem_offline/campaign/backend.h"
+#include "dem_offline/campaign/commands.h"
+#include "dem_offline/campaign/progress.h"
+#include "dem_offline/scenes/yaml_section.h"
+
+namespace grouser::campaign {
+
+std::string ToJson(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
+  if (!status.ok()) throw std::runtime_error("message to JSON: " + status.ToString());
+  return json;
+}
+
+namespace {
+
+int Complain(const std::exception& error, int exit_code) {
+  PutText(stderr, std::string("grouser-dem: ") + error.what() + "\n");
+  return exit_code;
+}
+
+int Main(int argc, char** argv) {
+  const StopSignals signals;
+  // stdout carries data alone.
+  spdlog::set_default_logger(spdlog::stderr_color_mt("grouser-dem"));
+  CLI::App app(
+      "grouser-dem: DEM wheel tests, one or a campaign of them.\n"
+      "Exit codes: 0 done, 1 failed, 2 bad usage or input, 130/143 stopped by a signal.\n"
+      "Each subcommand has its own --help with examples.",
+      "grouser-dem");
+  app.set_version_flag("--version", fmt::format("grouser-dem {} (engine {}, {})", GROUSER_VERSION,
+                                                EngineBackend().engine_version,
+                                                EngineBackend().isa));
+  app.require_subcommand(1);
+  Action action;
+  AddRunCommand(app, &action);
+  AddCampaignCommand(app, &action);
+  AddShowCommand(app, &action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;
+  }
+  try {
+    return action(signals);
+  } catch (const InputError& error) {
+    return Complain(error, 2);
+  } catch (const std::invalid_argument& error) {
+    return Complain(error, 2);
+  } catch (const std::exception& error) {
+    return Complain(error, 1);
+  }
+}
+
+}  // namespace
+}  // namespace grouser::campaign
+
+int main(int argc, char** argv) { return grouser::campaign::Main(argc, argv); }

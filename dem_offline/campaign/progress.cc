@@ -1,0 +1,135 @@
+#include "dem_offline/campaign/progress.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "dem_offline/campaign/design.h"
+
+namespace grouser::campaign {
+namespace {
+
+std::string Means(const v1alpha1::RunRecord& record) {
+  std::string text;
+  for (const auto& output : record.outputs()) {
+    const std::string& name = output.name();
+    if (name == "f_x" || name == "f_y" || name == "f_z") {
+      text += fmt::format(" {} {:.2f}±{:.2f} N", name, output.mean(), output.standard_error());
+    } else if (name == "torque") {
+      text += fmt::format(" torque {:.3f}±{:.3f} N m", output.mean(), output.standard_error());
+    } else if (name == "sinkage") {
+      text += fmt::format(" sinkage {:.1f}±{:.1f} mm", 1000 * output.mean(),
+                          1000 * output.standard_error());
+    }
+  }
+  return text;
+}
+
+std::string StatusWord(v1alpha1::RunStatus status) {
+  return v1alpha1::RunStatus_Name(status).substr(sizeof("RUN_STATUS_") - 1);
+}
+
+std::string RoleWord(v1alpha1::RunRole role) {
+  return v1alpha1::RunRole_Name(role).substr(sizeof("RUN_ROLE_") - 1);
+}
+
+}  // namespace
+
+void PutText(std::FILE* out, const std::string& text) {
+  std::fputs(text.c_str(), out);
+  std::fflush(out);
+}
+
+std::string ForPeople(double seconds) {
+  if (!std::isfinite(seconds)) return "unknown";
+  const long s = std::lround(seconds);
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+}
+
+void CampaignProgress::Start(const std::string& name, int total, int already_done) {
+  const std::lock_guard lock(mutex_);
+  status_.set_name(name);
+  status_.set_total(static_cast<std::uint32_t>(total));
+  start_ = Clock::now();
+  PrintLocked(already_done > 0
+                  ? fmt::format("campaign {}: {} runs, {} of them finished before", name, total,
+                                already_done)
+                  : fmt::format("campaign {}: {} runs", name, total));
+}
+
+void CampaignProgress::Resumed(v1alpha1::RunStatus status) {
+  const std::lock_guard lock(mutex_);
+  Count(status);
+}
+
+void CampaignProgress::Count(v1alpha1::RunStatus status) {
+  status_.set_done(status_.done() + 1);
+  if (status == v1alpha1::RUN_STATUS_STEADY) status_.set_steady(status_.steady() + 1);
+  if (status == v1alpha1::RUN_STATUS_UNSTEADY) status_.set_unsteady(status_.unsteady() + 1);
+  if (status == v1alpha1::RUN_STATUS_OVERLOAD) status_.set_overload(status_.overload() + 1);
+  if (status == v1alpha1::RUN_STATUS_FAILED) status_.set_failed(status_.failed() + 1);
+}
+
+void CampaignProgress::Working(const std::string& run_id, double fraction,
+                               const std::string& stage) {
+  const std::lock_guard lock(mutex_);
+  working_[run_id] = stage == "run" ? fraction : 0.0;
+  if (live_ && Clock::now() - last_live_ > std::chrono::milliseconds(500)) PrintLiveLocked();
+}
+
+void CampaignProgress::Finished(const v1alpha1::PlannedRun& run,
+                                const v1alpha1::RunRecord& record) {
+  const std::lock_guard lock(mutex_);
+  working_.erase(run.run_id());
+  Count(record.status());
+  ++finished_here_;
+  std::string line = fmt::format(
+      "[{}/{}] {} {} {}: {}{}", status_.done(), status_.total(), run.run_id(), RoleWord(run.role()),
+      Describe(run.state(), run.seed()), StatusWord(record.status()), Means(record));
+  if (!record.reason().empty()) line += fmt::format(" ({})", record.reason());
+  PrintLocked(line + fmt::format("; {}; {:.2f} runs/min, ETA {}",
+                                 ForPeople(record.numerics().wall_s()), 60 * RateLocked(),
+                                 ForPeople(EtaLocked())));
+}
+
+void CampaignProgress::Say(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  PrintLocked(line);
+}
+
+v1alpha1::CampaignStatus CampaignProgress::Status() const {
+  const std::lock_guard lock(mutex_);
+  v1alpha1::CampaignStatus status = status_;
+  status.set_eta_s(EtaLocked());
+  return status;
+}
+
+double CampaignProgress::RateLocked() const {
+  double work = finished_here_;
+  for (const auto& [id, fraction] : working_) work += fraction;
+  const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+  return elapsed > 0 ? work / elapsed : 0.0;
+}
+
+double CampaignProgress::EtaLocked() const {
+  double remaining = static_cast<double>(status_.total()) - status_.done();
+  for (const auto& [id, fraction] : working_) remaining -= fraction;
+  if (status_.done() == status_.total()) return 0.0;
+  const double rate = RateLocked();
+  return rate > 0 ? remaining / rate : std::numeric_limits<double>::quiet_NaN();
+}
+
+void CampaignProgress::PrintLocked(const std::string& line) {
+  PutText(out_, (live_ ? "\r\x1b[K" : "") + line + "\n");
+}
+
+void CampaignProgress::PrintLiveLocked() {
+  last_live_ = Clock::now();
+  PutText(out_, fmt::format("\r\x1b[K{}/{} done, {} running, ETA {}", status_.done(),
+                            status_.total(), working_.size(), ForPeople(EtaLocked())));
+}
+
+}  // namespace grouser::campaign

@@ -1,0 +1,191 @@
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+
+#include "dem_offline/campaign/backend.h"
+#include "dem_offline/campaign/commands.h"
+#include "dem_offline/campaign/design.h"
+#include "dem_offline/campaign/progress.h"
+#include "dem_offline/campaign/run_one.h"
+#include "dem_offline/campaign/tile_store.h"
+#include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/scene_yaml.h"
+#include "proto/records/durable_file.h"
+#include "proto/records/run_file.h"
+
+namespace grouser::campaign {
+namespace {
+
+constexpr char kExamples[] = R"(Examples:
+  grouser-dem run --scene campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 --load 5 --out a.run.h5
+  grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
+The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD
+or FAILED run; its status says which.)";
+
+struct RunArguments {
+  std::string scene, spec, out, tiles;
+  double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
+  std::string mode = "rim";
+  std::uint64_t seed = 1;
+  bool json = false, progress_lines = false;
+};
+
+v1alpha1::WheelTestSpec SpecFromJson(const std::string& path) {
+  std::string text;
+  try {
+    text = records::ReadFileBytes(path);
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
+  }
+  v1alpha1::WheelTestSpec spec;
+  const auto status = google::protobuf::util::JsonStringToMessage(text, &spec);
+  if (!status.ok()) {
+    throw InputError(fmt::format("{}: not a grouser.v1alpha1.WheelTestSpec in JSON: {}", path,
+                                 std::string(status.message())));
+  }
+  return spec;
+}
+
+v1alpha1::WheelTestSpec SpecFromScene(const RunArguments& arguments) {
+  const v1alpha1::Scene scene = LoadScene(arguments.scene);
+  v1alpha1::WheelTestSpec spec;
+  spec.set_scene(scene.name());
+  *spec.mutable_soil() = scene.soil();
+  *spec.mutable_wheel() = scene.wheel();
+  *spec.mutable_rig() = scene.rig();
+  if (arguments.max_time_s > 0) spec.mutable_rig()->set_max_time_s(arguments.max_time_s);
+  spec.set_seed(arguments.seed);
+  auto* state = spec.mutable_state();
+  v1alpha1::RigMode mode = v1alpha1::RIG_MODE_RIM_SPEED;
+  ParseMode(arguments.mode, &mode);
+  state->set_mode(mode);
+  state->set_slip(arguments.slip);
+  state->set_attack_angle_rad(arguments.angle_deg * std::numbers::pi / 180.0);
+  state->set_load_n(arguments.load_n);
+  state->set_drawbar_n(arguments.drawbar_n);
+  return spec;
+}
+
+// Settling a tile, where there is work in it, is the first fifth of the way.
+class ProgressPrinter {
+ public:
+  explicit ProgressPrinter(bool lines) : lines_(lines), live_(isatty(STDERR_FILENO) == 1) {}
+
+  void Tile(double fraction) {
+    settled_ = true;
+    Print(0.2 * fraction, "tile");
+  }
+  void Run(double fraction) { Print(settled_ ? 0.2 + 0.8 * fraction : fraction, "run"); }
+  void End() {
+    if (lines_) PutText(stderr, "progress 1.000 done\n");
+    if (!lines_ && live_) PutText(stderr, "\n");
+  }
+
+ private:
+  void Print(double fraction, const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::milliseconds(200)) return;
+    last_ = now;
+    if (lines_) {
+      PutText(stderr, fmt::format("progress {:.3f} {}\n", fraction, stage));
+    } else if (live_) {
+      PutText(stderr, fmt::format("\r{}: {:.0f} % ", stage, 100 * fraction));
+    }
+  }
+
+  bool lines_, live_, settled_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+// Found out now, not after minutes of work.
+void CheckOutFolder(const std::string& out) {
+  auto folder = std::filesystem::path(out).parent_path();
+  if (folder.empty()) folder = ".";
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(fmt::format("--out {}: folder '{}': {}", out, folder.string(),
+                                 std::strerror(errno)));
+  }
+}
+
+int Run(const RunArguments& arguments, const StopSignals& signals) {
+  const v1alpha1::WheelTestSpec spec =
+      arguments.spec.empty() ? SpecFromScene(arguments) : SpecFromJson(arguments.spec);
+  const Backend backend = EngineBackend();
+  backend.validate(ToEngine(spec));
+  CheckOutFolder(arguments.out);
+  ProgressPrinter printer(arguments.progress_lines);
+  TileStore tiles(arguments.tiles, &backend);
+  try {
+    const auto tile = tiles.Get(spec, [&](double fraction, const std::string&) {
+      printer.Tile(fraction);
+      return !signals.stop();
+    });
+    const auto file = RunOnTile(backend, spec, *tile, [&](double fraction, const std::string&) {
+      printer.Run(fraction);
+      return !signals.stop();
+    });
+    if (!file) return signals.exit_code();
+    records::WriteRunFile(arguments.out, *file);
+    printer.End();
+    if (arguments.json) {
+      fmt::print("{}\n", ToJson(file->record));
+    } else {
+      PrintRecord(file->record);
+    }
+  } catch (const Stopped&) {
+    return signals.exit_code();
+  }
+  return 0;
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, Action* action) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* run = app.add_subcommand("run", "One wheel test; writes one run file");
+  run->footer(kExamples);
+  auto* scene = run->add_option("--scene", arguments->scene, "Scene file (*.scene.yaml)");
+  auto* spec = run->add_option("--spec", arguments->spec,
+                               "JSON of a grouser.v1alpha1.WheelTestSpec instead of scene and state");
+  scene->excludes(spec);
+  auto* slip = run->add_option("--slip", arguments->slip,
+                               "(r w - v_x)/max(|r w|, V) [-]; mode rim needs it");
+  auto* load = run->add_option("--load", arguments->load_n, "Vertical load [N]");
+  auto* drawbar = run->add_option("--drawbar", arguments->drawbar_n,
+                                  "Pull to overcome [N]; mode free needs it");
+  run->add_option("--angle-deg", arguments->angle_deg, "Attack angle [deg], default 0")
+      ->excludes(spec);
+  run->add_option("--mode", arguments->mode, "rim (default), towed or free")
+      ->check(CLI::IsMember({"rim", "towed", "free"}))
+      ->excludes(spec);
+  run->add_option("--seed", arguments->seed, "A seed is a new tile; default 1")->excludes(spec);
+  run->add_option("--max-time", arguments->max_time_s, "Instead of the scene's max_time_s [s]")
+      ->check(CLI::PositiveNumber)
+      ->excludes(spec);
+  for (auto* option : {slip, load, drawbar}) option->excludes(spec);
+  run->add_option("--out", arguments->out, "Run file to write (*.run.h5)")->required();
+  run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
+  run->add_flag("--json", arguments->json, "The record as JSON on stdout");
+  run->add_flag("--progress-lines", arguments->progress_lines,
+                "'progress FRACTION STAGE' lines on stderr");
+  run->callback([=] {
+    if (!*scene && !*spec) throw CLI::ValidationError("run", "one of --scene, --spec is required");
+    if (*scene && !*load) throw CLI::ValidationError("run", "--scene needs --load");
+    if (*scene && arguments->mode == "rim" && !*slip) {
+      throw CLI::ValidationError("run", "mode rim needs --slip");
+    }
+    if (*scene && arguments->mode == "free" && !*drawbar) {
+      throw CLI::ValidationError("run", "mode free needs --drawbar");
+    }
+    *action = [arguments](const StopSignals& signals) { return Run(*arguments, signals); };
+  });
+}
+
+}  // namespace grouser::campaign

@@ -1,0 +1,33 @@
+#include "dem_offline/campaign/run_one.h"
+
+#include <chrono>
+
+#include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/run_identity.h"
+
+namespace grouser::campaign {
+
+std::optional<records::RunFile> RunOnTile(const Backend& backend,
+                                          const v1alpha1::WheelTestSpec& spec,
+                                          const StoredTile& tile,
+                                          const dem::ProgressFn& progress) {
+  bool stopped = false;
+  const dem::ProgressFn watched = [&](double fraction, const std::string& stage) {
+    stopped = stopped || !progress(fraction, stage);
+    return !stopped;
+  };
+  const dem::WheelTestResult result = backend.run(ToEngine(spec), tile.tile, watched);
+  // FAILED "stopped by caller" says nothing about the soil: it is not a result.
+  if (stopped && result.status == dem::RunStatus::kFailed) return std::nullopt;
+  RunContext context;
+  context.spec = spec;
+  context.run_id = RunId(spec, backend.engine_version);
+  context.tile_sha256 = tile.sha256;
+  context.engine_version = backend.engine_version;
+  context.isa = backend.isa;
+  context.created_unix_s =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return ToRunFile(context, tile.tile, result);
+}
+
+}  // namespace grouser::campaign

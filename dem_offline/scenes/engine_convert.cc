@@ -1,0 +1,203 @@
+#include "dem_offline/scenes/engine_convert.h"
+
+namespace grouser::campaign {
+namespace {
+
+void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
+  const auto& grains = soil.grains();
+  out->density_kg_per_m3 = grains.grain_density_kg_per_m3();
+  out->youngs_modulus_pa = grains.youngs_modulus_pa();
+  out->poisson_ratio = grains.poisson_ratio();
+  out->restitution = grains.restitution();
+  out->friction = grains.friction();
+  out->rolling_friction = grains.rolling_friction();
+  out->solid_fraction = grains.solid_fraction();
+  out->gravity_m_per_s2 = soil.gravity_m_per_s2();
+  out->sizes.clear();
+  for (const auto& bin : grains.sizes()) {
+    out->sizes.push_back({bin.diameter_m(), bin.mass_fraction()});
+  }
+}
+
+void ConvertWheel(const v1alpha1::Wheel& wheel, dem::WheelShape* out) {
+  out->radius_m = wheel.radius_m();
+  out->width_m = wheel.width_m();
+  out->restitution = wheel.restitution();
+  out->friction = wheel.friction();
+  out->rolling_friction = wheel.rolling_friction();
+}
+
+void ConvertRig(const v1alpha1::RigSettings& rig, dem::RigSettings* out) {
+  out->bed_length_m = rig.bed_length_m();
+  out->bed_width_m = rig.bed_width_m();
+  out->bed_depth_m = rig.bed_depth_m();
+  out->speed_m_per_s = rig.speed_m_per_s();
+  out->max_time_s = rig.max_time_s();
+  out->rayleigh_fraction = rig.rayleigh_fraction();
+  out->target_relative_error = rig.target_relative_error();
+  out->stress_bin_rad = rig.stress_bin_rad();
+  out->width_bins = static_cast<int>(rig.width_bins());
+}
+
+dem::RigMode ConvertMode(v1alpha1::RigMode mode) {
+  switch (mode) {
+    case v1alpha1::RIG_MODE_TOWED:
+      return dem::RigMode::kTowed;
+    case v1alpha1::RIG_MODE_FREE_SLIP:
+      return dem::RigMode::kFreeSlip;
+    default:
+      return dem::RigMode::kRimSpeed;
+  }
+}
+
+v1alpha1::RunStatus ConvertStatus(dem::RunStatus status) {
+  switch (status) {
+    case dem::RunStatus::kSteady:
+      return v1alpha1::RUN_STATUS_STEADY;
+    case dem::RunStatus::kUnsteady:
+      return v1alpha1::RUN_STATUS_UNSTEADY;
+    case dem::RunStatus::kOverload:
+      return v1alpha1::RUN_STATUS_OVERLOAD;
+    case dem::RunStatus::kFailed:
+      break;
+  }
+  return v1alpha1::RUN_STATUS_FAILED;
+}
+
+using Repeated = google::protobuf::RepeatedField<double>;
+
+void Copy(const std::vector<double>& from, Repeated* to) { to->Assign(from.begin(), from.end()); }
+
+void RecordMeans(const dem::WheelTestResult& result, v1alpha1::RunRecord* record) {
+  for (const dem::OutputMean& mean : result.outputs) {
+    auto* out = record->add_outputs();
+    out->set_name(mean.name);
+    out->set_mean(mean.mean);
+    out->set_standard_error(mean.standard_error);
+    out->set_drift(mean.drift);
+    out->set_fluctuation(mean.fluctuation);
+  }
+  for (const dem::RuleCheck& rule : result.rules) {
+    auto* out = record->add_rules();
+    out->set_name(rule.name);
+    out->set_value(rule.value);
+    out->set_limit(rule.limit);
+    out->set_kept(rule.kept);
+  }
+}
+
+void RecordEnergy(const dem::EnergyLedger& energy, v1alpha1::EnergyLedger* out) {
+  out->set_input_j(energy.input_j);
+  out->set_kinetic_j(energy.kinetic_j);
+  out->set_potential_j(energy.potential_j);
+  out->set_elastic_j(energy.elastic_j);
+  out->set_normal_damping_j(energy.normal_damping_j);
+  out->set_tangential_damping_j(energy.tangential_damping_j);
+  out->set_slip_j(energy.slip_j);
+  out->set_rolling_j(energy.rolling_j);
+  out->set_residual_j(energy.residual_j);
+}
+
+void RecordBed(const dem::WheelTestResult& result, const dem::Tile& tile,
+               v1alpha1::BedReport* bed) {
+  bed->set_solid_fraction(tile.solid_fraction);
+  bed->set_coordination(tile.coordination);
+  bed->set_bulk_density_kg_per_m3(result.bulk_density_kg_per_m3);
+  bed->set_mean_diameter_m(result.mean_diameter_m);
+  bed->set_grains(result.grains);
+  bed->set_preparation_friction(tile.preparation_friction);
+}
+
+void RecordNumerics(const dem::WheelTestResult& result, v1alpha1::NumericsReport* numerics) {
+  numerics->set_dt_s(result.dt_s);
+  numerics->set_steps(result.steps);
+  numerics->set_rayleigh_time_s(result.rayleigh_time_s);
+  numerics->set_particle_steps(result.particle_steps);
+  numerics->set_wall_s(result.wall_s);
+  numerics->set_quantum_m(result.quantum_m);
+  numerics->set_list_rebuilds(result.list_rebuilds);
+  numerics->set_overlap_mean_over_radius(result.overlap_mean_over_radius);
+  numerics->set_overlap_p99_over_radius(result.overlap_p99_over_radius);
+  numerics->set_overlap_max_over_radius(result.overlap_max_over_radius);
+  numerics->set_inertial_number(result.inertial_number);
+}
+
+void RecordProfiles(const dem::WheelTestResult& result, v1alpha1::RunRecord* record) {
+  auto* stress = record->mutable_stress();
+  stress->set_first_angle_rad(result.stress.first_angle_rad);
+  stress->set_angle_step_rad(result.stress.angle_step_rad);
+  stress->set_width_bins(static_cast<std::uint32_t>(result.stress.width_bins));
+  Copy(result.stress.normal_pa, stress->mutable_normal_pa());
+  Copy(result.stress.shear_tangential_pa, stress->mutable_shear_tangential_pa());
+  Copy(result.stress.shear_axial_pa, stress->mutable_shear_axial_pa());
+  stress->set_entry_angle_rad(result.stress.entry_angle_rad);
+  stress->set_exit_angle_rad(result.stress.exit_angle_rad);
+  auto* surface = record->mutable_surface();
+  surface->set_x_first_m(result.surface.x_first_m);
+  surface->set_y_first_m(result.surface.y_first_m);
+  surface->set_step_m(result.surface.step_m);
+  surface->set_nx(static_cast<std::uint32_t>(result.surface.nx));
+  surface->set_ny(static_cast<std::uint32_t>(result.surface.ny));
+  Copy(result.surface.height_m, surface->mutable_height_m());
+}
+
+void RecordSeries(const dem::Series& series, records::DoubleArrays* out) {
+  *out = {{"time_s", series.time_s},
+          {"f_x_n", series.f_x_n},
+          {"f_y_n", series.f_y_n},
+          {"f_z_n", series.f_z_n},
+          {"torque_n_m", series.torque_n_m},
+          {"m_z_n_m", series.m_z_n_m},
+          {"sinkage_m", series.sinkage_m},
+          {"v_x_m_per_s", series.v_x_m_per_s},
+          {"rim_speed_m_per_s", series.rim_speed_m_per_s},
+          {"travel_m", series.travel_m}};
+}
+
+}  // namespace
+
+dem::WheelTestSpec ToEngine(const v1alpha1::WheelTestSpec& spec) {
+  dem::WheelTestSpec out;
+  ConvertSoil(spec.soil(), &out.soil);
+  ConvertWheel(spec.wheel(), &out.wheel);
+  ConvertRig(spec.rig(), &out.rig);
+  out.state.mode = ConvertMode(spec.state().mode());
+  out.state.slip = spec.state().slip();
+  out.state.attack_angle_rad = spec.state().attack_angle_rad();
+  out.state.load_n = spec.state().load_n();
+  out.state.drawbar_n = spec.state().drawbar_n();
+  out.seed = spec.seed();
+  return out;
+}
+
+records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
+                           const dem::WheelTestResult& result) {
+  records::RunFile file;
+  v1alpha1::RunRecord& record = file.record;
+  record.set_run_id(context.run_id);
+  *record.mutable_spec() = context.spec;
+  record.set_status(ConvertStatus(result.status));
+  record.set_reason(result.reason);
+  record.set_slip(result.slip);
+  record.set_attack_angle_rad(result.attack_angle_rad);
+  record.set_v_x_m_per_s(result.v_x_m_per_s);
+  record.set_v_y_m_per_s(result.v_y_m_per_s);
+  record.set_rim_speed_m_per_s(result.rim_speed_m_per_s);
+  record.set_window_start_s(result.window_start_s);
+  record.set_window_end_s(result.window_end_s);
+  record.set_blocks(static_cast<std::uint32_t>(result.blocks));
+  record.set_travel_m(result.travel_m);
+  record.set_created_unix_s(context.created_unix_s);
+  RecordMeans(result, &record);
+  RecordEnergy(result.energy, record.mutable_energy());
+  RecordBed(result, tile, record.mutable_bed());
+  record.mutable_bed()->set_tile_sha256(context.tile_sha256);
+  RecordNumerics(result, record.mutable_numerics());
+  record.mutable_numerics()->set_engine_version(context.engine_version);
+  record.mutable_numerics()->set_isa(context.isa);
+  RecordProfiles(result, &record);
+  RecordSeries(result.series, &file.series);
+  return file;
+}
+
+}  // namespace grouser::campaign

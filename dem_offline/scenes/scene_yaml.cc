@@ -1,0 +1,108 @@
+#include "dem_offline/scenes/scene_yaml.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace grouser::campaign {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr Range kFraction{0.0, 1.0, true};
+constexpr Range kCoefficient{0.0, 5.0, false};
+
+void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
+  double sum = 0;
+  for (YamlSection& bin : grains.Sections("sizes")) {
+    auto* size = out->add_sizes();
+    size->set_diameter_m(bin.Number("diameter_m", kPositive));
+    size->set_mass_fraction(bin.Number("mass_fraction", kFraction));
+    sum += size->mass_fraction();
+    bin.Finish();
+  }
+  if (std::abs(sum - 1.0) > 1e-6) {
+    grains.Fail("sizes", fmt::format("mass fractions that sum to {}", sum), "a sum of 1");
+  }
+}
+
+void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* out) {
+  out->set_grain_density_kg_per_m3(grains.Number("grain_density_kg_per_m3", kPositive));
+  out->set_youngs_modulus_pa(grains.Number("youngs_modulus_pa", kPositive));
+  out->set_poisson_ratio(grains.Number("poisson_ratio", {0.0, 0.5}));
+  out->set_restitution(grains.Number("restitution", kFraction));
+  out->set_friction(grains.Number("friction", kCoefficient));
+  out->set_rolling_friction(grains.Number("rolling_friction", kCoefficient));
+  out->set_solid_fraction(grains.Number("solid_fraction", {0.4, 0.74}));
+  ReadSizes(grains, out);
+  grains.Finish();
+  const double bulk = out->grain_density_kg_per_m3() * out->solid_fraction();
+  if (std::abs(bulk / bulk_density - 1.0) > 0.01) {
+    grains.Fail("grain_density_kg_per_m3",
+                fmt::format("{} (times solid_fraction {} = {:.1f})", out->grain_density_kg_per_m3(),
+                            out->solid_fraction(), bulk),
+                fmt::format("{:.1f}, so that the product is soil.bulk_density_kg_per_m3 = {}",
+                            bulk_density / out->solid_fraction(), bulk_density));
+  }
+}
+
+void ReadBekker(YamlSection bekker, v1alpha1::BekkerSoil* out) {
+  out->set_n(bekker.Number("n", {0.0, 3.0, true}));
+  out->set_k_c_n_per_m_n_plus_1(bekker.Number("k_c_n_per_m_n_plus_1"));
+  out->set_k_phi_n_per_m_n_plus_2(bekker.Number("k_phi_n_per_m_n_plus_2"));
+  out->set_cohesion_pa(bekker.Number("cohesion_pa", kNonNegative));
+  out->set_friction_angle_rad(bekker.Number("friction_angle_deg", {0.0, 60.0}) * kDegree);
+  out->set_shear_modulus_k_m(bekker.Number("shear_modulus_k_m", kPositive));
+  out->set_bulk_density_kg_per_m3(bekker.Number("bulk_density_kg_per_m3", kPositive));
+  bekker.Finish();
+}
+
+void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
+  out->set_name(soil.Text("name"));
+  out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3", kPositive));
+  out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2", kPositive));
+  out->set_source(soil.Text("source"));
+  ReadGrains(soil.Section("grains"), out->bulk_density_kg_per_m3(), out->mutable_grains());
+  if (soil.Has("bekker")) ReadBekker(soil.Section("bekker"), out->mutable_bekker());
+  soil.Finish();
+}
+
+void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
+  out->set_name(wheel.Text("name"));
+  out->set_radius_m(wheel.Number("radius_m", kPositive));
+  out->set_width_m(wheel.Number("width_m", kPositive));
+  out->set_restitution(wheel.Number("restitution", kFraction));
+  out->set_friction(wheel.Number("friction", kCoefficient));
+  out->set_rolling_friction(wheel.Number("rolling_friction", kCoefficient));
+  out->set_source(wheel.Text("source"));
+  wheel.Finish();
+}
+
+void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
+  out->set_bed_length_m(rig.Number("bed_length_m", kPositive));
+  out->set_bed_width_m(rig.Number("bed_width_m", kPositive));
+  out->set_bed_depth_m(rig.Number("bed_depth_m", kPositive));
+  out->set_speed_m_per_s(rig.Number("speed_m_per_s", kPositive));
+  out->set_max_time_s(rig.Number("max_time_s", kPositive));
+  out->set_rayleigh_fraction(rig.Number("rayleigh_fraction", {0.0, 0.5, true}));
+  out->set_target_relative_error(rig.Number("target_relative_error", kPositive));
+  out->set_stress_bin_rad(rig.Number("stress_bin_deg", {1.0, 45.0}) * kDegree);
+  out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 1, 100)));
+  rig.Finish();
+}
+
+}  // namespace
+
+v1alpha1::Scene ReadScene(YamlSection section) {
+  v1alpha1::Scene scene;
+  scene.set_name(section.Text("name"));
+  ReadSoil(section.Section("soil"), scene.mutable_soil());
+  ReadWheel(section.Section("wheel"), scene.mutable_wheel());
+  ReadRig(section.Section("rig"), scene.mutable_rig());
+  section.Finish();
+  return scene;
+}
+
+v1alpha1::Scene LoadScene(const std::string& file) { return ReadScene(YamlSection::Load(file)); }
+
+}  // namespace grouser::campaign

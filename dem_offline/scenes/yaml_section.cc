@@ -1,0 +1,216 @@
+#include "dem_offline/scenes/yaml_section.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "proto/records/durable_file.h"
+
+namespace grouser::campaign {
+namespace {
+
+std::string Describe(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return fmt::format("'{}'", node.Scalar());
+    case YAML::NodeType::Sequence:
+      return fmt::format("a list of {}", node.size());
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "nothing";
+  }
+}
+
+std::string Describe(const Range& range) {
+  const double huge = std::numeric_limits<double>::max();
+  if (range.min == -huge && range.max == huge) return "a finite number";
+  if (range.max == huge) return fmt::format("a number {} {}", range.open_min ? ">" : ">=", range.min);
+  return fmt::format("a number in {}{}, {}]", range.open_min ? "(" : "[", range.min, range.max);
+}
+
+// The whole text must be one number; YAML's own ".nan", hex and octal are not.
+template <typename T>
+bool Parse(const std::string& text, T* value) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto [stop, error] = std::from_chars(begin, end, *value);
+  return error == std::errc() && stop == end && begin != end;
+}
+
+}  // namespace
+
+YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
+    : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {
+  if (!node_.IsMap()) {
+    FailAt(node_.Mark(), "", Describe(node_), "a mapping of keys to values");
+  }
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+    if (!seen.insert(key).second) FailAt(entry.first.Mark(), key, "it twice", "it once");
+  }
+}
+
+YamlSection YamlSection::Load(const std::string& file) {
+  std::string text;
+  try {
+    text = records::ReadFileBytes(file);
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
+  }
+  try {
+    return YamlSection(file, "", YAML::Load(text));
+  } catch (const YAML::Exception& error) {
+    throw InputError(fmt::format("{}:{}: malformed YAML: {}", file, error.mark.line + 1, error.msg));
+  }
+}
+
+std::string YamlSection::PathOf(const std::string& key) const {
+  if (path_.empty()) return key;
+  return key.empty() ? path_ : path_ + "." + key;
+}
+
+void YamlSection::FailAt(const YAML::Mark& mark, const std::string& key, const std::string& got,
+                         const std::string& expected) const {
+  throw InputError(fmt::format("{}:{}: key '{}': got {}, expected {}", file_,
+                               mark.is_null() ? 1 : mark.line + 1, PathOf(key), got, expected));
+}
+
+void YamlSection::Fail(const std::string& key, const std::string& got,
+                       const std::string& expected) const {
+  const YAML::Node node = node_[key];
+  FailAt(node ? node.Mark() : node_.Mark(), key, got, expected);
+}
+
+bool YamlSection::Has(const std::string& key) {
+  known_.insert(key);
+  return static_cast<bool>(std::as_const(node_)[key]);
+}
+
+bool YamlSection::IsText(const std::string& key) {
+  return Has(key) && std::as_const(node_)[key].IsScalar();
+}
+
+YAML::Node YamlSection::Find(const std::string& key, const std::string& expected) {
+  known_.insert(key);
+  const YAML::Node node = std::as_const(node_)[key];
+  if (!node) FailAt(node_.Mark(), key, "no such key", expected);
+  return node;
+}
+
+double YamlSection::ToNumber(const YAML::Node& node, const std::string& key,
+                             const Range& range) const {
+  double value = 0;
+  if (!node.IsScalar() || !Parse(node.Scalar(), &value) || !std::isfinite(value) ||
+      value < range.min || value > range.max || (range.open_min && value == range.min)) {
+    FailAt(node.Mark(), key, Describe(node), Describe(range));
+  }
+  return value;
+}
+
+std::uint64_t YamlSection::ToCount(const YAML::Node& node, const std::string& key,
+                                   std::uint64_t min, std::uint64_t max) const {
+  std::uint64_t value = 0;
+  if (!node.IsScalar() || !Parse(node.Scalar(), &value) || value < min || value > max) {
+    FailAt(node.Mark(), key, Describe(node), fmt::format("a whole number in [{}, {}]", min, max));
+  }
+  return value;
+}
+
+double YamlSection::Number(const std::string& key, const Range& range) {
+  return ToNumber(Find(key, Describe(range)), key, range);
+}
+
+double YamlSection::NumberOr(const std::string& key, double otherwise, const Range& range) {
+  return Has(key) ? Number(key, range) : otherwise;
+}
+
+std::uint64_t YamlSection::Count(const std::string& key, std::uint64_t min, std::uint64_t max) {
+  return ToCount(Find(key, "a whole number"), key, min, max);
+}
+
+std::uint64_t YamlSection::CountOr(const std::string& key, std::uint64_t otherwise,
+                                   std::uint64_t min, std::uint64_t max) {
+  return Has(key) ? Count(key, min, max) : otherwise;
+}
+
+std::string YamlSection::Text(const std::string& key) {
+  const YAML::Node node = Find(key, "a text");
+  if (!node.IsScalar() || node.Scalar().empty()) {
+    FailAt(node.Mark(), key, Describe(node), "a non-empty text");
+  }
+  return node.Scalar();
+}
+
+std::string YamlSection::TextOr(const std::string& key, const std::string& otherwise) {
+  return Has(key) ? Text(key) : otherwise;
+}
+
+std::vector<double> YamlSection::Numbers(const std::string& key, const Range& range) {
+  const YAML::Node list = Find(key, "a list of numbers");
+  if (!list.IsSequence() || list.size() == 0) {
+    FailAt(list.Mark(), key, Describe(list), "a non-empty list of numbers");
+  }
+  std::vector<double> values;
+  for (const auto& node : list) {
+    const double value = ToNumber(node, key, range);
+    if (std::find(values.begin(), values.end(), value) != values.end()) {
+      FailAt(node.Mark(), key, Describe(node) + " twice", "each value once");
+    }
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::vector<std::uint64_t> YamlSection::Counts(const std::string& key, std::uint64_t min,
+                                               std::uint64_t max) {
+  const YAML::Node list = Find(key, "a list of whole numbers");
+  if (!list.IsSequence() || list.size() == 0) {
+    FailAt(list.Mark(), key, Describe(list), "a non-empty list of whole numbers");
+  }
+  std::vector<std::uint64_t> values;
+  for (const auto& node : list) {
+    const std::uint64_t value = ToCount(node, key, min, max);
+    if (std::find(values.begin(), values.end(), value) != values.end()) {
+      FailAt(node.Mark(), key, Describe(node) + " twice", "each value once");
+    }
+    values.push_back(value);
+  }
+  return values;
+}
+
+YamlSection YamlSection::Section(const std::string& key) {
+  return YamlSection(file_, PathOf(key), Find(key, "a mapping"));
+}
+
+std::vector<YamlSection> YamlSection::Sections(const std::string& key) {
+  const YAML::Node list = Find(key, "a list of mappings");
+  std::vector<YamlSection> sections;
+  if (list.IsMap()) {
+    sections.push_back(YamlSection(file_, PathOf(key), list));
+    return sections;
+  }
+  if (!list.IsSequence() || list.size() == 0) {
+    FailAt(list.Mark(), key, Describe(list), "a non-empty list of mappings");
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    sections.push_back(YamlSection(file_, fmt::format("{}[{}]", PathOf(key), i), list[i]));
+  }
+  return sections;
+}
+
+void YamlSection::Finish() const {
+  for (const auto& entry : node_) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+    if (known_.count(key)) continue;
+    FailAt(entry.first.Mark(), key, "an unknown key",
+           fmt::format("one of: {}", fmt::join(known_, ", ")));
+  }
+}
+
+}  // namespace grouser::campaign

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace grouser::campaign {
+
+/// Bad input of a person: the program's exit code is 2.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Closed range of a number; the defaults allow every finite one. `open_min`
+/// leaves the lower end itself out.
+struct Range {
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  bool open_min = false;
+};
+inline constexpr Range kPositive{0.0, std::numeric_limits<double>::max(), true};
+inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max(), false};
+
+/// One mapping of a YAML file, read strictly. Every error is an InputError
+/// "FILE:LINE: key 'a.b': got X, expected Y". Keys that nobody asked for are
+/// refused by Finish().
+class YamlSection {
+ public:
+  /// The whole file, which must be a mapping.
+  static YamlSection Load(const std::string& file);
+
+  /// Whether an optional key stands there; makes it a known one.
+  bool Has(const std::string& key);
+  double Number(const std::string& key, const Range& range = {});
+  double NumberOr(const std::string& key, double otherwise, const Range& range = {});
+  std::uint64_t Count(const std::string& key, std::uint64_t min, std::uint64_t max);
+  std::uint64_t CountOr(const std::string& key, std::uint64_t otherwise, std::uint64_t min,
+                        std::uint64_t max);
+  std::string Text(const std::string& key);
+  std::string TextOr(const std::string& key, const std::string& otherwise);
+  /// Non-empty lists without repeated values.
+  std::vector<double> Numbers(const std::string& key, const Range& range = {});
+  std::vector<std::uint64_t> Counts(const std::string& key, std::uint64_t min, std::uint64_t max);
+  YamlSection Section(const std::string& key);
+  /// A list of mappings; a single mapping counts as a list of one.
+  std::vector<YamlSection> Sections(const std::string& key);
+  /// True when `key` is plain text (a file name, say) rather than a mapping.
+  bool IsText(const std::string& key);
+
+  /// Refuses unknown keys, and lists the known ones.
+  void Finish() const;
+
+  /// For checks across keys: the same error form, at `key`.
+  [[noreturn]] void Fail(const std::string& key, const std::string& got,
+                         const std::string& expected) const;
+  const std::string& file() const { return file_; }
+
+ private:
+  YamlSection(std::string file, std::string path, YAML::Node node);
+  YAML::Node Find(const std::string& key, const std::string& expected);
+  double ToNumber(const YAML::Node& node, const std::string& key, const Range& range) const;
+  std::uint64_t ToCount(const YAML::Node& node, const std::string& key, std::uint64_t min,
+                        std::uint64_t max) const;
+  [[noreturn]] void FailAt(const YAML::Mark& mark, const std::string& key, const std::string& got,
+                           const std::string& expected) const;
+  std::string PathOf(const std::string& key) const;
+
+  std::string file_;
+  std::string path_;  // "a.b", empty at the top
+  YAML::Node node_;
+  std::set<std::string> known_;
+};
+
+}  // namespace grouser::campaign

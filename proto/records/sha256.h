@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+namespace grouser::records {
+
+/// Lower-case hex SHA-256 of the bytes of a string, and of a file. The file
+/// form throws std::runtime_error "PATH: cause" when it cannot be read.
+std::string Sha256OfString(const std::string& bytes);
+std::string Sha256OfFile(const std::string& path);
+
+}  // namespace grouser::records

@@ -1,0 +1,239 @@
+#include "server/core/evaluator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace grouser::server {
+namespace {
+
+using google::protobuf::RepeatedField;
+using surrogate::kOutputs;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+template <class T>
+std::span<const T> View(const RepeatedField<T>& field) {
+  return {field.data(), static_cast<std::size_t>(field.size())};
+}
+
+/// n entries that the caller writes; the memory is reused, not cleared.
+template <class T>
+std::span<T> Fill(RepeatedField<T>* field, int n) {
+  field->Clear();
+  field->Reserve(n);
+  return {field->AddNAlreadyReserved(n), static_cast<std::size_t>(n)};
+}
+
+/// Refuses the first array whose length is neither n nor (if optional) 0.
+class LengthCheck {
+ public:
+  explicit LengthCheck(int n) : n_(n) {}
+
+  template <class T>
+  LengthCheck& Require(const char* field, const RepeatedField<T>& values) {
+    return Compare(field, values.size());
+  }
+  template <class T>
+  LengthCheck& Allow(const char* field, const RepeatedField<T>& values) {
+    return values.empty() ? *this : Compare(field, values.size());
+  }
+  const QueryStatus& status() const { return status_; }
+
+ private:
+  LengthCheck& Compare(const char* field, int size) {
+    if (status_.ok() && size != n_) {
+      status_ = QueryStatus::InvalidArgument(fmt::format(
+          "states.{}: {} entries, expected {} as in states.closure_value", field, size, n_));
+    }
+    return *this;
+  }
+
+  int n_;
+  QueryStatus status_;
+};
+
+QueryStatus CheckClosure(v1alpha1::Closure closure) {
+  switch (closure) {
+    case v1alpha1::CLOSURE_UNSPECIFIED:
+    case v1alpha1::CLOSURE_LOAD:
+      return QueryStatus::Ok();
+    case v1alpha1::CLOSURE_SINKAGE:
+    case v1alpha1::CLOSURE_TORQUE:
+      // Inverting the mean response would leave the intervals wrong: they are
+      // fitted at a given load.
+      return QueryStatus::InvalidArgument("states.closure: " + v1alpha1::Closure_Name(closure) +
+                                          " is not supported, expected CLOSURE_LOAD");
+    default:
+      return QueryStatus::InvalidArgument(
+          fmt::format("states.closure: {} is unknown, expected CLOSURE_LOAD", int{closure}));
+  }
+}
+
+/// Velocity form of a slip-form message, into the echo arrays.
+void FromSlipForm(const v1alpha1::SlipForm& form, double training_speed,
+                  v1alpha1::VelocityForm* velocity) {
+  const int n = form.slip_size();
+  const auto v_x = Fill(velocity->mutable_v_x_m_per_s(), n);
+  const auto v_y = Fill(velocity->mutable_v_y_m_per_s(), n);
+  const auto rim = Fill(velocity->mutable_rim_speed_m_per_s(), n);
+  for (int i = 0; i < n; ++i) {
+    const double speed = form.speed_m_per_s().empty() ? training_speed : form.speed_m_per_s(i);
+    surrogate::VelocityState state{kNan, kNan, kNan};
+    if (speed > 0) {
+      state = surrogate::FromSlip(form.slip(i), form.attack_angle_rad(i), speed);
+    } else if (speed == 0 && std::isfinite(form.slip(i)) &&
+               std::isfinite(form.attack_angle_rad(i))) {
+      state = {0, 0, 0};  // at rest: the state STATIC, whatever the slip
+    }
+    v_x[i] = state.v_x;
+    v_y[i] = state.v_y;
+    rim[i] = state.rim_speed;
+  }
+}
+
+/// Where a slip form made no sense, its own numbers tell more than NaN.
+void EchoInvalidSlips(const v1alpha1::SlipForm& form, std::span<const std::uint32_t> flags,
+                      v1alpha1::SlipForm* echo) {
+  for (int i = 0; i < form.slip_size(); ++i) {
+    if ((flags[i] & surrogate::kInvalid) == 0) continue;
+    echo->set_slip(i, form.slip(i));
+    echo->set_attack_angle_rad(i, form.attack_angle_rad(i));
+    if (!form.speed_m_per_s().empty()) echo->set_speed_m_per_s(i, form.speed_m_per_s(i));
+  }
+}
+
+void EchoSpeed(const v1alpha1::VelocityForm& velocity, v1alpha1::SlipForm* slip) {
+  const int n = velocity.v_x_m_per_s_size();
+  const auto speed = Fill(slip->mutable_speed_m_per_s(), n);
+  for (int i = 0; i < n; ++i) {
+    const double hub = std::hypot(velocity.v_x_m_per_s(i), velocity.v_y_m_per_s(i));
+    const double rim = std::abs(velocity.rim_speed_m_per_s(i));
+    // std::max would drop a NaN on its right.
+    speed[i] = std::isnan(hub) || std::isnan(rim) ? kNan : std::max(hub, rim);
+  }
+}
+
+void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* array,
+                surrogate::OutputView* view) {
+  view->value = Fill(array->mutable_value(), n);
+  if (values_only) {
+    for (auto* unused : {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
+                         array->mutable_high(), array->mutable_sd_form(), array->mutable_sd_soil()}) {
+      unused->Clear();
+    }
+    return;
+  }
+  view->sd_fit = Fill(array->mutable_sd_fit(), n);
+  view->sd_patch = Fill(array->mutable_sd_patch(), n);
+  view->low = Fill(array->mutable_low(), n);
+  view->high = Fill(array->mutable_high(), n);
+  std::ranges::fill(Fill(array->mutable_sd_form(), n), sd_form);
+  // One model is one soil: how far the ground is another soil is unknown here.
+  std::ranges::fill(Fill(array->mutable_sd_soil(), n), kNan);
+}
+
+/// The wire's output arrays in the order of surrogate::Output.
+std::array<v1alpha1::OutputArray*, kOutputs> OutputArrays(v1alpha1::WheelResponses* r) {
+  return {r->mutable_f_x(),    r->mutable_f_y(), r->mutable_f_z(),
+          r->mutable_torque(), r->mutable_m_z(), r->mutable_sinkage()};
+}
+
+}  // namespace
+
+QueryStatus ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
+  const int n = states.closure_value_size();
+  if (n > max_states) {
+    return QueryStatus::ResourceExhausted(fmt::format(
+        "states.closure_value: {} entries, at most {} in one message", n, max_states));
+  }
+  if (states.kinematics_case() == v1alpha1::WheelStates::KINEMATICS_NOT_SET) {
+    return QueryStatus::InvalidArgument("states.kinematics: missing, expected velocity or slip");
+  }
+  if (QueryStatus closure = CheckClosure(states.closure()); !closure.ok()) return closure;
+  if (n == 0) {
+    return QueryStatus::InvalidArgument(
+        fmt::format("states.closure_value: empty, expected 1 to {} entries", max_states));
+  }
+  LengthCheck check(n);
+  if (states.has_velocity()) {
+    check.Require("velocity.v_x_m_per_s", states.velocity().v_x_m_per_s())
+        .Require("velocity.v_y_m_per_s", states.velocity().v_y_m_per_s())
+        .Require("velocity.rim_speed_m_per_s", states.velocity().rim_speed_m_per_s());
+  } else {
+    check.Require("slip.slip", states.slip().slip())
+        .Require("slip.attack_angle_rad", states.slip().attack_angle_rad())
+        .Allow("slip.speed_m_per_s", states.slip().speed_m_per_s());
+  }
+  return check.Allow("pass_number", states.pass_number())
+      .Allow("slope_pitch_rad", states.slope_pitch_rad())
+      .Allow("slope_roll_rad", states.slope_roll_rad())
+      .Allow("yaw_rate_rad_per_s", states.yaw_rate_rad_per_s())
+      .status();
+}
+
+void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,
+                   const surrogate::ResponsesView& out) {
+  model.evaluator->Evaluate(in, out);
+  if (!model.form_unknown) return;
+  for (std::uint32_t& flags : out.flags) {
+    if ((flags & surrogate::kInvalid) == 0) flags |= surrogate::kFormUnknown;
+  }
+}
+
+void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states,
+                    bool values_only, v1alpha1::WheelResponses* responses) {
+  const int n = states.closure_value_size();
+  if (states.has_velocity()) {
+    *responses->mutable_velocity() = states.velocity();
+  } else {
+    FromSlipForm(states.slip(), model.message.domain().speed_m_per_s(),
+                 responses->mutable_velocity());
+  }
+  const v1alpha1::VelocityForm& velocity = responses->velocity();
+  surrogate::WheelStatesView in;
+  in.v_x = View(velocity.v_x_m_per_s());
+  in.v_y = View(velocity.v_y_m_per_s());
+  in.rim_speed = View(velocity.rim_speed_m_per_s());
+  in.load = View(states.closure_value());
+  in.slope_pitch = View(states.slope_pitch_rad());
+  in.slope_roll = View(states.slope_roll_rad());
+  in.yaw_rate = View(states.yaw_rate_rad_per_s());
+  in.pass_number = View(states.pass_number());
+
+  surrogate::ResponsesView out;
+  const auto arrays = OutputArrays(responses);
+  for (int k = 0; k < kOutputs; ++k) {
+    FillOutput(n, values_only, model.sd_form[k], arrays[k], &out.output[k]);
+  }
+  out.flags = Fill(responses->mutable_flags(), n);
+  out.slip = Fill(responses->mutable_slip()->mutable_slip(), n);
+  out.attack_angle = Fill(responses->mutable_slip()->mutable_attack_angle_rad(), n);
+  EvaluateViews(model, in, out);
+  EchoSpeed(velocity, responses->mutable_slip());
+  if (states.has_slip()) EchoInvalidSlips(states.slip(), out.flags, responses->mutable_slip());
+  responses->set_interval_level(model.message.interval_level());
+  responses->set_interval_target(v1alpha1::INTERVAL_TARGET_DEM);
+  responses->set_averaging_length_m(model.message.averaging_length_m());
+}
+
+QueryStatus Evaluate(const Snapshot& snapshot, std::string_view model_reference,
+                     const v1alpha1::WheelStates& states, bool values_only,
+                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses) {
+  *answered_by = nullptr;
+  const ServedModel* model = nullptr;
+  QueryStatus status = ValidateStates(states);
+  if (status.ok()) status = snapshot.Find(model_reference, &model);
+  if (!status.ok()) {
+    responses->Clear();
+    return status;
+  }
+  EvaluateStates(*model, states, values_only, responses);
+  *answered_by = model;
+  return status;
+}
+
+}  // namespace grouser::server

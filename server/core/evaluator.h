@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string_view>
+
+#include "grouser/v1alpha1/state.pb.h"
+#include "server/core/snapshot.h"
+#include "server/core/status.h"
+
+namespace grouser::server {
+
+/// Most states in one message.
+inline constexpr int kMaxStates = 10000;
+
+/// Checks a message as a whole: kinematics given, closure supported (load),
+/// 1 to `max_states` states, every array of one length. INVALID_ARGUMENT or
+/// RESOURCE_EXHAUSTED naming the field and the lengths. Values of single
+/// states are not looked at.
+QueryStatus ValidateStates(const v1alpha1::WheelStates& states, int max_states = kMaxStates);
+
+/// Answers a valid message with `model`; both forms of the kinematics are
+/// echoed. A state with a bad value gets STATE_FLAG_INVALID and NaN outputs and
+/// harms no other. With `values_only` the uncertainty arrays stay empty. Every
+/// field of `responses` is overwritten and its memory reused: do not Clear() it
+/// between messages, since that frees the arrays.
+/// Precondition: ValidateStates(states).ok().
+void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states,
+                    bool values_only, v1alpha1::WheelResponses* responses);
+
+/// The same on plain spans (adapters without protobuf messages): evaluates and
+/// marks STATE_FLAG_FORM_UNKNOWN where the model was not compared with a
+/// measurement. Precondition: sizes as in surrogate::WheelStatesView.
+void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,
+                   const surrogate::ResponsesView& out);
+
+/// Resolve, validate, evaluate. On failure `responses` is left empty.
+QueryStatus Evaluate(const Snapshot& snapshot, std::string_view model_reference,
+                     const v1alpha1::WheelStates& states, bool values_only,
+                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses);
+
+}  // namespace grouser::server

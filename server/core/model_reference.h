@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace grouser::server {
+
+/// The alias that a bare model name means.
+inline constexpr std::string_view kDefaultAlias = "stable";
+/// Fewest hex digits that may stand for a digest.
+inline constexpr std::size_t kMinDigestDigits = 12;
+
+/// A parsed model reference: "name", "name@alias" or "name@sha256:HEX".
+/// Views into the text it was parsed from.
+struct ModelReference {
+  std::string_view name;
+  std::string_view alias;          ///< empty when a digest is given
+  std::string_view digest_prefix;  ///< empty when an alias is given
+};
+
+/// Empty text gives an empty reference ("the only model"). On a malformed
+/// reference returns nothing and says why in `problem`.
+std::optional<ModelReference> ParseModelReference(std::string_view text, std::string* problem);
+
+/// Lower-case letter first, then letters, digits, '_' or '-'; at most 64
+/// characters; not "sha256".
+bool IsAliasName(std::string_view text);
+
+/// `text` in quotes, cut to 100 characters: it ends up in status messages,
+/// whose size gRPC limits.
+std::string Quote(std::string_view text);
+
+}  // namespace grouser::server

@@ -1,0 +1,232 @@
+#include "server/core/repository.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+#include "server/core/alias_file.h"
+#include "server/core/model_reference.h"
+
+namespace grouser::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Sorted "*.model" files of a folder; a missing folder has none.
+std::vector<std::string> ModelFiles(const std::string& folder) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const fs::path& path = it->path();
+    // Files being written aside are hidden or end otherwise.
+    if (path.extension() == ".model" && path.filename().string().front() != '.') {
+      paths.push_back(path.string());
+    }
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    throw std::runtime_error(folder + ": " + error.message());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+/// What tells that a file was replaced: renaming gives a new inode and time.
+void AppendFileStamp(const std::string& path, std::ostringstream& out) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0) return;
+  out << path << ' ' << info.st_ino << ' ' << info.st_size << ' ' << info.st_mtim.tv_sec << '.'
+      << info.st_mtim.tv_nsec << '\n';
+}
+
+double UnixNow() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string ModelsDir(const std::string& state_dir) { return state_dir + "/models"; }
+std::string AliasPath(const std::string& state_dir) {
+  return ModelsDir(state_dir) + "/aliases.json";
+}
+
+std::string KnownNames(const std::vector<Repository::Entry>& entries) {
+  std::set<std::string> names;
+  for (const auto& entry : entries) names.insert(entry.name);
+  std::string text;
+  for (const auto& name : names) {
+    if (!text.empty()) text += ", ";
+    text += name;
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// Of several shipped models of one name the newest is "stable".
+struct ShippedDefault {
+  std::string digest;
+  double created_unix_s = 0;
+};
+
+}  // namespace
+
+Repository::Repository(std::string state_dir, std::string shipped_dir)
+    : state_dir_(std::move(state_dir)), shipped_dir_(std::move(shipped_dir)) {
+  if (state_dir_.empty()) throw std::runtime_error("state folder: empty, expected a path");
+}
+
+std::vector<Repository::Entry> Repository::List(std::vector<std::string>* problems) const {
+  std::vector<Entry> entries;
+  std::set<std::string> seen;
+  const auto add = [&](const std::string& path, bool shipped) {
+    try {
+      const auto loaded = records::ReadModelFile(path);
+      if (!shipped && fs::path(path).stem() != loaded.digest) {
+        throw std::runtime_error(path + ": its content is " + loaded.digest +
+                                 ", expected the digest that names the file");
+      }
+      if (seen.insert(loaded.digest).second) {
+        entries.push_back({path, loaded.model.name(), loaded.digest, shipped});
+      }
+    } catch (const std::exception& e) {
+      if (problems != nullptr) problems->push_back(e.what());
+    }
+  };
+  if (!shipped_dir_.empty()) {
+    for (const auto& path : ModelFiles(shipped_dir_)) add(path, true);
+  }
+  for (const auto& path : ModelFiles(ModelsDir(state_dir_))) add(path, false);
+  return entries;
+}
+
+Repository::Aliases Repository::ReadAliases() const {
+  Aliases aliases = ReadAliasFile(AliasPath(state_dir_));
+  if (shipped_dir_.empty()) return aliases;
+  std::map<std::string, ShippedDefault> defaults;
+  for (const auto& path : ModelFiles(shipped_dir_)) {
+    try {
+      const auto loaded = records::ReadModelFile(path);
+      auto& chosen = defaults[loaded.model.name()];
+      if (chosen.digest.empty() || loaded.model.created_unix_s() > chosen.created_unix_s) {
+        chosen = {loaded.digest, loaded.model.created_unix_s()};
+      }
+    } catch (const std::exception&) {
+      // List() reports it; an unreadable file is nobody's default.
+    }
+  }
+  const std::string stable(kDefaultAlias);
+  for (const auto& [name, chosen] : defaults) {
+    aliases.by_model[name].emplace(stable, chosen.digest);
+  }
+  return aliases;
+}
+
+std::string Repository::Publish(const std::string& model_file) {
+  const auto loaded = records::ReadModelFile(model_file);
+  fs::create_directories(ModelsDir(state_dir_));
+  const std::string target = ModelsDir(state_dir_) + "/" + loaded.digest + ".model";
+  try {
+    // Already there and whole: the same content, nothing to write.
+    if (fs::exists(target) && records::ReadModelFile(target).digest == loaded.digest) {
+      return loaded.digest;
+    }
+  } catch (const std::exception&) {
+    // A damaged copy is replaced below.
+  }
+  std::ifstream in(model_file, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  if (!in) throw std::runtime_error(model_file + ": cannot be read");
+  records::WriteFileDurably(target, bytes.str());
+  if (records::ReadModelFile(target).digest != loaded.digest) {
+    throw std::runtime_error(model_file + ": changed while it was being published");
+  }
+  return loaded.digest;
+}
+
+AliasMove Repository::SetAlias(const std::string& model, const std::string& alias,
+                               const std::string& digest, const std::string& who,
+                               const std::string& why) {
+  if (!IsAliasName(alias)) {
+    throw std::runtime_error("alias: '" + alias + "', expected a lower-case name such as stable");
+  }
+  fs::create_directories(ModelsDir(state_dir_));
+  const FileLock lock(ModelsDir(state_dir_) + "/.aliases.lock");
+  const auto entries = List(nullptr);
+  const bool known = std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
+    return entry.digest == digest && entry.name == model;
+  });
+  if (!known) {
+    throw std::runtime_error("digest: '" + digest + "' is no model file of '" + model +
+                             "' in this repository; known models: " + KnownNames(entries));
+  }
+  Aliases aliases = ReadAliases();
+  auto& of_model = aliases.by_model[model];
+  const std::string before = of_model.contains(alias) ? of_model[alias] : "";
+  const bool recorded = std::any_of(
+      aliases.history.begin(), aliases.history.end(),
+      [&](const AliasMove& move) { return move.model == model && move.alias == alias; });
+  // A repeated move (a promotion finished after a crash) must not make the
+  // model its own predecessor.
+  if (before == digest && recorded) {
+    return {model, alias, digest, aliases.generation, who, why, UnixNow()};
+  }
+  if (alias == kDefaultAlias && !before.empty() && before != digest) of_model["previous"] = before;
+  of_model[alias] = digest;
+  aliases.generation += 1;
+  aliases.history.push_back({model, alias, digest, aliases.generation, who, why, UnixNow()});
+  WriteAliasFile(AliasPath(state_dir_), aliases);
+  return aliases.history.back();
+}
+
+Repository::Entry Repository::Resolve(const std::string& reference) const {
+  std::string problem;
+  auto parsed = ParseModelReference(reference, &problem);
+  if (!parsed) throw std::out_of_range("model: " + problem);
+  const auto entries = List(nullptr);
+  std::string name(parsed->name);
+  if (name.empty()) {
+    std::set<std::string> names;
+    for (const auto& entry : entries) names.insert(entry.name);
+    if (names.size() != 1) {
+      throw std::out_of_range("model: empty, which needs exactly one model; known: " +
+                              KnownNames(entries));
+    }
+    name = *names.begin();
+    parsed->alias = kDefaultAlias;
+  }
+  std::string wanted(parsed->digest_prefix);
+  if (wanted.empty()) {
+    const Aliases aliases = ReadAliases();
+    const auto of_model = aliases.by_model.find(name);
+    if (of_model != aliases.by_model.end()) {
+      const auto found = of_model->second.find(std::string(parsed->alias));
+      if (found != of_model->second.end()) wanted = found->second;
+    }
+  }
+  std::vector<Entry> matches;
+  for (const auto& entry : entries) {
+    if (!wanted.empty() && entry.name == name && entry.digest.starts_with(wanted)) {
+      matches.push_back(entry);
+    }
+  }
+  if (matches.size() == 1) return matches.front();
+  throw std::out_of_range("model: '" + reference + "' is " +
+                          (matches.empty() ? "unknown" : "ambiguous") +
+                          "; known models: " + KnownNames(entries));
+}
+
+std::string Repository::Fingerprint() const {
+  std::ostringstream out;
+  AppendFileStamp(AliasPath(state_dir_), out);
+  for (const auto& path : ModelFiles(ModelsDir(state_dir_))) AppendFileStamp(path, out);
+  if (!shipped_dir_.empty()) {
+    for (const auto& path : ModelFiles(shipped_dir_)) AppendFileStamp(path, out);
+  }
+  return out.str();
+}
+
+}  // namespace grouser::server

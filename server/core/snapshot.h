@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grouser/v1alpha1/model.pb.h"
+#include "server/core/repository.h"
+#include "server/core/status.h"
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::server {
+
+/// Makes the evaluator of a model message; throws std::runtime_error when it
+/// cannot. `surrogate::MakeModel` in the programs.
+using ModelFactory =
+    std::function<std::unique_ptr<const surrogate::WheelModel>(const v1alpha1::Model&)>;
+
+/// A model that passed its self-test and may answer. Immutable.
+struct ServedModel {
+  std::string digest;     ///< sha256 hex of the file's payload
+  std::string reference;  ///< "name@sha256:HEX", echoed with every answer
+  bool shipped = false;
+  v1alpha1::Model message;  ///< domain, errors, provenance, ...
+  std::array<double, surrogate::kOutputs> sd_form{};  ///< NaN: unknown
+  bool form_unknown = true;                           ///< some sd_form is NaN
+  std::unique_ptr<const surrogate::WheelModel> evaluator;
+};
+
+/// Builds and self-tests a model: the golden vectors must come out to 1e-9
+/// (relative, but absolute below 1), which also faults its pages in. Throws std::runtime_error naming
+/// the model and the field.
+std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std::string digest,
+                                                   bool shipped, const ModelFactory& factory);
+
+/// What is served at one moment. Immutable; one message sees one snapshot.
+class Snapshot {
+ public:
+  using ModelPtr = std::shared_ptr<const ServedModel>;
+  using Aliases = std::map<std::string, ModelPtr, std::less<>>;
+
+  Snapshot() = default;
+  Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
+           std::map<std::string, Aliases, std::less<>> aliases);
+
+  std::uint64_t generation() const { return generation_; }
+  /// Sorted by name, then digest.
+  const std::vector<ModelPtr>& models() const { return models_; }
+  /// Aliases by model name.
+  const std::map<std::string, Aliases, std::less<>>& aliases() const { return aliases_; }
+
+  /// Resolves "name", "name@alias", "name@sha256:HEX" or "" (the only model).
+  /// On failure *model is null and the status is NOT_FOUND (unknown) or
+  /// INVALID_ARGUMENT (malformed). Allocates only on failure.
+  QueryStatus Find(std::string_view reference, const ServedModel** model) const;
+
+ private:
+  QueryStatus Unknown(std::string_view reference, const char* why) const;
+
+  std::uint64_t generation_ = 0;
+  std::vector<ModelPtr> models_;
+  std::map<std::string, Aliases, std::less<>> aliases_;
+};
+
+}  // namespace grouser::server

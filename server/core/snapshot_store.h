@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "server/core/repository.h"
+#include "server/core/snapshot.h"
+
+namespace grouser::server {
+
+/// Keeps the snapshot that is served in step with the repository. Refresh()
+/// belongs to one thread (the store thread); Current() to any.
+class SnapshotStore {
+ public:
+  SnapshotStore(const Repository& repository, ModelFactory factory);
+
+  /// What a refresh did; `problems` are worth a log line each.
+  struct Outcome {
+    bool changed = false;
+    std::vector<std::string> problems;
+  };
+
+  /// Reads the repository if it changed since the last call and puts a new
+  /// snapshot live. A model that cannot be read or fails its self-test never
+  /// replaces a good one: its aliases stay where they were. Throws
+  /// std::runtime_error, and changes nothing, when the repository itself cannot
+  /// be read; the next call tries again.
+  Outcome Refresh();
+
+  /// The snapshot to answer one message with. Locks for a pointer copy only:
+  /// `atomic<shared_ptr>` of libstdc++ 12 would do the same inside.
+  std::shared_ptr<const Snapshot> Current() const;
+
+ private:
+  using ModelPtr = Snapshot::ModelPtr;
+
+  std::vector<ModelPtr> LoadModels(const Snapshot& before, std::vector<std::string>* problems);
+  void ReleaseRetired();
+
+  const Repository& repository_;
+  ModelFactory factory_;
+  std::string fingerprint_;
+  bool loaded_ = false;
+
+  mutable std::mutex mutex_;  // guards current_ alone
+  std::shared_ptr<const Snapshot> current_ = std::make_shared<const Snapshot>();
+  /// Old snapshots until no query holds them, so that their destruction
+  /// happens here and not on a query thread. Store thread only.
+  std::vector<std::shared_ptr<const Snapshot>> retired_;
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,80 @@
+#include "server/jobs/folder_lock.h"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <thread>
+
+namespace grouser::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool HasOpen(const fs::path& process, const struct stat& file) {
+  std::error_code error;
+  for (fs::directory_iterator it(process / "fd", error), end; !error && it != end;
+       it.increment(error)) {
+    struct stat other {};
+    if (::stat(it->path().c_str(), &other) == 0 && other.st_dev == file.st_dev &&
+        other.st_ino == file.st_ino) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+UniqueFd TryLock(const std::string& path) {
+  UniqueFd fd(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (!fd.valid()) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
+  while (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) return UniqueFd();
+    if (errno != EINTR) {
+      throw std::runtime_error(path + ": cannot be locked: " + std::strerror(errno));
+    }
+  }
+  return fd;
+}
+
+std::vector<pid_t> HoldersOf(const std::string& path) {
+  struct stat file {};
+  if (::stat(path.c_str(), &file) != 0) return {};
+  std::vector<pid_t> holders;
+  std::error_code error;
+  for (fs::directory_iterator it("/proc", error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    pid_t pid = 0;
+    const auto [rest, bad] = std::from_chars(name.data(), name.data() + name.size(), pid);
+    if (bad != std::errc() || rest != name.data() + name.size() || pid == ::getpid()) continue;
+    if (HasOpen(it->path(), file)) holders.push_back(pid);
+  }
+  return holders;
+}
+
+UniqueFd LockEvicting(const std::string& path, double timeout_s) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  for (;;) {
+    UniqueFd lock = TryLock(path);
+    if (lock.valid()) return lock;
+    const auto holders = HoldersOf(path);
+    for (const pid_t pid : holders) ::kill(pid, SIGKILL);
+    if (std::chrono::steady_clock::now() > deadline) {
+      throw std::runtime_error(fmt::format("{}: still locked by process {}, expected no worker",
+                                           path, fmt::join(holders, " ")));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "server/jobs/unique_fd.h"
+
+namespace grouser::server {
+
+/// flock(2) on a lock file, made where missing. The lock belongs to the open
+/// file: it lasts while any process holds a copy of the descriptor. A job's
+/// worker gets its folder's lock as standard input, so the lock says whether
+/// anything of the worker's process tree is alive, whoever has died above it.
+
+/// An invalid descriptor where another holds it. Throws std::runtime_error
+/// where the file cannot be made.
+UniqueFd TryLock(const std::string& path);
+
+/// Processes that have the file open (of those that /proc lets us see).
+std::vector<pid_t> HoldersOf(const std::string& path);
+
+/// Takes the lock; kills (SIGKILL) whoever else holds it. For locks that only
+/// left-over workers can hold. Throws std::runtime_error naming the holders
+/// where they outlive `timeout_s`.
+UniqueFd LockEvicting(const std::string& path, double timeout_s);
+
+}  // namespace grouser::server

@@ -1,0 +1,240 @@
+#include "server/jobs/job_book.h"
+
+#include <fmt/core.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "server/jobs/job_state.h"
+#include "server/jobs/request_checks.h"
+#include "server/jobs/request_error.h"
+
+namespace grouser::server {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// Progress raises revisions in memory only. A requeue after a restart leaps
+/// over all that may have been seen, so that revisions never go back.
+constexpr std::uint64_t kRevisionLeap = 1'000'000;
+
+std::string NewJobId() {
+  std::uint64_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits)) {
+    throw std::runtime_error("getrandom: no random bytes");
+  }
+  return fmt::format("job-{:016x}", bits);
+}
+
+[[noreturn]] void NoSuchJob(const std::string& job_id) {
+  throw RequestError(RequestCode::kNotFound, "job_id: no job '" + job_id + "'");
+}
+
+}  // namespace
+
+JobBook::JobBook(JobStore& store, std::size_t max_queued, Clock clock, Listener listener)
+    : store_(store),
+      max_queued_(max_queued),
+      clock_(std::move(clock)),
+      listener_(std::move(listener)),
+      open_(store.LoadOpen()) {}
+
+JobRow* JobBook::Find(const std::string& job_id) {
+  const auto found = std::find_if(open_.begin(), open_.end(),
+                                  [&](const JobRow& row) { return row.job.job_id() == job_id; });
+  return found == open_.end() ? nullptr : &*found;
+}
+
+const JobRow* JobBook::FindOpen(const std::string& job_id) const {
+  return const_cast<JobBook*>(this)->Find(job_id);
+}
+
+const JobRow* JobBook::NextQueued() const {
+  for (const JobRow& row : open_) {
+    if (row.job.job_state() == v1alpha1::JOB_STATE_QUEUED) return &row;
+  }
+  return nullptr;
+}
+
+std::size_t JobBook::CountQueued() const {
+  return std::count_if(open_.begin(), open_.end(), [](const JobRow& row) {
+    return row.job.job_state() == v1alpha1::JOB_STATE_QUEUED;
+  });
+}
+
+void JobBook::Touch(JobRow& row) const {
+  row.job.set_changed_unix_s(clock_());
+  row.job.set_revision(row.job.revision() + 1);
+}
+
+void JobBook::Adopt(JobRow row, Publish publish) {
+  const v1alpha1::Job job = row.job;
+  const auto place = std::find_if(open_.begin(), open_.end(), [&](const JobRow& other) {
+    return other.job.job_id() == job.job_id();
+  });
+  if (HasEnded(job.job_state())) {
+    if (place != open_.end()) open_.erase(place);
+  } else if (place != open_.end()) {
+    *place = std::move(row);
+  } else {
+    open_.push_back(std::move(row));
+  }
+  if (publish == Publish::kYes) listener_(job);
+}
+
+std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
+    const v1alpha1::SubmitRefinementRequest& request) {
+  const auto known = store_.FindRequest(request.request_id());
+  if (!known) return std::nullopt;
+  if (known->content != ContentOf(request)) {
+    throw RequestError(RequestCode::kAlreadyExists,
+                       "request_id: '" + request.request_id() +
+                           "' was used for a different refinement (job " + known->job_id + ")");
+  }
+  v1alpha1::SubmitRefinementResponse response;
+  *response.mutable_job() = Get(known->job_id);
+  response.set_joined(known->joined);
+  return response;
+}
+
+v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                                   const std::string& model,
+                                                   const std::string& join_key,
+                                                   const v1alpha1::WheelTestSpec& spec) {
+  if (auto known = Replay(request)) return *known;
+  const auto same = std::find_if(open_.begin(), open_.end(),
+                                 [&](const JobRow& row) { return row.join_key == join_key; });
+  RequestRow asked{request.request_id(), "", ContentOf(request), same != open_.end(), false};
+  JobRow row;
+  if (asked.joined) {
+    row = *same;
+    row.job.set_subscribers(row.job.subscribers() + 1);
+    Touch(row);
+    asked.job_id = row.job.job_id();
+    store_.Join(row, asked);
+  } else {
+    if (CountQueued() >= max_queued_) {
+      throw RequestError(RequestCode::kResourceExhausted,
+                         fmt::format("queue: {} jobs wait already, expected fewer than {}; "
+                                     "submit again later",
+                                     CountQueued(), max_queued_));
+    }
+    row.join_key = join_key;
+    row.spec = spec;
+    row.job.set_job_id(NewJobId());
+    row.job.set_model(model);
+    *row.job.mutable_state() = spec.state();
+    row.job.set_seed(spec.seed());
+    row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
+    row.job.set_message("waiting for a worker");
+    row.job.set_eta_s(kUnknown);
+    row.job.set_subscribers(1);
+    row.job.set_lease_epoch(1);
+    row.job.set_submitted_unix_s(clock_());
+    Touch(row);
+    asked.job_id = row.job.job_id();
+    store_.Insert(row, asked);
+  }
+  v1alpha1::SubmitRefinementResponse response;
+  *response.mutable_job() = row.job;
+  response.set_joined(asked.joined);
+  Adopt(std::move(row), Publish::kYes);
+  return response;
+}
+
+v1alpha1::Job JobBook::Get(const std::string& job_id) {
+  if (const JobRow* row = Find(job_id)) return row->job;
+  auto stored = store_.Find(job_id);
+  if (!stored) NoSuchJob(job_id);
+  return stored->job;
+}
+
+std::vector<v1alpha1::Job> JobBook::List(std::uint32_t limit) {
+  auto jobs = store_.List(limit);
+  for (auto& job : jobs) {
+    if (const JobRow* row = Find(job.job_id())) job = row->job;
+    if (job.has_run()) {
+      job.mutable_run()->clear_stress();
+      job.mutable_run()->clear_surface();
+    }
+  }
+  return jobs;
+}
+
+v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& request_id) {
+  const v1alpha1::Job now = Get(job_id);
+  const auto request = store_.FindRequest(request_id);
+  if (!request || request->job_id != job_id) {
+    throw RequestError(RequestCode::kNotFound, "request_id: '" + request_id +
+                                                   "' has no subscription to job '" + job_id + "'");
+  }
+  const JobRow* open = Find(job_id);
+  if (open == nullptr || request->withdrawn) return now;
+  JobRow row = *open;
+  const std::uint64_t held = row.job.lease_epoch();
+  row.job.set_subscribers(store_.CountSubscribers(job_id) - 1);
+  if (row.job.subscribers() == 0) {
+    row.job.set_job_state(v1alpha1::JOB_STATE_CANCELLED);
+    row.job.set_message("cancelled: no subscriber is left");
+    row.job.set_eta_s(kUnknown);
+    row.job.set_lease_epoch(held + 1);  // whatever a worker still reports is stale
+  }
+  Touch(row);
+  if (!store_.Withdraw(row, held, request_id)) {
+    throw RequestError(RequestCode::kInternal, "job_id: '" + job_id + "' has another lease epoch");
+  }
+  const v1alpha1::Job result = row.job;
+  Adopt(std::move(row), Publish::kYes);
+  return result;
+}
+
+bool JobBook::Change(const std::string& job_id, std::uint64_t epoch,
+                     const std::function<void(JobRow&)>& edit, Publish publish) {
+  const JobRow* open = Find(job_id);
+  if (open == nullptr || open->job.lease_epoch() != epoch) return false;
+  JobRow row = *open;
+  edit(row);
+  const auto from = open->job.job_state();
+  const auto to = row.job.job_state();
+  if (from != to) {
+    if (!MayMove(from, to)) {
+      throw std::logic_error("job " + job_id + ": " + ShortName(from) + " to " + ShortName(to) +
+                             " is no move of the state machine");
+    }
+    row.job.set_progress(0);
+    row.job.set_eta_s(kUnknown);
+  }
+  Touch(row);
+  if (!store_.Save(row, epoch)) return false;
+  Adopt(std::move(row), publish);
+  return true;
+}
+
+bool JobBook::Progress(const std::string& job_id, std::uint64_t epoch, double fraction,
+                       double eta_s, const std::string& message) {
+  JobRow* row = Find(job_id);
+  if (row == nullptr || row->job.lease_epoch() != epoch || !IsWorking(row->job.job_state())) {
+    return false;
+  }
+  row->job.set_progress(std::clamp(fraction, 0.0, 1.0));
+  row->job.set_eta_s(eta_s);
+  row->job.set_message(message);
+  Touch(*row);
+  listener_(row->job);
+  return true;
+}
+
+bool JobBook::Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
+                      bool retry) {
+  return Change(job_id, epoch, [&](JobRow& row) {
+    row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
+    row.job.set_message(message);
+    row.job.set_lease_epoch(epoch + 1);
+    row.job.set_revision(row.job.revision() + kRevisionLeap);
+    if (retry) ++row.retries;
+  });
+}
+
+}  // namespace grouser::server

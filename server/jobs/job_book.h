@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/jobs/job_store.h"
+
+namespace grouser::server {
+
+/// Who asks for what, and where each job stands: idempotent submission,
+/// joining, withdrawal, the state machine, leases. Knows no process, no file
+/// but the store's. One thread.
+///
+/// Every change is stored first and published after; where storing throws
+/// (SqliteError), nothing has changed. Only progress within a stage is kept in
+/// memory alone.
+class JobBook {
+ public:
+  using Clock = std::function<double()>;  ///< Unix time [s]
+  using Listener = std::function<void(const v1alpha1::Job&)>;
+
+  /// Loads all open jobs. `listener` hears every published change.
+  JobBook(JobStore& store, std::size_t max_queued, Clock clock, Listener listener);
+
+  /// The answer given before to this request_id, if any; throws
+  /// RequestError(kAlreadyExists) where it then asked for something else.
+  std::optional<v1alpha1::SubmitRefinementResponse> Replay(
+      const v1alpha1::SubmitRefinementRequest& request);
+
+  /// Joins an open job of equal work or makes one; on disk when it returns.
+  /// `model` is "name@sha256:HEX". Throws RequestError(kResourceExhausted).
+  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                            const std::string& model, const std::string& join_key,
+                                            const v1alpha1::WheelTestSpec& spec);
+
+  /// Throws RequestError(kNotFound).
+  v1alpha1::Job Get(const std::string& job_id);
+  /// Newest first, without stress and surface profiles.
+  std::vector<v1alpha1::Job> List(std::uint32_t limit);
+
+  /// Withdraws a subscription; the job is CANCELLED when none is left. Of an
+  /// ended job or a withdrawn subscription: no change. Throws
+  /// RequestError(kNotFound).
+  v1alpha1::Job Cancel(const std::string& job_id, const std::string& request_id);
+
+  /// The oldest QUEUED job, or null.
+  const JobRow* NextQueued() const;
+  /// An open job, or null.
+  const JobRow* FindOpen(const std::string& job_id) const;
+  const std::vector<JobRow>& open() const { return open_; }
+
+  enum class Publish { kYes, kNo };
+  /// Applies `edit` to an open job under the lease `epoch`. False, and nothing
+  /// happens, where the job has ended or its lease has another epoch: a stale
+  /// worker's result. Throws std::logic_error for a move that the state
+  /// machine does not have.
+  bool Change(const std::string& job_id, std::uint64_t epoch,
+              const std::function<void(JobRow&)>& edit, Publish publish = Publish::kYes);
+
+  /// Progress of the running stage, in memory and to listeners only.
+  bool Progress(const std::string& job_id, std::uint64_t epoch, double fraction, double eta_s,
+                const std::string& message);
+
+  /// Back to QUEUED with the next lease epoch; `retry`: counts as a retry.
+  bool Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
+               bool retry);
+
+ private:
+  JobRow* Find(const std::string& job_id);
+  std::size_t CountQueued() const;
+  void Touch(JobRow& row) const;
+  /// Takes over a stored row: replaces or drops the open one, tells listeners.
+  void Adopt(JobRow row, Publish publish);
+
+  JobStore& store_;
+  std::size_t max_queued_;
+  Clock clock_;
+  Listener listener_;
+  std::vector<JobRow> open_;  ///< oldest first
+};
+
+}  // namespace grouser::server

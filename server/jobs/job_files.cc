@@ -1,0 +1,116 @@
+#include "server/jobs/job_files.h"
+
+#include <fmt/core.h>
+#include <google/protobuf/util/json_util.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include "proto/records/durable_file.h"
+#include "proto/records/model_file.h"
+#include "proto/records/run_file.h"
+#include "server/jobs/refinement_spec.h"
+
+namespace grouser::server {
+namespace {
+
+constexpr char kDigestMark[] = "@sha256:";
+
+}  // namespace
+
+JobFiles::JobFiles(std::string state_dir)
+    : state_(std::filesystem::absolute(state_dir).lexically_normal().string()) {
+  if (state_.ends_with('/') && state_.size() > 1) state_.pop_back();
+  for (const char* folder : {"/jobs", "/runs", "/tiles", "/models"}) {
+    std::error_code error;
+    std::filesystem::create_directories(state_ + folder, error);
+    if (error) {
+      throw std::runtime_error(state_ + folder + ": cannot be made: " + error.message());
+    }
+  }
+}
+
+std::string JobFiles::Output(const v1alpha1::Job& job, const std::string& stage,
+                             const char* ending) const {
+  return fmt::format("{}/{}.{}.{}", Folder(job.job_id()), stage, job.lease_epoch(), ending);
+}
+
+FinishedRun ReadFinishedRun(const std::string& path, const v1alpha1::WheelTestSpec& spec) {
+  FinishedRun run;
+  run.record = records::ReadRunFile(path).record;
+  if (!Answers(run.record, spec)) {
+    throw std::runtime_error(path + ": its record answers another spec than the job asks");
+  }
+  run.sha256 = records::Sha256OfFile(path);
+  run.file = std::filesystem::path(path).filename().string();
+  return run;
+}
+
+FinishedRun PublishRun(const JobFiles& files, const JobRow& row) {
+  const std::string made = files.WorkerRun(row.job.job_id());
+  const std::string run_id = ReadFinishedRun(made, row.spec).record.run_id();
+  // It becomes a file name.
+  const bool plain = !run_id.empty() && run_id.size() <= 64 &&
+                     std::all_of(run_id.begin(), run_id.end(),
+                                 [](unsigned char c) { return std::isalnum(c) != 0; });
+  if (!plain) throw std::runtime_error(made + ": run_id '" + run_id + "', expected hex digits");
+  const std::string target = files.Run(run_id + ".run.h5");
+  try {
+    if (std::filesystem::exists(target)) return ReadFinishedRun(target, row.spec);
+  } catch (const std::exception& e) {
+    spdlog::warn("{}; it is replaced", e.what());
+  }
+  records::WriteFileDurably(target, records::ReadFileBytes(made));
+  return ReadFinishedRun(target, row.spec);
+}
+
+std::string CheckCandidate(const std::string& path, const v1alpha1::Job& job) {
+  const auto loaded = records::ReadModelFile(path);
+  if (loaded.model.name() != ModelName(job)) {
+    throw std::runtime_error(path + ": is a model '" + loaded.model.name() + "', expected '" +
+                             ModelName(job) + "'");
+  }
+  const auto& provenance = loaded.model.provenance();
+  if (provenance.base_digest() != ModelDigest(job)) {
+    throw std::runtime_error(path + ": was refitted from '" + provenance.base_digest() +
+                             "', expected '" + ModelDigest(job) + "'");
+  }
+  const bool named = std::any_of(
+      provenance.runs().begin(), provenance.runs().end(),
+      [&](const v1alpha1::RunSummary& run) { return run.sha256() == job.run_sha256(); });
+  if (!named) {
+    throw std::runtime_error(path + ": its provenance does not name the run " + job.run_file() +
+                             " (sha256 " + job.run_sha256() + ")");
+  }
+  return loaded.digest;
+}
+
+std::string ModelName(const v1alpha1::Job& job) {
+  return job.model().substr(0, job.model().find(kDigestMark));
+}
+
+std::string ModelDigest(const v1alpha1::Job& job) {
+  const auto at = job.model().find(kDigestMark);
+  return at == std::string::npos ? "" : job.model().substr(at + sizeof(kDigestMark) - 1);
+}
+
+void ParseGate(const std::string& json, v1alpha1::Job* job) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  v1alpha1::Job parsed;
+  const auto status =
+      google::protobuf::util::JsonStringToMessage("{\"gate\":" + json + "}", &parsed, options);
+  // An object is read as a list of one by protobuf: without a name it is none.
+  const bool named = std::all_of(parsed.gate().begin(), parsed.gate().end(),
+                                 [](const v1alpha1::GateCheck& c) { return !c.name().empty(); });
+  if (!status.ok() || parsed.gate().empty() || !named) {
+    throw std::runtime_error("gate: no list of checks in the output of grouser-fit gate: " +
+                             status.ToString());
+  }
+  *job->mutable_gate() = parsed.gate();
+}
+
+}  // namespace grouser::server

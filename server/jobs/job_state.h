@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+
+namespace grouser::server {
+
+/// The job state machine. Work goes QUEUED -> RUNNING -> FITTING -> VALIDATING
+/// -> AWAITING_PROMOTION -> DONE; a requeue (retry, restart) leads from the
+/// three working states back to QUEUED; FAILED and CANCELLED end any open one.
+bool MayMove(v1alpha1::JobState from, v1alpha1::JobState to);
+
+/// Nothing more will change: DONE, FAILED, CANCELLED.
+bool HasEnded(v1alpha1::JobState state);
+
+/// A worker process may be at it: RUNNING, FITTING, VALIDATING.
+bool IsWorking(v1alpha1::JobState state);
+
+/// "RUNNING" rather than "JOB_STATE_RUNNING", for people.
+std::string ShortName(v1alpha1::JobState state);
+
+}  // namespace grouser::server

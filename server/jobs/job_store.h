@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+#include "server/jobs/sqlite.h"
+
+namespace grouser::server {
+
+/// A job as it is kept: the public message, and what only this program needs.
+struct JobRow {
+  v1alpha1::Job job;
+  v1alpha1::WheelTestSpec spec;  ///< what the DEM worker runs, fixed at submission
+  std::string join_key;          ///< equal keys: the same work
+  int retries = 0;               ///< abnormal worker ends so far
+  /// An alias move that was decided but may not have reached the alias file
+  /// (job_id set). Redone at start-up: moves are idempotent.
+  v1alpha1::PromoteRequest pending;
+};
+
+/// One client's request for a job.
+struct RequestRow {
+  std::string request_id;
+  std::string job_id;
+  std::string content;  ///< hash of what was asked
+  bool joined = false;
+  bool withdrawn = false;
+};
+
+/// Jobs and requests in SQLite: the one truth about jobs. Every call is one
+/// transaction, on disk when it returns. One thread. Throws SqliteError.
+class JobStore {
+ public:
+  /// Opens or creates; throws std::runtime_error for a schema that is newer.
+  explicit JobStore(const std::string& path);
+
+  void Insert(const JobRow& row, const RequestRow& request);
+  /// A further subscriber: updates the job and adds the request.
+  void Join(const JobRow& row, const RequestRow& request);
+  /// Marks the subscription withdrawn and updates the job. False and no
+  /// change where the stored lease epoch is not `held_epoch`.
+  bool Withdraw(const JobRow& row, std::uint64_t held_epoch, const std::string& request_id);
+  /// Updates the job. False and no change where the stored lease epoch is not
+  /// `held_epoch`: the writer's lease was taken away.
+  bool Save(const JobRow& row, std::uint64_t held_epoch);
+
+  std::optional<RequestRow> FindRequest(const std::string& request_id);
+  std::optional<JobRow> Find(const std::string& job_id);
+  /// Subscriptions of a job that were not withdrawn.
+  std::uint32_t CountSubscribers(const std::string& job_id);
+  /// All that have not ended, oldest first.
+  std::vector<JobRow> LoadOpen();
+  /// Newest first.
+  std::vector<v1alpha1::Job> List(std::uint32_t limit);
+
+  static constexpr int kSchemaVersion = 1;
+
+ private:
+  void Migrate();
+  void InsertRequest(const RequestRow& request);
+  bool Update(const JobRow& row, std::uint64_t held_epoch);
+
+  Database db_;
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "server/core/repository.h"
+#include "server/jobs/job_book.h"
+#include "server/jobs/job_files.h"
+#include "server/jobs/scheduler.h"
+#include "server/jobs/serial_thread.h"
+#include "server/jobs/watch_hub.h"
+#include "server/jobs/worker_pool.h"
+
+namespace grouser::server {
+
+struct JobsOptions {
+  std::string state_dir, shipped_dir;
+  std::size_t max_queued = 64;
+  double grace_s = 5.0;  ///< from SIGTERM to SIGKILL of a worker
+  SchedulerOptions scheduler;
+};
+
+/// Everything behind the service. Requests (below "Requests") run on thread()
+/// and throw RequestError or SqliteError.
+class JobsApp {
+ public:
+  /// Throws std::runtime_error where the state folder cannot be used, or is
+  /// in use by another jobs program.
+  JobsApp(JobsOptions options, boost::asio::io_context& loop);
+
+  /// Takes up what an earlier life left, starts workers. Any thread but
+  /// thread(); returns when that is done, throws what went wrong.
+  void Start();
+  /// Refuses requests from now on, stops workers (their jobs stay resumable),
+  /// ends watches, then calls `done` on thread(). Any thread.
+  void Stop(std::function<void()> done);
+
+  SerialThread& thread() { return thread_; }
+
+  // Requests.
+  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request);
+  v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
+  v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request);
+  v1alpha1::CancelJobResponse Cancel(const v1alpha1::CancelJobRequest& request);
+  /// `peer`: named as who where the request names nobody.
+  v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request,
+                                    const std::string& peer);
+  /// Tells the watcher the present state, then every change.
+  void Watch(const v1alpha1::WatchJobRequest& request, const std::shared_ptr<JobWatcher>& watcher);
+
+ private:
+  void RefuseWhenStopping() const;
+  void CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteRequest& request,
+                       const std::string& alias) const;
+
+  JobFiles files_;
+  UniqueFd instance_lock_;
+  Repository repository_;
+  WatchHub hub_;
+  JobStore store_;
+  JobBook book_;
+  WorkerPool pool_;
+  bool stopping_ = false;
+  std::unique_ptr<Scheduler> scheduler_;
+  SerialThread thread_;  ///< last: ends first, while all it uses is there
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,90 @@
+#include "server/jobs/refinement_spec.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/util/message_differencer.h>
+
+#include <map>
+
+#include "proto/records/sha256.h"
+#include "server/jobs/request_checks.h"
+#include "server/jobs/request_error.h"
+
+namespace grouser::server {
+namespace {
+
+/// Seed of most training runs; of equally many the smallest. 1 without any.
+std::uint64_t OwnSeed(const v1alpha1::Model& model) {
+  std::map<std::uint64_t, int> count;
+  for (const auto& run : model.provenance().runs()) {
+    if (run.role() == v1alpha1::RUN_ROLE_TRAIN) ++count[run.seed()];
+  }
+  std::uint64_t best = 1;
+  int most = 0;
+  for (const auto& [seed, n] : count) {
+    if (n > most) {
+      best = seed;
+      most = n;
+    }
+  }
+  return best;
+}
+
+void Require(bool there, const v1alpha1::Model& model, const char* field) {
+  if (there) return;
+  throw RequestError(RequestCode::kFailedPrecondition,
+                     "model '" + model.name() + "' cannot be refined: it has no " + field);
+}
+
+/// Names, sources and continuum parameters removed.
+v1alpha1::WheelTestSpec Essence(const v1alpha1::WheelTestSpec& spec) {
+  v1alpha1::WheelTestSpec out = spec;
+  out.clear_scene();
+  out.mutable_soil()->clear_name();
+  out.mutable_soil()->clear_source();
+  out.mutable_soil()->clear_bekker();
+  out.mutable_soil()->clear_bulk_density_kg_per_m3();
+  out.mutable_wheel()->clear_name();
+  out.mutable_wheel()->clear_source();
+  *out.mutable_state() = Canonical(spec.state());
+  return out;
+}
+
+}  // namespace
+
+v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
+                                  const v1alpha1::SubmitRefinementRequest& request) {
+  Require(model.soil().grains().sizes_size() > 0, model, "grains (soil.grains.sizes)");
+  Require(model.soil().grains().youngs_modulus_pa() > 0, model,
+          "grain stiffness (soil.grains.youngs_modulus_pa)");
+  Require(model.wheel().radius_m() > 0 && model.wheel().width_m() > 0, model,
+          "wheel (wheel.radius_m, wheel.width_m)");
+  Require(model.rig().bed_length_m() > 0 && model.rig().speed_m_per_s() > 0, model,
+          "rig (rig.bed_length_m, rig.speed_m_per_s)");
+  v1alpha1::WheelTestSpec spec;
+  spec.set_scene(model.name());
+  *spec.mutable_soil() = model.soil();
+  *spec.mutable_wheel() = model.wheel();
+  *spec.mutable_rig() = model.rig();
+  if (request.max_time_s() > 0) spec.mutable_rig()->set_max_time_s(request.max_time_s());
+  *spec.mutable_state() = Canonical(request.state());
+  spec.set_seed(request.seed() != 0 ? request.seed() : OwnSeed(model));
+  return spec;
+}
+
+std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    coded.SetSerializationDeterministic(true);
+    spec.SerializeToCodedStream(&coded);
+  }
+  return model_digest + "/" + records::Sha256OfString(bytes);
+}
+
+bool Answers(const v1alpha1::RunRecord& record, const v1alpha1::WheelTestSpec& spec) {
+  return google::protobuf::util::MessageDifferencer::Equals(Essence(record.spec()), Essence(spec));
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+#include "grouser/v1alpha1/model.pb.h"
+
+namespace grouser::server {
+
+/// The DEM test that refines `model` at the requested state: the model's own
+/// soil, wheel and rig (so that its grains, stiffness and box are those of the
+/// training runs), the state made canonical, and the seed. Seed 0 means the
+/// tile that most of the model's training runs stand on.
+/// Throws RequestError(kFailedPrecondition) where the model does not say what
+/// a DEM run needs.
+v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
+                                  const v1alpha1::SubmitRefinementRequest& request);
+
+/// Equal for requests that are the same work: the model's digest and a hash of
+/// the spec.
+std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec);
+
+/// Whether a record answers a spec: soil, wheel, rig, state and seed agree;
+/// names and sources, which change no grain, are not compared.
+bool Answers(const v1alpha1::RunRecord& record, const v1alpha1::WheelTestSpec& spec);
+
+}  // namespace grouser::server

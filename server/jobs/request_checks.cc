@@ -1,0 +1,153 @@
+#include "server/jobs/request_checks.h"
+
+#include <fmt/core.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "proto/records/sha256.h"
+#include "server/core/model_reference.h"
+#include "server/jobs/request_error.h"
+
+namespace grouser::server {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& message) {
+  throw RequestError(RequestCode::kInvalidArgument, message);
+}
+
+void CheckFinite(const char* field, double value) {
+  if (!std::isfinite(value)) Refuse(fmt::format("{}: {}, expected a finite number", field, value));
+}
+
+/// Text for people: no control characters, bounded.
+void CheckText(const char* field, const std::string& text, std::size_t most) {
+  std::size_t characters = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) Refuse(fmt::format("{}: has a control character", field));
+    if ((byte & 0xc0) != 0x80) ++characters;  // not a UTF-8 continuation
+  }
+  if (characters > most) {
+    Refuse(fmt::format("{}: {} characters, expected at most {}", field, characters, most));
+  }
+}
+
+void CheckRequestId(const std::string& request_id) {
+  if (request_id.empty()) Refuse("request_id: empty, expected 1 to 128 characters");
+  CheckText("request_id", request_id, kMaxRequestIdCharacters);
+}
+
+/// With c = cos(beta), V and r w at most 1 (scaled), and lambda =
+/// (r w - V c)/max(|r w|, V): the reachable lambda is
+/// [-1 - max(c, 0), 1 + max(-c, 0)]; beyond it no motion exists.
+void CheckSlip(double slip, double attack_angle_rad) {
+  CheckFinite("state.slip", slip);
+  const double c = std::cos(attack_angle_rad);
+  const double low = -1.0 - std::max(c, 0.0);
+  const double high = 1.0 + std::max(-c, 0.0);
+  constexpr double kRounding = 1e-12;
+  if (slip < low - kRounding || slip > high + kRounding) {
+    Refuse(fmt::format("state.slip: {}, expected a value in [{:.6g}, {:.6g}] at this attack angle",
+                       slip, low, high));
+  }
+}
+
+double PlusZero(double value) { return value == 0.0 ? 0.0 : value; }
+
+}  // namespace
+
+void CheckTestState(const v1alpha1::TestState& state) {
+  if (!v1alpha1::RigMode_IsValid(state.mode())) {
+    Refuse(fmt::format("state.mode: {}, expected a RigMode", static_cast<int>(state.mode())));
+  }
+  CheckFinite("state.load_n", state.load_n());
+  if (state.load_n() <= 0) {
+    Refuse(fmt::format("state.load_n: {}, expected a load above 0 N", state.load_n()));
+  }
+  CheckFinite("state.attack_angle_rad", state.attack_angle_rad());
+  if (std::abs(state.attack_angle_rad()) > std::numbers::pi) {
+    Refuse(fmt::format("state.attack_angle_rad: {}, expected a value in [-pi, pi]",
+                       state.attack_angle_rad()));
+  }
+  CheckFinite("state.drawbar_n", state.drawbar_n());
+  const bool free_slip = state.mode() == v1alpha1::RIG_MODE_FREE_SLIP;
+  if (state.drawbar_n() != 0 && !free_slip) {
+    Refuse(fmt::format("state.drawbar_n: {}, expected 0 unless the mode is FREE_SLIP",
+                       state.drawbar_n()));
+  }
+  if (state.attack_angle_rad() != 0 && free_slip) {
+    Refuse(fmt::format("state.attack_angle_rad: {}, expected 0 in mode FREE_SLIP",
+                       state.attack_angle_rad()));
+  }
+  if (!free_slip && state.mode() != v1alpha1::RIG_MODE_TOWED) {
+    CheckSlip(state.slip(), state.attack_angle_rad());
+  }
+}
+
+void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
+  CheckRequestId(request.request_id());
+  CheckText("model", request.model(), 256);
+  std::string problem;
+  if (!ParseModelReference(request.model(), &problem)) Refuse("model: " + problem);
+  if (!request.has_state()) Refuse("state: missing, expected a TestState");
+  CheckTestState(request.state());
+  CheckFinite("max_time_s", request.max_time_s());
+  if (request.max_time_s() < 0 || request.max_time_s() > kMaxTimeS) {
+    Refuse(fmt::format("max_time_s: {}, expected 0 (as the model's rig) to {}",
+                       request.max_time_s(), kMaxTimeS));
+  }
+}
+
+void CheckJobId(const std::string& job_id) {
+  if (job_id.empty()) Refuse("job_id: empty, expected the id of a job");
+  CheckText("job_id", job_id, 64);
+}
+
+void CheckCancel(const v1alpha1::CancelJobRequest& request) {
+  CheckJobId(request.job_id());
+  CheckRequestId(request.request_id());
+}
+
+void CheckPromote(const v1alpha1::PromoteRequest& request) {
+  CheckJobId(request.job_id());
+  // "previous" is where the repository keeps the way back; "candidate" moves
+  // with every job by itself.
+  const std::string& alias = request.alias();
+  const bool own = alias == "previous" || alias == "candidate";
+  if (!alias.empty() && (own || !IsAliasName(alias))) {
+    Refuse("alias: '" + alias +
+           "', expected a lower-case name such as stable (not previous, not candidate)");
+  }
+  CheckText("who", request.who(), 128);
+  CheckText("why", request.why(), 1024);
+}
+
+v1alpha1::TestState Canonical(const v1alpha1::TestState& state) {
+  v1alpha1::TestState out;
+  out.set_mode(state.mode() == v1alpha1::RIG_MODE_UNSPECIFIED ? v1alpha1::RIG_MODE_RIM_SPEED
+                                                              : state.mode());
+  out.set_load_n(state.load_n());
+  out.set_attack_angle_rad(PlusZero(state.attack_angle_rad()));
+  if (out.mode() == v1alpha1::RIG_MODE_RIM_SPEED) out.set_slip(PlusZero(state.slip()));
+  if (out.mode() == v1alpha1::RIG_MODE_FREE_SLIP) out.set_drawbar_n(PlusZero(state.drawbar_n()));
+  return out;
+}
+
+std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request) {
+  v1alpha1::SubmitRefinementRequest asked = request;
+  asked.clear_request_id();
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    coded.SetSerializationDeterministic(true);
+    asked.SerializeToCodedStream(&coded);
+  }
+  return records::Sha256OfString(bytes);
+}
+
+}  // namespace grouser::server

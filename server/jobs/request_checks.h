@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+
+namespace grouser::server {
+
+/// Limits on what a request may say.
+inline constexpr std::size_t kMaxRequestIdCharacters = 128;
+inline constexpr double kMaxTimeS = 600.0;  ///< simulated; longer is a slip of the pen
+inline constexpr std::uint32_t kDefaultListLimit = 100;
+inline constexpr std::uint32_t kMaxListLimit = 500;  ///< keeps an answer below gRPC's 4 MB
+
+/// All throw RequestError(kInvalidArgument) naming the field, its value and
+/// what was expected. What needs the model (does it exist, can it be refined)
+/// is judged elsewhere.
+void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request);
+void CheckTestState(const v1alpha1::TestState& state);
+void CheckCancel(const v1alpha1::CancelJobRequest& request);
+void CheckPromote(const v1alpha1::PromoteRequest& request);
+void CheckJobId(const std::string& job_id);
+
+/// The state with the default mode named, fields that the mode ignores zeroed
+/// and no negative zeros, so that equal work has equal messages.
+v1alpha1::TestState Canonical(const v1alpha1::TestState& state);
+
+/// Hash of what a submission asks for, its request_id aside.
+std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request);
+
+}  // namespace grouser::server

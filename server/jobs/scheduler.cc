@@ -1,0 +1,325 @@
+#include "server/jobs/scheduler.h"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include "proto/records/durable_file.h"
+#include "proto/records/model_file.h"
+#include "server/jobs/folder_lock.h"
+#include "server/jobs/job_state.h"
+#include "server/jobs/scheduler_steps.h"
+
+namespace grouser::server {
+namespace {
+
+constexpr double kRetryStoreS = 5.0;
+constexpr double kEvictS = 10.0;
+
+double SteadyNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+Scheduler::Scheduler(SchedulerOptions options, const JobFiles& files, JobBook& book,
+                     Repository& repository, WorkerPool& pool, SerialThread& thread)
+    : options_(std::move(options)),
+      files_(files),
+      book_(book),
+      repository_(repository),
+      pool_(pool),
+      thread_(thread) {}
+
+void Scheduler::Recover() {
+  const std::vector<JobRow> rows = book_.open();  // a copy: requeueing changes the book's
+  for (const JobRow& row : rows) {
+    const std::string& id = row.job.job_id();
+    if (IsWorking(row.job.job_state())) {
+      if (std::filesystem::exists(files_.Lock(id))) LockEvicting(files_.Lock(id), kEvictS);
+      spdlog::info("{}: was {} when the jobs program ended; queued again", id,
+                   ShortName(row.job.job_state()));
+      book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", false);
+    }
+    if (!row.pending.job_id().empty()) RetryPendingMove(id);
+  }
+}
+
+void Scheduler::Kick() {
+  while (!stopping_ && static_cast<int>(active_.size()) < options_.workers) {
+    const JobRow* next = book_.NextQueued();
+    if (next == nullptr) return;
+    const std::string id = next->job.job_id();
+    const std::uint64_t epoch = next->job.lease_epoch();
+    Guarded(id, epoch, [this, id] { Continue(id); });
+    // The store failed: the guard tries again later, and so does this.
+    const JobRow* same = book_.NextQueued();
+    if (same != nullptr && same->job.job_id() == id && same->job.lease_epoch() == epoch) return;
+  }
+}
+
+void Scheduler::Continue(const std::string& job_id) {
+  const JobRow* open = book_.FindOpen(job_id);
+  if (stopping_ || open == nullptr || active_.contains(job_id)) return;
+  if (open->job.job_state() == v1alpha1::JOB_STATE_QUEUED) {
+    book_.Change(job_id, open->job.lease_epoch(), [](JobRow& row) {
+      row.job.set_job_state(v1alpha1::JOB_STATE_RUNNING);
+      row.job.set_message("starting");
+    });
+    std::filesystem::create_directories(files_.Folder(job_id));
+  }
+  const JobRow row = *book_.FindOpen(job_id);
+  if (row.job.job_state() == v1alpha1::JOB_STATE_FITTING) LaunchFit(row);
+  if (row.job.job_state() == v1alpha1::JOB_STATE_VALIDATING) LaunchGate(row);
+  if (row.job.job_state() != v1alpha1::JOB_STATE_RUNNING) return;
+  if (const auto run = AdoptableRun(files_, row)) {
+    spdlog::info("{}: takes over the finished run {}", job_id, run->file);
+    AcceptRun(row, *run);
+  } else {
+    LaunchRun(row);
+  }
+}
+
+void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double timeout_s) {
+  const v1alpha1::Job& job = row.job;
+  const std::string stage = NamesOf(job.job_state()).file;
+  WorkerCommand command;
+  command.argv = std::move(argv);
+  command.folder = files_.Folder(job.job_id());
+  command.stdout_path = files_.Output(job, stage, "stdout");
+  command.log_path = files_.Output(job, stage, "log");
+  command.lock = LockEvicting(files_.Lock(job.job_id()), kEvictS);
+  command.limits = options_.limits;
+  command.timeout_s = timeout_s;
+  const std::string id = job.job_id();
+  const std::uint64_t epoch = job.lease_epoch();
+  const v1alpha1::JobState state = job.job_state();
+  active_[id] = {epoch, SteadyNow()};
+  spdlog::info("{}: {} (epoch {}): {}", id, stage, epoch, fmt::join(command.argv, " "));
+  pool_.Start(id, std::move(command),
+              {[this, id, epoch](const ProgressLine& line) {
+                 thread_.Post([this, id, epoch, line] { OnProgress(id, epoch, line); });
+               },
+               [this, id, epoch, state](const WorkerEnd& end) {
+                 thread_.Post([this, ended = Ended{id, epoch, state, end}] { OnEnd(ended); });
+               }});
+}
+
+void Scheduler::LaunchRun(const JobRow& row) {
+  const std::string& id = row.job.job_id();
+  records::WriteFileDurably(files_.Spec(id), SpecJson(row.spec));
+  Launch(row,
+         {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
+          files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json"},
+         options_.dem_timeout_s);
+}
+
+void Scheduler::LaunchFit(const JobRow& row) {
+  const std::string& id = row.job.job_id();
+  if (CandidateIsThere(files_, row)) {
+    spdlog::info("{}: takes over the finished candidate", id);
+    AcceptCandidate(row, "checking the candidate that was fitted before");
+    return;
+  }
+  Launch(row,
+         {options_.bin_dir + "/grouser-fit", "refit", "--base",
+          repository_.Resolve(row.job.model()).path, "--run", files_.Run(row.job.run_file()),
+          "--out", files_.Candidate(id), "--reason", "refinement " + id},
+         options_.fit_timeout_s);
+}
+
+void Scheduler::LaunchGate(const JobRow& row) {
+  Launch(row,
+         {options_.bin_dir + "/grouser-fit", "gate", "--base",
+          repository_.Resolve(row.job.model()).path, "--candidate",
+          files_.Candidate(row.job.job_id()), "--json"},
+         options_.fit_timeout_s);
+}
+
+void Scheduler::OnProgress(const std::string& job_id, std::uint64_t epoch,
+                           const ProgressLine& line) {
+  const auto active = active_.find(job_id);
+  if (active == active_.end() || active->second.epoch != epoch) return;
+  const double elapsed = SteadyNow() - active->second.started_s;
+  const double eta = line.fraction > 0.01 ? elapsed * (1 - line.fraction) / line.fraction
+                                          : std::numeric_limits<double>::quiet_NaN();
+  book_.Progress(job_id, epoch, line.fraction, eta, line.stage);
+}
+
+void Scheduler::OnEnd(const Ended& ended) {
+  active_.erase(ended.job_id);
+  if (!stopping_) {
+    Guarded(ended.job_id, ended.epoch, [this, ended] { Conclude(ended); });
+    Kick();
+  } else if (active_.empty() && stopped_) {
+    stopped_();
+  }
+}
+
+void Scheduler::Conclude(const Ended& ended) {
+  const auto& [id, epoch, stage, end] = ended;
+  const JobRow* open = book_.FindOpen(id);
+  if (open == nullptr || open->job.lease_epoch() != epoch) {
+    spdlog::info("{}: a worker of epoch {} {}; its lease is over, nothing is taken from it", id,
+                 epoch, end.Text());
+    return;
+  }
+  const JobRow row = *open;
+  if (row.job.job_state() != stage) {
+    Continue(id);  // concluded before, but what came next could not be stored then
+    return;
+  }
+  const bool gate = stage == v1alpha1::JOB_STATE_VALIDATING;
+  if (!end.Exited(0) && !(gate && end.Exited(3))) {
+    const StageNames names = NamesOf(stage);
+    const std::string words = LastWords(files_.Output(row.job, names.file, "log"));
+    // Bad input (2) stays bad; what was killed or found no room may fare better.
+    EndAbnormally(id, epoch, names.program + " " + end.Text() + (words.empty() ? "" : ": " + words),
+                  end.Exited(2) ? Retry::kNo : Retry::kOnce);
+  } else if (stage == v1alpha1::JOB_STATE_RUNNING) {
+    AcceptRun(row, PublishRun(files_, row));
+  } else if (stage == v1alpha1::JOB_STATE_FITTING) {
+    CheckCandidate(files_.Candidate(id), row.job);
+    AcceptCandidate(row, "checking the candidate");
+  } else {
+    ConcludeGate(row);
+  }
+}
+
+void Scheduler::AcceptRun(const JobRow& row, const FinishedRun& run) {
+  const std::string& id = row.job.job_id();
+  const bool steady = run.record.status() == v1alpha1::RUN_STATUS_STEADY;
+  book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
+    changed.job.set_run_file(run.file);
+    changed.job.set_run_sha256(run.sha256);
+    *changed.job.mutable_run() = run.record;
+    changed.job.set_job_state(steady ? v1alpha1::JOB_STATE_FITTING : v1alpha1::JOB_STATE_FAILED);
+    changed.job.set_message(steady ? "fitting with the new run" : WhyNotSteady(run.record));
+  });
+  // The published file and the row stand: the worker's own copy has served.
+  std::error_code ignored;
+  std::filesystem::remove(files_.WorkerRun(id), ignored);
+  if (steady) LaunchFit(*book_.FindOpen(id));
+}
+
+void Scheduler::AcceptCandidate(const JobRow& row, const std::string& message) {
+  const std::string& id = row.job.job_id();
+  book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
+    changed.job.set_job_state(v1alpha1::JOB_STATE_VALIDATING);
+    changed.job.set_message(message);
+  });
+  LaunchGate(*book_.FindOpen(id));
+}
+
+void Scheduler::ConcludeGate(const JobRow& row) {
+  const std::string& id = row.job.job_id();
+  v1alpha1::Job judged = row.job;
+  ParseGate(records::ReadFileBytes(files_.Output(row.job, "gate", "stdout")), &judged);
+  CheckCandidate(files_.Candidate(id), row.job);
+  const std::string digest = repository_.Publish(files_.Candidate(id));
+  // Watchers hear of it when the alias points there too.
+  book_.Change(
+      id, row.job.lease_epoch(),
+      [&](JobRow& changed) {
+        *changed.job.mutable_gate() = judged.gate();
+        changed.job.set_candidate_digest(digest);
+        changed.job.set_job_state(v1alpha1::JOB_STATE_AWAITING_PROMOTION);
+        changed.job.set_message(GateMessage(judged));
+        changed.pending.set_job_id(id);
+        changed.pending.set_alias("candidate");
+        changed.pending.set_who("grouser-jobs");
+        changed.pending.set_why("refinement " + id);
+      },
+      JobBook::Publish::kNo);
+  RetryPendingMove(id);
+}
+
+std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
+  const JobRow row = *book_.FindOpen(job_id);
+  const auto& move = row.pending;
+  const AliasMove moved = repository_.SetAlias(ModelName(row.job), move.alias(),
+                                               row.job.candidate_digest(), move.who(), move.why());
+  book_.Change(job_id, row.job.lease_epoch(), [&](JobRow& changed) {
+    if (move.alias() != "candidate") {
+      changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
+      changed.job.set_message(fmt::format("promoted to {} by {}", move.alias(), move.who()));
+    }
+    changed.pending.Clear();
+  });
+  return moved.generation;
+}
+
+void Scheduler::RetryPendingMove(const std::string& job_id) {
+  const JobRow* row = book_.FindOpen(job_id);
+  if (row == nullptr || row->pending.job_id().empty()) return;
+  try {
+    FinishPendingMove(job_id);
+  } catch (const std::exception& e) {
+    spdlog::error("{}: alias not moved yet: {}; next try in {} s", job_id, e.what(), kRetryStoreS);
+    thread_.PostAfter(kRetryStoreS, [this, job_id] { RetryPendingMove(job_id); });
+  }
+}
+
+void Scheduler::EndAbnormally(const std::string& job_id, std::uint64_t epoch,
+                              const std::string& why, Retry retry) {
+  const JobRow* row = book_.FindOpen(job_id);
+  if (row == nullptr || row->job.lease_epoch() != epoch) return;
+  spdlog::warn("{}: {}", job_id, why);
+  if (retry == Retry::kOnce && row->retries < 1 && IsWorking(row->job.job_state())) {
+    book_.Requeue(job_id, epoch, "trying once more: " + why, true);
+    return;
+  }
+  book_.Change(job_id, epoch, [&](JobRow& changed) {
+    changed.job.set_job_state(v1alpha1::JOB_STATE_FAILED);
+    changed.job.set_message(why);
+  });
+}
+
+void Scheduler::Guarded(const std::string& job_id, std::uint64_t epoch,
+                        std::function<void()> step) {
+  try {
+    try {
+      step();
+    } catch (const SqliteError&) {
+      throw;
+    } catch (const std::exception& e) {
+      EndAbnormally(job_id, epoch, e.what(), Retry::kOnce);
+    }
+  } catch (const SqliteError& e) {
+    spdlog::error("{}: {}; next try in {} s", job_id, e.what(), kRetryStoreS);
+    thread_.PostAfter(kRetryStoreS, [this, job_id, epoch, step = std::move(step)] {
+      if (stopping_ || active_.contains(job_id)) return;
+      Guarded(job_id, epoch, step);
+      Kick();
+    });
+  }
+}
+
+void Scheduler::StopWorker(const std::string& job_id) {
+  if (active_.contains(job_id)) pool_.Terminate(job_id);
+}
+
+void Scheduler::Stop(std::function<void()> done) {
+  stopping_ = true;
+  stopped_ = std::move(done);
+  const std::vector<JobRow> rows = book_.open();
+  for (const JobRow& row : rows) {
+    if (!IsWorking(row.job.job_state())) continue;
+    try {
+      book_.Requeue(row.job.job_id(), row.job.lease_epoch(),
+                    "interrupted by a stop of the jobs program; goes on when it starts again",
+                    false);
+    } catch (const std::exception& e) {
+      spdlog::error("{}: {}; start-up will queue it again", row.job.job_id(), e.what());
+    }
+  }
+  for (const auto& [job_id, active] : active_) pool_.Terminate(job_id);
+  if (active_.empty()) stopped_();
+}
+
+}  // namespace grouser::server

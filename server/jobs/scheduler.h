@@ -1,0 +1,96 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "server/core/repository.h"
+#include "server/jobs/job_book.h"
+#include "server/jobs/job_files.h"
+#include "server/jobs/serial_thread.h"
+#include "server/jobs/worker_pool.h"
+
+namespace grouser::server {
+
+struct SchedulerOptions {
+  std::string bin_dir;  ///< holds grouser-dem and grouser-fit; absolute
+  int workers = 1;      ///< processes at a time
+  WorkerLimits limits;
+  double dem_timeout_s = 6 * 3600;
+  double fit_timeout_s = 3600;
+};
+
+/// Carries jobs through their stages, each a worker process:
+///   RUNNING     grouser-dem run    -> run.h5, published as runs/RUNID.run.h5
+///   FITTING     grouser-fit refit  -> candidate.model
+///   VALIDATING  grouser-fit gate   -> checks; then published, alias candidate
+/// Order at each step: artefact, row, alias; so whatever moment a crash
+/// chooses, start-up finds a row that an artefact can only be ahead of, and
+/// adopts it by content. All members run on the serial thread.
+class Scheduler {
+ public:
+  Scheduler(SchedulerOptions options, const JobFiles& files, JobBook& book, Repository& repository,
+            WorkerPool& pool, SerialThread& thread);
+
+  /// After a start: ends left-over workers, requeues what they were at,
+  /// finishes alias moves that were decided.
+  void Recover();
+  /// Starts queued jobs while workers are free.
+  void Kick();
+  /// Stops the worker of a job that was cancelled.
+  void StopWorker(const std::string& job_id);
+  /// Requeues running work, stops all workers, then calls `done`.
+  void Stop(std::function<void()> done);
+
+  /// Carries out an alias move that a job's row decided. Throws what the
+  /// repository throws. Returns the repository's generation.
+  std::uint64_t FinishPendingMove(const std::string& job_id);
+
+ private:
+  struct Active {
+    std::uint64_t epoch = 0;
+    double started_s = 0;  ///< of the stage, on a steady clock
+  };
+  /// A worker's end, and what it was at.
+  struct Ended {
+    std::string job_id;
+    std::uint64_t epoch = 0;
+    v1alpha1::JobState stage = v1alpha1::JOB_STATE_UNSPECIFIED;
+    WorkerEnd end;
+  };
+  enum class Retry { kNo, kOnce };
+
+  /// Starts whatever the job's state asks for; where that is done already, by
+  /// an earlier life of this program, goes on.
+  void Continue(const std::string& job_id);
+  void Launch(const JobRow& row, std::vector<std::string> argv, double timeout_s);
+  void LaunchRun(const JobRow& row);
+  void LaunchFit(const JobRow& row);
+  void LaunchGate(const JobRow& row);
+
+  void OnProgress(const std::string& job_id, std::uint64_t epoch, const ProgressLine& line);
+  void OnEnd(const Ended& ended);
+  void Conclude(const Ended& ended);
+  void ConcludeGate(const JobRow& row);
+  void AcceptRun(const JobRow& row, const FinishedRun& run);
+  void AcceptCandidate(const JobRow& row, const std::string& message);
+  void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
+                     Retry retry);
+  void RetryPendingMove(const std::string& job_id);
+
+  /// Runs a step of a job. A store that fails (full disk) leaves the job as it
+  /// was: the step is tried again later. Any other error ends the job.
+  void Guarded(const std::string& job_id, std::uint64_t epoch, std::function<void()> step);
+
+  SchedulerOptions options_;
+  const JobFiles& files_;
+  JobBook& book_;
+  Repository& repository_;
+  WorkerPool& pool_;
+  SerialThread& thread_;
+  std::map<std::string, Active> active_;
+  bool stopping_ = false;
+  std::function<void()> stopped_;
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,92 @@
+#include "server/jobs/scheduler_steps.h"
+
+#include <google/protobuf/util/json_util.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+namespace grouser::server {
+
+StageNames NamesOf(v1alpha1::JobState state) {
+  switch (state) {
+    case v1alpha1::JOB_STATE_RUNNING:
+      return {"dem", "grouser-dem run"};
+    case v1alpha1::JOB_STATE_FITTING:
+      return {"fit", "grouser-fit refit"};
+    case v1alpha1::JOB_STATE_VALIDATING:
+      return {"gate", "grouser-fit gate"};
+    default:
+      return {"none", "no worker"};
+  }
+}
+
+std::optional<FinishedRun> AdoptableRun(const JobFiles& files, const JobRow& row) {
+  const v1alpha1::Job& job = row.job;
+  std::optional<FinishedRun> run;
+  try {
+    if (!job.run_sha256().empty()) {
+      run = ReadFinishedRun(files.Run(job.run_file()), row.spec);
+      if (run->sha256 != job.run_sha256()) {
+        throw std::runtime_error(files.Run(job.run_file()) +
+                                 ": is not the file that the job's row names");
+      }
+    } else if (std::filesystem::exists(files.WorkerRun(job.job_id()))) {
+      run = PublishRun(files, row);
+    }
+  } catch (const std::exception& e) {
+    spdlog::warn("{}: {}; it is run again", job.job_id(), e.what());
+    return std::nullopt;
+  }
+  if (run && run->record.status() == v1alpha1::RUN_STATUS_FAILED) return std::nullopt;
+  return run;
+}
+
+bool CandidateIsThere(const JobFiles& files, const JobRow& row) {
+  const std::string path = files.Candidate(row.job.job_id());
+  if (!std::filesystem::exists(path)) return false;
+  try {
+    CheckCandidate(path, row.job);
+    return true;
+  } catch (const std::exception& e) {
+    spdlog::warn("{}: {}; it is fitted again", row.job.job_id(), e.what());
+    return false;
+  }
+}
+
+std::string SpecJson(const v1alpha1::WheelTestSpec& spec) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  options.add_whitespace = true;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(spec, &json, options);
+  if (!status.ok()) throw std::runtime_error("spec: " + status.ToString());
+  return json;
+}
+
+std::string WhyNotSteady(const v1alpha1::RunRecord& record) {
+  std::string name = v1alpha1::RunStatus_Name(record.status());
+  constexpr char kPrefix[] = "RUN_STATUS_";
+  if (name.starts_with(kPrefix)) name = name.substr(sizeof(kPrefix) - 1);
+  return "the DEM run is " + name + (record.reason().empty() ? "" : " (" + record.reason() + ")") +
+         "; only steady runs train a model; its record is kept here";
+}
+
+bool GatePassed(const v1alpha1::Job& job) {
+  return !job.gate().empty() &&
+         std::all_of(job.gate().begin(), job.gate().end(),
+                     [](const v1alpha1::GateCheck& check) { return check.passed(); });
+}
+
+std::string GateMessage(const v1alpha1::Job& job) {
+  if (GatePassed(job)) return "candidate passes the gate; promote to use it";
+  std::string failed;
+  for (const auto& check : job.gate()) {
+    if (!check.passed()) failed += (failed.empty() ? "" : ", ") + check.name();
+  }
+  return "candidate fails the gate: " + failed;
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <thread>
+#include <utility>  // Boost 1.74 Asio lacks it under C++20
+
+namespace grouser::server {
+
+/// One thread that runs what it is given, in order: files, SQLite and model
+/// loading happen here, so that neither gRPC's threads nor the event loop
+/// ever wait for a disk.
+class SerialThread {
+ public:
+  SerialThread();
+  ~SerialThread();  ///< runs what was posted, then joins
+  SerialThread(const SerialThread&) = delete;
+  SerialThread& operator=(const SerialThread&) = delete;
+
+  void Post(std::function<void()> task);
+  /// False where `kMaxWaiting` such tasks wait already: for work that clients
+  /// ask for, so that a flood of them cannot fill the memory.
+  bool TryPost(std::function<void()> task);
+  void PostAfter(double seconds, std::function<void()> task);
+
+  static constexpr int kMaxWaiting = 1000;
+
+ private:
+  boost::asio::io_context context_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
+  std::atomic<int> waiting_{0};
+  std::thread thread_;
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "grouser/v1alpha1/jobs_service.pb.h"
+#include "server/jobs/watch_hub.h"
+
+namespace grouser::server {
+
+/// One WatchJob stream. Keeps itself alive until gRPC is done with it. Every
+/// state is sent; of a slow reader's waiting progress only the latest.
+class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>,
+                           public JobWatcher {
+ public:
+  static std::shared_ptr<WatchReactor> Create();
+
+  void OnJob(const v1alpha1::Job& job) override;
+  void OnStop() override;
+  /// Ends the stream after what waits was sent.
+  void End(const grpc::Status& status);
+
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+ private:
+  /// Starts the next write or the finish where nothing is under way. gRPC may
+  /// call back from within those, so they are called without the lock.
+  void Pump();
+
+  std::mutex mutex_;
+  std::deque<v1alpha1::Job> waiting_;
+  v1alpha1::WatchJobResponse current_;
+  std::optional<grpc::Status> end_;
+  bool writing_ = false, finished_ = false;
+  std::shared_ptr<WatchReactor> self_;
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,69 @@
+#include "server/jobs/worker_log.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+namespace grouser::server {
+namespace {
+
+constexpr char kWord[] = "progress ";
+constexpr std::size_t kMaxLine = 4096;
+
+std::string Printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return text;
+}
+
+}  // namespace
+
+std::optional<ProgressLine> ParseProgress(const std::string& line) {
+  if (!line.starts_with(kWord)) return std::nullopt;
+  const char* begin = line.data() + sizeof(kWord) - 1;
+  const char* end = line.data() + line.size();
+  ProgressLine out;
+  const auto [rest, bad] = std::from_chars(begin, end, out.fraction);
+  if (bad != std::errc() || !(out.fraction >= 0 && out.fraction <= 1)) return std::nullopt;
+  if (rest != end && *rest != ' ') return std::nullopt;
+  const std::string stage(std::find_if(rest, end, [](char c) { return c != ' '; }), end);
+  out.stage = Printable(stage.substr(0, 200));
+  return out;
+}
+
+std::optional<ProgressLine> ProgressTail::Poll() {
+  std::ifstream in(path_, std::ios::binary);
+  if (!in || !in.seekg(offset_)) return std::nullopt;
+  std::optional<ProgressLine> last;
+  char chunk[8192];
+  while (in.read(chunk, sizeof chunk) || in.gcount() > 0) {
+    offset_ += in.gcount();
+    partial_.append(chunk, static_cast<std::size_t>(in.gcount()));
+    std::size_t begin = 0;
+    for (std::size_t end; (end = partial_.find('\n', begin)) != std::string::npos;
+         begin = end + 1) {
+      if (auto parsed = ParseProgress(partial_.substr(begin, end - begin))) last = parsed;
+    }
+    partial_.erase(0, begin);
+    if (partial_.size() > kMaxLine) partial_.clear();  // no progress line is that long
+  }
+  return last;
+}
+
+std::string LastWords(const std::string& log_path, std::size_t most) {
+  std::ifstream in(log_path, std::ios::binary | std::ios::ate);
+  if (!in) return "";
+  constexpr std::streamoff kLook = 16384;
+  const std::streamoff size = in.tellg();
+  in.seekg(std::max<std::streamoff>(0, size - kLook));
+  std::string text;
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || line.starts_with(kWord)) continue;
+    text += (text.empty() ? "" : " | ") + Printable(line);
+  }
+  return text.size() > most ? text.substr(text.size() - most) : text;
+}
+
+}  // namespace grouser::server

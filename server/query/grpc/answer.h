@@ -1,0 +1,16 @@
+#pragma once
+
+#include "grouser/v1alpha1/terrain_service.pb.h"
+#include "server/core/snapshot_store.h"
+
+namespace grouser::server {
+
+/// Answers one request from the current snapshot. The reused `response` is
+/// overwritten; on failure its error field says why as well, in band.
+QueryStatus Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
+                   v1alpha1::EvaluateWheelsResponse* response);
+
+/// Models of the current snapshot with their aliases.
+void DescribeModels(const SnapshotStore& store, v1alpha1::ListModelsResponse* response);
+
+}  // namespace grouser::server

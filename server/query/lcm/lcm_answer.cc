@@ -1,0 +1,151 @@
+#include "server/query/lcm/lcm_answer.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdint>
+
+#include "grouser_lcm/wheel_query_t.hpp"
+#include "server/core/evaluator.h"
+
+namespace grouser::server {
+namespace {
+
+using grouser_lcm::wheel_output_t;
+using grouser_lcm::wheel_query_t;
+using grouser_lcm::wheel_response_t;
+
+// Longest text that is echoed, so that an answer stays under LCM's limit.
+constexpr std::uint64_t kMaxText = 256;
+
+/// Big-endian reader that never goes past the end.
+class Bytes {
+ public:
+  Bytes(const void* data, std::size_t size)
+      : data_(static_cast<const std::uint8_t*>(data)), size_(size) {}
+
+  bool Read(int width, std::uint64_t* value) {
+    if (left() < static_cast<std::size_t>(width)) return false;
+    *value = 0;
+    for (int i = 0; i < width; ++i) *value = (*value << 8) | data_[at_++];
+    return true;
+  }
+  /// An LCM string: length with its final NUL, then the characters.
+  bool ReadString(std::string* text) {
+    std::uint64_t length = 0;
+    if (!Read(4, &length) || length < 1 || length > left() || length > kMaxText) return false;
+    text->assign(reinterpret_cast<const char*>(data_ + at_), length - 1);
+    at_ += length;
+    return true;
+  }
+  std::size_t left() const { return size_ - at_; }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t size_;
+  std::size_t at_ = 0;
+};
+
+/// What stands before the arrays.
+struct Head {
+  std::uint64_t utime = 0, sequence = 0;
+  std::string sender, model;
+  std::int32_t n = 0;
+};
+
+bool ReadHead(Bytes* bytes, Head* head, std::string* problem) {
+  std::uint64_t hash = 0;
+  std::uint64_t n = 0;
+  if (!bytes->Read(8, &hash) || static_cast<std::int64_t>(hash) != wheel_query_t::getHash()) {
+    *problem = "not a wheel_query_t";
+    return false;
+  }
+  if (!bytes->Read(8, &head->utime) || !bytes->Read(8, &head->sequence) ||
+      !bytes->ReadString(&head->sender) || !bytes->ReadString(&head->model) ||
+      !bytes->Read(4, &n)) {
+    *problem = "a wheel_query_t that is truncated or has a text over 255 characters";
+    return false;
+  }
+  head->n = static_cast<std::int32_t>(n);
+  return true;
+}
+
+/// `n` zero entries everywhere: the form of every answer.
+void Resize(int n, wheel_response_t* response) {
+  response->n = n;
+  response->flags.resize(n);
+  response->slip.resize(n);
+  response->attack_angle.resize(n);
+  for (wheel_output_t* output : {&response->f_x, &response->f_y, &response->f_z, &response->torque,
+                                 &response->m_z, &response->sinkage}) {
+    output->n = n;
+    for (auto* values :
+         {&output->value, &output->sd_fit, &output->sd_patch, &output->low, &output->high}) {
+      values->resize(n);
+    }
+  }
+}
+
+void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
+                   wheel_response_t* response) {
+  surrogate::WheelStatesView in;
+  in.v_x = query.v_x;
+  in.v_y = query.v_y;
+  in.rim_speed = query.rim_speed;
+  in.load = query.load;
+  std::array<std::uint32_t, kMaxLcmStates> flags{};
+  surrogate::ResponsesView out;
+  const std::array<wheel_output_t*, surrogate::kOutputs> outputs = {
+      &response->f_x,    &response->f_y, &response->f_z,
+      &response->torque, &response->m_z, &response->sinkage};
+  for (int k = 0; k < surrogate::kOutputs; ++k) {
+    out.output[k] = {outputs[k]->value, outputs[k]->sd_fit, outputs[k]->sd_patch, outputs[k]->low,
+                     outputs[k]->high};
+  }
+  out.flags = {flags.data(), static_cast<std::size_t>(query.n)};
+  out.slip = response->slip;
+  out.attack_angle = response->attack_angle;
+  EvaluateViews(model, in, out);
+  for (int i = 0; i < query.n; ++i) response->flags[i] = static_cast<std::int32_t>(flags[i]);
+}
+
+}  // namespace
+
+std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot, const void* data,
+                                          std::size_t size, std::string* problem) {
+  Bytes bytes(data, size);
+  Head head;
+  if (!ReadHead(&bytes, &head, problem)) return std::nullopt;
+  wheel_response_t response;
+  response.utime = static_cast<std::int64_t>(head.utime);
+  response.sequence = static_cast<std::int64_t>(head.sequence);
+  response.sender = head.sender;
+  Resize(0, &response);
+  if (head.n < 1 || head.n > kMaxLcmStates) {
+    response.error =
+        fmt::format("n: {} states, expected 1 to {} in one LCM message", head.n, kMaxLcmStates);
+    return response;
+  }
+  constexpr std::size_t kBytesPerState = 4 * sizeof(double);
+  if (bytes.left() != head.n * kBytesPerState) {
+    response.error = fmt::format("{} bytes of arrays, expected {} for n = {}", bytes.left(),
+                                 head.n * kBytesPerState, head.n);
+    return response;
+  }
+  wheel_query_t query;
+  if (query.decode(data, 0, static_cast<int>(size)) < 0) {
+    *problem = "a wheel_query_t that does not decode";
+    return std::nullopt;
+  }
+  const ServedModel* model = nullptr;
+  if (const QueryStatus found = snapshot.Find(head.model, &model); !found.ok()) {
+    response.error = found.message;
+    return response;
+  }
+  Resize(query.n, &response);
+  response.model = model->reference;
+  EvaluateQuery(*model, query, &response);
+  return response;
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "grouser_lcm/wheel_response_t.hpp"
+#include "server/core/snapshot.h"
+
+namespace grouser::server {
+
+inline constexpr const char* kLcmQueryChannel = "GROUSER_QUERY";
+inline constexpr const char* kLcmResponseChannel = "GROUSER_RESPONSE";
+/// Most states in one LCM message: liblcm 1.3.1 loses messages over 65,499 B.
+inline constexpr int kMaxLcmStates = 64;
+
+/// Answers one encoded wheel_query_t. A query that cannot be answered (too many
+/// states, unknown model) gets a response whose `error` says why. Bytes that
+/// are no wheel_query_t get no response: `problem` then says why. Checks every
+/// length before decoding, since lcm-gen's decoder trusts them.
+std::optional<grouser_lcm::wheel_response_t> AnswerLcm(const Snapshot& snapshot, const void* data,
+                                                       std::size_t size, std::string* problem);
+
+}  // namespace grouser::server

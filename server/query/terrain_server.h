@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "server/core/config.h"
+#include "server/core/repository.h"
+#include "server/core/snapshot_store.h"
+#include "server/query/grpc/grpc_server.h"
+#include "server/query/lcm/lcm_server.h"
+
+namespace grouser::server {
+
+/// grouser-server without its main loop: repository, snapshot, gRPC, LCM.
+class TerrainServer {
+ public:
+  /// Loads the models. Throws std::invalid_argument on a bad configuration,
+  /// std::runtime_error when the repository cannot be read.
+  TerrainServer(ServerConfig config, ModelFactory factory);
+
+  /// Opens gRPC and LCM. Throws std::runtime_error naming what cannot start.
+  void Start();
+  /// "ready grpc=ADDR lcm=URL generation=G".
+  std::string ReadyLine() const;
+  const std::string& grpc_address() const { return grpc_->address(); }
+
+  /// Puts a changed repository live; logs problems. Store thread only. Never
+  /// throws: what cannot be read leaves the old snapshot in place.
+  void Refresh() noexcept;
+
+  /// Answers what is under way, then closes. Idempotent.
+  void Stop();
+
+ private:
+  void Log(const SnapshotStore::Outcome& outcome);
+
+  ServerConfig config_;
+  Repository repository_;
+  SnapshotStore store_;
+  std::string last_failure_;  // said once, not every poll
+  std::unique_ptr<GrpcServer> grpc_;
+  std::unique_ptr<LcmServer> lcm_;
+};
+
+}  // namespace grouser::server

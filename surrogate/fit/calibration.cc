@@ -1,0 +1,141 @@
+#include "surrogate/fit/calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr double kWidening = 1.5;
+constexpr std::size_t kLeaveOneOut = 24;
+constexpr std::size_t kFolds = 12;
+constexpr std::size_t kConformalFrom = 30;
+
+using StateKey = std::tuple<long, long, long>;
+
+StateKey KeyOf(const Row& row) {
+  return {std::lround(row.slip * 1e3), std::lround(row.attack_angle_rad * 1e3),
+          std::lround(row.load_n * 1e3)};
+}
+
+double ConformalQuantile(std::vector<double> scores, double level) {
+  std::sort(scores.begin(), scores.end());
+  const auto rank = static_cast<std::size_t>(
+      std::ceil(level * static_cast<double>(scores.size() + 1)));
+  return scores[std::min(rank, scores.size()) - 1];
+}
+
+}  // namespace
+
+double StudentT95(int degrees) {
+  // Cornish-Fisher expansion about the normal quantile (Abramowitz & Stegun
+  // 26.7.5).
+  const double z = 1.6448536269514722, v = degrees < 1 ? 1 : degrees;
+  const double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+  return z + (z3 + z) / (4 * v) + (5 * z5 + 16 * z3 + 3 * z) / (96 * v * v) +
+         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * v * v * v);
+}
+
+PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
+                         double radius_m) {
+  std::map<StateKey, std::vector<const Row*>> states;
+  for (const Row& row : patch_rows) states[KeyOf(row)].push_back(&row);
+  PatchNoise noise;
+  std::array<double, kOutputs> squares{};
+  for (const auto& [key, repeats] : states) {
+    if (repeats.size() < 2) continue;
+    noise.repeats += static_cast<int>(repeats.size()) - 1;
+    for (int o = 0; o < kOutputs; ++o) {
+      double mean = 0;
+      for (const Row* row : repeats) mean += row->mean[o] / static_cast<double>(repeats.size());
+      for (const Row* row : repeats) {
+        const double miss = (row->mean[o] - mean) / OutputScale(o, row->load_n, radius_m);
+        squares[o] += miss * miss;
+      }
+    }
+  }
+  for (int o = 0; o < kOutputs; ++o) {
+    if (noise.repeats > 0) {
+      noise.sd[o] = std::sqrt(squares[o] / noise.repeats);
+      continue;
+    }
+    double sum = 0;
+    for (const Row& row : training) {
+      const double error = row.standard_error[o] / OutputScale(o, row.load_n, radius_m);
+      sum += error * error;
+    }
+    if (!training.empty()) {
+      noise.sd[o] = kWidening * std::sqrt(sum / static_cast<double>(training.size()));
+    }
+  }
+  return noise;
+}
+
+std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOptions& options,
+                                   const Trained& full,
+                                   const std::function<void(const std::string&)>& progress) {
+  std::map<StateKey, std::size_t> states;
+  for (const Row& row : rows) states.emplace(KeyOf(row), states.size());
+  const std::size_t folds = states.size() <= kLeaveOneOut ? states.size() : kFolds;
+  TrainOptions quick = options;
+  quick.physics.max_iterations = 15;
+  std::vector<LeftOut> result;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    std::vector<Row> kept;
+    std::vector<const Row*> left;
+    for (const Row& row : rows) {
+      if (states.at(KeyOf(row)) % folds == fold) {
+        left.push_back(&row);
+      } else {
+        kept.push_back(row);
+      }
+    }
+    const Trained part = Train(kept, quick, &full);
+    for (const Row* row : left) result.push_back({row, Predict(part, options.wheel, *row)});
+    progress("cross-validation " + std::to_string(fold + 1) + "/" + std::to_string(folds));
+  }
+  return result;
+}
+
+Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
+                      double radius_m) {
+  Calibration result;
+  const double n = static_cast<double>(left_out.size());
+  double distance2 = 0;
+  for (const LeftOut& l : left_out) distance2 += l.prediction.distance * l.prediction.distance / n;
+  for (int o = 0; o < kOutputs; ++o) {
+    double miss2 = 0, physics2 = 0;
+    for (const LeftOut& l : left_out) {
+      const double scale = OutputScale(o, l.row->load_n, radius_m);
+      miss2 += std::pow((l.row->mean[o] - l.prediction.value[o]) / scale, 2) / n;
+      physics2 += std::pow((l.row->mean[o] - l.prediction.physics[o]) / scale, 2) / n;
+    }
+    const double patch2 = patch.sd[o] * patch.sd[o], least2 = 0.25 * patch2 + 1e-12;
+    const double spare2 = miss2 - patch2 - physics2 * distance2;
+    const double inside2 = std::max(spare2, least2);
+    double growth2 = physics2;
+    if (spare2 < least2 && distance2 > 0) {
+      growth2 = std::clamp((miss2 - patch2 - least2) / distance2, 0.1 * physics2, physics2);
+    }
+    result.inside[o] = std::sqrt(inside2);
+    result.growth[o] = std::sqrt(growth2);
+    std::vector<double> scores;
+    double square = 0;
+    for (const LeftOut& l : left_out) {
+      const double scale = OutputScale(o, l.row->load_n, radius_m);
+      const double d = l.prediction.distance;
+      const double sd = std::sqrt(inside2 + growth2 * d * d + patch2);
+      scores.push_back(std::fabs(l.row->mean[o] - l.prediction.value[o]) / (scale * sd));
+      square += scores.back() * scores.back() / n;
+    }
+    result.factor[o] = left_out.size() >= kConformalFrom
+                           ? ConformalQuantile(scores, result.level)
+                           : StudentT95(static_cast<int>(left_out.size()) - 1) *
+                                 std::sqrt((1 + 1 / n) * square);
+  }
+  return result;
+}
+
+}  // namespace grouser::surrogate

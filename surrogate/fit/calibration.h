@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "surrogate/fit/trained.h"
+
+namespace grouser::surrogate {
+
+/// Spread of one random placement, over OutputScale: the pooled standard
+/// deviation of PATCH repeats of one state; where there are none, 1.5 times the
+/// rms block standard error of the training runs (a run knows the noise within
+/// its own bed only; 1.5 is a widening by judgement).
+struct PatchNoise {
+  std::array<double, kOutputs> sd{};
+  int repeats = 0;  ///< degrees of freedom behind it; 0: from standard errors
+};
+PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
+                         double radius_m);
+
+/// A training run as predicted without it.
+struct LeftOut {
+  const Row* row;
+  Prediction prediction;
+};
+
+/// Leave-one-state-out (all seeds of a state leave together) up to 24 states,
+/// else 12 folds. Physics and fields are refitted each time, from the full
+/// fit's parameters and with its field settings.
+std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOptions& options,
+                                   const Trained& full,
+                                   const std::function<void(const std::string&)>& progress);
+
+/// Parts of the uncertainty over OutputScale, from the left-out residuals r at
+/// hull distance D: growth^2 = mean square of what physics alone leaves, inside
+/// and (where that is too wide) growth adjusted so that
+/// mean r^2 = inside^2 + growth^2 mean D^2 + patch^2, inside >= patch/2.
+/// factor: half width over combined sd at `level`: from 30 runs on the
+/// conformal quantile of |r|/sd (rank ceil((n+1) level)); below, Student's t
+/// with n - 1 degrees times sqrt(1 + 1/n) times rms(r/sd).
+struct Calibration {
+  std::array<double, kOutputs> inside{}, growth{}, factor{};
+  double level = 0.9;
+};
+Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
+                      double radius_m);
+
+/// t quantile at 95 % (two-sided 90 %), to 1e-2 for 3 or more degrees.
+double StudentT95(int degrees);
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,230 @@
+#include "surrogate/fit/fit_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include "proto/records/run_file.h"
+#include "surrogate/fit/calibration.h"
+#include "surrogate/fit/error_table.h"
+#include "surrogate/fit/measured.h"
+#include "surrogate/fit/trained.h"
+
+namespace grouser::surrogate {
+namespace {
+
+// Runs say nothing about more than twice their speed: Froude goes with v^2.
+constexpr double kFroudeReserve = 4;
+// Forces go nearly with the load: a campaign at one load answers a little
+// beside it. The hull distance grows there all the same.
+constexpr double kLoadReserve = 1.1;
+
+std::string StatusCounts(const std::vector<v1alpha1::RunSummary>& runs) {
+  int steady = 0, other_role = 0, not_steady = 0;
+  for (const v1alpha1::RunSummary& run : runs) {
+    if (run.status() != v1alpha1::RUN_STATUS_STEADY) {
+      ++not_steady;
+    } else if (run.role() == v1alpha1::RUN_ROLE_TEST || run.role() == v1alpha1::RUN_ROLE_PATCH) {
+      ++other_role;
+    } else {
+      ++steady;
+    }
+  }
+  return std::to_string(steady) + " steady training runs, at least " +
+         std::to_string(kFewestRuns) + " needed (besides: " + std::to_string(other_role) +
+         " steady runs held out or repeats, " + std::to_string(not_steady) + " not steady)";
+}
+
+v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& request) {
+  v1alpha1::Domain d;
+  std::vector<double> speeds;
+  const double inf = std::numeric_limits<double>::infinity();
+  double slip_min = inf, slip_max = -inf, angle = 0, load_min = inf, load_max = 0;
+  for (const Row& row : rows) {
+    const Canonical c = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+    const SlipState s = ToSlip(c.forward, c.lateral, c.rim);
+    slip_min = std::min(slip_min, s.slip);
+    slip_max = std::max(slip_max, s.slip);
+    angle = std::max(angle, s.attack_angle_rad);
+    load_min = std::min(load_min, row.load_n);
+    load_max = std::max(load_max, row.load_n);
+    speeds.push_back(row.source->speed_m_per_s());
+  }
+  std::sort(speeds.begin(), speeds.end());
+  d.set_slip_min(slip_min);
+  d.set_slip_max(slip_max);
+  d.set_attack_angle_max_rad(angle);
+  d.set_load_min_n(load_min / kLoadReserve);
+  d.set_load_max_n(load_max * kLoadReserve);
+  d.set_speed_m_per_s(speeds[speeds.size() / 2]);
+  const v1alpha1::Scene& scene = request.set.scene;
+  d.set_froude_max(kFroudeReserve * speeds.back() * speeds.back() /
+                   (scene.soil().gravity_m_per_s2() * scene.wheel().radius_m()));
+  double overload = 0;
+  for (const v1alpha1::RunSummary& run : request.set.runs) {
+    if (run.status() != v1alpha1::RUN_STATUS_OVERLOAD) continue;
+    overload = overload == 0 ? run.load_n() : std::min(overload, run.load_n());
+  }
+  d.set_load_overload_n(overload);
+  return d;
+}
+
+void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, double radius,
+                    v1alpha1::Model* model) {
+  const double middle =
+      std::sqrt(model->domain().load_min_n() * model->domain().load_max_n());
+  for (int o = 0; o < kOutputs; ++o) {
+    const double scale = OutputScale(o, middle, radius);
+    model->add_sd_fit_inside(calibration.inside[o] * scale);
+    model->add_sd_fit_growth(calibration.growth[o] * scale);
+    model->add_sd_patch(patch.sd[o] * scale);
+    model->add_interval_factor(calibration.factor[o]);
+  }
+  model->set_interval_level(calibration.level);
+}
+
+// Predictions of the runs left out, with the interval the model would give.
+std::vector<Comparison> AsComparisons(const std::vector<LeftOut>& left_out,
+                                      const Calibration& calibration, const PatchNoise& patch,
+                                      double radius) {
+  std::vector<Comparison> result;
+  for (const LeftOut& l : left_out) {
+    Comparison c{l.row, l.prediction.value, {}};
+    for (int o = 0; o < kOutputs; ++o) {
+      const double grown = calibration.growth[o] * l.prediction.distance;
+      c.half_width[o] = calibration.factor[o] * OutputScale(o, l.row->load_n, radius) *
+                        std::sqrt(calibration.inside[o] * calibration.inside[o] + grown * grown +
+                                  patch.sd[o] * patch.sd[o]);
+    }
+    result.push_back(c);
+  }
+  return result;
+}
+
+double MedianTravel(const std::vector<Row>& rows) {
+  std::vector<double> travel;
+  for (const Row& row : rows) travel.push_back(row.source->travel_m());
+  std::sort(travel.begin(), travel.end());
+  return travel[travel.size() / 2];
+}
+
+void CheckScene(const v1alpha1::Scene& scene) {
+  const auto positive = [](double value, const char* field) {
+    if (!(value > 0) || !std::isfinite(value)) {
+      throw std::runtime_error(std::string(field) + ": " + std::to_string(value) +
+                               ", expected a positive number");
+    }
+  };
+  positive(scene.wheel().radius_m(), "scene.wheel.radius_m");
+  positive(scene.wheel().width_m(), "scene.wheel.width_m");
+  positive(scene.soil().gravity_m_per_s2(), "scene.soil.gravity_m_per_s2");
+  positive(scene.soil().bulk_density_kg_per_m3(), "scene.soil.bulk_density_kg_per_m3");
+}
+
+void FillHead(const FitRequest& request, const std::vector<Row>& rows, v1alpha1::Model* model) {
+  const v1alpha1::Scene& scene = request.set.scene;
+  model->set_name(request.name);
+  model->set_rung(request.rung == v1alpha1::RUNG_UNSPECIFIED ? v1alpha1::RUNG_HYBRID
+                                                             : request.rung);
+  *model->mutable_soil() = scene.soil();
+  *model->mutable_wheel() = scene.wheel();
+  *model->mutable_rig() = scene.rig();
+  *model->mutable_domain() = MakeDomain(rows, request);
+  model->set_averaging_length_m(MedianTravel(rows));
+  v1alpha1::Provenance* p = model->mutable_provenance();
+  p->mutable_runs()->Add(request.set.runs.begin(), request.set.runs.end());
+  p->set_base_digest(request.base_digest);
+  p->set_command(request.command);
+  p->set_reason(request.reason);
+  p->set_grouser_version(GROUSER_VERSION);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  model->set_created_unix_s(std::chrono::duration<double>(now).count());
+  model->mutable_measured()->Add(request.measured.begin(), request.measured.end());
+}
+
+}  // namespace
+
+v1alpha1::Model FitModel(const FitRequest& request) {
+  if (request.name.empty()) throw std::runtime_error("model name: expected one");
+  CheckScene(request.set.scene);
+  const std::vector<Row> training = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Row> held_out = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_TEST);
+  const std::vector<Row> repeats = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_PATCH);
+  if (static_cast<int>(training.size()) < kFewestRuns) {
+    throw std::runtime_error("cannot fit: " + StatusCounts(request.set.runs));
+  }
+  const v1alpha1::Scene& scene = request.set.scene;
+  const double radius = scene.wheel().radius_m();
+  const PatchNoise patch = EstimatePatch(repeats, training, radius);
+
+  TrainOptions options;
+  options.wheel = {radius, scene.wheel().width_m()};
+  options.with_residual = request.rung != v1alpha1::RUNG_BEKKER;
+  options.physics.unit_weight =
+      scene.soil().bulk_density_kg_per_m3() * scene.soil().gravity_m_per_s2();
+  options.physics.patch = patch.sd;
+  request.progress("fit of " + std::to_string(training.size()) + " runs");
+  const Trained trained = Train(training, options, nullptr);
+  const std::vector<LeftOut> left_out =
+      CrossValidate(training, options, trained, request.progress);
+  const Calibration calibration = Calibrate(left_out, patch, radius);
+
+  v1alpha1::Model model;
+  FillHead(request, training, &model);
+  SetBekker(trained.physics, &model);
+  const Table table =
+      Tabulate(trained, model.domain().load_min_n(), model.domain().load_max_n());
+  SetResidual(table.axes, table.coefficients, &model);
+  SetUncertainty(calibration, patch, radius, &model);
+  const HybridModel hybrid = MakeHybrid(model);
+  SetFormError(hybrid, &model);
+  for (const v1alpha1::ErrorRow& row :
+       ErrorTable(AsComparisons(left_out, calibration, patch, radius), "leave_one_out")) {
+    *model.add_errors() = row;
+  }
+  for (const v1alpha1::ErrorRow& row : ErrorTable(CompareRows(hybrid, held_out), "held_out")) {
+    *model.add_errors() = row;
+  }
+  SetGoldenVectors(&model);
+  return model;
+}
+
+FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_digest,
+                        const std::string& run_file) {
+  const v1alpha1::RunRecord record = records::ReadRunFile(run_file).record;
+  const auto refuse = [&](const std::string& what) {
+    throw std::runtime_error(run_file + ": " + what);
+  };
+  if (record.status() != v1alpha1::RUN_STATUS_STEADY) {
+    refuse("the run is " + v1alpha1::RunStatus_Name(record.status()) +
+           ", expected a steady one: " + record.reason());
+  }
+  const v1alpha1::Wheel& wheel = record.spec().wheel();
+  if (wheel.radius_m() != base.wheel().radius_m() || wheel.width_m() != base.wheel().width_m()) {
+    refuse("another wheel than the base model's " + base.wheel().name());
+  }
+  FitRequest request;
+  request.name = base.name();
+  request.rung = base.rung();
+  request.base_digest = base_digest;
+  request.set.scene.set_name(base.name());
+  *request.set.scene.mutable_soil() = base.soil();
+  *request.set.scene.mutable_wheel() = base.wheel();
+  *request.set.scene.mutable_rig() = base.rig();
+  request.measured.assign(base.measured().begin(), base.measured().end());
+  const v1alpha1::RunSummary added = SummariseRun(run_file, v1alpha1::RUN_ROLE_TRAIN);
+  for (const v1alpha1::RunSummary& run : base.provenance().runs()) {
+    if (run.sha256() == added.sha256()) refuse("the base model was fitted to this run already");
+    if (run.run_id() == added.run_id() && run.role() == v1alpha1::RUN_ROLE_TEST) {
+      refuse("run " + run.run_id() + " is held out: it must not train the model");
+    }
+    if (run.run_id() != added.run_id()) request.set.runs.push_back(run);
+  }
+  request.set.runs.push_back(added);
+  return request;
+}
+
+}  // namespace grouser::surrogate

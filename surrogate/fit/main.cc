@@ -1,0 +1,221 @@
+// grouser-fit: run files to model files, and what a model says.
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "proto/records/model_file.h"
+#include "surrogate/fit/fit_model.h"
+#include "surrogate/fit/gate.h"
+#include "surrogate/fit/measured.h"
+#include "surrogate/fit/print.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/write_model.h"
+
+namespace {
+
+using namespace grouser;
+using namespace grouser::surrogate;
+
+constexpr int kOk = 0, kFailed = 1, kUsage = 2, kGateFailed = 3;
+
+struct Arguments {
+  std::vector<std::string> run_dirs;
+  std::string name, out, measured, base, run, candidate, model, rung = "hybrid", reason;
+  double slip = 0, angle_deg = 0, load = 0, speed = 0;
+  bool json = false;
+  std::string command;  // as typed
+};
+
+void Print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
+}
+
+void Log(const std::string& text) { fmt::print(stderr, "grouser-fit: {}\n", text); }
+
+std::string Reference(const records::LoadedModel& loaded) {
+  return loaded.model.name() + "@sha256:" + loaded.digest;
+}
+
+// A signal ends the program at any moment but this one, so that no file is
+// left aside.
+std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& model) {
+  sigset_t stops, before;
+  sigemptyset(&stops);
+  sigaddset(&stops, SIGINT);
+  sigaddset(&stops, SIGTERM);
+  sigprocmask(SIG_BLOCK, &stops, &before);
+  try {
+    const std::string digest = records::WriteModelFile(path, model);
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    return digest;
+  } catch (...) {
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    throw;
+  }
+}
+
+int FitAndWrite(FitRequest request, const Arguments& a) {
+  for (const std::string& note : request.set.notes) Log(note);
+  request.progress = Log;
+  request.command = a.command;
+  const v1alpha1::Model model = FitModel(request);
+  const std::string digest = WriteUninterrupted(a.out, model);
+  Log("wrote " + a.out);
+  Print(a.json ? ModelJson(model, digest) : ModelText(model, digest));
+  return kOk;
+}
+
+int Fit(const Arguments& a) {
+  FitRequest request;
+  request.name = a.name;
+  request.rung = a.rung == "bekker" ? v1alpha1::RUNG_BEKKER : v1alpha1::RUNG_HYBRID;
+  request.reason = a.reason.empty() ? "campaign" : a.reason;
+  request.set = ReadCampaign(a.run_dirs.front());
+  for (std::size_t i = 1; i < a.run_dirs.size(); ++i) {
+    Merge(ReadCampaign(a.run_dirs[i]), &request.set);
+  }
+  if (!a.measured.empty()) request.measured = ReadMeasured(a.measured);
+  return FitAndWrite(std::move(request), a);
+}
+
+int Refit(const Arguments& a) {
+  const records::LoadedModel base = records::ReadModelFile(a.base);
+  FitRequest request = RefitRequest(base.model, base.digest, a.run);
+  request.reason = a.reason.empty() ? "refinement" : a.reason;
+  return FitAndWrite(std::move(request), a);
+}
+
+int Show(const Arguments& a) {
+  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  MakeModel(loaded.model);  // says what is wrong with a bad one
+  Print(a.json ? ModelJson(loaded.model, loaded.digest) : ModelText(loaded.model, loaded.digest));
+  return kOk;
+}
+
+int Eval(const Arguments& a) {
+  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const HybridModel model = MakeHybrid(loaded.model);
+  const double trained = loaded.model.domain().speed_m_per_s();
+  const Query query{a.slip, a.angle_deg * std::numbers::pi / 180, a.load,
+                    a.speed > 0 ? a.speed : trained};
+  const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
+  if (!(v.v_x == v.v_x)) {
+    throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
+  }
+  const HybridModel::Answer answer = model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, query.load_n);
+  Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
+  return kOk;
+}
+
+int Compare(const Arguments& a) {
+  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const HybridModel model = MakeHybrid(loaded.model);
+  const std::vector<v1alpha1::MeasuredPoint> points = ReadMeasured(a.measured);
+  std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
+                                         loaded.model.provenance().runs().end());
+  if (!a.run_dirs.empty()) {
+    runs.clear();
+    for (const std::string& directory : a.run_dirs) {
+      const TrainingSet set = ReadCampaign(directory);
+      for (const std::string& note : set.notes) Log(note);
+      runs.insert(runs.end(), set.runs.begin(), set.runs.end());
+    }
+  }
+  const std::vector<MeasuredRow> rows =
+      MatchMeasured(model, loaded.model.domain().speed_m_per_s(), points, runs);
+  Print(a.json ? MeasuredJson(rows, Reference(loaded)) : MeasuredText(rows));
+  return kOk;
+}
+
+int Gate(const Arguments& a) {
+  const records::LoadedModel base = records::ReadModelFile(a.base);
+  const records::LoadedModel candidate = records::ReadModelFile(a.candidate);
+  const std::vector<GateResult> checks = GateChecks(base.model, candidate.model);
+  Print(a.json ? GateJson(checks) : GateText(checks));
+  for (const GateResult& check : checks) {
+    if (!check.passed) return kGateFailed;
+  }
+  return kOk;
+}
+
+void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) {
+  const auto add = [&](const char* name, const char* text, int (*run)(const Arguments&)) {
+    CLI::App* sub = app->add_subcommand(name, text);
+    sub->add_flag("--json", a->json, "machine-readable output on stdout");
+    sub->callback([chosen, run] { *chosen = run; });
+    return sub;
+  };
+  CLI::App* fit = add("fit", "Fit a model to the runs of one or more campaigns", Fit);
+  fit->add_option("--runs", a->run_dirs, "campaign folder (campaign.json, runs/)")->required();
+  fit->add_option("--name", a->name, "name of the model")->required();
+  fit->add_option("--out", a->out, "model file to write")->required();
+  fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
+  fit->add_option("--rung", a->rung, "hybrid, or bekker: physics alone")
+      ->check(CLI::IsMember({"hybrid", "bekker"}))
+      ->capture_default_str();
+  fit->add_option("--reason", a->reason, "kept in the provenance");
+  CLI::App* refit = add("refit", "Fit a model's own runs and a new one", Refit);
+  refit->add_option("--base", a->base, "model file")->required();
+  refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
+  refit->add_option("--out", a->out, "model file to write")->required();
+  refit->add_option("--reason", a->reason, "kept in the provenance");
+  CLI::App* show = add("show", "Say what a model file holds", Show);
+  show->add_option("model", a->model, "model file")->required();
+  CLI::App* eval = add("eval", "Answer one wheel state", Eval);
+  eval->add_option("model", a->model, "model file")->required();
+  eval->add_option("--slip", a->slip, "(r w - v_x)/max(|r w|, V)")->required();
+  eval->add_option("--angle-deg", a->angle_deg, "attack angle [deg]")->capture_default_str();
+  eval->add_option("--load", a->load, "vertical load [N]")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
+      ->check(CLI::PositiveNumber);
+  CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
+  compare->add_option("model", a->model, "model file")->required();
+  compare->add_option("--measured", a->measured, "CSV of measured tests")->required();
+  compare->add_option("--runs", a->run_dirs, "campaign folder; else the model's own runs");
+  CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
+  gate->add_option("--base", a->base, "model file")->required();
+  gate->add_option("--candidate", a->candidate, "model file")->required();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Fits surrogate models to DEM wheel tests, and shows what they say.");
+  app.name("grouser-fit");
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
+      "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
+      "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
+      "  grouser-fit refit --base cmu.model --run new.run.h5 --out cmu-2.model\n"
+      "  grouser-fit gate --base cmu.model --candidate cmu-2.model\n"
+      "Exit codes: 0 ok, 1 failed, 2 usage or bad input, 3 a gate check failed.");
+  Arguments arguments;
+  arguments.command = "grouser-fit";
+  for (int i = 1; i < argc; ++i) arguments.command += std::string(" ") + argv[i];
+  int (*chosen)(const Arguments&) = nullptr;
+  AddCommands(&app, &arguments, &chosen);
+  try {
+    app.parse(argc, argv);
+    return chosen(arguments);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kOk : kUsage;
+  } catch (const std::invalid_argument& error) {
+    Log(error.what());
+    return kUsage;
+  } catch (const std::exception& error) {
+    Log(error.what());
+    return kFailed;
+  }
+}

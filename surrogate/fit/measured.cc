@@ -1,0 +1,218 @@
+#include "surrogate/fit/measured.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+#include "surrogate/fit/error_table.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kNearSlip = 0.06, kNearAngle = 3 * kDegree, kNearLoad = 0.2;
+
+// Column names by output: value, sd; null where nobody measures it.
+struct Columns {
+  const char *value, *sd;
+};
+constexpr std::array<Columns, kOutputs> kColumns = {
+    Columns{"f_x_n", "f_x_sd"},       Columns{"f_y_n", "f_y_sd"},
+    Columns{nullptr, nullptr},        Columns{"torque_n_m", "torque_sd"},
+    Columns{nullptr, nullptr},        Columns{"sinkage_m", "sinkage_sd"}};
+
+std::vector<std::string> Split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::string cell;
+  std::istringstream stream(line);
+  while (std::getline(stream, cell, ',')) {
+    const auto first = cell.find_first_not_of(" \t\r");
+    const auto last = cell.find_last_not_of(" \t\r");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  if (!line.empty() && line.back() == ',') cells.emplace_back();
+  return cells;
+}
+
+struct Reader {
+  std::string path;
+  std::vector<std::string> header;
+  int line = 0;
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw std::invalid_argument(path + ":" + std::to_string(line) + ": " + what);
+  }
+
+  void TakeHeader(const std::vector<std::string>& cells) {
+    header = cells;
+    for (const char* name : {"slip", "attack_angle_deg", "load_n"}) {
+      if (std::find(header.begin(), header.end(), name) == header.end()) {
+        Fail(std::string("no column ") + name + ", expected slip,attack_angle_deg,load_n,...");
+      }
+    }
+    for (const std::string& name : header) {
+      bool known = name == "slip" || name == "attack_angle_deg" || name == "load_n";
+      for (const Columns& c : kColumns) {
+        known |= c.value != nullptr && (name == c.value || name == c.sd);
+      }
+      if (!known) Fail(name + ": unknown column");
+    }
+  }
+
+  v1alpha1::MeasuredPoint Point(const std::vector<std::string>& cells) const {
+    if (cells.size() != header.size()) {
+      Fail(std::to_string(cells.size()) + " fields, expected " + std::to_string(header.size()));
+    }
+    std::map<std::string, double> values;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i].empty()) continue;
+      char* end = nullptr;
+      const double value = std::strtod(cells[i].c_str(), &end);
+      if (*end != '\0' || !std::isfinite(value)) {
+        Fail(header[i] + ": \"" + cells[i] + "\", expected a number");
+      }
+      values[header[i]] = value;
+    }
+    const auto get = [&](const char* name) {
+      const auto found = name == nullptr ? values.end() : values.find(name);
+      return found == values.end() ? kNaN : found->second;
+    };
+    v1alpha1::MeasuredPoint p;
+    p.set_slip(get("slip"));
+    p.set_attack_angle_rad(get("attack_angle_deg") * kDegree);
+    p.set_load_n(get("load_n"));
+    for (const Columns& c : kColumns) {
+      p.add_value(get(c.value));
+      p.add_sd(get(c.sd));
+    }
+    if (!(p.load_n() > 0)) Fail("load_n: expected a positive load");
+    if (!std::isfinite(FromSlip(p.slip(), p.attack_angle_rad(), 1).v_x)) {
+      Fail("slip: no motion has this slip at this attack angle");
+    }
+    return p;
+  }
+};
+
+HybridModel::Answer At(const HybridModel& model, const v1alpha1::MeasuredPoint& p,
+                       double speed) {
+  const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed > 0 ? speed : 0.1);
+  return model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, p.load_n());
+}
+
+const v1alpha1::RunSummary* Nearest(const v1alpha1::MeasuredPoint& p,
+                                    const std::vector<v1alpha1::RunSummary>& runs) {
+  const v1alpha1::RunSummary* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const v1alpha1::RunSummary& run : runs) {
+    if (run.status() != v1alpha1::RUN_STATUS_STEADY || run.mean_size() != kOutputs) continue;
+    const double slip = std::fabs(run.slip() - p.slip()) / kNearSlip;
+    const double angle = std::fabs(run.attack_angle_rad() - p.attack_angle_rad()) / kNearAngle;
+    const double load = std::fabs(run.load_n() / p.load_n() - 1) / kNearLoad;
+    const double distance = slip + angle + load;
+    if (slip > 1 || angle > 1 || load > 1 || distance >= least) continue;
+    least = distance;
+    best = &run;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw std::invalid_argument(path + ": cannot be read, expected a CSV of measured tests");
+  Reader reader{path, {}};
+  const std::string source = path.substr(path.find_last_of('/') + 1);
+  std::vector<v1alpha1::MeasuredPoint> points;
+  std::string line;
+  while (std::getline(file, line)) {
+    ++reader.line;
+    if (line.empty() || line[0] == '#' || line == "\r") continue;
+    if (reader.header.empty()) {
+      reader.TakeHeader(Split(line));
+      continue;
+    }
+    points.push_back(reader.Point(Split(line)));
+    points.back().set_source(source);
+  }
+  if (points.empty()) reader.Fail("no measured row, expected a header line and rows");
+  return points;
+}
+
+namespace {
+
+// Whether the model stands for DEM there: slip and angle within the domain,
+// the load within a third of it.
+bool InDomain(const v1alpha1::Domain& d, const v1alpha1::MeasuredPoint& p) {
+  return p.slip() >= d.slip_min() - kNearSlip && p.slip() <= d.slip_max() + kNearSlip &&
+         std::fabs(p.attack_angle_rad()) <= d.attack_angle_max_rad() + kNearAngle &&
+         p.load_n() * 1.33 >= d.load_min_n() && p.load_n() <= 1.33 * d.load_max_n();
+}
+
+}  // namespace
+
+void SetFormError(const HybridModel& model, v1alpha1::Model* message) {
+  message->clear_sd_form();
+  for (int o = 0; o < kOutputs; ++o) {
+    double square = 0;
+    int n = 0;
+    for (const v1alpha1::MeasuredPoint& p : message->measured()) {
+      const bool known = p.value_size() == kOutputs && !std::isnan(p.value(o));
+      if (!known || !InDomain(message->domain(), p)) continue;
+      const double miss =
+          At(model, p, message->domain().speed_m_per_s()).value[o] - p.value(o);
+      square += miss * miss;
+      ++n;
+    }
+    message->add_sd_form(n < 3 ? kNaN : std::sqrt(square / n));
+  }
+}
+
+std::vector<MeasuredRow> MatchMeasured(const HybridModel& model, double speed,
+                                       const std::vector<v1alpha1::MeasuredPoint>& points,
+                                       const std::vector<v1alpha1::RunSummary>& runs) {
+  std::vector<MeasuredRow> rows;
+  for (const v1alpha1::MeasuredPoint& p : points) {
+    rows.push_back({&p, At(model, p, speed), Nearest(p, runs)});
+  }
+  return rows;
+}
+
+std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows) {
+  std::vector<MeasuredError> errors;
+  for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING,
+                            v1alpha1::REGION_TOWED, v1alpha1::REGION_DRIVING,
+                            v1alpha1::REGION_LATERAL}) {
+    for (const Output o : {kFx, kFy, kTorque, kSinkage}) {
+      MeasuredError e{region, o, 0, 0, 0, 0, 0};
+      for (const MeasuredRow& row : rows) {
+        const v1alpha1::MeasuredPoint& p = *row.measured;
+        const bool here = region == v1alpha1::REGION_ALL ||
+                          region == RegionOf(p.slip(), p.attack_angle_rad());
+        if (!here || std::isnan(p.value(o))) continue;
+        ++e.n;
+        e.rmse += std::pow(row.model.value[o] - p.value(o), 2);
+        e.mean_measured += p.value(o);
+        if (row.dem == nullptr) continue;
+        ++e.n_dem;
+        e.rmse_dem += std::pow(row.dem->mean(o) - p.value(o), 2);
+      }
+      if (e.n == 0) continue;
+      e.mean_measured /= e.n;
+      e.rmse = std::sqrt(e.rmse / e.n);
+      e.rmse_dem = e.n_dem == 0 ? kNaN : std::sqrt(e.rmse_dem / e.n_dem);
+      errors.push_back(e);
+    }
+  }
+  return errors;
+}
+
+}  // namespace grouser::surrogate

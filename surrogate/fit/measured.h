@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/fit/training_set.h"
+#include "surrogate/models/hybrid.h"
+
+namespace grouser::surrogate {
+
+/// Measured wheel tests: CSV with '#' comments and a header line that names
+/// slip, attack_angle_deg, load_n and any of f_x_n, f_x_sd, f_y_n, f_y_sd,
+/// torque_n_m, torque_sd, sinkage_m, sinkage_sd (slip and signs as everywhere
+/// here: ToSlip, contact frame). An empty field is not measured. Throws
+/// std::invalid_argument "FILE:LINE: COLUMN: ..., expected ...".
+std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path);
+
+/// sd_form of each output: rms of model minus measurement over the model's
+/// measured points within its domain; NaN where fewer than three are known.
+void SetFormError(const HybridModel& model, v1alpha1::Model* message);
+
+/// One measured point beside what the model and the nearest DEM run say.
+struct MeasuredRow {
+  const v1alpha1::MeasuredPoint* measured;
+  HybridModel::Answer model;
+  const v1alpha1::RunSummary* dem;  ///< null: no run near
+};
+/// A run is near within 0.06 of slip, 3 degrees and 20 % of load; among those
+/// the nearest is taken. Only steady runs.
+std::vector<MeasuredRow> MatchMeasured(const HybridModel& model, double speed,
+                                       const std::vector<v1alpha1::MeasuredPoint>& points,
+                                       const std::vector<v1alpha1::RunSummary>& runs);
+
+/// rms of model and of DEM minus measurement, by region and output.
+struct MeasuredError {
+  v1alpha1::Region region;
+  int output;
+  int n, n_dem;
+  double rmse, rmse_dem;  ///< NaN where n is 0
+  double mean_measured;
+};
+std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows);
+
+}  // namespace grouser::surrogate

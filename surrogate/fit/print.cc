@@ -1,0 +1,226 @@
+#include "surrogate/fit/print.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "surrogate/fit/error_table.h"
+#include "surrogate/fit/json.h"
+#include "surrogate/model_io/write_model.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr std::array kUnits = {"N", "N", "N", "N m", "N m", "m"};
+constexpr std::array kMeasurable = {kFx, kFy, kTorque, kSinkage};
+
+struct FlagName {
+  Flag flag;
+  const char* name;
+};
+constexpr std::array kFlagNames = {
+    FlagName{kInvalid, "INVALID"},
+    FlagName{kClamped, "CLAMPED"},
+    FlagName{kExtrapolated, "EXTRAPOLATED"},
+    FlagName{kStatic, "STATIC"},
+    FlagName{kNoEquilibrium, "NO_EQUILIBRIUM"},
+    FlagName{kRate, "RATE"},
+    FlagName{kSlope, "SLOPE"},
+    FlagName{kRigidAssumed, "RIGID_ASSUMED"},
+    FlagName{kVirginAssumed, "VIRGIN_ASSUMED"},
+    FlagName{kFormUnknown, "FORM_UNKNOWN"},
+    FlagName{kToleranceUnmet, "TOLERANCE_UNMET"}};
+
+int Count(const v1alpha1::Model& model, v1alpha1::RunRole role, bool steady) {
+  int count = 0;
+  for (const v1alpha1::RunSummary& run : model.provenance().runs()) {
+    const bool is_steady = run.status() == v1alpha1::RUN_STATUS_STEADY;
+    count += run.role() == role && is_steady == steady ? 1 : 0;
+  }
+  return count;
+}
+
+}  // namespace
+
+std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
+  const v1alpha1::Domain& d = m.domain();
+  std::string text = fmt::format(
+      "{}@sha256:{}\nwheel {} (radius {} m, width {} m) on {}\n"
+      "runs: {} training, {} held out, {} repeats; {} training runs not steady, left out\n"
+      "domain: slip {:.3g} to {:.3g}, attack angle to {:.3g} deg, load {:.3g} to {:.3g} N, "
+      "Froude number to {:.2g}\n",
+      m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
+      m.soil().name(), Count(m, v1alpha1::RUN_ROLE_TRAIN, true),
+      Count(m, v1alpha1::RUN_ROLE_TEST, true), Count(m, v1alpha1::RUN_ROLE_PATCH, true),
+      Count(m, v1alpha1::RUN_ROLE_TRAIN, false), d.slip_min(), d.slip_max(),
+      d.attack_angle_max_rad() * kDegrees, d.load_min_n(), d.load_max_n(), d.froude_max());
+  text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>12}\n", "output", "sd_fit in", "growth",
+                      "sd_patch", "factor", "sd_form");
+  for (int o = 0; o < kOutputs; ++o) {
+    text += fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>12.3g}\n", kOutputNames[o],
+                        m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
+                        m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
+  }
+  text += fmt::format("\n{:<15}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
+                      "n", "rmse", "largest", "in 90 %");
+  for (const v1alpha1::ErrorRow& e : m.errors()) {
+    text += fmt::format("{:<15}{:<10}{:<10}{:>5}{:>12.4g}{:>12.4g}{:>9.0f}%\n", e.set(),
+                        RegionName(e.region()), e.output(), e.n(), e.rmse(), e.max_abs(),
+                        100 * e.covered90());
+  }
+  text += "\nparameters:";
+  const BekkerParameters p = ReadBekker(m.bekker());
+  for (const BekkerField& field : BekkerFields()) {
+    text += fmt::format(" {}={:.4g}", field.name, p.*field.member);
+  }
+  return text + "\n";
+}
+
+std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
+  v1alpha1::Model slim = model;
+  slim.mutable_residual()->clear_coefficients();
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(slim, &json, options);
+  if (!status.ok()) throw std::runtime_error("model to JSON: " + status.ToString());
+  Json out;
+  out.Open('{').Key("digest").Value(digest).Key("model").Raw(json).Close('}');
+  return out.text();
+}
+
+std::string AnswerText(const Query& q, const HybridModel::Answer& a) {
+  std::string text = fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n",
+                                 q.slip, q.attack_angle_rad * kDegrees, q.load_n, q.speed_m_per_s);
+  text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "output", "value", "low", "high",
+                      "sd_fit", "sd_patch");
+  for (int o = 0; o < kOutputs; ++o) {
+    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n",
+                        kOutputNames[o], a.value[o], a.value[o] - a.half_width[o],
+                        a.value[o] + a.half_width[o], a.sd_fit[o], a.sd_patch[o], kUnits[o]);
+  }
+  text += "flags:";
+  for (const FlagName& f : kFlagNames) {
+    if ((a.flags & f.flag) != 0) text += fmt::format(" {}", f.name);
+  }
+  return text + "\n";
+}
+
+std::string AnswerJson(const Query& q, const HybridModel::Answer& a,
+                       const std::string& reference) {
+  Json out;
+  out.Open('{').Key("model").Value(reference);
+  out.Key("slip").Value(q.slip).Key("attack_angle_rad").Value(q.attack_angle_rad);
+  out.Key("load_n").Value(q.load_n).Key("speed_m_per_s").Value(q.speed_m_per_s);
+  out.Key("flags").Value(static_cast<int>(a.flags)).Key("flag_names").Open('[');
+  for (const FlagName& f : kFlagNames) {
+    if ((a.flags & f.flag) != 0) out.Value(f.name);
+  }
+  out.Close(']').Key("outputs").Open('{');
+  for (int o = 0; o < kOutputs; ++o) {
+    out.Key(kOutputNames[o]).Open('{').Key("value").Value(a.value[o]);
+    out.Key("low").Value(a.value[o] - a.half_width[o]);
+    out.Key("high").Value(a.value[o] + a.half_width[o]);
+    out.Key("sd_fit").Value(a.sd_fit[o]).Key("sd_patch").Value(a.sd_patch[o]).Close('}');
+  }
+  return out.Close('}').Close('}').text();
+}
+
+std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
+  std::string text = fmt::format("{:>7}{:>7}{:>7}  {:<9}{:>18}{:>30}{:>20}\n", "slip", "angle",
+                                 "load", "output", "measured", "surrogate [interval]", "DEM");
+  for (const MeasuredRow& row : rows) {
+    const v1alpha1::MeasuredPoint& p = *row.measured;
+    for (const Output o : kMeasurable) {
+      if (std::isnan(p.value(o))) continue;
+      const double value = row.model.value[o], half = row.model.half_width[o];
+      const std::string dem =
+          row.dem == nullptr
+              ? "-"
+              : fmt::format("{:.4g} +- {:.2g}", row.dem->mean(o), row.dem->standard_error(o));
+      text += fmt::format("{:>7.3f}{:>7.1f}{:>7.2f}  {:<9}{:>18}{:>30}{:>20}\n", p.slip(),
+                          p.attack_angle_rad() * kDegrees, p.load_n(), kOutputNames[o],
+                          fmt::format("{:.4g} +- {:.2g}", p.value(o), p.sd(o)),
+                          fmt::format("{:.4g} [{:.4g}, {:.4g}]", value, value - half, value + half),
+                          dem);
+    }
+  }
+  text += fmt::format("\nrms difference to the measurement\n{:<10}{:<10}{:>4}{:>14}{:>12}{:>14}{:>8}\n",
+                      "region", "output", "n", "mean measured", "surrogate", "DEM", "n DEM");
+  for (const MeasuredError& e : MeasuredErrors(rows)) {
+    text += fmt::format("{:<10}{:<10}{:>4}{:>14.4g}{:>12.4g}{:>14.4g}{:>8}\n",
+                        RegionName(e.region), kOutputNames[e.output], e.n, e.mean_measured, e.rmse,
+                        e.rmse_dem, e.n_dem);
+  }
+  return text;
+}
+
+std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string& reference) {
+  Json out;
+  out.Open('{').Key("model").Value(reference).Key("rows").Open('[');
+  for (const MeasuredRow& row : rows) {
+    const v1alpha1::MeasuredPoint& p = *row.measured;
+    out.Open('{').Key("source").Value(p.source()).Key("slip").Value(p.slip());
+    out.Key("attack_angle_deg").Value(p.attack_angle_rad() * kDegrees);
+    out.Key("load_n").Value(p.load_n());
+    out.Key("region").Value(RegionName(RegionOf(p.slip(), p.attack_angle_rad())));
+    out.Key("flags").Value(static_cast<int>(row.model.flags));
+    out.Key("measured").Open('{');
+    for (const Output o : kMeasurable) {
+      out.Key(kOutputNames[o]).Open('{').Key("value").Value(p.value(o));
+      out.Key("sd").Value(p.sd(o)).Close('}');
+    }
+    out.Close('}').Key("surrogate").Open('{');
+    for (const Output o : kMeasurable) {
+      const double value = row.model.value[o], half = row.model.half_width[o];
+      out.Key(kOutputNames[o]).Open('{').Key("value").Value(value);
+      out.Key("low").Value(value - half).Key("high").Value(value + half).Close('}');
+    }
+    out.Close('}').Key("dem");
+    if (row.dem == nullptr) {
+      out.Raw("null").Close('}');
+      continue;
+    }
+    out.Open('{').Key("run_id").Value(row.dem->run_id()).Key("slip").Value(row.dem->slip());
+    out.Key("attack_angle_deg").Value(row.dem->attack_angle_rad() * kDegrees);
+    out.Key("load_n").Value(row.dem->load_n());
+    for (const Output o : kMeasurable) {
+      out.Key(kOutputNames[o]).Open('{').Key("value").Value(row.dem->mean(o));
+      out.Key("standard_error").Value(row.dem->standard_error(o)).Close('}');
+    }
+    out.Close('}').Close('}');
+  }
+  out.Close(']').Key("errors").Open('[');
+  for (const MeasuredError& e : MeasuredErrors(rows)) {
+    out.Open('{').Key("region").Value(RegionName(e.region));
+    out.Key("output").Value(kOutputNames[e.output]).Key("n").Value(e.n).Key("rmse").Value(e.rmse);
+    out.Key("n_dem").Value(e.n_dem).Key("rmse_dem").Value(e.rmse_dem);
+    out.Key("mean_measured").Value(e.mean_measured).Close('}');
+  }
+  return out.Close(']').Close('}').text();
+}
+
+std::string GateText(const std::vector<GateResult>& checks) {
+  std::string text;
+  for (const GateResult& c : checks) {
+    text += fmt::format("{:<7}{:<13}{}\n", c.passed ? "passed" : "FAILED", c.name, c.detail);
+  }
+  return text;
+}
+
+std::string GateJson(const std::vector<GateResult>& checks) {
+  Json out;
+  out.Open('[');
+  for (const GateResult& c : checks) {
+    out.Open('{').Key("name").Value(c.name).Key("passed").Value(c.passed);
+    out.Key("detail").Value(c.detail).Close('}');
+  }
+  return out.Close(']').text();
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,131 @@
+#include "surrogate/fit/trained.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser::surrogate {
+namespace {
+
+// Outputs with a residual; f_z is the load.
+constexpr std::array kResidualOutputs = {kFx, kFy, kTorque, kMz, kSinkage};
+constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
+
+FieldPoint PointOf(const Row& row) {
+  return MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
+                        row.load_n);
+}
+
+// Means of a mirrored state as those of its canonical one.
+double CanonicalSign(int output, const Canonical& state) {
+  const double x = state.sign_x == 0 ? 1 : state.sign_x;
+  const double y = state.sign_y == 0 ? 1 : state.sign_y;
+  switch (output) {
+    case kFx:
+    case kTorque:
+      return x;
+    case kFy:
+      return y;
+    case kMz:
+      return x * y;
+    default:
+      return 1;
+  }
+}
+
+double Median(std::vector<double> values, double otherwise) {
+  if (values.empty()) return otherwise;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double SmoothStep(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+}  // namespace
+
+Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm) {
+  Trained result;
+  result.physics =
+      FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
+  const BekkerModel model(result.physics, options.wheel);
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  std::vector<FieldPoint> points;
+  Eigen::MatrixXd rest(n, kOutputs), noise(n, kOutputs);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Row& row = rows[i];
+    const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+    points.push_back(PointOf(row));
+    const BekkerModel::Answer answer = model.SolveCanonical(state, row.load_n);
+    for (int o = 0; o < kOutputs; ++o) {
+      const double scale = OutputScale(o, row.load_n, options.wheel.radius_m);
+      rest(i, o) = (CanonicalSign(o, state) * row.mean[o] - answer.value[o]) / scale;
+      noise(i, o) = std::hypot(row.standard_error[o] / scale, options.physics.patch[o]);
+    }
+  }
+  std::vector<double> lengths, load_lengths;
+  for (const Output o : kResidualOutputs) {
+    if (!options.with_residual) break;
+    result.settings[o] = warm ? warm->settings[o]
+                              : SelectField(points, rest.col(o), noise.col(o),
+                                            ResidualTable::ParityOf(o));
+    if (result.settings[o].amplitude == 0) continue;
+    lengths.push_back(result.settings[o].length);
+    load_lengths.push_back(result.settings[o].load_length);
+  }
+  for (int o = 0; o < kOutputs; ++o) {
+    result.fields.emplace_back(points, rest.col(o), noise.col(o), ResidualTable::ParityOf(o),
+                               result.settings[o]);
+  }
+  result.distance = std::make_shared<const HullDistance>(points, Median(lengths, 0.45),
+                                                         Median(load_lengths, 0.7));
+  return result;
+}
+
+Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row& at) {
+  const Canonical state = ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed);
+  const FieldPoint point = MakeFieldPoint(state, at.load_n);
+  Prediction result;
+  result.physics = BekkerModel(trained.physics, wheel).SolveCanonical(state, at.load_n).value;
+  result.value = result.physics;
+  for (int o = 0; o < kOutputs; ++o) {
+    result.value[o] +=
+        OutputScale(o, at.load_n, wheel.radius_m) * trained.fields[o].Mean(point);
+  }
+  ApplyMirrors(state, &result.physics);
+  ApplyMirrors(state, &result.value);
+  result.distance = trained.distance->At(point);
+  return result;
+}
+
+Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
+  const double low = std::log(load_min_n), high = std::log(load_max_n);
+  const double margin = std::log(kLoadMargin);
+  Table table;
+  table.axes.direction = 30;  // 6 degrees: a slip of 0.2 near slip 0
+  table.axes.lateral = 9;     // 10 degrees
+  table.axes.load = std::clamp(static_cast<int>(std::ceil((high - low + 2 * margin) / 0.45)), 4, 16);
+  table.axes.log_load_min = low - margin;
+  table.axes.log_load_max = high + margin;
+  const std::vector<TableNode> nodes = TableNodes(table.axes);
+  std::array<std::vector<double>, ResidualTable::kChannels> values;
+  for (const TableNode& node : nodes) {
+    const FieldPoint point = MakeFieldPoint(node.chart, node.log_load);
+    const double fade = SmoothStep((node.log_load - table.axes.log_load_min) / margin) *
+                        SmoothStep((table.axes.log_load_max - node.log_load) / margin);
+    for (int o = 0; o < kOutputs; ++o) values[o].push_back(fade * trained.fields[o].Mean(point));
+    const double distance = trained.distance->At(point);
+    values[ResidualTable::kDistance].push_back(1 - fade * (1 - distance));
+  }
+  for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    const bool zero = std::all_of(values[c].begin(), values[c].end(),
+                                  [](double v) { return v == 0; });
+    if (zero) continue;  // an empty channel
+    table.coefficients[c] =
+        InterpolateTable(table.axes, ResidualTable::ParityOf(c), values[c]);
+  }
+  return table;
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "surrogate/fit/bekker_fit.h"
+#include "surrogate/fit/residual_field.h"
+
+namespace grouser::surrogate {
+
+/// Physics and residual fields as fitted, before the fields become a table.
+/// Residuals are over OutputScale.
+struct Trained {
+  BekkerParameters physics;
+  std::array<FieldSettings, kOutputs> settings;
+  std::vector<ResidualField> fields;            ///< one an output
+  std::shared_ptr<const HullDistance> distance;
+};
+
+struct TrainOptions {
+  WheelGeometry wheel;
+  BekkerFitOptions physics;      ///< its `patch` is the noise of the fields too
+  bool with_residual = true;     ///< false: the bekker rung
+};
+
+/// Fits physics, then the fields to what it leaves. `warm`: start from its
+/// physics and keep its field settings (cross-validation), or null.
+Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm);
+
+struct Prediction {
+  std::array<double, kOutputs> value, physics;
+  double distance;  ///< hull distance
+};
+Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row& at);
+
+/// The table of the fields over [load_min/3, load_max 3]; beyond the training
+/// loads it fades to 0 (and the hull distance to 1).
+struct Table {
+  TableAxes axes;
+  TableCoefficients coefficients;
+};
+Table Tabulate(const Trained& trained, double load_min_n, double load_max_n);
+
+}  // namespace grouser::surrogate

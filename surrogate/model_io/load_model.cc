@@ -1,0 +1,164 @@
+#include "surrogate/model_io/load_model.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "surrogate/model_io/write_model.h"
+
+namespace grouser::surrogate {
+namespace {
+
+[[noreturn]] void Fail(const v1alpha1::Model& model, const std::string& what) {
+  const std::string name = model.name().empty() ? "(no name)" : model.name();
+  throw std::runtime_error("model " + name + ": " + what);
+}
+
+std::array<double, kOutputs> Six(const v1alpha1::Model& model, const char* field,
+                                 const google::protobuf::RepeatedField<double>& values) {
+  if (values.size() != kOutputs) {
+    Fail(model, std::string(field) + ": " + std::to_string(values.size()) +
+                    " numbers, expected 6 (one an output)");
+  }
+  std::array<double, kOutputs> result{};
+  for (int o = 0; o < kOutputs; ++o) {
+    if (!(values[o] >= 0) || !std::isfinite(values[o])) {
+      Fail(model, std::string(field) + "[" + std::to_string(o) +
+                      "]: expected a finite number, not negative");
+    }
+    result[o] = values[o];
+  }
+  return result;
+}
+
+// Uniform ascending nodes; returns the number of intervals.
+int Intervals(const v1alpha1::Model& model, const char* field,
+              const google::protobuf::RepeatedField<double>& nodes) {
+  if (nodes.size() < 2) Fail(model, std::string("residual.") + field + ": expected 2 or more");
+  const double first = nodes[0], step = (nodes[nodes.size() - 1] - first) / (nodes.size() - 1);
+  for (int i = 0; i < nodes.size(); ++i) {
+    if (!(step > 0) || !(std::fabs(nodes[i] - (first + i * step)) <= 1e-6 * step)) {
+      Fail(model, std::string("residual.") + field + "[" + std::to_string(i) +
+                      "]: expected uniform ascending nodes");
+    }
+  }
+  return nodes.size() - 1;
+}
+
+ResidualTable MakeTable(const v1alpha1::Model& model) {
+  const v1alpha1::ResidualTable& message = model.residual();
+  if (message.coefficients().empty()) return {};
+  TableAxes axes;
+  axes.direction = Intervals(model, "direction_knots_rad", message.direction_knots_rad());
+  axes.lateral = Intervals(model, "lateral_knots_rad", message.lateral_knots_rad());
+  axes.load = Intervals(model, "log_load_knots", message.log_load_knots());
+  axes.log_load_min = message.log_load_knots(0);
+  axes.log_load_max = message.log_load_knots(axes.load);
+  if (message.coefficients_size() != ResidualTable::kChannels) {
+    Fail(model, "residual.coefficients: " + std::to_string(message.coefficients_size()) +
+                    " channels, expected " + std::to_string(ResidualTable::kChannels));
+  }
+  std::array<std::span<const double>, ResidualTable::kChannels> channels;
+  for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    const auto& values = message.coefficients(c).values();
+    channels[c] = {values.data(), static_cast<std::size_t>(values.size())};
+  }
+  return ResidualTable(axes, channels);
+}
+
+HullBox MakeHull(const v1alpha1::Model& model) {
+  const v1alpha1::Domain& d = model.domain();
+  HullBox hull;
+  hull.slip_min = d.slip_min();
+  hull.slip_max = d.slip_max();
+  hull.attack_angle_max_rad = d.attack_angle_max_rad();
+  hull.load_min_n = d.load_min_n();
+  hull.load_max_n = d.load_max_n();
+  hull.froude_max = d.froude_max();
+  hull.gravity_m_per_s2 = model.soil().gravity_m_per_s2();
+  return hull;
+}
+
+Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
+  Uncertainty u;
+  u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
+  u.fit_growth = Six(model, "sd_fit_growth", model.sd_fit_growth());
+  u.patch = Six(model, "sd_patch", model.sd_patch());
+  u.interval_factor = Six(model, "interval_factor", model.interval_factor());
+  u.form_unknown = model.sd_form_size() != kOutputs;
+  for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
+  return u;
+}
+
+// What counts as 1 when an output is compared.
+double ScaleOf(int output, double load, double radius) {
+  if (output == kSinkage) return radius;
+  return output == kTorque || output == kMz ? load * radius : load;
+}
+
+void CheckGolden(const v1alpha1::Model& message, const HybridModel& model) {
+  if (message.golden().empty()) Fail(message, "golden: expected at least one vector");
+  for (int i = 0; i < message.golden_size(); ++i) {
+    const v1alpha1::GoldenVector& g = message.golden(i);
+    const std::string where = "golden[" + std::to_string(i) + "]";
+    const bool usable = std::isfinite(g.v_x_m_per_s()) && std::isfinite(g.v_y_m_per_s()) &&
+                        std::isfinite(g.rim_speed_m_per_s()) && std::isfinite(g.load_n()) &&
+                        g.load_n() > 0 && g.value_size() == kOutputs;
+    if (!usable) Fail(message, where + ": expected finite input, a load and 6 values");
+    const HybridModel::Answer answer = model.EvaluateOne(
+        g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
+    for (int o = 0; o < kOutputs; ++o) {
+      const double scale = ScaleOf(o, g.load_n(), message.wheel().radius_m());
+      const double allowed = 1e-9 * std::fmax(std::fabs(g.value(o)), scale);
+      if (std::fabs(answer.value[o] - g.value(o)) <= allowed) continue;
+      std::ostringstream text;
+      text.precision(17);
+      text << where << " " << kOutputNames[o] << ": computed " << answer.value[o]
+           << ", expected " << g.value(o) << " to 1e-9";
+      Fail(message, text.str());
+    }
+  }
+}
+
+}  // namespace
+
+BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message) {
+  BekkerParameters parameters;
+  std::size_t known = 0;
+  for (const BekkerField& field : BekkerFields()) {
+    const auto found = message.values().find(field.name);
+    if (found == message.values().end()) {
+      throw std::invalid_argument(std::string("bekker.values: no entry \"") + field.name + "\"");
+    }
+    parameters.*field.member = found->second;
+    ++known;
+  }
+  if (message.values().size() != known) {
+    for (const auto& [name, value] : message.values()) {
+      bool found = false;
+      for (const BekkerField& field : BekkerFields()) found |= name == field.name;
+      if (!found) throw std::invalid_argument("bekker.values: unknown entry \"" + name + "\"");
+    }
+  }
+  return parameters;
+}
+
+HybridModel MakeHybrid(const v1alpha1::Model& model) {
+  if (model.name().empty()) Fail(model, "name: expected one");
+  if (!v1alpha1::Rung_IsValid(model.rung())) Fail(model, "rung: not known to this version");
+  try {
+    const BekkerModel physics(ReadBekker(model.bekker()),
+                        {model.wheel().radius_m(), model.wheel().width_m()});
+    return HybridModel(physics, MakeTable(model), MakeHull(model), MakeUncertainty(model));
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
+}
+
+std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
+  auto hybrid = std::make_unique<const HybridModel>(MakeHybrid(model));
+  CheckGolden(model, *hybrid);
+  return hybrid;
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,61 @@
+#include "surrogate/model_io/write_model.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace grouser::surrogate {
+
+void SetBekker(const BekkerParameters& parameters, v1alpha1::Model* model) {
+  auto& values = *model->mutable_bekker()->mutable_values();
+  values.clear();
+  for (const BekkerField& field : BekkerFields()) values[field.name] = parameters.*field.member;
+}
+
+void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
+                 v1alpha1::Model* model) {
+  constexpr double kPi = std::numbers::pi;
+  v1alpha1::ResidualTable* table = model->mutable_residual();
+  table->Clear();
+  for (int i = 0; i <= axes.direction; ++i) {
+    table->add_direction_knots_rad(-kPi / 2 + kPi * i / axes.direction);
+  }
+  for (int i = 0; i <= axes.lateral; ++i) {
+    table->add_lateral_knots_rad(kPi / 2 * i / axes.lateral);
+  }
+  const double span = axes.log_load_max - axes.log_load_min;
+  for (int i = 0; i <= axes.load; ++i) {
+    // The last node exactly: it is read back as the end of the axis.
+    table->add_log_load_knots(i == axes.load ? axes.log_load_max
+                                             : axes.log_load_min + span * i / axes.load);
+  }
+  for (const std::vector<double>& channel : coefficients) {
+    table->add_coefficients()->mutable_values()->Add(channel.begin(), channel.end());
+  }
+}
+
+void SetGoldenVectors(v1alpha1::Model* model) {
+  model->clear_golden();
+  const HybridModel hybrid = MakeHybrid(*model);
+  const v1alpha1::Domain& domain = model->domain();
+  const double speed = domain.speed_m_per_s() > 0 ? domain.speed_m_per_s() : 0.1;
+  constexpr std::array kSlips = {-1.0, -0.4, 0.0, 0.15, 0.5, 0.9};
+  constexpr std::array kAngles = {0.0, -0.5, 1.0, std::numbers::pi / 2};
+  int count = 0;
+  for (const double slip : kSlips) {
+    for (const double angle : kAngles) {
+      const double mix = 0.25 * (count++ % 5);
+      const double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
+      const VelocityState v = FromSlip(slip, angle, speed);
+      const HybridModel::Answer answer =
+          hybrid.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      v1alpha1::GoldenVector* g = model->add_golden();
+      g->set_v_x_m_per_s(v.v_x);
+      g->set_v_y_m_per_s(v.v_y);
+      g->set_rim_speed_m_per_s(v.rim_speed);
+      g->set_load_n(load);
+      g->mutable_value()->Add(answer.value.begin(), answer.value.end());
+    }
+  }
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/hybrid.h"
+
+namespace grouser::surrogate {
+
+/// The way from parts to message, for the fitter; MakeModel is its inverse.
+
+/// Padded coefficients per channel, see ResidualTable; an empty one is 0.
+using TableCoefficients = std::array<std::vector<double>, ResidualTable::kChannels>;
+
+void SetBekker(const BekkerParameters& parameters, v1alpha1::Model* model);
+void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
+                 v1alpha1::Model* model);
+/// Evaluates the model at 24 states over its domain and stores the answers as
+/// golden vectors, replacing older ones. Throws as MakeModel.
+void SetGoldenVectors(v1alpha1::Model* model);
+
+/// Throws std::invalid_argument naming the key that is missing or unknown.
+BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message);
+
+/// The evaluator without its self-test. Throws as MakeModel.
+HybridModel MakeHybrid(const v1alpha1::Model& model);
+
+}  // namespace grouser::surrogate

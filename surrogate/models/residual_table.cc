@@ -1,0 +1,115 @@
+#include "surrogate/models/residual_table.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace grouser::surrogate {
+namespace {
+
+struct Weights {
+  int first;
+  std::array<double, 4> w;
+};
+
+// Uniform cubic B-spline weights at t in [0, n]; `first` counts padded
+// coefficients, of which the first belongs to node -1.
+Weights CubicWeights(double t, int n) {
+  const double bounded = t > 0 ? (t < n ? t : n) : 0;
+  int cell = static_cast<int>(bounded);
+  if (cell > n - 1) cell = n - 1;
+  const double f = bounded - cell, g = 1 - f;
+  return {cell,
+          {g * g * g / 6, (4 + 3 * f * f * (f - 2)) / 6, (4 + 3 * g * g * (g - 2)) / 6,
+           f * f * f / 6}};
+}
+
+void CheckAxes(const TableAxes& axes) {
+  for (const int n : {axes.direction, axes.lateral, axes.load}) {
+    if (n < 1 || n > 10000) {
+      throw std::invalid_argument("residual table: " + std::to_string(n) +
+                                  " intervals on an axis, expected 1 to 10000");
+    }
+  }
+  if (!std::isfinite(axes.log_load_min) || !std::isfinite(axes.log_load_max) ||
+      !(axes.log_load_max > axes.log_load_min)) {
+    throw std::invalid_argument("residual table: log_load_knots: expected finite and ascending");
+  }
+}
+
+}  // namespace
+
+std::size_t ResidualTable::Size(const TableAxes& axes) noexcept {
+  return static_cast<std::size_t>(axes.direction + 3) * (axes.lateral + 3) * (axes.load + 3);
+}
+
+ResidualTable::Parity ResidualTable::ParityOf(int channel) noexcept {
+  switch (channel) {
+    case kFx:
+    case kTorque:
+      return {-1, 1};
+    case kFy:
+      return {1, -1};
+    case kMz:
+      return {-1, -1};
+    default:
+      return {1, 1};
+  }
+}
+
+ResidualTable::ResidualTable(
+    const TableAxes& axes, const std::array<std::span<const double>, kChannels>& coefficients)
+    : axes_(axes) {
+  CheckAxes(axes);
+  const std::size_t size = Size(axes);
+  coefficients_.assign(size * kLanes, 0.0);
+  for (int channel = 0; channel < kChannels; ++channel) {
+    const std::span<const double> source = coefficients[channel];
+    if (source.empty()) continue;
+    if (source.size() != size) {
+      throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
+                                  "]: " + std::to_string(source.size()) + " numbers, expected " +
+                                  std::to_string(size));
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      if (!std::isfinite(source[i])) {
+        throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
+                                    "][" + std::to_string(i) + "]: expected a finite number");
+      }
+      coefficients_[i * kLanes + channel] = source[i];
+    }
+  }
+}
+
+std::array<double, ResidualTable::kChannels> ResidualTable::Evaluate(
+    const ChartPoint& at, double log_load) const noexcept {
+  std::array<double, kChannels> result{};
+  if (empty()) return result;
+  constexpr double kPi = std::numbers::pi;
+  const Weights a =
+      CubicWeights((at.direction_rad + kPi / 2) / kPi * axes_.direction, axes_.direction);
+  const Weights b = CubicWeights(at.lateral_rad / (kPi / 2) * axes_.lateral, axes_.lateral);
+  const Weights c = CubicWeights((log_load - axes_.log_load_min) /
+                                     (axes_.log_load_max - axes_.log_load_min) * axes_.load,
+                                 axes_.load);
+  const int row = axes_.load + 3, plane = (axes_.lateral + 3) * row;
+  double sum[kLanes] = {};
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      const double wij = a.w[i] * b.w[j];
+      const double* p =
+          &coefficients_[static_cast<std::size_t>((a.first + i) * plane + (b.first + j) * row +
+                                                  c.first) *
+                         kLanes];
+      for (int k = 0; k < 4; ++k) {
+        const double w = wij * c.w[k];
+        for (int lane = 0; lane < kLanes; ++lane) sum[lane] += w * p[k * kLanes + lane];
+      }
+    }
+  }
+  for (int channel = 0; channel < kChannels; ++channel) result[channel] = sum[channel];
+  return result;
+}
+
+}  // namespace grouser::surrogate

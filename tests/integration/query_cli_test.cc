@@ -1,0 +1,110 @@
+// grouser-client, planner_loop and grouser-bench against a real server.
+#include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+
+#include "grouser/v1alpha1/terrain_service.pb.h"
+#include "tests/integration/query_fixture.h"
+#include "tests/unit/server/temp_dir.h"
+
+namespace grouser {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class QueryCliTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    testing::MakeStable(dir_.path(), testing::PhysicsModel("sand"));
+    server_ = std::make_unique<testing::ServerProcess>(dir_.path());
+  }
+  testing::Finished Client(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--server", server_->address()});
+    return testing::RunProgram("grouser-client", arguments, dir_.path());
+  }
+
+  testing::TempDir dir_;
+  std::unique_ptr<testing::ServerProcess> server_;
+};
+
+TEST_F(QueryCliTest, SlipAndVelocityFormsAgree) {
+  const auto by_slip =
+      Client({"query", "--slip", "0.2", "--angle-deg", "30", "--load", "24", "--json"});
+  ASSERT_EQ(by_slip.code, 0) << by_slip.err;
+  EXPECT_EQ(by_slip.err, "");
+  v1alpha1::EvaluateWheelsResponse first;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(by_slip.out, &first).ok());
+  ASSERT_EQ(first.responses().f_x().value_size(), 1);
+  EXPECT_NEAR(first.responses().slip().slip(0), 0.2, 1e-9);
+  const auto& v = first.responses().velocity();
+  const auto text = [](double x) { return std::to_string(x); };
+  const auto by_velocity =
+      Client({"query", "--vx", text(v.v_x_m_per_s(0)), "--vy", text(v.v_y_m_per_s(0)), "--rim",
+              text(v.rim_speed_m_per_s(0)), "--load", "24", "--json"});
+  ASSERT_EQ(by_velocity.code, 0) << by_velocity.err;
+  v1alpha1::EvaluateWheelsResponse second;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(by_velocity.out, &second).ok());
+  // The velocities travelled with six decimals.
+  EXPECT_NEAR(first.responses().f_x().value(0), second.responses().f_x().value(0), 1e-2);
+}
+
+TEST_F(QueryCliTest, ListsSpreadSingleValuesAndTableSpellsFlags) {
+  const auto table = Client({"query", "--slip", "0.1", "0.3", "--load", "24"});
+  ASSERT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("state 1: slip 0.3"), HasSubstr("90 % interval (DEM)"),
+                               HasSubstr("FORM_UNKNOWN"), HasSubstr("sinkage")));
+  const auto negative = Client({"query", "--slip", "-0.5", "--load", "24"});
+  EXPECT_EQ(negative.code, 0) << negative.err;
+  const auto bad = Client({"query", "--slip", "0.1", "--load", "-1"});
+  EXPECT_EQ(bad.code, 0) << bad.err;
+  EXPECT_THAT(bad.out, AllOf(HasSubstr("INVALID"), HasSubstr("nan")));
+}
+
+TEST_F(QueryCliTest, ModelsAndHealth) {
+  EXPECT_THAT(Client({"models"}).out, AllOf(HasSubstr("sand@sha256:"), HasSubstr("stable")));
+  v1alpha1::ListModelsResponse listing;
+  ASSERT_TRUE(
+      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing)
+          .ok());
+  EXPECT_EQ(listing.models_size(), 1);
+  const auto health = Client({"health"});
+  EXPECT_EQ(health.code, 0);
+  EXPECT_EQ(health.out, "SERVING\n");
+}
+
+TEST_F(QueryCliTest, ExitCodesAndTexts) {
+  EXPECT_EQ(Client({"query", "--slip", "0.1"}).code, 2);  // no load
+  EXPECT_EQ(Client({"query", "--slip", "0.1", "--vx", "1", "--load", "1"}).code, 2);
+  EXPECT_EQ(Client({"query", "--slip", "0.1", "0.2", "--load", "1", "2", "3"}).code, 2);
+  EXPECT_EQ(Client({"nonsense"}).code, 2);
+  const auto unknown = Client({"query", "--slip", "0.1", "--load", "24", "--model", "clay"});
+  EXPECT_EQ(unknown.code, 1);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("NOT_FOUND"), HasSubstr("clay")));
+  const auto nobody = testing::RunProgram(
+      "grouser-client", {"models", "--server", "127.0.0.1:1", "--deadline-ms", "2000"},
+      dir_.path());
+  EXPECT_EQ(nobody.code, 1);
+  EXPECT_THAT(nobody.err, HasSubstr("127.0.0.1:1"));
+}
+
+TEST_F(QueryCliTest, ExampleRuns) {
+  const auto example = testing::RunProgram("planner_loop", {server_->address(), "3"}, dir_.path());
+  EXPECT_EQ(example.code, 0) << example.err;
+  EXPECT_THAT(example.out, HasSubstr("cycle 2: 400 states"));
+}
+
+TEST_F(QueryCliTest, BenchMeasuresEveryTransportAndBatch) {
+  const auto bench = testing::RunProgram(
+      "grouser-bench",
+      {"latency", "--server", server_->address(), "--no-lcm", "--seconds", "0", "--json"},
+      dir_.path());
+  ASSERT_EQ(bench.code, 0) << bench.err;
+  for (const char* text : {"\"grpc_unary\", \"batch\": 1,", "\"grpc_unary\", \"batch\": 10000",
+                           "\"grpc_stream\", \"batch\": 100,", "\"p99_us\""}) {
+    EXPECT_THAT(bench.out, HasSubstr(text));
+  }
+}
+
+}  // namespace
+}  // namespace grouser

@@ -1,0 +1,183 @@
+// grouser-server over LCM, in a network namespace of this test's own.
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <net/if.h>
+#include <net/route.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <lcm/lcm-cpp.hpp>
+#include <limits>
+#include <string>
+
+#include "clients/cpp/lcm_client.h"
+#include "clients/cpp/terrain_client.h"
+#include "tests/integration/query_fixture.h"
+#include "tests/unit/server/temp_dir.h"
+
+namespace grouser {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr client::Milliseconds kTimeout(30000);
+
+void WriteTo(const char* path, const std::string& text) {
+  const int fd = ::open(path, O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return;
+  [[maybe_unused]] const auto written = ::write(fd, text.data(), text.size());
+  ::close(fd);
+}
+
+/// A user and network namespace where the loopback is up and nothing is routed
+/// to it but itself. Returns why not, or nothing. Before any thread starts.
+std::string EnterOwnNetwork() {
+  const std::string uid = std::to_string(::getuid());
+  const std::string gid = std::to_string(::getgid());
+  if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) {
+    return std::string("no network namespace of its own is permitted here: ") +
+           std::strerror(errno);
+  }
+  WriteTo("/proc/self/setgroups", "deny");
+  WriteTo("/proc/self/uid_map", "0 " + uid + " 1");
+  WriteTo("/proc/self/gid_map", "0 " + gid + " 1");
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ifreq request{};
+  std::strcpy(request.ifr_name, "lo");
+  request.ifr_flags = IFF_UP;
+  const bool up = ::ioctl(fd, SIOCSIFFLAGS, &request) == 0;
+  const std::string why = up ? "" : std::string("lo cannot be set up: ") + std::strerror(errno);
+  ::close(fd);
+  return why;
+}
+
+/// What the two commands do that the server's error names.
+std::string GiveMulticastRoute() {
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ifreq request{};
+  std::strcpy(request.ifr_name, "lo");
+  request.ifr_flags = IFF_UP | IFF_MULTICAST;
+  rtentry route{};
+  char device[] = "lo";
+  route.rt_dev = device;
+  route.rt_flags = RTF_UP;
+  const auto set = [](sockaddr* to, const char* address) {
+    auto* in = reinterpret_cast<sockaddr_in*>(to);
+    in->sin_family = AF_INET;
+    ::inet_pton(AF_INET, address, &in->sin_addr);
+  };
+  set(&route.rt_dst, "224.0.0.0");
+  set(&route.rt_genmask, "240.0.0.0");
+  const bool good =
+      ::ioctl(fd, SIOCSIFFLAGS, &request) == 0 && ::ioctl(fd, SIOCADDRT, &route) == 0;
+  const std::string why = good ? "" : std::string("no route: ") + std::strerror(errno);
+  ::close(fd);
+  return why;
+}
+
+std::string g_no_network;
+
+class QueryLcmTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!g_no_network.empty()) GTEST_SKIP() << g_no_network;
+    testing::MakeStable(dir_.path(), testing::PhysicsModel("sand"));
+  }
+  static grouser_lcm::wheel_query_t Query(int n) {
+    grouser_lcm::wheel_query_t query;
+    query.model = "sand";
+    query.n = n;
+    query.v_x.assign(n, 0.08);
+    query.v_y.assign(n, 0.01);
+    query.rim_speed.assign(n, 0.1);
+    query.load.assign(n, 24);
+    return query;
+  }
+  testing::TempDir dir_;
+};
+
+// First: the tests run in this order, and the next one gives the route.
+TEST_F(QueryLcmTest, WithoutARouteTheServerFailsByNameAndGrpcAloneStarts) {
+  const auto server = testing::RunProgram(
+      "grouser-server", {"--state", dir_.path(), "--grpc", "127.0.0.1:0"}, dir_.path());
+  EXPECT_EQ(server.code, 1);
+  EXPECT_THAT(server.err, AllOf(HasSubstr("lcm"), HasSubstr("ip link set lo multicast on"),
+                                HasSubstr("ip route add 224.0.0.0/4 dev lo"),
+                                HasSubstr("--no-lcm")));
+  EXPECT_NO_THROW(testing::ServerProcess(dir_.path(), {"--no-lcm"}));
+}
+
+TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
+  ASSERT_EQ(GiveMulticastRoute(), "");
+  testing::ServerProcess server(dir_.path(), {});
+  EXPECT_THAT(server.program().Stderr(), HasSubstr("lcm=udpm://"));
+  client::LcmClient client("");
+  auto query = Query(4);
+  query.v_x[2] = std::numeric_limits<double>::quiet_NaN();
+  const auto answer = client.Query(&query, kTimeout);
+  ASSERT_TRUE(answer.has_value());
+  ASSERT_EQ(answer->n, 4);
+  EXPECT_NEAR(answer->f_z.value[0], 24, 1e-3);
+  EXPECT_TRUE(answer->flags[2] & 1);
+  EXPECT_TRUE(std::isnan(answer->f_x.value[2]));
+  EXPECT_THAT(answer->model, HasSubstr("sand@sha256:"));
+
+  // The same state over gRPC gives the same numbers.
+  v1alpha1::EvaluateWheelsRequest request;
+  auto* velocity = request.mutable_states()->mutable_velocity();
+  velocity->add_v_x_m_per_s(0.08);
+  velocity->add_v_y_m_per_s(0.01);
+  velocity->add_rim_speed_m_per_s(0.1);
+  request.mutable_states()->add_closure_value(24);
+  const auto same = client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  EXPECT_EQ(same.responses().f_x().value(0), answer->f_x.value[0]);
+  EXPECT_EQ(same.responses().torque().high(0), answer->torque.high[0]);
+
+  auto too_many = Query(65);
+  EXPECT_THROW(client.Query(&too_many, kTimeout), std::runtime_error);
+  auto unknown = Query(1);
+  unknown.model = "clay";
+  EXPECT_THROW(client.Query(&unknown, kTimeout), std::runtime_error);
+
+  lcm::LCM raw;
+  for (const std::string& bytes : {std::string(), std::string("garbage"), std::string(60000, 'x')}) {
+    raw.publish("GROUSER_QUERY", bytes.data(), static_cast<unsigned>(bytes.size()));
+  }
+  auto after = Query(64);
+  const auto last = client.Query(&after, kTimeout);
+  ASSERT_TRUE(last.has_value());
+  EXPECT_EQ(last->n, 64);
+
+  const auto cli = testing::RunProgram("grouser-client",
+                                       {"lcm-query", "--vx", "0.08", "--vy", "0", "--rim", "0.1",
+                                        "--load", "24", "--json"},
+                                       dir_.path());
+  EXPECT_EQ(cli.code, 0) << cli.err;
+  EXPECT_THAT(cli.out, HasSubstr("\"sinkage\""));
+  const auto bench = testing::RunProgram(
+      "grouser-bench", {"latency", "--server", server.address(), "--seconds", "0", "--json"},
+      dir_.path());
+  EXPECT_EQ(bench.code, 0) << bench.err;
+  EXPECT_THAT(bench.out, HasSubstr("\"lcm\", \"batch\": 4,"));
+
+  server.program().Signal(SIGTERM);
+  EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+}
+
+}  // namespace
+}  // namespace grouser
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  grouser::g_no_network = grouser::EnterOwnNetwork();
+  return RUN_ALL_TESTS();
+}

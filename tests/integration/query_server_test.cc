@@ -1,0 +1,310 @@
+// grouser-server as a process, asked over gRPC on the loopback.
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "clients/cpp/client_error.h"
+#include "clients/cpp/terrain_client.h"
+#include "clients/cpp/wheel_states.h"
+#include "tests/integration/query_fixture.h"
+#include "tests/unit/server/temp_dir.h"
+
+namespace grouser {
+namespace {
+
+using client::ClientError;
+using client::TerrainClient;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using v1alpha1::EvaluateWheelsRequest;
+using v1alpha1::EvaluateWheelsResponse;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+EvaluateWheelsRequest Request(int n, const std::string& model = "") {
+  EvaluateWheelsRequest request;
+  request.set_sequence(5);
+  request.set_model(model);
+  request.mutable_states();
+  for (int i = 0; i < n; ++i) {
+    client::AddVelocityState(0.08, 0.01, 0.1, 24, request.mutable_states());
+  }
+  return request;
+}
+
+class QueryServerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    digest_ = testing::MakeStable(dir_.path(), testing::PhysicsModel("sand"));
+    server_ = std::make_unique<testing::ServerProcess>(dir_.path());
+    client_ = std::make_unique<TerrainClient>(server_->address(), client::Milliseconds(30000));
+  }
+
+  void ExpectRefused(const EvaluateWheelsRequest& request, grpc::StatusCode code,
+                     const ::testing::Matcher<std::string>& text) {
+    try {
+      client_->Evaluate(request);
+      ADD_FAILURE() << "expected a refusal";
+    } catch (const ClientError& e) {
+      EXPECT_EQ(e.code(), code);
+      EXPECT_THAT(std::string(e.what()), text);
+    }
+  }
+  void ExpectAnswers() { EXPECT_EQ(client_->Evaluate(Request(1)).responses().flags_size(), 1); }
+
+  testing::TempDir dir_;
+  std::string digest_;
+  std::unique_ptr<testing::ServerProcess> server_;
+  std::unique_ptr<TerrainClient> client_;
+};
+
+TEST_F(QueryServerTest, Unary) {
+  const auto response = client_->Evaluate(Request(3, "sand"));
+  EXPECT_EQ(response.sequence(), 5u);
+  EXPECT_EQ(response.model(), "sand@sha256:" + digest_);
+  EXPECT_EQ(response.generation(), 1u);
+  EXPECT_FALSE(response.has_error());
+  ASSERT_EQ(response.responses().f_z().value_size(), 3);
+  EXPECT_NEAR(response.responses().f_z().value(0), 24, 1e-3);
+  EXPECT_GT(response.responses().sinkage().value(0), 0);
+  EXPECT_LT(response.responses().f_x().low(0), response.responses().f_x().high(0));
+  EXPECT_TRUE(std::isnan(response.responses().f_x().sd_form(0)));
+}
+
+TEST_F(QueryServerTest, BiggestBatchAndOneMore) {
+  EXPECT_EQ(client_->Evaluate(Request(10000)).responses().f_x().high_size(), 10000);
+  ExpectRefused(Request(10001), grpc::StatusCode::RESOURCE_EXHAUSTED,
+                AllOf(HasSubstr("states.closure_value"), HasSubstr("10001")));
+  ExpectAnswers();
+}
+
+TEST_F(QueryServerTest, BadMessagesNameTheField) {
+  ExpectRefused(Request(1, "clay"), grpc::StatusCode::NOT_FOUND,
+                AllOf(HasSubstr("clay"), HasSubstr("sand@stable")));
+  ExpectRefused(Request(0), grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("states.kinematics"));
+  auto mismatched = Request(2);
+  mismatched.mutable_states()->add_closure_value(1);
+  ExpectRefused(mismatched, grpc::StatusCode::INVALID_ARGUMENT,
+                HasSubstr("states.velocity.v_x_m_per_s: 2 entries, expected 3"));
+  auto closure = Request(1);
+  closure.mutable_states()->set_closure(v1alpha1::CLOSURE_TORQUE);
+  ExpectRefused(closure, grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("states.closure"));
+  auto too_big = Request(1);
+  too_big.set_model(std::string(5 * 1024 * 1024, 'x'));
+  ExpectRefused(too_big, grpc::StatusCode::RESOURCE_EXHAUSTED, HasSubstr("message"));
+  ExpectAnswers();
+}
+
+TEST_F(QueryServerTest, BadStatesAreFlaggedWhileOthersAreAnswered) {
+  auto request = Request(5);
+  auto* velocity = request.mutable_states()->mutable_velocity();
+  velocity->set_v_x_m_per_s(1, kNan);
+  request.mutable_states()->set_closure_value(2, -3);
+  velocity->set_rim_speed_m_per_s(3, std::numeric_limits<double>::infinity());
+  const auto responses = client_->Evaluate(request).responses();
+  for (const int bad : {1, 2, 3}) {
+    EXPECT_TRUE(responses.flags(bad) & v1alpha1::STATE_FLAG_INVALID) << bad;
+    EXPECT_TRUE(std::isnan(responses.f_x().value(bad))) << bad;
+  }
+  for (const int good : {0, 4}) {
+    EXPECT_FALSE(responses.flags(good) & v1alpha1::STATE_FLAG_INVALID) << good;
+    EXPECT_TRUE(std::isfinite(responses.f_x().value(good))) << good;
+  }
+}
+
+TEST_F(QueryServerTest, StreamAnswersErrorsInBandAndGoesOn) {
+  const auto stream = client_->OpenStream();
+  EvaluateWheelsResponse response;
+  auto request = Request(2, "clay");
+  for (std::uint64_t round = 0; round < 3; ++round) {
+    request.set_sequence(100 + round);
+    request.set_model("clay");
+    ASSERT_TRUE(stream->Send(request));
+    ASSERT_TRUE(stream->Receive(&response));
+    EXPECT_EQ(response.sequence(), 100 + round);
+    EXPECT_EQ(response.error().code(), grpc::StatusCode::NOT_FOUND);
+    EXPECT_THAT(response.error().message(), HasSubstr("clay"));
+    EXPECT_FALSE(response.has_responses());
+    request.set_model("");
+    ASSERT_TRUE(stream->Send(request));
+    ASSERT_TRUE(stream->Receive(&response));
+    EXPECT_FALSE(response.has_error());
+    EXPECT_EQ(response.responses().f_x().value_size(), 2);
+  }
+  EXPECT_NO_THROW(stream->Finish());
+}
+
+TEST_F(QueryServerTest, StreamKeepsOrderWithManyInFlight) {
+  const auto stream = client_->OpenStream();
+  constexpr std::uint64_t kMessages = 200;
+  std::thread sender([&] {
+    auto request = Request(50);
+    for (std::uint64_t i = 0; i < kMessages; ++i) {
+      request.set_sequence(i);
+      ASSERT_TRUE(stream->Send(request));
+    }
+  });
+  EvaluateWheelsResponse response;
+  for (std::uint64_t i = 0; i < kMessages; ++i) {
+    ASSERT_TRUE(stream->Receive(&response));
+    EXPECT_EQ(response.sequence(), i);
+    EXPECT_EQ(response.responses().flags_size(), 50);
+  }
+  sender.join();
+  EXPECT_NO_THROW(stream->Finish());
+}
+
+TEST_F(QueryServerTest, AbandonedStreamsAndPassedDeadlinesHarmNobody) {
+  for (int i = 0; i < 20; ++i) {
+    const auto stream = client_->OpenStream();
+    stream->Send(Request(10000));
+  }
+  const TerrainClient hasty(server_->address(), client::Milliseconds(0));
+  try {
+    hasty.Evaluate(Request(1));
+    ADD_FAILURE() << "expected DEADLINE_EXCEEDED";
+  } catch (const ClientError& e) {
+    EXPECT_EQ(e.code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  }
+  ExpectAnswers();
+}
+
+TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
+  auto listing = client_->ListModels();
+  ASSERT_EQ(listing.models_size(), 1);
+  EXPECT_EQ(listing.models(0).digest(), digest_);
+  EXPECT_THAT(listing.models(0).aliases(), ::testing::ElementsAre("stable"));
+  EXPECT_DOUBLE_EQ(listing.models(0).radius_m(), 0.0625);
+  const auto newer = testing::MakeStable(dir_.path(), testing::PhysicsModel("sand", 9e5));
+  ASSERT_TRUE(testing::Eventually([&] {
+    return client_->Evaluate(Request(1)).model() == "sand@sha256:" + newer;
+  }));
+  EXPECT_EQ(client_->Evaluate(Request(1)).generation(), 2u);
+  EXPECT_EQ(client_->Evaluate(Request(1, "sand@previous")).model(), "sand@sha256:" + digest_);
+  EXPECT_EQ(client_->Evaluate(Request(1, "sand@sha256:" + digest_.substr(0, 12))).model(),
+            "sand@sha256:" + digest_);
+  EXPECT_EQ(client_->ListModels().models_size(), 2);
+}
+
+TEST_F(QueryServerTest, DamagedRepositoryKeepsTheServerAnswering) {
+  std::ofstream(dir_ / "models/aliases.json") << "{ damaged";
+  std::ofstream(dir_ / "models/foreign.model") << "not a model";
+  ASSERT_TRUE(testing::Eventually([&] {
+    return server_->program().Stderr().find("aliases.json") != std::string::npos;
+  }));
+  EXPECT_EQ(client_->Evaluate(Request(1)).model(), "sand@sha256:" + digest_);
+}
+
+TEST_F(QueryServerTest, HealthAndReflection) {
+  const client::Milliseconds limit(30000);
+  EXPECT_TRUE(client::IsServing(server_->address(), "", limit));
+  EXPECT_TRUE(client::IsServing(server_->address(), "grouser.v1alpha1.TerrainService", limit));
+  EXPECT_THROW(client::IsServing(server_->address(), "no.such.Service", limit), ClientError);
+
+  // ServerReflectionRequest {string list_services = 7 "*"}; the answer carries
+  // the names as plain text.
+  grpc::GenericStub stub(client::MakeChannel(server_->address()));
+  grpc::ClientContext context;
+  context.set_deadline(client::DeadlineAfter(limit));
+  grpc::CompletionQueue queue;
+  const auto call = stub.PrepareCall(
+      &context, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", &queue);
+  const auto complete = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  call->StartCall(nullptr);
+  ASSERT_TRUE(complete());
+  grpc::Slice question("\x3a\x01*", 3);
+  call->Write(grpc::ByteBuffer(&question, 1), nullptr);
+  ASSERT_TRUE(complete());
+  grpc::ByteBuffer answer;
+  call->Read(&answer, nullptr);
+  ASSERT_TRUE(complete());
+  std::vector<grpc::Slice> slices;
+  ASSERT_TRUE(answer.Dump(&slices).ok());
+  std::string bytes;
+  for (const auto& slice : slices) {
+    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  EXPECT_THAT(bytes, HasSubstr("grouser.v1alpha1.TerrainService"));
+  EXPECT_THAT(bytes, HasSubstr("grpc.health.v1.Health"));
+  context.TryCancel();
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  complete();
+}
+
+TEST_F(QueryServerTest, PortInUseIsNamed) {
+  const auto second = testing::RunProgram(
+      "grouser-server", {"--state", dir_.path(), "--grpc", server_->address(), "--no-lcm"},
+      dir_.path());
+  EXPECT_EQ(second.code, 1);
+  EXPECT_THAT(second.err, AllOf(HasSubstr(server_->address()), HasSubstr("in use")));
+  ExpectAnswers();
+}
+
+TEST_F(QueryServerTest, SigtermDrainsAndExitsZero) {
+  const auto stream = client_->OpenStream();
+  EvaluateWheelsResponse response;
+  ASSERT_TRUE(stream->Send(Request(1)));
+  ASSERT_TRUE(stream->Receive(&response));
+  server_->program().Signal(SIGTERM);
+  EXPECT_EQ(server_->program().Wait(), 0) << server_->program().Stderr();
+  try {
+    stream->Finish();
+    ADD_FAILURE() << "expected UNAVAILABLE";
+  } catch (const ClientError& e) {
+    EXPECT_EQ(e.code(), grpc::StatusCode::UNAVAILABLE);
+    EXPECT_THAT(std::string(e.what()), HasSubstr("shutting down"));
+  }
+}
+
+TEST(QueryServerStart, EmptyRepositoryServesNotFoundAndIsNotServing) {
+  testing::TempDir dir;
+  testing::ServerProcess server(dir.path());
+  const TerrainClient client(server.address(), client::Milliseconds(30000));
+  EXPECT_EQ(client.ListModels().models_size(), 0);
+  EXPECT_THROW(client.Evaluate(Request(1)), ClientError);
+  EXPECT_FALSE(client::IsServing(server.address(), "grouser.v1alpha1.TerrainService",
+                                 client::Milliseconds(30000)));
+  testing::MakeStable(dir.path(), testing::PhysicsModel("sand"));
+  EXPECT_TRUE(testing::Eventually([&] { return client.ListModels().models_size() == 1; }));
+}
+
+TEST(QueryServerStart, ShippedModelAnswersAtOnce) {
+  testing::TempDir dir;
+  const auto digest = testing::MakeStable(dir / "made", testing::PhysicsModel("sand"));
+  std::filesystem::create_directories(dir / "shipped");
+  std::filesystem::rename(dir / ("made/models/" + digest + ".model"), dir / "shipped/s.model");
+  testing::ServerProcess server(dir / "state", {"--no-lcm", "--shipped", dir / "shipped"});
+  const TerrainClient client(server.address(), client::Milliseconds(30000));
+  EXPECT_EQ(client.Evaluate(Request(1)).model(), "sand@sha256:" + digest);
+  EXPECT_TRUE(client.ListModels().models(0).shipped());
+}
+
+TEST(QueryServerStart, BadCommandLinesExitWithTwoAndSayWhy) {
+  testing::TempDir dir;
+  const auto run = [&dir](const std::vector<std::string>& arguments) {
+    return testing::RunProgram("grouser-server", arguments, dir.path());
+  };
+  auto bad = run({"--state", dir.path(), "--grpc", "nonsense"});
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_THAT(bad.err, AllOf(HasSubstr("nonsense"), HasSubstr("HOST:PORT")));
+  EXPECT_EQ(run({"--no-such-option"}).code, 2);
+  const auto help = run({"--help"});
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.out, HasSubstr("Examples"));
+}
+
+}  // namespace
+}  // namespace grouser

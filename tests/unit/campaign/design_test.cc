@@ -1,0 +1,162 @@
+#include "dem_offline/campaign/design.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "dem_offline/campaign/schedule.h"
+#include "dem_offline/scenes/run_identity.h"
+#include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/model_file.h"
+#include "tests/unit/records/temp_folder.h"
+#include "tests/unit/records/throws.h"
+
+namespace grouser::campaign {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kCampaigns = GROUSER_CAMPAIGNS;
+
+std::map<v1alpha1::RunRole, int> Roles(const v1alpha1::Campaign& campaign) {
+  std::map<v1alpha1::RunRole, int> roles;
+  for (const auto& run : campaign.runs()) ++roles[run.role()];
+  return roles;
+}
+
+class Design : public testing::Test {
+ protected:
+  v1alpha1::Campaign Load(const std::string& text) {
+    records::WriteFileDurably(folder_ / "c.yaml",
+                              "name: c\nscene: smoke.scene.yaml\nseeds: [1, 2]\n" + text);
+    return LoadCampaign(folder_ / "c.yaml", "e");
+  }
+  std::string Complaint(const std::string& text) {
+    return MessageOf([&] { Load(text); });
+  }
+  void SetUp() override {
+    std::filesystem::copy_file(kCampaigns + "/smoke.scene.yaml", folder_ / "smoke.scene.yaml");
+  }
+  records::TempFolder folder_;
+};
+
+TEST_F(Design, GridIsTheProductWithSeeds) {
+  const auto campaign =
+      Load("grid: {slip: [-0.2, 0.2, 0.5], attack_angle_deg: [0, 90], load_n: [1, 2]}\n");
+  EXPECT_EQ(campaign.runs_size(), 3 * 2 * 2 * 2);
+  std::set<std::string> ids;
+  for (const auto& run : campaign.runs()) {
+    ids.insert(run.run_id());
+    EXPECT_EQ(run.run_id().size(), 16u);
+    EXPECT_EQ(run.role(), v1alpha1::RUN_ROLE_TRAIN);
+    EXPECT_EQ(run.run_id(), RunId(SpecOf(campaign, run), "e"));
+  }
+  EXPECT_EQ(ids.size(), 24u);
+}
+
+TEST_F(Design, RolesSeedsAndModes) {
+  const auto campaign = Load(
+      "grid:\n"
+      "  - {slip: [0.2], attack_angle_deg: [30], load_n: [1]}\n"
+      "  - {mode: towed, attack_angle_deg: [0], load_n: [1]}\n"
+      "extra:\n  - {slip: 0.9, attack_angle_deg: 0, load_n: 1, seed: 7}\n"
+      "held_out:\n  - {mode: free, drawbar_n: 0.5, load_n: 1, seed: 1}\n"
+      "patch:\n  - {slip: 0.2, attack_angle_deg: 30, load_n: 1, seeds: [3, 4, 5]}\n");
+  const auto roles = Roles(campaign);
+  EXPECT_EQ(roles.at(v1alpha1::RUN_ROLE_TRAIN), 5);
+  EXPECT_EQ(roles.at(v1alpha1::RUN_ROLE_TEST), 1);
+  EXPECT_EQ(roles.at(v1alpha1::RUN_ROLE_PATCH), 3);
+  EXPECT_DOUBLE_EQ(campaign.runs(0).state().attack_angle_rad(), std::numbers::pi / 6);
+  EXPECT_EQ(campaign.runs(2).state().mode(), v1alpha1::RIG_MODE_TOWED);
+  EXPECT_EQ(campaign.runs(4).seed(), 7u);
+  EXPECT_EQ(campaign.runs(5).state().drawbar_n(), 0.5);
+}
+
+TEST_F(Design, ErrorsNameLineAndKey) {
+  EXPECT_THAT(Complaint("grid: {slip: [3], attack_angle_deg: [0], load_n: [1]}\n"),
+              HasSubstr("c.yaml:4: key 'grid.slip': got '3', expected a number in [-2, 2]"));
+  EXPECT_THAT(Complaint("grid: {slip: [0], load_n: [1]}\n"),
+              HasSubstr(":4: key 'grid.attack_angle_deg': got no such key"));
+  EXPECT_THAT(Complaint("grid: {slip: [0, 0], attack_angle_deg: [0], load_n: [1]}\n"),
+              HasSubstr("got '0' twice"));
+  EXPECT_THAT(Complaint("grid: {slip: [], attack_angle_deg: [0], load_n: [1]}\n"),
+              HasSubstr("got a list of 0, expected a non-empty list"));
+  EXPECT_THAT(Complaint("extra:\n  - {slip: 0, attack_angle_deg: 0, load_n: -1}\n"),
+              HasSubstr(":5: key 'extra[0].load_n': got '-1', expected a number > 0"));
+  EXPECT_THAT(Complaint("extra:\n  - {slip: 0, attack_angle_deg: 0, load_n: 1, sede: 1}\n"),
+              HasSubstr("key 'extra[0].sede': got an unknown key, expected one of"));
+  EXPECT_THAT(Complaint("mode: pushed\n"), HasSubstr(":4: key 'mode': got 'pushed'"));
+  EXPECT_THAT(Complaint("mode: towed\ngrid: {slip: [0], attack_angle_deg: [0], load_n: [1]}\n"),
+              HasSubstr("key 'grid.slip': got an unknown key"));
+  EXPECT_THAT(Complaint("gird: {}\n"), HasSubstr("c.yaml:4: key 'gird': got an unknown key"));
+  EXPECT_THAT(Complaint(""), HasSubstr("got no run"));
+}
+
+TEST_F(Design, RepeatedRunsAndLeakedTestStatesAreRefused) {
+  const std::string state = "{slip: 0.1, attack_angle_deg: 0, load_n: 1, seed: ";
+  EXPECT_THAT(Complaint("extra:\n  - " + state + "1}\n  - " + state + "1}\n"),
+              HasSubstr(":6: key 'extra[1]': got the run"));
+  EXPECT_THAT(Complaint("extra:\n  - " + state + "1}\nheld_out:\n  - " + state + "2}\n"),
+              HasSubstr("both held out and not"));
+}
+
+TEST_F(Design, SceneErrorsNameTheSceneFile) {
+  records::WriteFileDurably(folder_ / "smoke.scene.yaml", "name: x\n");
+  EXPECT_THAT(Complaint(""), HasSubstr("smoke.scene.yaml:1: key 'soil': got no such key"));
+}
+
+TEST(RunIdentity, NamesDoNotCountPhysicsDoes) {
+  v1alpha1::WheelTestSpec spec;
+  spec.set_seed(1);
+  spec.mutable_state()->set_load_n(24);
+  const std::string id = RunId(spec, "1");
+  v1alpha1::WheelTestSpec named = spec;
+  named.set_scene("other");
+  named.mutable_soil()->set_source("elsewhere");
+  named.mutable_wheel()->set_name("round");
+  named.mutable_state()->set_mode(v1alpha1::RIG_MODE_RIM_SPEED);  // as unspecified
+  EXPECT_EQ(RunId(named, "1"), id);
+  EXPECT_NE(RunId(spec, "2"), id);
+  v1alpha1::WheelTestSpec changed = spec;
+  changed.mutable_soil()->mutable_grains()->set_friction(0.5);
+  EXPECT_NE(RunId(changed, "1"), id);
+  EXPECT_NE(TileKey(changed, "1"), TileKey(spec, "1"));
+  changed = spec;
+  changed.mutable_state()->set_load_n(25);
+  changed.mutable_wheel()->set_radius_m(1);
+  EXPECT_NE(RunId(changed, "1"), id);
+  EXPECT_EQ(TileKey(changed, "1"), TileKey(spec, "1"));
+}
+
+TEST(Schedule, EveryRunOnceAndOthersNotLast) {
+  for (const char* name : {"demo", "shipped", "smoke"}) {
+    const auto campaign = LoadCampaign(kCampaigns + "/" + name + ".campaign.yaml", "1");
+    const auto order = ScheduleOrder(campaign);
+    EXPECT_EQ(std::set<int>(order.begin(), order.end()).size(),
+              static_cast<std::size_t>(campaign.runs_size()));
+    EXPECT_EQ(order.size(), static_cast<std::size_t>(campaign.runs_size()));
+    EXPECT_EQ(campaign.runs(order.back()).role(), v1alpha1::RUN_ROLE_TRAIN) << name;
+  }
+}
+
+// What the demo is promised to be: at least 12 runs over three attack angles,
+// at least 3 held out.
+TEST(ShippedCampaigns, Sizes) {
+  const auto demo = LoadCampaign(kCampaigns + "/demo.campaign.yaml", "1");
+  EXPECT_GE(Roles(demo).at(v1alpha1::RUN_ROLE_TRAIN), 12);
+  EXPECT_GE(Roles(demo).at(v1alpha1::RUN_ROLE_TEST), 3);
+  std::set<double> angles;
+  for (const auto& run : demo.runs()) {
+    if (run.role() == v1alpha1::RUN_ROLE_TRAIN) angles.insert(run.state().attack_angle_rad());
+  }
+  EXPECT_EQ(angles.size(), 3u);
+  const auto shipped = LoadCampaign(kCampaigns + "/shipped.campaign.yaml", "1");
+  EXPECT_GE(shipped.runs_size(), 60);
+  EXPECT_GE(Roles(shipped).at(v1alpha1::RUN_ROLE_TEST), 12);
+}
+
+}  // namespace
+}  // namespace grouser::campaign

@@ -1,0 +1,101 @@
+#include "dem_offline/scenes/scene_yaml.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <numbers>
+
+#include "proto/records/durable_file.h"
+#include "proto/records/model_file.h"
+#include "tests/unit/records/temp_folder.h"
+#include "tests/unit/records/throws.h"
+
+namespace grouser::campaign {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::string kCampaigns = GROUSER_CAMPAIGNS;
+
+TEST(SceneYaml, ReadsAShippedScene) {
+  const auto scene = LoadScene(kCampaigns + "/cmu_smooth_demo.scene.yaml");
+  EXPECT_EQ(scene.soil().bulk_density_kg_per_m3(), 1330);
+  EXPECT_EQ(scene.wheel().radius_m(), 0.0625);
+  EXPECT_EQ(scene.soil().grains().sizes_size(), 3);
+  EXPECT_DOUBLE_EQ(scene.rig().stress_bin_rad(), 5 * std::numbers::pi / 180);
+  EXPECT_FALSE(scene.soil().has_bekker());
+}
+
+// One edit of the good file each: line to replace, by what, and the complaint.
+struct Edit {
+  const char* name;
+  const char* line;
+  const char* by;
+  const char* complaint;
+};
+
+class BadScene : public testing::TestWithParam<Edit> {};
+
+TEST_P(BadScene, IsRefusedWithFileLineKeyAndExpectation) {
+  const records::TempFolder folder;
+  std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+  const std::size_t at = text.find(GetParam().line);
+  ASSERT_NE(at, std::string::npos);
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
+  text.replace(at, std::string(GetParam().line).size(), GetParam().by);
+  const std::string path = folder / "bad.scene.yaml";
+  records::WriteFileDurably(path, text);
+  std::string complaint = GetParam().complaint;
+  if (const auto mark = complaint.find("LINE"); mark != std::string::npos) {
+    complaint.replace(mark, 4, std::to_string(line));
+  }
+  EXPECT_THAT(MessageOf([&] { LoadScene(path); }), StartsWith(path + ":" + complaint));
+  EXPECT_THROW(LoadScene(path), InputError);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Edits, BadScene,
+    testing::Values(
+        Edit{"UnknownKey", "name: smoke-wheel", "name: w\n  colour: red",
+             "23: key 'wheel.colour': got an unknown key, expected one of: friction, name"},
+        Edit{"MissingKey", "  width_m: 0.02\n", "", "22: key 'wheel.width_m': got no such key"},
+        Edit{"WrongType", "radius_m: 0.025", "radius_m: wide",
+             "LINE: key 'wheel.radius_m': got 'wide', expected a number > 0"},
+        Edit{"List", "radius_m: 0.025", "radius_m: [1, 2]",
+             "LINE: key 'wheel.radius_m': got a list of 2, expected a number > 0"},
+        Edit{"Unit", "radius_m: 0.025", "radius_m: 25 mm",
+             "LINE: key 'wheel.radius_m': got '25 mm', expected a number > 0"},
+        Edit{"Nan", "radius_m: 0.025", "radius_m: nan", "LINE: key 'wheel.radius_m': got 'nan'"},
+        Edit{"Infinite", "radius_m: 0.025", "radius_m: inf",
+             "LINE: key 'wheel.radius_m': got 'inf'"},
+        Edit{"Negative", "max_time_s: 0.6", "max_time_s: -1",
+             "LINE: key 'rig.max_time_s': got '-1', expected a number > 0"},
+        Edit{"OutOfRange", "poisson_ratio: 0.3", "poisson_ratio: 0.7",
+             "LINE: key 'soil.grains.poisson_ratio': got '0.7', expected a number in [0, 0.5]"},
+        Edit{"Fraction", "width_bins: 5", "width_bins: 5.5",
+             "LINE: key 'rig.width_bins': got '5.5', expected a whole number in [1, 100]"},
+        Edit{"Twice", "radius_m: 0.025", "radius_m: 0.025\n  radius_m: 0.030",
+             "24: key 'wheel.radius_m': got it twice"},
+        Edit{"SizesSum", "mass_fraction: 0.50", "mass_fraction: 0.60",
+             "18: key 'soil.grains.sizes': got mass fractions that sum to 1.1"},
+        Edit{"SizesKey", "diameter_m: 0.010", "diameter: 0.010",
+             "19: key 'soil.grains.sizes[1].diameter_m': got no such key"},
+        Edit{"BulkDensity", "grain_density_kg_per_m3: 2293.1", "grain_density_kg_per_m3: 2650",
+             "LINE: key 'soil.grains.grain_density_kg_per_m3': got 2650"},
+        Edit{"Malformed", "rig:\n", "rig: {\n", "31: malformed YAML"},
+        Edit{"NotAMapping", "# A toy", "- a\n#", "1: key ''"}),
+    [](const auto& info) { return info.param.name; });
+
+TEST(SceneYaml, MissingFileAndFolderAreInputErrors) {
+  const records::TempFolder folder;
+  EXPECT_THROW(LoadScene(folder / "none.yaml"), InputError);
+  EXPECT_THROW(LoadScene(folder / "."), InputError);
+  records::WriteFileDurably(folder / "empty.yaml", "");
+  EXPECT_THAT(MessageOf([&] { LoadScene(folder / "empty.yaml"); }),
+              HasSubstr("empty.yaml:1: key '': got nothing, expected a mapping"));
+}
+
+}  // namespace
+}  // namespace grouser::campaign

@@ -1,0 +1,263 @@
+#include "server/jobs/job_book.h"
+
+#include <gmock/gmock.h>
+
+#include "server/jobs/job_state.h"
+#include "server/jobs/refinement_spec.h"
+#include "server/jobs/request_error.h"
+#include "tests/unit/jobs/jobs_fixtures.h"
+
+namespace grouser::server {
+namespace {
+
+using namespace v1alpha1;  // NOLINT: states by name
+using testing::BaseModel;
+using testing::Request;
+
+constexpr char kModel[] = "cmu-smooth-62.5@sha256:aa";
+
+class JobBookTest : public ::testing::Test {
+ protected:
+  JobBookTest() { Reopen(); }
+
+  void Reopen(std::size_t max_queued = 8) {
+    book_.reset();
+    store_.reset();
+    store_ = std::make_unique<JobStore>(dir_ / "jobs.sqlite");
+    book_ = std::make_unique<JobBook>(
+        *store_, max_queued, [this] { return now_; },
+        [this](const Job& job) { heard_.push_back(job); });
+  }
+
+  SubmitRefinementResponse Submit(const SubmitRefinementRequest& request) {
+    const auto spec = BuildSpec(BaseModel(), request);
+    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec);
+  }
+
+  bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
+    return book_->Change(id, epoch, [&](JobRow& row) { row.job.set_job_state(state); });
+  }
+
+  template <typename Run>
+  static RequestCode CodeOf(Run run) {
+    try {
+      run();
+    } catch (const RequestError& e) {
+      return e.code();
+    }
+    ADD_FAILURE() << "no RequestError";
+    return RequestCode::kInternal;
+  }
+
+  testing::TempDir dir_;
+  double now_ = 1000;
+  std::vector<Job> heard_;
+  std::unique_ptr<JobStore> store_;
+  std::unique_ptr<JobBook> book_;
+};
+
+TEST_F(JobBookTest, SubmissionIsIdempotentAlsoAfterARestart) {
+  const auto first = Submit(Request("a"));
+  EXPECT_FALSE(first.joined());
+  EXPECT_EQ(first.job().job_state(), JOB_STATE_QUEUED);
+  EXPECT_EQ(first.job().subscribers(), 1u);
+  EXPECT_EQ(first.job().lease_epoch(), 1u);
+  EXPECT_EQ(first.job().seed(), 7u);
+
+  Reopen();
+  const auto again = Submit(Request("a"));
+  EXPECT_EQ(again.job().job_id(), first.job().job_id());
+  EXPECT_FALSE(again.joined());
+  EXPECT_EQ(again.job().subscribers(), 1u);
+  EXPECT_EQ(book_->List(10).size(), 1u);
+}
+
+TEST_F(JobBookTest, SameRequestIdWithOtherContentIsRefused) {
+  Submit(Request("a", 0.35));
+  EXPECT_EQ(CodeOf([&] { Submit(Request("a", 0.36)); }), RequestCode::kAlreadyExists);
+  EXPECT_EQ(book_->List(10).size(), 1u);
+}
+
+TEST_F(JobBookTest, EqualWorkIsJoinedAndCancelledWhenNoneIsLeft) {
+  const auto first = Submit(Request("a"));
+  const auto second = Submit(Request("b"));
+  EXPECT_TRUE(second.joined());
+  EXPECT_EQ(second.job().job_id(), first.job().job_id());
+  EXPECT_EQ(second.job().subscribers(), 2u);
+  EXPECT_NE(Submit(Request("c", 0.1)).job().job_id(), first.job().job_id());
+
+  const std::string& id = first.job().job_id();
+  EXPECT_EQ(book_->Cancel(id, "a").job_state(), JOB_STATE_QUEUED);
+  EXPECT_EQ(book_->Cancel(id, "a").subscribers(), 1u) << "a subscription is withdrawn once";
+  Reopen();
+  const Job gone = book_->Cancel(id, "b");
+  EXPECT_EQ(gone.job_state(), JOB_STATE_CANCELLED);
+  EXPECT_EQ(gone.lease_epoch(), 2u) << "a worker's late result must be stale";
+  EXPECT_EQ(book_->FindOpen(id), nullptr);
+  EXPECT_EQ(book_->Cancel(id, "b").job_state(), JOB_STATE_CANCELLED);
+  EXPECT_FALSE(Submit(Request("d")).joined()) << "an ended job is not joined";
+}
+
+TEST_F(JobBookTest, CancelKnowsWhoseSubscriptionItIs) {
+  const auto first = Submit(Request("a", 0.1));
+  Submit(Request("b", 0.2));
+  const std::string id = first.job().job_id();
+  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "b"); }), RequestCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "nobody"); }), RequestCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Cancel("job-0", "a"); }), RequestCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Get("job-0"); }), RequestCode::kNotFound);
+  EXPECT_EQ(book_->Get(id).subscribers(), 1u);
+}
+
+TEST_F(JobBookTest, FullQueueRefusesNewWorkButNotJoiningOrReplay) {
+  Reopen(2);
+  Submit(Request("a", 0.1));
+  Submit(Request("b", 0.2));
+  EXPECT_EQ(CodeOf([&] { Submit(Request("c", 0.3)); }), RequestCode::kResourceExhausted);
+  EXPECT_TRUE(Submit(Request("d", 0.1)).joined());
+  EXPECT_NO_THROW(Submit(Request("a", 0.1)));
+  // What was refused has left nothing behind.
+  EXPECT_FALSE(book_->Replay(Request("c", 0.3)).has_value());
+}
+
+TEST_F(JobBookTest, WalksTheStateMachineAndSurvivesReopening) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  std::uint64_t revision = 0;
+  for (const JobState state : {JOB_STATE_RUNNING, JOB_STATE_FITTING, JOB_STATE_VALIDATING,
+                               JOB_STATE_AWAITING_PROMOTION, JOB_STATE_DONE}) {
+    ASSERT_TRUE(MoveTo(id, 1, state));
+    EXPECT_EQ(heard_.back().job_state(), state);
+    EXPECT_GT(heard_.back().revision(), revision);
+    revision = heard_.back().revision();
+    Reopen();
+    EXPECT_EQ(book_->Get(id).job_state(), state);
+  }
+  EXPECT_FALSE(MoveTo(id, 1, JOB_STATE_RUNNING)) << "an ended job changes no more";
+}
+
+TEST_F(JobBookTest, RefusesMovesThatTheStateMachineLacks) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  EXPECT_THROW(MoveTo(id, 1, JOB_STATE_FITTING), std::logic_error);
+  EXPECT_THROW(MoveTo(id, 1, JOB_STATE_DONE), std::logic_error);
+  EXPECT_EQ(book_->Get(id).job_state(), JOB_STATE_QUEUED);
+}
+
+TEST_F(JobBookTest, StaleLeaseIsRefused) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  ASSERT_TRUE(MoveTo(id, 1, JOB_STATE_RUNNING));
+  ASSERT_TRUE(book_->Requeue(id, 1, "restart", false));
+  EXPECT_EQ(book_->Get(id).lease_epoch(), 2u);
+  ASSERT_TRUE(MoveTo(id, 2, JOB_STATE_RUNNING));
+  const std::size_t heard = heard_.size();
+  EXPECT_FALSE(MoveTo(id, 1, JOB_STATE_FITTING));
+  EXPECT_FALSE(book_->Progress(id, 1, 0.5, 1, "late"));
+  EXPECT_EQ(heard_.size(), heard);
+  EXPECT_EQ(book_->Get(id).job_state(), JOB_STATE_RUNNING);
+}
+
+TEST_F(JobBookTest, TheStoreItselfRefusesAStaleLease) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  JobRow row = *book_->FindOpen(id);
+  row.job.set_message("written by a worker of another epoch");
+  EXPECT_FALSE(store_->Save(row, 9));
+  EXPECT_FALSE(store_->Withdraw(row, 9, "a"));
+  EXPECT_EQ(store_->Find(id)->job.message(), "waiting for a worker");
+  EXPECT_EQ(store_->CountSubscribers(id), 1u);
+}
+
+TEST_F(JobBookTest, RevisionsNeverGoBackOverARestart) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  MoveTo(id, 1, JOB_STATE_RUNNING);
+  for (int i = 0; i < 100; ++i) book_->Progress(id, 1, i / 100.0, 1, "rolling");
+  const auto seen = heard_.back().revision();
+  EXPECT_EQ(heard_.back().message(), "rolling");
+  Reopen();
+  book_->Requeue(id, 1, "queued again after a restart", false);
+  EXPECT_GT(heard_.back().revision(), seen);
+}
+
+TEST_F(JobBookTest, TakesTheOldestQueuedJobFirst) {
+  const std::string a = Submit(Request("a", 0.1)).job().job_id();
+  const std::string b = Submit(Request("b", 0.2)).job().job_id();
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
+  MoveTo(a, 1, JOB_STATE_RUNNING);
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), b);
+  book_->Requeue(a, 1, "again", true);
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
+  EXPECT_EQ(book_->FindOpen(a)->retries, 1);
+  Reopen();
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
+  EXPECT_EQ(book_->FindOpen(a)->retries, 1);
+}
+
+TEST_F(JobBookTest, ListsNewestFirstWithoutProfiles) {
+  const std::string a = Submit(Request("a", 0.1)).job().job_id();
+  const std::string b = Submit(Request("b", 0.2)).job().job_id();
+  MoveTo(a, 1, JOB_STATE_RUNNING);
+  book_->Change(a, 1, [](JobRow& row) {
+    row.job.mutable_run()->set_run_id("r");
+    row.job.mutable_run()->mutable_surface()->add_height_m(1);
+    row.job.mutable_run()->mutable_stress()->add_normal_pa(1);
+  });
+  const auto jobs = book_->List(10);
+  ASSERT_EQ(jobs.size(), 2u);
+  EXPECT_EQ(jobs[0].job_id(), b);
+  EXPECT_EQ(jobs[1].run().run_id(), "r");
+  EXPECT_FALSE(jobs[1].run().has_surface());
+  EXPECT_FALSE(jobs[1].run().has_stress());
+  EXPECT_TRUE(book_->Get(a).run().has_surface());
+  EXPECT_EQ(book_->List(1).size(), 1u);
+}
+
+TEST_F(JobBookTest, AFailedStoreChangesNothing) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  // A second connection that holds the database makes every write fail, as a
+  // full disk does.
+  Database other(dir_ / "jobs.sqlite");
+  other.Exec("BEGIN EXCLUSIVE");
+  const std::size_t heard = heard_.size();
+  EXPECT_THROW(MoveTo(id, 1, JOB_STATE_RUNNING), SqliteError);
+  EXPECT_EQ(book_->FindOpen(id)->job.job_state(), JOB_STATE_QUEUED);
+  EXPECT_EQ(heard_.size(), heard);
+  other.Exec("ROLLBACK");
+  EXPECT_TRUE(MoveTo(id, 1, JOB_STATE_RUNNING));
+}
+
+TEST(JobStoreTest, RefusesAForeignSchemaAndAForeignFile) {
+  testing::TempDir dir;
+  {
+    Database db(dir / "newer.sqlite");
+    db.Exec("PRAGMA user_version=99");
+  }
+  EXPECT_THROW(JobStore(dir / "newer.sqlite"), std::runtime_error);
+  testing::WriteText(dir / "text.sqlite", std::string(4096, 'x'));
+  EXPECT_THROW(JobStore(dir / "text.sqlite"), SqliteError);
+}
+
+TEST(JobStoreTest, CommitsWithRollbackJournalAndExtraSync) {
+  testing::TempDir dir;
+  Database db(dir / "a.sqlite");
+  Statement sync(db, "PRAGMA synchronous");
+  ASSERT_TRUE(sync.Step());
+  EXPECT_EQ(sync.ColumnInt(0), 3);  // EXTRA
+  Statement journal(db, "PRAGMA journal_mode");
+  ASSERT_TRUE(journal.Step());
+  EXPECT_EQ(journal.ColumnBytes(0), "delete");
+}
+
+TEST(JobStateTest, OnlyTheDrawnMovesExist) {
+  int moves = 0;
+  for (int from = JOB_STATE_UNSPECIFIED; from <= JOB_STATE_CANCELLED; ++from) {
+    for (int to = JOB_STATE_UNSPECIFIED; to <= JOB_STATE_CANCELLED; ++to) {
+      moves += MayMove(static_cast<JobState>(from), static_cast<JobState>(to));
+    }
+  }
+  // 5 forward, 3 requeues, and FAILED and CANCELLED from each of 5 open states.
+  EXPECT_EQ(moves, 5 + 3 + 2 * 5);
+  EXPECT_TRUE(HasEnded(JOB_STATE_FAILED));
+  EXPECT_FALSE(HasEnded(JOB_STATE_AWAITING_PROMOTION));
+  EXPECT_EQ(ShortName(JOB_STATE_RUNNING), "RUNNING");
+}
+
+}  // namespace
+}  // namespace grouser::server

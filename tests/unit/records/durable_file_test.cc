@@ -1,0 +1,78 @@
+#include "proto/records/durable_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "proto/records/model_file.h"
+#include "proto/records/sha256.h"
+#include "tests/unit/records/temp_folder.h"
+#include "tests/unit/records/throws.h"
+
+namespace grouser::records {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+
+TEST(WriteFileDurably, WritesAndReplaces) {
+  const TempFolder folder;
+  WriteFileDurably(folder / "a", "one");
+  WriteFileDurably(folder / "a", std::string("t\0wo", 4));
+  EXPECT_EQ(ReadFileBytes(folder / "a"), std::string("t\0wo", 4));
+  EXPECT_THAT(folder.List(), UnorderedElementsAre("a"));
+}
+
+TEST(WriteFileDurably, MissingFolderNamesThePath) {
+  const TempFolder folder;
+  const std::string message = MessageOf([&] { WriteFileDurably(folder / "no/a", "x"); });
+  EXPECT_THAT(message, HasSubstr(folder / "no/a"));
+  EXPECT_THAT(message, HasSubstr("No such file"));
+}
+
+// A limit on the file size stops write() half-way, as a full disk does.
+TEST(WriteFileDurably, FullDiskLeavesTheOldFileAndNothingElse) {
+  const TempFolder folder;
+  WriteFileDurably(folder / "a", "old");
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit tight = before;
+  tight.rlim_cur = 4096;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+  const std::string message =
+      MessageOf([&] { WriteFileDurably(folder / "a", std::string(100000, 'x')); });
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, previous);
+  EXPECT_THAT(message, HasSubstr(folder / "a"));
+  EXPECT_THAT(message, HasSubstr("cannot write"));
+  EXPECT_EQ(ReadFileBytes(folder / "a"), "old");
+  EXPECT_THAT(folder.List(), UnorderedElementsAre("a"));
+}
+
+TEST(WriteFileDurably, RenameOntoAFolderFailsCleanly) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "a");
+  EXPECT_THAT(MessageOf([&] { WriteFileDurably(folder / "a", "x"); }), HasSubstr("rename"));
+  EXPECT_THAT(folder.List(), UnorderedElementsAre("a"));
+}
+
+TEST(ReadFileBytes, RefusesFoldersAndMissingFiles) {
+  const TempFolder folder;
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "gone"); }), HasSubstr("gone: cannot open"));
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "."); }), HasSubstr("not a regular file"));
+}
+
+TEST(Sha256, KnownVectors) {  // FIPS 180-2, appendix B
+  EXPECT_EQ(Sha256OfString("abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(Sha256OfString(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  const TempFolder folder;
+  WriteFileDurably(folder / "a", "abc");
+  EXPECT_EQ(Sha256OfFile(folder / "a"), Sha256OfString("abc"));
+}
+
+}  // namespace
+}  // namespace grouser::records

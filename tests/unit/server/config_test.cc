@@ -1,0 +1,64 @@
+#include "server/core/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "tests/unit/server/temp_dir.h"
+
+namespace grouser::server {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string Refusal(const ServerConfig& config) {
+  try {
+    config.Validate();
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+class ConfigTest : public ::testing::Test {
+ protected:
+  ConfigTest() { config_.state_dir = dir_.path(); }
+  testing::TempDir dir_;
+  ServerConfig config_;
+};
+
+TEST_F(ConfigTest, DefaultsAreValid) { EXPECT_EQ(Refusal(config_), ""); }
+
+TEST_F(ConfigTest, RefusesAddressesByName) {
+  for (const char* address : {"", "localhost", ":50151", "host:", "host:x", "host:65536", "h:-1"}) {
+    config_.grpc_address = address;
+    EXPECT_THAT(Refusal(config_), AllOf(HasSubstr("grpc"), HasSubstr("HOST:PORT"))) << address;
+  }
+  for (const char* address : {"127.0.0.1:0", "[::1]:50151", "0.0.0.0:65535"}) {
+    config_.grpc_address = address;
+    EXPECT_EQ(Refusal(config_), "") << address;
+  }
+}
+
+TEST_F(ConfigTest, RefusesFoldersByName) {
+  config_.state_dir = "";
+  EXPECT_THAT(Refusal(config_), HasSubstr("state"));
+  config_.state_dir = dir_ / "not-there-yet";
+  EXPECT_EQ(Refusal(config_), "");
+  config_.shipped_dir = dir_ / "missing";
+  EXPECT_THAT(Refusal(config_), AllOf(HasSubstr("shipped"), HasSubstr("missing")));
+}
+
+TEST_F(ConfigTest, RefusesLimitsByName) {
+  config_.max_receive_bytes = 0;
+  EXPECT_THAT(Refusal(config_), HasSubstr("max_receive_bytes"));
+  config_ = ServerConfig{};
+  config_.state_dir = dir_.path();
+  config_.poll_period = std::chrono::milliseconds(0);
+  EXPECT_THAT(Refusal(config_), HasSubstr("poll_period"));
+}
+
+}  // namespace
+}  // namespace grouser::server

@@ -1,0 +1,218 @@
+#include "server/core/evaluator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "tests/unit/server/fake_model.h"
+
+namespace grouser::server {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using v1alpha1::WheelResponses;
+using v1alpha1::WheelStates;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+WheelStates Velocities(int n) {
+  WheelStates states;
+  for (int i = 0; i < n; ++i) {
+    states.mutable_velocity()->add_v_x_m_per_s(0.05);
+    states.mutable_velocity()->add_v_y_m_per_s(0);
+    states.mutable_velocity()->add_rim_speed_m_per_s(0.1);
+    states.add_closure_value(24);
+  }
+  return states;
+}
+
+class EvaluatorTest : public ::testing::Test {
+ protected:
+  EvaluatorTest() {
+    const auto model = MakeServedModel(testing::FakeMessage("sand", 0.5), std::string(64, 'a'),
+                                       false, testing::MakeFakeModel);
+    std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
+    aliases["sand"]["stable"] = model;
+    snapshot_ = Snapshot(7, {model}, std::move(aliases));
+  }
+
+  QueryStatus Run(const WheelStates& states, bool values_only = false,
+                  const std::string& reference = "sand") {
+    return Evaluate(snapshot_, reference, states, values_only, &answered_by_, &responses_);
+  }
+
+  void ExpectRefused(const WheelStates& states, QueryCode code,
+                     const ::testing::Matcher<const std::string&>& text) {
+    const QueryStatus status = Run(states);
+    EXPECT_EQ(status.code, code);
+    EXPECT_THAT(status.message, text);
+    EXPECT_EQ(answered_by_, nullptr);
+    EXPECT_EQ(responses_.ByteSizeLong(), 0u);
+  }
+
+  Snapshot snapshot_;
+  const ServedModel* answered_by_ = nullptr;
+  WheelResponses responses_;
+};
+
+TEST_F(EvaluatorTest, AnswersVelocityForm) {
+  ASSERT_TRUE(Run(Velocities(2)).ok());
+  ASSERT_NE(answered_by_, nullptr);
+  EXPECT_EQ(answered_by_->reference, "sand@sha256:" + std::string(64, 'a'));
+  ASSERT_EQ(responses_.f_x().value_size(), 2);
+  EXPECT_DOUBLE_EQ(responses_.f_x().value(1), 0.5 * 24 * 0.5);
+  EXPECT_DOUBLE_EQ(responses_.f_z().value(0), 24);
+  EXPECT_DOUBLE_EQ(responses_.f_x().low(0), 3);
+  EXPECT_DOUBLE_EQ(responses_.f_x().high(0), 9);
+  EXPECT_DOUBLE_EQ(responses_.torque().sd_patch(1), 2);
+  EXPECT_DOUBLE_EQ(responses_.slip().slip(0), 0.5);
+  EXPECT_DOUBLE_EQ(responses_.slip().speed_m_per_s(0), 0.1);
+  EXPECT_DOUBLE_EQ(responses_.velocity().v_x_m_per_s(0), 0.05);
+  EXPECT_DOUBLE_EQ(responses_.interval_level(), 0.9);
+  EXPECT_EQ(responses_.interval_target(), v1alpha1::INTERVAL_TARGET_DEM);
+}
+
+TEST_F(EvaluatorTest, UnknownFormIsNanAndFlaggedNeverZero) {
+  ASSERT_TRUE(Run(Velocities(1)).ok());
+  EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(0)));
+  EXPECT_TRUE(std::isnan(responses_.f_x().sd_soil(0)));
+  EXPECT_EQ(responses_.flags(0), v1alpha1::STATE_FLAG_FORM_UNKNOWN);
+}
+
+TEST_F(EvaluatorTest, SlipFormAtTrainingSpeedEqualsItsVelocities) {
+  WheelStates states;
+  states.mutable_slip()->add_slip(0.2);
+  states.mutable_slip()->add_attack_angle_rad(0.5);
+  states.add_closure_value(30);
+  ASSERT_TRUE(Run(states).ok());
+  EXPECT_NEAR(responses_.slip().slip(0), 0.2, 1e-12);
+  EXPECT_NEAR(responses_.slip().attack_angle_rad(0), 0.5, 1e-12);
+  EXPECT_NEAR(responses_.slip().speed_m_per_s(0), 0.1, 1e-15);
+  EXPECT_NEAR(responses_.f_x().value(0), 0.5 * 30 * 0.2, 1e-12);
+  EXPECT_NEAR(responses_.f_y().value(0), -0.5 * 30 * std::sin(0.5), 1e-12);
+
+  WheelStates by_velocity;
+  *by_velocity.mutable_velocity() = responses_.velocity();
+  by_velocity.add_closure_value(30);
+  const double f_x = responses_.f_x().value(0);
+  ASSERT_TRUE(Run(by_velocity).ok());
+  EXPECT_DOUBLE_EQ(responses_.f_x().value(0), f_x);
+}
+
+TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic) {
+  WheelStates states;
+  const auto add = [&states](double slip, double angle, double speed) {
+    states.mutable_slip()->add_slip(slip);
+    states.mutable_slip()->add_attack_angle_rad(angle);
+    states.mutable_slip()->add_speed_m_per_s(speed);
+    states.add_closure_value(24);
+  };
+  add(2.5, 0, 0.1);
+  add(0.1, 0, -0.1);
+  add(0.1, 0, kNan);
+  add(0.1, 0, 0);
+  add(0.1, 0, 0.1);
+  ASSERT_TRUE(Run(states).ok());
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(responses_.flags(i), v1alpha1::STATE_FLAG_INVALID) << i;
+    EXPECT_TRUE(std::isnan(responses_.f_x().value(i))) << i;
+    EXPECT_EQ(responses_.slip().slip(i), states.slip().slip(i)) << "echoed as given";
+  }
+  EXPECT_TRUE(responses_.flags(3) & v1alpha1::STATE_FLAG_STATIC);
+  EXPECT_FALSE(responses_.flags(4) & v1alpha1::STATE_FLAG_INVALID);
+}
+
+TEST_F(EvaluatorTest, BadStatesAreFlaggedAndHarmNoOther) {
+  WheelStates states = Velocities(6);
+  states.mutable_velocity()->set_v_x_m_per_s(1, kNan);
+  states.mutable_velocity()->set_rim_speed_m_per_s(2, kInf);
+  states.set_closure_value(3, -1);
+  states.mutable_velocity()->set_v_x_m_per_s(4, 0);
+  states.mutable_velocity()->set_rim_speed_m_per_s(4, 0);
+  ASSERT_TRUE(Run(states).ok());
+  for (const int bad : {1, 2, 3}) {
+    EXPECT_TRUE(responses_.flags(bad) & v1alpha1::STATE_FLAG_INVALID) << bad;
+    for (const auto* output : {&responses_.f_x(), &responses_.sinkage()}) {
+      EXPECT_TRUE(std::isnan(output->value(bad))) << bad;
+      EXPECT_TRUE(std::isnan(output->low(bad))) << bad;
+    }
+  }
+  EXPECT_TRUE(responses_.flags(4) & v1alpha1::STATE_FLAG_STATIC);
+  for (const int good : {0, 5}) EXPECT_DOUBLE_EQ(responses_.f_x().value(good), 6) << good;
+}
+
+TEST_F(EvaluatorTest, ValuesOnlyLeavesUncertaintyOutAlsoInReusedMemory) {
+  ASSERT_TRUE(Run(Velocities(3)).ok());
+  ASSERT_TRUE(Run(Velocities(2), true).ok());
+  EXPECT_EQ(responses_.f_x().value_size(), 2);
+  EXPECT_EQ(responses_.f_x().low_size(), 0);
+  EXPECT_EQ(responses_.m_z().sd_form_size(), 0);
+  ASSERT_TRUE(Run(Velocities(4)).ok());
+  EXPECT_EQ(responses_.f_x().low_size(), 4);
+  EXPECT_EQ(responses_.flags_size(), 4);
+}
+
+TEST_F(EvaluatorTest, RefusesEmptyAndOversizedBatches) {
+  ExpectRefused(Velocities(0), QueryCode::kInvalidArgument, HasSubstr("states.kinematics"));
+  WheelStates empty;
+  empty.mutable_velocity();
+  ExpectRefused(empty, QueryCode::kInvalidArgument,
+                AllOf(HasSubstr("states.closure_value"), HasSubstr("empty")));
+  ExpectRefused(Velocities(kMaxStates + 1), QueryCode::kResourceExhausted,
+                AllOf(HasSubstr("states.closure_value"), HasSubstr("10001"), HasSubstr("10000")));
+  EXPECT_TRUE(Run(Velocities(kMaxStates)).ok());
+}
+
+TEST_F(EvaluatorTest, RefusesMismatchedLengthsNamingFieldAndLengths) {
+  WheelStates states = Velocities(3);
+  states.mutable_velocity()->add_v_y_m_per_s(0);
+  ExpectRefused(states, QueryCode::kInvalidArgument,
+                AllOf(HasSubstr("states.velocity.v_y_m_per_s"), HasSubstr("4"), HasSubstr("3")));
+  states = Velocities(3);
+  states.add_pass_number(1);
+  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("states.pass_number: 1"));
+  states = Velocities(3);
+  states.add_yaw_rate_rad_per_s(0);
+  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("states.yaw_rate_rad_per_s"));
+  WheelStates slip;
+  slip.mutable_slip()->add_slip(0.1);
+  slip.add_closure_value(24);
+  ExpectRefused(slip, QueryCode::kInvalidArgument,
+                HasSubstr("states.slip.attack_angle_rad: 0 entries"));
+}
+
+TEST_F(EvaluatorTest, RefusesClosuresItHasNotByName) {
+  WheelStates states = Velocities(1);
+  states.set_closure(v1alpha1::CLOSURE_SINKAGE);
+  ExpectRefused(states, QueryCode::kInvalidArgument,
+                AllOf(HasSubstr("states.closure"), HasSubstr("CLOSURE_SINKAGE")));
+  states.set_closure(static_cast<v1alpha1::Closure>(42));
+  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("42"));
+}
+
+TEST_F(EvaluatorTest, ResolvesReferences) {
+  const auto code = [this](const std::string& reference) {
+    return Run(Velocities(1), false, reference).code;
+  };
+  EXPECT_EQ(code(""), QueryCode::kOk);
+  EXPECT_EQ(code("sand@stable"), QueryCode::kOk);
+  EXPECT_EQ(code("sand@sha256:aaaaaaaaaaaa"), QueryCode::kOk);
+  EXPECT_EQ(code("sand@sha256:bbbbbbbbbbbb"), QueryCode::kNotFound);
+  EXPECT_EQ(code("sand@candidate"), QueryCode::kNotFound);
+  EXPECT_EQ(code("clay"), QueryCode::kNotFound);
+  EXPECT_EQ(code("sand@sha256:aaaa"), QueryCode::kInvalidArgument);
+  EXPECT_EQ(code("sand@sha256:AAAAAAAAAAAA"), QueryCode::kInvalidArgument);
+  EXPECT_EQ(code("@stable"), QueryCode::kInvalidArgument);
+  EXPECT_EQ(code("sand@"), QueryCode::kInvalidArgument);
+  EXPECT_LT(Run(Velocities(1), false, std::string(1000000, 'x')).message.size(), 500u);
+  EXPECT_THAT(Run(Velocities(1), false, "clay").message,
+              AllOf(HasSubstr("clay"), HasSubstr("sand@stable")));
+}
+
+}  // namespace
+}  // namespace grouser::server

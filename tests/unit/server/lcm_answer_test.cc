@@ -1,0 +1,142 @@
+#include "server/query/lcm/lcm_answer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "grouser_lcm/wheel_query_t.hpp"
+#include "tests/unit/server/fake_model.h"
+
+namespace grouser::server {
+namespace {
+
+using ::testing::HasSubstr;
+using grouser_lcm::wheel_query_t;
+
+constexpr std::size_t kOffsetOfSenderLength = 24;  // hash, utime, sequence
+
+wheel_query_t Query(int n) {
+  wheel_query_t query;
+  query.utime = 11;
+  query.sequence = 42;
+  query.sender = "me";
+  query.model = "sand";
+  query.n = n;
+  query.v_x.assign(n, 0.05);
+  query.v_y.assign(n, 0.0);
+  query.rim_speed.assign(n, 0.1);
+  query.load.assign(n, 24.0);
+  return query;
+}
+
+std::vector<std::uint8_t> Encode(const wheel_query_t& query) {
+  std::vector<std::uint8_t> bytes(query.getEncodedSize());
+  query.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+/// Where n stands for the sender and model of Query().
+std::size_t OffsetOfN() { return kOffsetOfSenderLength + 4 + 3 + 4 + 5; }
+
+class LcmAnswerTest : public ::testing::Test {
+ protected:
+  LcmAnswerTest() {
+    const auto model = MakeServedModel(testing::FakeMessage("sand", 0.5), std::string(64, 'a'),
+                                       false, testing::MakeFakeModel);
+    std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
+    aliases["sand"]["stable"] = model;
+    snapshot_ = Snapshot(1, {model}, std::move(aliases));
+  }
+  auto Answer(const std::vector<std::uint8_t>& bytes) {
+    problem_.clear();
+    return AnswerLcm(snapshot_, bytes.data(), bytes.size(), &problem_);
+  }
+
+  Snapshot snapshot_;
+  std::string problem_;
+};
+
+TEST_F(LcmAnswerTest, AnswersWithEchoes) {
+  auto query = Query(3);
+  query.v_x[1] = std::numeric_limits<double>::quiet_NaN();
+  const auto response = Answer(Encode(query));
+  ASSERT_TRUE(response.has_value()) << problem_;
+  EXPECT_EQ(response->error, "");
+  EXPECT_EQ(response->utime, 11);
+  EXPECT_EQ(response->sequence, 42);
+  EXPECT_EQ(response->sender, "me");
+  EXPECT_EQ(response->model, "sand@sha256:" + std::string(64, 'a'));
+  ASSERT_EQ(response->n, 3);
+  EXPECT_DOUBLE_EQ(response->f_x.value[0], 6);
+  EXPECT_DOUBLE_EQ(response->f_x.high[2], 9);
+  EXPECT_DOUBLE_EQ(response->slip[2], 0.5);
+  EXPECT_EQ(response->flags[0], 512);
+  EXPECT_EQ(response->flags[1], 1);
+  EXPECT_TRUE(std::isnan(response->f_x.value[1]));
+}
+
+TEST_F(LcmAnswerTest, RefusesTooManyStatesAndUnknownModelInTheAnswer) {
+  auto response = Answer(Encode(Query(kMaxLcmStates + 1)));
+  ASSERT_TRUE(response.has_value());
+  EXPECT_THAT(response->error, HasSubstr("65"));
+  EXPECT_EQ(response->sequence, 42);
+  EXPECT_EQ(response->n, 0);
+  response = Answer(Encode(Query(0)));
+  ASSERT_TRUE(response.has_value());
+  EXPECT_THAT(response->error, HasSubstr("n: 0"));
+  auto query = Query(1);
+  query.model = "clay";
+  response = Answer(Encode(query));
+  ASSERT_TRUE(response.has_value());
+  EXPECT_THAT(response->error, HasSubstr("clay"));
+}
+
+TEST_F(LcmAnswerTest, BiggestAnswerStaysUnderTheLcmLimit) {
+  auto query = Query(kMaxLcmStates);
+  query.sender.assign(255, 's');
+  const auto response = Answer(Encode(query));
+  ASSERT_TRUE(response.has_value()) << problem_;
+  EXPECT_LT(response->getEncodedSize(), 65499);
+}
+
+TEST_F(LcmAnswerTest, LyingLengthsAreAnsweredOrDroppedNeverTrusted) {
+  auto bytes = Encode(Query(2));
+  for (const std::uint32_t n : {0xffffffffu, 0x7fffffffu, 3u, 1u}) {
+    for (int i = 0; i < 4; ++i) bytes[OffsetOfN() + i] = (n >> (24 - 8 * i)) & 0xff;
+    const auto response = Answer(bytes);
+    ASSERT_TRUE(response.has_value());
+    EXPECT_NE(response->error, "") << n;
+  }
+  bytes = Encode(Query(2));
+  for (const std::uint32_t length : {0u, 0xffffffffu, 0x10000u}) {
+    for (int i = 0; i < 4; ++i) {
+      bytes[kOffsetOfSenderLength + i] = (length >> (24 - 8 * i)) & 0xff;
+    }
+    EXPECT_FALSE(Answer(bytes).has_value()) << length;
+    EXPECT_NE(problem_, "");
+  }
+}
+
+TEST_F(LcmAnswerTest, TruncatedForeignAndRandomBytesAreSurvived) {
+  const auto whole = Encode(Query(2));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const auto response = Answer({whole.begin(), whole.begin() + size});
+    if (response) {
+      EXPECT_NE(response->error, "") << size;
+    }
+  }
+  EXPECT_FALSE(Answer({1, 2, 3, 4, 5, 6, 7, 8, 9}).has_value());
+  EXPECT_EQ(problem_, "not a wheel_query_t");
+  std::mt19937 random(1);
+  for (int round = 0; round < 2000; ++round) {
+    auto bytes = whole;
+    for (int i = 0; i < 4; ++i) bytes[8 + random() % (bytes.size() - 8)] = random() & 0xff;
+    Answer(bytes);
+  }
+}
+
+}  // namespace
+}  // namespace grouser::server

@@ -1,0 +1,205 @@
+#include "server/core/repository.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "proto/records/model_file.h"
+#include "tests/unit/server/fake_model.h"
+#include "tests/unit/server/temp_dir.h"
+
+namespace grouser::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class RepositoryTest : public ::testing::Test {
+ protected:
+  RepositoryTest() : repository_(dir_ / "state", dir_ / "shipped") {
+    std::filesystem::create_directories(dir_ / "shipped");
+  }
+
+  std::string Ship(const std::string& name, double gain, double created_unix_s = 0) {
+    auto message = testing::FakeMessage(name, gain);
+    message.set_created_unix_s(created_unix_s);
+    return records::WriteModelFile(dir_ / ("shipped/" + name + std::to_string(gain) + ".model"),
+                                   message);
+  }
+  std::string Publish(const std::string& name, double gain) {
+    const std::string path = dir_ / "new.model";
+    records::WriteModelFile(path, testing::FakeMessage(name, gain));
+    return repository_.Publish(path);
+  }
+
+  testing::TempDir dir_;
+  Repository repository_;
+};
+
+TEST_F(RepositoryTest, EmptyRepositoryHasNothingAndIsNotCreated) {
+  EXPECT_TRUE(repository_.List(nullptr).empty());
+  EXPECT_EQ(repository_.ReadAliases().generation, 0u);
+  EXPECT_THROW(repository_.Resolve(""), std::out_of_range);
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "state"));
+}
+
+TEST_F(RepositoryTest, NewestShippedModelIsStableUntilTheStateSaysOtherwise) {
+  const auto old_digest = Ship("sand", 0.1, 100);
+  const auto new_digest = Ship("sand", 0.2, 200);
+  EXPECT_EQ(repository_.Resolve("sand").digest, new_digest);
+  EXPECT_TRUE(repository_.Resolve("").shipped);
+  repository_.SetAlias("sand", "stable", old_digest, "me", "the old one was better");
+  EXPECT_EQ(repository_.Resolve("sand@stable").digest, old_digest);
+  EXPECT_EQ(repository_.Resolve("sand@previous").digest, new_digest);
+}
+
+TEST_F(RepositoryTest, PublishIsContentAddressedAndIdempotent) {
+  const auto digest = Publish("sand", 0.3);
+  EXPECT_EQ(Publish("sand", 0.3), digest);
+  const auto entries = repository_.List(nullptr);
+  ASSERT_EQ(entries.size(), 1u);
+  EXPECT_EQ(entries[0].path, dir_ / ("state/models/" + digest + ".model"));
+  EXPECT_EQ(repository_.Resolve("sand@sha256:" + digest.substr(0, 12)).digest, digest);
+  EXPECT_THROW(repository_.Resolve("sand"), std::out_of_range);  // no alias yet
+}
+
+TEST_F(RepositoryTest, PublishReplacesADamagedCopy) {
+  const auto digest = Publish("sand", 0.3);
+  std::ofstream(dir_ / ("state/models/" + digest + ".model")) << "damaged";
+  std::vector<std::string> problems;
+  EXPECT_TRUE(repository_.List(&problems).empty());
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_THAT(problems[0], HasSubstr(digest));
+  EXPECT_EQ(Publish("sand", 0.3), digest);
+  EXPECT_EQ(repository_.List(nullptr).size(), 1u);
+}
+
+TEST_F(RepositoryTest, FileWhoseNameIsNotItsDigestIsAProblem) {
+  const auto digest = Publish("sand", 0.3);
+  std::filesystem::rename(dir_ / ("state/models/" + digest + ".model"),
+                          dir_ / ("state/models/" + std::string(64, '0') + ".model"));
+  std::vector<std::string> problems;
+  EXPECT_TRUE(repository_.List(&problems).empty());
+  EXPECT_THAT(problems, ElementsAre(HasSubstr("expected the digest that names the file")));
+}
+
+TEST_F(RepositoryTest, MovesKeepHistoryAndPrevious) {
+  const auto a = Publish("sand", 0.1);
+  const auto b = Publish("sand", 0.2);
+  EXPECT_EQ(repository_.SetAlias("sand", "stable", a, "me", "first").generation, 1u);
+  const auto move = repository_.SetAlias("sand", "stable", b, "you", "\"better\" \n");
+  EXPECT_EQ(move.generation, 2u);
+  const auto aliases = repository_.ReadAliases();
+  EXPECT_EQ(aliases.generation, 2u);
+  EXPECT_EQ(aliases.by_model.at("sand").at("stable"), b);
+  EXPECT_EQ(aliases.by_model.at("sand").at("previous"), a);
+  ASSERT_EQ(aliases.history.size(), 2u);
+  EXPECT_EQ(aliases.history[1].who, "you");
+  EXPECT_EQ(aliases.history[1].why, "\"better\" \n");
+  EXPECT_GT(aliases.history[1].unix_s, 1e9);
+}
+
+TEST_F(RepositoryTest, RepeatedMoveChangesNothing) {
+  const auto a = Publish("sand", 0.1);
+  const auto b = Publish("sand", 0.2);
+  repository_.SetAlias("sand", "stable", a, "me", "first");
+  repository_.SetAlias("sand", "stable", b, "me", "second");
+  EXPECT_EQ(repository_.SetAlias("sand", "stable", b, "me", "again").generation, 2u);
+  const auto aliases = repository_.ReadAliases();
+  EXPECT_EQ(aliases.by_model.at("sand").at("previous"), a);
+  EXPECT_EQ(aliases.history.size(), 2u);
+}
+
+TEST_F(RepositoryTest, RefusesUnknownDigestForeignModelAndBadAlias) {
+  const auto digest = Publish("sand", 0.1);
+  EXPECT_THROW(repository_.SetAlias("sand", "stable", std::string(64, 'f'), "me", ""),
+               std::runtime_error);
+  EXPECT_THROW(repository_.SetAlias("clay", "stable", digest, "me", ""), std::runtime_error);
+  EXPECT_THROW(repository_.SetAlias("sand", "sha256", digest, "me", ""), std::runtime_error);
+  EXPECT_THROW(repository_.SetAlias("sand", "../x", digest, "me", ""), std::runtime_error);
+  EXPECT_EQ(repository_.ReadAliases().generation, 0u);
+}
+
+TEST_F(RepositoryTest, DamagedAliasFileIsNamedWithItsKey) {
+  Publish("sand", 0.1);
+  const std::string path = dir_ / "state/models/aliases.json";
+  const auto what = [&](const std::string& text) -> std::string {
+    std::ofstream(path) << text;
+    try {
+      repository_.ReadAliases();
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(what("{ truncated"), HasSubstr(path));
+  EXPECT_THAT(what("{}"), HasSubstr("'generation'"));
+  EXPECT_THAT(what(R"({"generation": -1, "aliases": {}, "history": []})"), HasSubstr("whole"));
+  EXPECT_THAT(what(R"({"generation": 1, "aliases": {"s": {"stable": 3}}, "history": []})"),
+              HasSubstr("'stable'"));
+}
+
+TEST_F(RepositoryTest, FingerprintChangesWithFilesAndAliases) {
+  std::set<std::string> seen = {repository_.Fingerprint()};
+  const auto digest = Publish("sand", 0.1);
+  EXPECT_TRUE(seen.insert(repository_.Fingerprint()).second);
+  repository_.SetAlias("sand", "stable", digest, "me", "");
+  EXPECT_TRUE(seen.insert(repository_.Fingerprint()).second);
+  Ship("clay", 0.4);
+  EXPECT_TRUE(seen.insert(repository_.Fingerprint()).second);
+  EXPECT_EQ(repository_.Fingerprint(), repository_.Fingerprint());
+}
+
+TEST_F(RepositoryTest, ConcurrentMovesAreAllKept) {
+  const std::vector<std::string> digests = {Publish("sand", 0.1), Publish("sand", 0.2)};
+  constexpr int kThreads = 4;
+  constexpr int kMoves = 10;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      const std::string alias = "alias" + std::to_string(t);
+      for (int i = 0; i < kMoves; ++i) {
+        repository_.SetAlias("sand", alias, digests[i % 2], "thread", "");
+      }
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  const auto aliases = repository_.ReadAliases();
+  EXPECT_EQ(aliases.generation, std::uint64_t{kThreads * kMoves});
+  ASSERT_EQ(aliases.history.size(), std::size_t{kThreads * kMoves});
+  for (std::size_t i = 0; i < aliases.history.size(); ++i) {
+    EXPECT_EQ(aliases.history[i].generation, i + 1);
+  }
+}
+
+// A process killed at any moment leaves a readable file and no lock.
+TEST_F(RepositoryTest, KilledWriterLeavesAWholeAliasFile) {
+  const std::vector<std::string> digests = {Publish("sand", 0.1), Publish("sand", 0.2)};
+  for (int round = 0; round < 5; ++round) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (int i = 0;; ++i) repository_.SetAlias("sand", "stable", digests[i % 2], "child", "");
+    }
+    const auto before = repository_.ReadAliases().generation;
+    while (repository_.ReadAliases().generation < before + 3) usleep(500);
+    usleep(137 * round);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    const auto aliases = repository_.ReadAliases();
+    EXPECT_EQ(aliases.history.size(), aliases.generation);
+  }
+  const auto last = repository_.ReadAliases();
+  const auto other = last.by_model.at("sand").at("stable") == digests[0] ? digests[1] : digests[0];
+  EXPECT_EQ(repository_.SetAlias("sand", "stable", other, "me", "").generation,
+            last.generation + 1);
+}
+
+}  // namespace
+}  // namespace grouser::server

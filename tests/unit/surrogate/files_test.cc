@@ -1,0 +1,220 @@
+#include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "proto/records/run_file.h"
+#include "surrogate/fit/fit_model.h"
+#include "surrogate/fit/json.h"
+#include "surrogate/fit/measured.h"
+#include "surrogate/fit/print.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/write_model.h"
+#include "tests/unit/surrogate/synthetic.h"
+
+namespace grouser::surrogate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Files : public testing::Test {
+ protected:
+  Files() : folder_(fs::temp_directory_path() / ("grouser-fit-test-" + std::to_string(getpid()))) {
+    fs::create_directories(folder_ / "runs");
+  }
+  ~Files() override { fs::remove_all(folder_); }
+
+  std::string Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  // A run file that holds what a summary says.
+  std::string WriteRun(const v1alpha1::RunSummary& s) {
+    records::RunFile run;
+    v1alpha1::RunRecord& r = run.record;
+    r.set_run_id(s.run_id());
+    *r.mutable_spec()->mutable_wheel() = synthetic::MakeScene().wheel();
+    *r.mutable_spec()->mutable_soil() = synthetic::MakeScene().soil();
+    r.mutable_spec()->mutable_state()->set_load_n(s.load_n());
+    r.mutable_spec()->set_seed(s.seed());
+    r.set_status(s.status());
+    r.set_slip(s.slip());
+    r.set_attack_angle_rad(s.attack_angle_rad());
+    const VelocityState v = FromSlip(s.slip(), s.attack_angle_rad(), s.speed_m_per_s());
+    r.set_v_x_m_per_s(v.v_x);
+    r.set_v_y_m_per_s(v.v_y);
+    r.set_rim_speed_m_per_s(v.rim_speed);
+    r.set_travel_m(s.travel_m());
+    for (int o = kOutputs - 1; o >= 0; --o) {  // order must not matter
+      v1alpha1::OutputMean* mean = r.add_outputs();
+      mean->set_name(kOutputNames[o]);
+      mean->set_mean(s.mean(o));
+      mean->set_standard_error(s.standard_error(o));
+    }
+    run.series["time_s"] = {0, 1};
+    const std::string path = (folder_ / "runs" / (s.run_id() + ".run.h5")).string();
+    records::WriteRunFile(path, run);
+    return path;
+  }
+
+  void WriteCampaign(const std::vector<v1alpha1::RunSummary>& runs) {
+    v1alpha1::Campaign campaign;
+    *campaign.mutable_scene() = synthetic::MakeScene();
+    for (const v1alpha1::RunSummary& run : runs) {
+      v1alpha1::PlannedRun* planned = campaign.add_runs();
+      planned->set_run_id(run.run_id());
+      planned->set_role(run.role());
+    }
+    std::string json;
+    ASSERT_TRUE(google::protobuf::util::MessageToJsonString(campaign, &json).ok());
+    Write("campaign.json", json);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Files, CampaignToModelToRefitWithProvenance) {
+  synthetic::Truth truth;
+  truth.noise = 0.01;
+  auto runs = synthetic::SmallCampaign(truth, {24});
+  for (auto& r : synthetic::RandomRuns(truth, 3, v1alpha1::RUN_ROLE_TEST, 5, 24, 24)) {
+    runs.push_back(r);
+  }
+  for (const auto& run : runs) WriteRun(run);
+  auto planned = runs;
+  planned.emplace_back().set_run_id("never-ran");
+  WriteCampaign(planned);
+
+  const TrainingSet set = ReadCampaign(folder_.string());
+  ASSERT_EQ(set.runs.size(), 15u);
+  ASSERT_EQ(set.notes.size(), 1u);
+  EXPECT_THAT(set.notes[0], HasSubstr("never-ran"));
+  EXPECT_EQ(set.runs[14].role(), v1alpha1::RUN_ROLE_TEST);
+  for (int o = 0; o < kOutputs; ++o) EXPECT_EQ(set.runs[4].mean(o), runs[4].mean(o));
+  EXPECT_EQ(set.runs[0].sha256(),
+            records::Sha256OfFile((folder_ / "runs" / set.runs[0].file()).string()));
+
+  FitRequest request;
+  request.name = "from-files";
+  request.set = set;
+  const v1alpha1::Model base = FitModel(request);
+  const v1alpha1::RunSummary fresh =
+      synthetic::MakeRun(truth, "fresh", 0.5, 1.4, 24, v1alpha1::RUN_ROLE_TRAIN, 77);
+  const std::string file = WriteRun(fresh);
+  const FitRequest again = RefitRequest(base, "base-digest", file);
+  EXPECT_EQ(again.set.runs.size(), 16u);
+  const v1alpha1::Model candidate = FitModel(again);
+  EXPECT_EQ(candidate.provenance().base_digest(), "base-digest");
+  const v1alpha1::RunSummary& last = candidate.provenance().runs(15);
+  EXPECT_EQ(last.file(), "fresh.run.h5");
+  EXPECT_EQ(last.sha256(), records::Sha256OfFile(file));
+  EXPECT_EQ(candidate.name(), "from-files");
+  EXPECT_THROW(RefitRequest(candidate, "d", file), std::runtime_error);  // known already
+
+  const std::string json = ModelJson(candidate, "d");
+  EXPECT_THAT(json, HasSubstr("fresh.run.h5"));
+  EXPECT_THAT(ModelText(candidate, "d"), HasSubstr("held_out"));
+}
+
+TEST_F(Files, RefitRefusesAnUnsteadyOrForeignRun) {
+  synthetic::Truth truth;
+  truth.noise = 0.01;
+  const v1alpha1::Model base =
+      FitModel(synthetic::MakeRequest(synthetic::SmallCampaign(truth, {24})));
+  v1alpha1::RunSummary fresh =
+      synthetic::MakeRun(truth, "fresh", 0.5, 1.4, 24, v1alpha1::RUN_ROLE_TRAIN, 77);
+  fresh.set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  const std::string unsteady = WriteRun(fresh);
+  EXPECT_THROW(RefitRequest(base, "d", unsteady), std::runtime_error);
+  v1alpha1::Model other = base;
+  other.mutable_wheel()->set_radius_m(0.1);
+  fresh.set_status(v1alpha1::RUN_STATUS_STEADY);
+  const std::string steady = WriteRun(fresh);
+  EXPECT_THROW(RefitRequest(other, "d", steady), std::runtime_error);
+  EXPECT_NO_THROW(RefitRequest(base, "d", steady));
+}
+
+TEST_F(Files, CampaignErrorsNameTheFile) {
+  const auto complaint = [&] {
+    try {
+      ReadCampaign(folder_.string());
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(complaint(), HasSubstr("campaign.json: cannot be read"));
+  Write("campaign.json", "{\"runs\": [");
+  EXPECT_THAT(complaint(), HasSubstr("not the JSON of a campaign"));
+  WriteCampaign({synthetic::MakeRun({}, "broken", 0, 0, 24, v1alpha1::RUN_ROLE_TRAIN, 1)});
+  Write("runs/broken.run.h5", "not HDF5");
+  EXPECT_THAT(complaint(), HasSubstr("broken.run.h5"));
+}
+
+TEST_F(Files, MeasuredTableIsReadAndMatched) {
+  const std::string path = Write("m.csv",
+                                 "# source\n"
+                                 "slip,attack_angle_deg,load_n,f_x_n,f_x_sd,sinkage_m\n"
+                                 "-0.1,0,24,-2.5,0.3,0.02\n"
+                                 "0.25, 30,23,0.5,,\n"
+                                 "0.6,60,22,1.5,0.1,0.03\n");
+  const auto points = ReadMeasured(path);
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_DOUBLE_EQ(points[0].value(kFx), -2.5);
+  EXPECT_TRUE(std::isnan(points[0].value(kFy)));
+  EXPECT_TRUE(std::isnan(points[1].value(kSinkage)));
+  EXPECT_NEAR(points[1].attack_angle_rad(), 0.5236, 1e-4);
+
+  synthetic::Truth truth;
+  truth.noise = 0.01;
+  FitRequest request = synthetic::MakeRequest(synthetic::SmallCampaign(truth, {24}));
+  request.measured = points;
+  const v1alpha1::Model model = FitModel(request);
+  EXPECT_TRUE(std::isfinite(model.sd_form(kFx)));
+  EXPECT_TRUE(std::isnan(model.sd_form(kTorque)));  // not measured, never 0
+  const auto rows = MatchMeasured(MakeHybrid(model), 0.1, points, request.set.runs);
+  ASSERT_NE(rows[0].dem, nullptr);
+  EXPECT_DOUBLE_EQ(rows[0].dem->slip(), -0.1);
+  EXPECT_EQ(rows[2].dem, nullptr);  // slip 0.6: 0.1 from the nearest run
+  const auto errors = MeasuredErrors(rows);
+  ASSERT_FALSE(errors.empty());
+  EXPECT_EQ(errors[0].n, 3);
+  EXPECT_EQ(errors[0].n_dem, 2);
+  EXPECT_THAT(MeasuredText(rows), HasSubstr("braking"));
+  EXPECT_THAT(MeasuredJson(rows, "m"), HasSubstr("\"dem\":null"));
+}
+
+TEST_F(Files, MeasuredErrorsNameFileLineAndColumn) {
+  const auto complaint = [&](const std::string& text) {
+    try {
+      ReadMeasured(Write("m.csv", text));
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string head = "slip,attack_angle_deg,load_n,f_x_n\n";
+  EXPECT_THAT(complaint("slip,load_n\n"), HasSubstr("m.csv:1: no column attack_angle_deg"));
+  EXPECT_THAT(complaint("slip,attack_angle_deg,load_n,fx\n"), HasSubstr("fx: unknown column"));
+  EXPECT_THAT(complaint(head + "0.1,0,24,abc\n"), HasSubstr("m.csv:2: f_x_n: \"abc\""));
+  EXPECT_THAT(complaint(head + "0.1,0,24\n"), HasSubstr("m.csv:2: 3 fields, expected 4"));
+  EXPECT_THAT(complaint(head + "0.1,0,-4,1\n"), HasSubstr("load_n"));
+  EXPECT_THAT(complaint(head + "1.7,0,24,1\n"), HasSubstr("no motion"));
+  EXPECT_THAT(complaint(head), HasSubstr("no measured row"));
+}
+
+TEST(Json, EscapesAndKeepsNaN) {
+  Json json;
+  json.Open('{').Key("a\"b").Value(std::nan("")).Key("c").Open('[').Value(1).Value(true);
+  json.Close(']').Key("d").Value("line\n").Close('}');
+  EXPECT_EQ(json.text(), "{\"a\\\"b\":\"NaN\",\"c\":[1,true],\"d\":\"line\\u000a\"}");
+}
+
+}  // namespace
+}  // namespace grouser::surrogate

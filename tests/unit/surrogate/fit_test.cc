@@ -1,0 +1,244 @@
+#include "surrogate/fit/fit_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "surrogate/fit/bekker_fit.h"
+#include "surrogate/fit/calibration.h"
+#include "surrogate/fit/error_table.h"
+#include "surrogate/fit/gate.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/write_model.h"
+#include "tests/unit/surrogate/synthetic.h"
+
+namespace grouser::surrogate {
+namespace {
+
+using synthetic::MakeRequest;
+using synthetic::MakeRun;
+using synthetic::RandomRuns;
+using synthetic::SmallCampaign;
+using synthetic::Truth;
+
+const v1alpha1::ErrorRow& Find(const v1alpha1::Model& model, const std::string& set,
+                               const std::string& output) {
+  for (const v1alpha1::ErrorRow& row : model.errors()) {
+    if (row.set() == set && row.output() == output && row.region() == v1alpha1::REGION_ALL) {
+      return row;
+    }
+  }
+  throw std::runtime_error("no row " + set + " " + output);
+}
+
+HybridModel::Answer At(const v1alpha1::Model& model, double slip, double angle, double load) {
+  const VelocityState v = FromSlip(slip, angle, 0.1);
+  return MakeHybrid(model).EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+}
+
+TEST(BekkerFit, RecoversParametersFromNoisyRuns) {
+  Truth truth;
+  truth.noise = 0.005;
+  const auto runs = RandomRuns(truth, 80, v1alpha1::RUN_ROLE_TRAIN, 7, 12, 30);
+  const std::vector<Row> rows = SteadyRows(runs, v1alpha1::RUN_ROLE_TRAIN);
+  BekkerFitOptions options;
+  options.unit_weight = truth.physics.unit_weight;
+  const BekkerParameters p = FitBekker(rows, {0.0625, 0.05}, options, nullptr).parameters;
+  EXPECT_NEAR(p.n, truth.physics.n, 0.1);
+  EXPECT_NEAR(p.friction_angle, truth.physics.friction_angle, 0.05);
+  EXPECT_NEAR(p.shear_modulus, truth.physics.shear_modulus, 0.3 * truth.physics.shear_modulus);
+  EXPECT_NEAR(p.sinkage_brake, truth.physics.sinkage_brake, 0.1);
+  EXPECT_NEAR(p.side_passive, truth.physics.side_passive, 0.3 * truth.physics.side_passive);
+}
+
+TEST(FitModel, TwelveRunsOnOneLoadPredictHeldOutRuns) {
+  Truth truth;
+  truth.misfit = 0.05;
+  truth.noise = 0.01;
+  auto runs = SmallCampaign(truth, {24});
+  ASSERT_EQ(runs.size(), 12u);
+  for (auto& run : RandomRuns(truth, 40, v1alpha1::RUN_ROLE_TEST, 9, 24, 24)) runs.push_back(run);
+  const v1alpha1::Model model = FitModel(MakeRequest(runs));
+  EXPECT_NO_THROW(MakeModel(model));
+  // Within the noise (0.24 N) and the misfit (1.2 N).
+  EXPECT_LT(Find(model, "held_out", "f_x").rmse(), 1.2);
+  EXPECT_LT(Find(model, "held_out", "f_y").rmse(), 1.2);
+  EXPECT_LT(Find(model, "held_out", "sinkage").rmse(), 0.003);
+  for (const char* output : {"f_x", "f_y", "torque", "sinkage"}) {
+    EXPECT_GE(Find(model, "held_out", output).covered90(), 0.7) << output;
+  }
+  EXPECT_EQ(model.provenance().runs_size(), 52);
+  EXPECT_GT(model.golden_size(), 10);
+}
+
+TEST(FitModel, IntervalsOfAManyRunModelCoverHeldOutRuns) {
+  Truth truth;
+  truth.misfit = 0.05;
+  truth.noise = 0.015;
+  auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 11, 12, 30);
+  for (auto& run : RandomRuns(truth, 200, v1alpha1::RUN_ROLE_TEST, 12, 12, 30)) {
+    runs.push_back(run);
+  }
+  for (int i = 0; i < 10; ++i) {
+    runs.push_back(MakeRun(truth, "patch-" + std::to_string(i), 0.2, 0.3, 20,
+                           v1alpha1::RUN_ROLE_PATCH, 5000 + i));
+  }
+  const v1alpha1::Model model = FitModel(MakeRequest(runs));
+  for (const char* output : {"f_x", "f_y", "torque", "sinkage"}) {
+    const v1alpha1::ErrorRow& row = Find(model, "held_out", output);
+    EXPECT_EQ(row.n(), 200u);
+    EXPECT_GE(row.covered90(), 0.80) << output;
+    EXPECT_LE(row.covered90(), 0.99) << output;
+  }
+  // 2 % of misfit-free force would be 0.4 N; noise alone is 0.3 N.
+  EXPECT_LT(Find(model, "held_out", "f_x").rmse(), 0.6);
+  // The repeats' spread, not the standard errors, is the patch noise.
+  const double middle = std::sqrt(model.domain().load_min_n() * model.domain().load_max_n());
+  EXPECT_NEAR(model.sd_patch(kFx), 0.015 * middle, 0.008 * middle);
+}
+
+TEST(FitModel, ResidualTableBeatsPhysicsAlone) {
+  Truth truth;
+  truth.misfit = 0.1;
+  truth.noise = 0.003;
+  auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 21, 12, 30);
+  for (auto& run : RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TEST, 22, 12, 30)) runs.push_back(run);
+  FitRequest request = MakeRequest(runs);
+  const v1alpha1::Model hybrid = FitModel(request);
+  request.rung = v1alpha1::RUNG_BEKKER;
+  const v1alpha1::Model bekker = FitModel(request);
+  EXPECT_EQ(bekker.residual().coefficients(kFx).values_size(), 0);
+  for (const char* output : {"f_x", "f_y"}) {
+    EXPECT_LT(Find(hybrid, "held_out", output).rmse(),
+              0.6 * Find(bekker, "held_out", output).rmse())
+        << output;
+  }
+}
+
+TEST(FitModel, RefitMovesTheAnswerTowardsTheNewRunAndNarrowsTheInterval) {
+  Truth truth;
+  truth.misfit = 0.08;
+  truth.noise = 0.005;
+  auto runs = SmallCampaign(truth, {24});
+  for (auto& run : RandomRuns(truth, 20, v1alpha1::RUN_ROLE_TEST, 31, 24, 24)) runs.push_back(run);
+  const v1alpha1::Model base = FitModel(MakeRequest(runs));
+  // A state that the campaign left out, where the truth has a surprise.
+  v1alpha1::RunSummary fresh =
+      MakeRun(truth, "fresh", 0.5, 1.4, 24, v1alpha1::RUN_ROLE_TRAIN, 4242);
+  fresh.set_mean(kFy, fresh.mean(kFy) - 2.5);
+  runs.push_back(fresh);
+  const v1alpha1::Model refit = FitModel(MakeRequest(runs));
+  const auto before = At(base, 0.5, 1.4, 24), after = At(refit, 0.5, 1.4, 24);
+  EXPECT_LT(std::fabs(after.value[kFy] - fresh.mean(kFy)),
+            0.7 * std::fabs(before.value[kFy] - fresh.mean(kFy)));
+  EXPECT_LT(after.sd_fit[kFx], before.sd_fit[kFx]);
+  EXPECT_NE(before.flags & kExtrapolated, 0u);
+  EXPECT_EQ(after.flags & kExtrapolated, 0u);
+}
+
+TEST(FitModel, SaysWhatIsMissing) {
+  auto runs = SmallCampaign(Truth(), {24});
+  runs.resize(5);
+  runs[0].set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  runs[1].set_role(v1alpha1::RUN_ROLE_TEST);
+  try {
+    FitModel(MakeRequest(runs));
+    FAIL() << "three runs are not enough";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("3 steady training runs, at least 6 needed (besides: 1 steady "
+                                   "runs held out or repeats, 1 not steady)"));
+  }
+  FitRequest request = MakeRequest(SmallCampaign(Truth(), {24}));
+  request.set.scene.mutable_wheel()->set_radius_m(0);
+  EXPECT_THROW(FitModel(request), std::runtime_error);
+}
+
+TEST(FitModel, OnlySteadyTrainingRunsMatter) {
+  Truth truth;
+  truth.noise = 0.01;
+  auto runs = SmallCampaign(truth, {24});
+  const v1alpha1::Model clean = FitModel(MakeRequest(runs));
+  v1alpha1::RunSummary bad = runs[0];
+  bad.set_run_id("bad");
+  bad.set_mean(kFx, 1e6);
+  bad.set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  runs.push_back(bad);
+  bad.set_run_id("held");
+  bad.set_role(v1alpha1::RUN_ROLE_TEST);
+  bad.set_status(v1alpha1::RUN_STATUS_STEADY);
+  runs.push_back(bad);
+  bad.set_status(v1alpha1::RUN_STATUS_OVERLOAD);
+  bad.set_load_n(40);
+  runs.push_back(bad);
+  const v1alpha1::Model same = FitModel(MakeRequest(runs));
+  EXPECT_EQ(clean.bekker().SerializeAsString().size(), same.bekker().SerializeAsString().size());
+  EXPECT_EQ(At(clean, 0.3, 0.2, 24).value, At(same, 0.3, 0.2, 24).value);
+  EXPECT_DOUBLE_EQ(same.domain().load_overload_n(), 40);
+}
+
+TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
+  Truth truth;
+  truth.misfit = 0.03;
+  truth.noise = 0.01;
+  auto runs = SmallCampaign(truth, {24});
+  for (auto& run : RandomRuns(truth, 20, v1alpha1::RUN_ROLE_TEST, 41, 24, 24)) runs.push_back(run);
+  const v1alpha1::Model base = FitModel(MakeRequest(runs));
+  runs.push_back(MakeRun(truth, "fresh", 0.5, 0.8, 24, v1alpha1::RUN_ROLE_TRAIN, 4242));
+  const v1alpha1::Model refit = FitModel(MakeRequest(runs));
+  for (const GateResult& check : GateChecks(base, refit)) {
+    EXPECT_TRUE(check.passed) << check.name << ": " << check.detail;
+  }
+
+  v1alpha1::Model spoiled = refit;
+  (*spoiled.mutable_bekker()->mutable_values())["friction_angle"] = 0.05;
+  const auto failed = [&](const std::string& name) {
+    for (const GateResult& check : GateChecks(base, spoiled)) {
+      if (check.name == name) return !check.passed;
+    }
+    return false;
+  };
+  EXPECT_TRUE(failed("self_test"));  // golden vectors no longer hold
+  EXPECT_TRUE(failed("held_out"));
+  EXPECT_TRUE(failed("change"));
+  EXPECT_FALSE(failed("symmetry"));
+
+  // A table that pushes the wheel for nothing is caught by its power.
+  spoiled = refit;
+  for (double& c : *spoiled.mutable_residual()->mutable_coefficients(kFx)->mutable_values()) {
+    c = 3;
+  }
+  if (spoiled.residual().coefficients(kFx).values().empty()) {
+    const int n = spoiled.residual().coefficients(ResidualTable::kDistance).values_size();
+    auto* values = spoiled.mutable_residual()->mutable_coefficients(kFx)->mutable_values();
+    for (int i = 0; i < n; ++i) values->Add(3);
+  }
+  EXPECT_TRUE(failed("dissipation"));
+}
+
+TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {
+  Truth truth;
+  truth.noise = 0.02;
+  std::vector<v1alpha1::RunSummary> runs;
+  for (int i = 0; i < 50; ++i) {
+    runs.push_back(MakeRun(truth, "p" + std::to_string(i), 0.2, 0.1, 24,
+                           v1alpha1::RUN_ROLE_PATCH, 900 + i));
+  }
+  const auto rows = SteadyRows(runs, v1alpha1::RUN_ROLE_PATCH);
+  const PatchNoise measured = EstimatePatch(rows, {}, 0.0625);
+  EXPECT_EQ(measured.repeats, 49);
+  EXPECT_NEAR(measured.sd[kFx], 0.02, 0.006);
+  const PatchNoise widened = EstimatePatch({}, rows, 0.0625);
+  EXPECT_EQ(widened.repeats, 0);
+  EXPECT_NEAR(widened.sd[kTorque], 0.03, 1e-9);
+}
+
+TEST(Calibration, StudentQuantiles) {
+  EXPECT_NEAR(StudentT95(5), 2.015, 0.01);
+  EXPECT_NEAR(StudentT95(11), 1.796, 0.002);
+  EXPECT_NEAR(StudentT95(1000), 1.646, 0.001);
+}
+
+}  // namespace
+}  // namespace grouser::surrogate

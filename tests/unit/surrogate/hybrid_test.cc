@@ -1,0 +1,336 @@
+#include "surrogate/models/hybrid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <ctime>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <new>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+// Counts allocations of this program, for the test of the hot path.
+namespace {
+std::atomic<long> g_allocations{0};
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+// Random coefficients with each channel's parity in them: what the fitter's
+// interpolation makes, without the fitter.
+ResidualTable RandomTable(double size) {
+  const TableAxes axes{12, 5, 4, std::log(8.0), std::log(90.0)};
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal(0, size);
+  std::array<std::vector<double>, ResidualTable::kChannels> channels;
+  std::array<std::span<const double>, ResidualTable::kChannels> spans;
+  for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    const ResidualTable::Parity parity = ResidualTable::ParityOf(c);
+    const int n = axes.direction, m = axes.lateral + 3, row = axes.load + 3;
+    channels[c].resize(ResidualTable::Size(axes));
+    const auto at = [&](int i, int j, int k) -> double& {
+      return channels[c][(i * m + j) * row + k];
+    };
+    for (int i = 0; i < n + 3; ++i) {
+      for (int j = 0; j < m; ++j) {
+        for (int k = 0; k < row; ++k) {
+          // At the pole (last rows) all directions meet: nothing there.
+          at(i, j, k) = j >= m - 4 ? 0 : normal(random);
+          if (c == ResidualTable::kDistance) at(i, j, k) = std::fabs(at(i, j, k)) / size;
+        }
+      }
+    }
+    for (int k = 0; k < row; ++k) {
+      for (int i = 0; i < n + 3; ++i) {
+        if (parity.y < 0) at(i, 1, k) = 0;
+        at(i, 0, k) = parity.y * at(i, 2, k);
+      }
+      for (int j = 0; j < m; ++j) {
+        for (int i = 0; i < 3; ++i) at(n + i, j, k) = parity.x * at(i, j, k);
+      }
+    }
+    spans[c] = channels[c];
+  }
+  return ResidualTable(axes, spans);
+}
+
+HullBox MakeHull() {
+  HullBox hull;
+  hull.slip_min = -1;
+  hull.slip_max = 0.9;
+  hull.attack_angle_max_rad = kPi / 3;
+  hull.load_min_n = 16;
+  hull.load_max_n = 36;
+  hull.froude_max = 0.1;
+  return hull;
+}
+
+Uncertainty MakeUncertainty() {
+  Uncertainty u;
+  u.fit_inside.fill(0.3);
+  u.fit_growth.fill(2.0);
+  u.patch.fill(0.4);
+  u.interval_factor.fill(1.8);
+  u.form_unknown = true;
+  return u;
+}
+
+HybridModel MakeHybridModel(double size = 0.02) {
+  return {BekkerModel(BekkerParameters{}, {0.0625, 0.05}), RandomTable(size), MakeHull(),
+          MakeUncertainty()};
+}
+
+// Buffers of a batch with everything asked for.
+struct Batch {
+  explicit Batch(std::size_t n)
+      : v_x(n, 0.1), v_y(n, 0), rim(n, 0.1), load(n, 24), pitch(n, 0), roll(n, 0), yaw(n, 0),
+        pass(n, 1), flags(n, 99), slip(n), angle(n) {
+    for (auto& output : outputs) {
+      for (auto& part : output) part.assign(n, -7);
+    }
+  }
+  WheelStatesView In() const { return {v_x, v_y, rim, load, pitch, roll, yaw, pass}; }
+  ResponsesView Out() {
+    ResponsesView view;
+    for (int o = 0; o < kOutputs; ++o) {
+      auto& p = outputs[o];
+      view.output[o] = {p[0], p[1], p[2], p[3], p[4]};
+    }
+    view.flags = flags;
+    view.slip = slip;
+    view.attack_angle = angle;
+    return view;
+  }
+  std::vector<double> v_x, v_y, rim, load, pitch, roll, yaw;
+  std::vector<std::uint32_t> pass, flags;
+  std::vector<double> slip, angle;
+  std::array<std::array<std::vector<double>, 5>, kOutputs> outputs;
+};
+
+TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
+  const HybridModel model = MakeHybridModel();
+  Batch b(12);
+  b.v_x[1] = kNaN;
+  b.v_y[2] = kInf;
+  b.rim[3] = -kInf;
+  b.load[4] = 0;
+  b.load[5] = -24;
+  b.load[6] = kNaN;
+  b.pitch[7] = kNaN;
+  b.yaw[8] = kInf;
+  b.v_x[9] = b.v_y[9] = std::numeric_limits<double>::max();  // hypot overflows
+  model.Evaluate(b.In(), b.Out());
+  for (const std::size_t i : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
+    EXPECT_EQ(b.flags[i], kInvalid) << i;
+    for (const auto& output : b.outputs) {
+      for (const auto& part : output) EXPECT_TRUE(std::isnan(part[i])) << i;
+    }
+  }
+  for (const std::size_t i : {0, 10, 11}) {
+    EXPECT_EQ(b.flags[i], kFormUnknown) << i;
+    for (int o = 0; o < kOutputs; ++o) {
+      const auto& p = b.outputs[o];
+      EXPECT_TRUE(std::isfinite(p[0][i]));
+      EXPECT_LT(p[3][i], p[0][i]);
+      EXPECT_GT(p[4][i], p[0][i]);
+      EXPECT_EQ(p[0][i], b.outputs[o][0][0]);
+    }
+  }
+}
+
+TEST(Hybrid, FlagsSayWhatTheModelDoesNotCover) {
+  const HybridModel model = MakeHybridModel(0.001);
+  Batch b(12);
+  b.v_x[0] = b.rim[0] = 0;                    // static
+  b.v_x[1] = 0.01, b.v_y[1] = 0.1;            // beyond 60 degrees
+  b.load[2] = 50;                             // above the training loads
+  b.load[3] = 5;
+  b.v_x[4] = b.rim[4] = 3;                    // Froude number 14
+  b.pitch[5] = 0.1;
+  b.pass[6] = 2;
+  b.yaw[7] = 0.2;
+  b.load[8] = 1e5;                            // nothing carries this
+  b.v_x[9] = 0.05, b.rim[9] = -0.1;           // counter-rotating, rim the faster
+  b.pass[10] = 0;                             // not given
+  model.Evaluate(b.In(), b.Out());
+  const auto has = [&](std::size_t i, Flag flag) { return (b.flags[i] & flag) != 0; };
+  EXPECT_TRUE(has(0, kStatic));
+  for (const Output o : {kFx, kFy, kTorque, kMz}) EXPECT_EQ(b.outputs[o][0][0], 0);
+  EXPECT_NEAR(b.outputs[kFz][0][0], 24, 1e-5);
+  EXPECT_GT(b.outputs[kSinkage][0][0], 0);
+  EXPECT_TRUE(has(1, kExtrapolated));
+  EXPECT_TRUE(has(2, kExtrapolated));
+  EXPECT_TRUE(has(3, kExtrapolated));
+  EXPECT_TRUE(has(4, kRate));
+  EXPECT_TRUE(has(5, kSlope));
+  EXPECT_TRUE(has(6, kVirginAssumed));
+  EXPECT_TRUE(has(7, kClamped));
+  EXPECT_TRUE(has(8, kNoEquilibrium));
+  EXPECT_TRUE(has(9, kExtrapolated));
+  EXPECT_EQ(b.flags[10], kFormUnknown);
+  EXPECT_EQ(b.flags[11], kFormUnknown);
+  for (const auto& output : b.outputs) {
+    for (const auto& part : output) {
+      for (const double x : part) EXPECT_TRUE(std::isfinite(x));
+    }
+  }
+}
+
+TEST(Hybrid, MirrorSymmetriesAreExactAndLateralOutputsVanishStraightAhead) {
+  const HybridModel model = MakeHybridModel();
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const double x = any(random), y = any(random), u = any(random), load = 24 + 8 * any(random);
+    const auto a = model.EvaluateOne(x, y, u, load);
+    const auto left = model.EvaluateOne(x, -y, u, load);
+    const auto back = model.EvaluateOne(-x, y, -u, load);
+    for (int o = 0; o < kOutputs; ++o) {
+      const ResidualTable::Parity parity = ResidualTable::ParityOf(o);
+      EXPECT_EQ(left.value[o], parity.y * a.value[o]);
+      EXPECT_EQ(back.value[o], parity.x * a.value[o]);
+      EXPECT_EQ(left.half_width[o], a.half_width[o]);
+      EXPECT_EQ(back.half_width[o], a.half_width[o]);
+    }
+    const auto ahead = model.EvaluateOne(x, 0, u, load);
+    EXPECT_EQ(ahead.value[kFy], 0);
+    EXPECT_EQ(ahead.value[kMz], 0);
+  }
+  const auto sideways = model.EvaluateOne(0, 0.1, 0, 24);
+  EXPECT_EQ(sideways.value[kFx], 0);
+  EXPECT_EQ(sideways.value[kTorque], 0);
+}
+
+TEST(Hybrid, IsContinuousEverywhereButAtRest) {
+  const HybridModel model = MakeHybridModel();
+  const auto jump = [&](int steps, int path) {
+    double largest = 0;
+    HybridModel::Answer last{};
+    for (int i = 0; i <= steps; ++i) {
+      const double t = static_cast<double>(i) / steps, a = 2 * kPi * t;
+      double v[3] = {0, 0, 0}, load = 24;
+      if (path == 0) v[0] = std::cos(a), v[2] = std::sin(a);
+      if (path == 1) v[0] = std::cos(a), v[1] = std::sin(a), v[2] = 0.5;
+      if (path == 2) v[1] = std::cos(a), v[2] = std::sin(a);
+      if (path == 3) v[0] = std::cos(a), v[1] = std::sin(a);
+      if (path == 4) v[0] = 1, v[1] = 0.3, v[2] = 0.8, load = 2 * std::pow(75.0, t);
+      const auto now = model.EvaluateOne(v[0], v[1], v[2], load);
+      for (int o = 0; o < kOutputs && i > 0; ++o) {
+        const double scale = o == kSinkage ? 0.0625 : o == kTorque || o == kMz ? 1.5 : 24;
+        largest = std::max(largest, std::fabs(now.value[o] - last.value[o]) / scale);
+        largest = std::max(largest, 0.1 * std::fabs(now.half_width[o] - last.half_width[o]));
+      }
+      last = now;
+    }
+    return largest;
+  };
+  for (int path = 0; path < 5; ++path) {
+    const double coarse = jump(4000, path), fine = jump(8000, path);
+    EXPECT_LT(fine, 0.03) << path;
+    EXPECT_LT(fine, 0.6 * coarse) << path;
+  }
+}
+
+TEST(Hybrid, EvaluationAllocatesNothing) {
+  const HybridModel model = MakeHybridModel();
+  Batch b(256);
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    b.v_x[i] = any(random);
+    b.v_y[i] = any(random);
+    b.rim[i] = any(random);
+    b.load[i] = i % 17 == 0 ? -1 : 24;
+  }
+  const WheelStatesView in = b.In();
+  const ResponsesView out = b.Out();
+  const long before = g_allocations;
+  model.Evaluate(in, out);
+  EXPECT_EQ(g_allocations - before, 0);
+  const auto probe = std::make_unique<int>(1);  // the counter does count
+  EXPECT_GT(g_allocations - before, 0);
+}
+
+TEST(Hybrid, EmptySpansAreNotWritten) {
+  const HybridModel model = MakeHybridModel();
+  const std::vector<double> v_x{0.1}, v_y{0}, rim{0.1}, load{24};
+  std::vector<double> f_x(1);
+  std::vector<std::uint32_t> flags(1);
+  ResponsesView out;
+  out.flags = flags;
+  out.output[kFx].value = f_x;
+  model.Evaluate({v_x, v_y, rim, load, {}, {}, {}, {}}, out);
+  EXPECT_EQ(f_x[0], model.EvaluateOne(0.1, 0, 0.1, 24).value[kFx]);
+}
+
+TEST(Hybrid, PrintsItsSpeed) {  // a figure for the log, no limit
+  const HybridModel model = MakeHybridModel();
+  Batch b(10000);
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    b.v_x[i] = std::fabs(any(random));
+    b.v_y[i] = any(random);
+    b.rim[i] = std::fabs(any(random));
+  }
+  const std::clock_t start = std::clock();
+  model.Evaluate(b.In(), b.Out());
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  std::printf("hybrid: %.0f ns of processor time per state, batch 10000\n", seconds * 1e5);
+  EXPECT_EQ(std::count(b.flags.begin(), b.flags.end(), 99u), 0);
+}
+
+TEST(ResidualTable, InterpolatesItsNodesAndFadesSmoothly) {
+  // A spline with all coefficients 1 is 1 everywhere (partition of unity).
+  const TableAxes axes{6, 4, 3, 0, 2};
+  const std::vector<double> ones(ResidualTable::Size(axes), 1.0);
+  std::array<std::span<const double>, ResidualTable::kChannels> channels;
+  channels[kSinkage] = ones;
+  const ResidualTable table(axes, channels);
+  for (double d = -kPi / 2; d <= kPi / 2; d += 0.1) {
+    for (double l = 0; l <= kPi / 2; l += 0.1) {
+      for (double load = -1; load < 3; load += 0.3) {
+        const auto value = table.Evaluate({d, l}, load);
+        EXPECT_NEAR(value[kSinkage], 1, 1e-12);
+        EXPECT_EQ(value[kFx], 0);
+      }
+    }
+  }
+}
+
+TEST(ResidualTable, RefusesBadSizesAndNumbers) {
+  const TableAxes axes{6, 4, 3, 0, 2};
+  std::vector<double> values(ResidualTable::Size(axes) - 1, 1.0);
+  std::array<std::span<const double>, ResidualTable::kChannels> channels;
+  channels[kFx] = values;
+  EXPECT_THROW(ResidualTable(axes, channels), std::invalid_argument);
+  values.push_back(kNaN);
+  channels[kFx] = values;
+  EXPECT_THROW(ResidualTable(axes, channels), std::invalid_argument);
+  channels[kFx] = {};
+  EXPECT_THROW(ResidualTable({0, 4, 3, 0, 2}, channels), std::invalid_argument);
+  EXPECT_THROW(ResidualTable({6, 4, 3, 2, 2}, channels), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grouser::surrogate

@@ -1,0 +1,106 @@
+#include "surrogate/model_io/load_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "surrogate/model_io/write_model.h"
+
+namespace grouser::surrogate {
+namespace {
+
+v1alpha1::Model MakeMessage() {
+  v1alpha1::Model m;
+  m.set_name("little");
+  m.set_rung(v1alpha1::RUNG_HYBRID);
+  m.mutable_wheel()->set_radius_m(0.0625);
+  m.mutable_wheel()->set_width_m(0.05);
+  m.mutable_soil()->set_gravity_m_per_s2(9.81);
+  m.mutable_domain()->set_slip_min(-1);
+  m.mutable_domain()->set_slip_max(0.9);
+  m.mutable_domain()->set_attack_angle_max_rad(1);
+  m.mutable_domain()->set_load_min_n(12);
+  m.mutable_domain()->set_load_max_n(30);
+  for (int o = 0; o < kOutputs; ++o) {
+    m.add_sd_fit_inside(0.1);
+    m.add_sd_fit_growth(1);
+    m.add_sd_patch(0.2);
+    m.add_interval_factor(1.8);
+  }
+  SetBekker(BekkerParameters{}, &m);
+  const TableAxes axes{6, 3, 4, 1.0, 5.0};
+  TableCoefficients coefficients;
+  coefficients[kSinkage].assign(ResidualTable::Size(axes), 0.01);
+  SetResidual(axes, coefficients, &m);
+  SetGoldenVectors(&m);
+  return m;
+}
+
+TEST(MakeModel, ReproducesThePartsItWasMadeFrom) {
+  const v1alpha1::Model message = MakeMessage();
+  const auto model = MakeModel(message);
+  const std::vector<double> v_x{0.1}, v_y{0.02}, rim{0.12}, load{20};
+  std::vector<double> sinkage(1);
+  std::vector<std::uint32_t> flags(1);
+  ResponsesView out;
+  out.flags = flags;
+  out.output[kSinkage].value = sinkage;
+  model->Evaluate({v_x, v_y, rim, load, {}, {}, {}, {}}, out);
+  const double physics =
+      BekkerModel(BekkerParameters{}, {0.0625, 0.05}).Solve(0.1, 0.02, 0.12, 20).value[kSinkage];
+  EXPECT_NEAR(sinkage[0], physics + 0.01 * 0.0625, 1e-12);
+  v1alpha1::Model back;
+  ASSERT_TRUE(back.ParseFromString(message.SerializeAsString()));
+  EXPECT_NO_THROW(MakeModel(back));
+}
+
+// What MakeModel says about a message with one change.
+std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
+  v1alpha1::Model message = MakeMessage();
+  change(&message);
+  try {
+    MakeModel(message);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(MakeModel, NamesTheFieldThatIsWrong) {
+  using testing::HasSubstr;
+  using M = v1alpha1::Model*;
+  EXPECT_THAT(Complaint([](M m) { m->clear_name(); }), HasSubstr("name"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_wheel()->set_radius_m(0); }),
+              HasSubstr("wheel radius"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_bekker()->mutable_values()->erase("n"); }),
+              HasSubstr("no entry \"n\""));
+  EXPECT_THAT(Complaint([](M m) { (*m->mutable_bekker()->mutable_values())["nn"] = 1; }),
+              HasSubstr("unknown entry \"nn\""));
+  EXPECT_THAT(Complaint([](M m) { m->clear_sd_patch(); }), HasSubstr("sd_patch: 0 numbers"));
+  EXPECT_THAT(Complaint([](M m) { m->set_interval_factor(2, -1); }),
+              HasSubstr("interval_factor[2]"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_domain()->set_load_min_n(0); }),
+              HasSubstr("load_min_n"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_soil()->clear_gravity_m_per_s2(); }),
+              HasSubstr("gravity"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_residual()->set_log_load_knots(1, 4); }),
+              HasSubstr("log_load_knots"));
+  EXPECT_THAT(Complaint([](M m) {
+                m->mutable_residual()->mutable_coefficients(kSinkage)->add_values(1);
+              }),
+              HasSubstr("coefficients[5]"));
+  EXPECT_THAT(Complaint([](M m) { m->clear_golden(); }), HasSubstr("golden"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_golden(3)->set_load_n(-1); }),
+              HasSubstr("golden[3]"));
+}
+
+TEST(MakeModel, GoldenVectorsCatchASwappedParameter) {
+  EXPECT_THAT(Complaint([](v1alpha1::Model* m) {
+                (*m->mutable_bekker()->mutable_values())["k_phi"] *= 1 + 1e-6;
+              }),
+              testing::HasSubstr("golden["));
+}
+
+}  // namespace
+}  // namespace grouser::surrogate
