@@ -34,7 +34,7 @@ record_stage() {
 run_ctest() {
   local preset="$1"
   shift
-  build_preset "$preset"
+  build_preset "$preset" || return 1
   ctest --test-dir "$GROUSER_ROOT/build/$preset" --output-on-failure --no-tests=error \
     --parallel 2 "$@"
 }
@@ -43,13 +43,13 @@ run_tsan() {
   # Address randomisation with many bits defeats the TSan of g++ 12.
   local fixed=(setarch "$(uname -m)" --addr-no-randomize)
   "${fixed[@]}" true 2>/dev/null || fixed=()
-  build_preset tsan
+  build_preset tsan || return 1
   "${fixed[@]}" ctest --test-dir "$GROUSER_ROOT/build/tsan" --output-on-failure \
     --no-tests=error --parallel 2 --label-regex tsan
 }
 
 run_tidy() {
-  build_preset release
+  build_preset release || return 1
   cd "$GROUSER_ROOT" || return
   git ls-files -z '*.cc' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/release
 }

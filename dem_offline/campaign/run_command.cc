@@ -24,7 +24,8 @@ namespace grouser::campaign {
 namespace {
 
 constexpr char kExamples[] = R"(Examples:
-  grouser-dem run --scene campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 --load 5 --out a.run.h5
+  grouser-dem run --scene dem_offline/campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 \
+    --load 1.5 --out a.run.h5
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
 The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD
 or FAILED run; its status says which.)";
@@ -153,7 +154,7 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->footer(kExamples);
   auto* scene = run->add_option("--scene", arguments->scene, "Scene file (*.scene.yaml)");
   auto* spec = run->add_option("--spec", arguments->spec,
-                               "JSON of a grouser.v1alpha1.WheelTestSpec instead of scene and state");
+                               "JSON of a grouser.v1alpha1.WheelTestSpec, instead of a scene");
   scene->excludes(spec);
   auto* slip = run->add_option("--slip", arguments->slip,
                                "(r w - v_x)/max(|r w|, V) [-]; mode rim needs it");

@@ -41,7 +41,8 @@ struct UnusableIndex : std::runtime_error {
 
 Statement Prepare(sqlite3* db, const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
-  if (sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr) != SQLITE_OK) statement = nullptr;
+  // On failure the statement stays null, and the caller says what it was for.
+  sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr);
   return {statement, sqlite3_finalize};
 }
 

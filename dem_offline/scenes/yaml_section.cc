@@ -28,7 +28,9 @@ std::string Describe(const YAML::Node& node) {
 std::string Describe(const Range& range) {
   const double huge = std::numeric_limits<double>::max();
   if (range.min == -huge && range.max == huge) return "a finite number";
-  if (range.max == huge) return fmt::format("a number {} {}", range.open_min ? ">" : ">=", range.min);
+  if (range.max == huge) {
+    return fmt::format("a number {} {}", range.open_min ? ">" : ">=", range.min);
+  }
   return fmt::format("a number in {}{}, {}]", range.open_min ? "(" : "[", range.min, range.max);
 }
 
@@ -66,7 +68,8 @@ YamlSection YamlSection::Load(const std::string& file) {
   try {
     return YamlSection(file, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw InputError(fmt::format("{}:{}: malformed YAML: {}", file, error.mark.line + 1, error.msg));
+    throw InputError(
+        fmt::format("{}:{}: malformed YAML: {}", file, error.mark.line + 1, error.msg));
   }
 }
 

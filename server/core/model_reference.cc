@@ -19,9 +19,12 @@ bool IsAliasCharacter(char c) {
 }  // namespace
 
 std::string Quote(std::string_view text) {
+  std::size_t end = std::min(text.size(), kMaxQuoted);
+  // Not inside a UTF-8 character: protobuf would refuse the text.
+  while (end > 0 && end < text.size() && (text[end] & 0xc0) == 0x80) --end;
   std::string quoted = "'";
-  quoted.append(text.substr(0, kMaxQuoted));
-  quoted.append(text.size() > kMaxQuoted ? "...'" : "'");
+  quoted.append(text.substr(0, end));
+  quoted.append(end < text.size() ? "...'" : "'");
   return quoted;
 }
 

@@ -12,6 +12,7 @@ namespace {
 constexpr std::array kFitted = {kFx, kFy, kTorque, kMz, kSinkage};
 constexpr int kResiduals = static_cast<int>(kFitted.size());
 constexpr double kModelFloor = 0.04;  // of the scale: no smooth model does better
+constexpr int kFirstIterations = 12;
 constexpr double kReferenceDepth = 0.3;  // of r: where the pressure is a parameter
 
 // A fitted coordinate x: ln(parameter), or 1 + parameter/unit; the 1 keeps the
@@ -143,11 +144,11 @@ void MatchSinkage(const Problem& problem, std::vector<double>* x) {
   }
 }
 
-using Cost = ceres::DynamicNumericDiffCostFunction<RowResidual, ceres::CENTRAL>;
-using PriorCost = ceres::DynamicNumericDiffCostFunction<PriorResidual, ceres::CENTRAL>;
+using Cost = ceres::DynamicNumericDiffCostFunction<RowResidual, ceres::FORWARD>;
+using PriorCost = ceres::DynamicNumericDiffCostFunction<PriorResidual, ceres::FORWARD>;
 
 // Returns false where Ceres found nothing usable.
-bool Minimise(const Problem& problem, std::vector<double>* x, double* cost) {
+bool Minimise(const Problem& problem, int iterations, std::vector<double>* x, double* cost) {
   const int n = static_cast<int>(x->size());
   ceres::Problem ceres_problem;
   for (const Row& row : *problem.rows) {
@@ -166,9 +167,9 @@ bool Minimise(const Problem& problem, std::vector<double>* x, double* cost) {
     ceres_problem.SetParameterUpperBound(x->data(), i, c.high + c.Shift());
   }
   ceres::Solver::Options options;
-  options.max_num_iterations = problem.options.max_iterations;
+  options.max_num_iterations = iterations;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.function_tolerance = 1e-7;
+  options.function_tolerance = 1e-5;
   options.num_threads = 1;  // the answer must not depend on the machine
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -202,19 +203,22 @@ std::vector<double> Start(const Problem& problem, int number) {
 BekkerFit FitBekker(const std::vector<Row>& rows, const WheelGeometry& wheel,
                     const BekkerFitOptions& options, const BekkerParameters* from) {
   const Problem problem{&rows, wheel, options, Coordinates(wheel.radius_m)};
-  BekkerFit best;
-  bool found = false;
+  // A short way from every start, the rest from the best.
+  std::vector<double> best;
+  double best_cost = 0;
   const int starts = from != nullptr ? 1 : std::clamp(options.starts, 1, 3);
   for (int i = 0; i < starts; ++i) {
     std::vector<double> x = from != nullptr ? problem.Point(*from) : Start(problem, i);
     double cost = 0;
-    if (!Minimise(problem, &x, &cost)) continue;
-    if (found && cost >= best.cost) continue;
-    best = {problem.Parameters(x.data()), cost};
-    found = true;
+    const int iterations = starts == 1 ? options.max_iterations : kFirstIterations;
+    if (!Minimise(problem, iterations, &x, &cost)) continue;
+    if (!best.empty() && cost >= best_cost) continue;
+    best = x;
+    best_cost = cost;
   }
-  if (!found) throw std::runtime_error("physics fit: no start led to a usable solution");
-  return best;
+  if (best.empty()) throw std::runtime_error("physics fit: no start led to a usable solution");
+  if (starts > 1) Minimise(problem, options.max_iterations, &best, &best_cost);
+  return {problem.Parameters(best.data()), best_cost};
 }
 
 }  // namespace grouser::surrogate

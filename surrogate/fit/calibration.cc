@@ -9,6 +9,7 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kWidening = 1.5;
+constexpr double kPriorRepeats = 4;  // weight of the standard errors among repeats
 constexpr std::size_t kLeaveOneOut = 24;
 constexpr std::size_t kFolds = 12;
 constexpr std::size_t kConformalFrom = 30;
@@ -57,18 +58,13 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
     }
   }
   for (int o = 0; o < kOutputs; ++o) {
-    if (noise.repeats > 0) {
-      noise.sd[o] = std::sqrt(squares[o] / noise.repeats);
-      continue;
-    }
-    double sum = 0;
+    double widened2 = 0;
     for (const Row& row : training) {
       const double error = row.standard_error[o] / OutputScale(o, row.load_n, radius_m);
-      sum += error * error;
+      widened2 += kWidening * kWidening * error * error / static_cast<double>(training.size());
     }
-    if (!training.empty()) {
-      noise.sd[o] = kWidening * std::sqrt(sum / static_cast<double>(training.size()));
-    }
+    const double prior = training.empty() && noise.repeats > 0 ? 0 : kPriorRepeats;
+    noise.sd[o] = std::sqrt((squares[o] + prior * widened2) / (noise.repeats + prior));
   }
   return noise;
 }
@@ -80,7 +76,7 @@ std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOpti
   for (const Row& row : rows) states.emplace(KeyOf(row), states.size());
   const std::size_t folds = states.size() <= kLeaveOneOut ? states.size() : kFolds;
   TrainOptions quick = options;
-  quick.physics.max_iterations = 15;
+  quick.physics.max_iterations = 8;
   std::vector<LeftOut> result;
   for (std::size_t fold = 0; fold < folds; ++fold) {
     std::vector<Row> kept;
@@ -133,7 +129,7 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
     result.factor[o] = left_out.size() >= kConformalFrom
                            ? ConformalQuantile(scores, result.level)
                            : StudentT95(static_cast<int>(left_out.size()) - 1) *
-                                 std::sqrt((1 + 1 / n) * square);
+                                 std::sqrt((1 + 1 / n) * std::max(1.0, square));
   }
   return result;
 }

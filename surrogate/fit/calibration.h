@@ -9,13 +9,15 @@
 
 namespace grouser::surrogate {
 
-/// Spread of one random placement, over OutputScale: the pooled standard
-/// deviation of PATCH repeats of one state; where there are none, 1.5 times the
-/// rms block standard error of the training runs (a run knows the noise within
-/// its own bed only; 1.5 is a widening by judgement).
+/// Spread of one random placement, over OutputScale:
+///   sd^2 = (sum_repeats (mean - state mean)^2 + 4 w^2)/(degrees + 4),
+/// from PATCH repeats of one state with other seeds; w is 1.5 times the rms
+/// block standard error of the training runs (a run knows the noise within its
+/// own bed only; 1.5 is a widening by judgement), which stands alone where
+/// there are no repeats and counts as four where there are few.
 struct PatchNoise {
   std::array<double, kOutputs> sd{};
-  int repeats = 0;  ///< degrees of freedom behind it; 0: from standard errors
+  int repeats = 0;  ///< degrees of freedom of the repeats
 };
 PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
                          double radius_m);
@@ -39,7 +41,8 @@ std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOpti
 /// mean r^2 = inside^2 + growth^2 mean D^2 + patch^2, inside >= patch/2.
 /// factor: half width over combined sd at `level`: from 30 runs on the
 /// conformal quantile of |r|/sd (rank ceil((n+1) level)); below, Student's t
-/// with n - 1 degrees times sqrt(1 + 1/n) times rms(r/sd).
+/// with n - 1 degrees times sqrt(1 + 1/n) times max(1, rms(r/sd)): few runs
+/// cannot prove that the parts are too wide.
 struct Calibration {
   std::array<double, kOutputs> inside{}, growth{}, factor{};
   double level = 0.9;

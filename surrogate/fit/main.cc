@@ -62,8 +62,14 @@ std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& m
   }
 }
 
+void LogNotes(const std::vector<std::string>& notes) {
+  constexpr std::size_t kShown = 3;
+  for (std::size_t i = 0; i < notes.size() && i < kShown; ++i) Log(notes[i]);
+  if (notes.size() > kShown) Log(fmt::format("and {} more such", notes.size() - kShown));
+}
+
 int FitAndWrite(FitRequest request, const Arguments& a) {
-  for (const std::string& note : request.set.notes) Log(note);
+  LogNotes(request.set.notes);
   request.progress = Log;
   request.command = a.command;
   const v1alpha1::Model model = FitModel(request);
@@ -125,7 +131,7 @@ int Compare(const Arguments& a) {
     runs.clear();
     for (const std::string& directory : a.run_dirs) {
       const TrainingSet set = ReadCampaign(directory);
-      for (const std::string& note : set.notes) Log(note);
+      LogNotes(set.notes);
       runs.insert(runs.end(), set.runs.begin(), set.runs.end());
     }
   }

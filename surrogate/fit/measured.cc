@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -42,6 +43,10 @@ std::vector<std::string> Split(const std::string& line) {
   return cells;
 }
 
+/// Columns that are no output: the state, and what is told but not used.
+constexpr std::string_view kOtherColumns[] = {
+    "slip", "attack_angle_deg", "load_n", "load_sd", "rim_speed_m_per_s", "speed_m_per_s", "repeats"};
+
 struct Reader {
   std::string path;
   std::vector<std::string> header;
@@ -59,7 +64,8 @@ struct Reader {
       }
     }
     for (const std::string& name : header) {
-      bool known = name == "slip" || name == "attack_angle_deg" || name == "load_n";
+      bool known = std::find(std::begin(kOtherColumns), std::end(kOtherColumns), name) !=
+                   std::end(kOtherColumns);
       for (const Columns& c : kColumns) {
         known |= c.value != nullptr && (name == c.value || name == c.sd);
       }

@@ -11,6 +11,8 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOverloadSinkage = 0.7;  // of the radius: DEM runs end there
 constexpr double kEdge = 1e-9;            // rounding at the hull's faces
+// One unit of hull distance beyond the box; by judgement, not fitted.
+constexpr double kSlipReach = 0.15, kAngleReach = 0.15, kLogLoadReach = 0.3;
 
 double At(std::span<const double> values, std::size_t i, double otherwise) {
   return values.empty() ? otherwise : values[i];
@@ -73,6 +75,17 @@ bool HybridModel::OutsideBox(const Canonical& s, double load) const noexcept {
          load < hull_.load_min_n * (1 - kEdge) || load > hull_.load_max_n * (1 + kEdge);
 }
 
+double HybridModel::Excess(const Canonical& s, double load) const noexcept {
+  const double hub = std::sqrt(s.forward * s.forward + s.lateral * s.lateral);
+  const double slip = s.rim - s.forward;
+  const double angle = hub == 0 ? 0 : std::atan2(s.lateral, s.forward);
+  const auto beyond = [](double over) { return over > 0 ? over : 0.0; };
+  return (beyond(hull_.slip_min - slip) + beyond(slip - hull_.slip_max)) / kSlipReach +
+         beyond(angle - hull_.attack_angle_max_rad) / kAngleReach +
+         (beyond(std::log(hull_.load_min_n / load)) + beyond(std::log(load / hull_.load_max_n))) /
+             kLogLoadReach;
+}
+
 void HybridModel::AddUncertainty(double distance, double load, Answer* answer) const noexcept {
   const double ratio = load / middle_load_;
   for (int o = 0; o < kOutputs; ++o) {
@@ -122,11 +135,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
       state.speed * state.speed / (hull_.gravity_m_per_s2 * radius);
   if (hull_.froude_max > 0 && froude > hull_.froude_max) answer.flags |= kRate;
   double distance = rest[ResidualTable::kDistance] > 0 ? rest[ResidualTable::kDistance] : 0;
-  if (!table_.empty()) {
-    const TableAxes& axes = table_.axes();
-    if (log_load > axes.log_load_max) distance += log_load - axes.log_load_max;
-    if (log_load < axes.log_load_min) distance += axes.log_load_min - log_load;
-  }
+  distance += Excess(state, load);
   AddUncertainty(distance, load, &answer);
   return answer;
 }

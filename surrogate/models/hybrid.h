@@ -59,6 +59,9 @@ class HybridModel final : public WheelModel {
 
  private:
   bool OutsideBox(const Canonical& state, double load) const noexcept;
+  /// How far a state is beyond the box, in units of hull distance: 0 inside,
+  /// continuous, growing without bound, so that intervals do too.
+  double Excess(const Canonical& state, double load) const noexcept;
   void AddUncertainty(double distance, double load, Answer* answer) const noexcept;
 
   BekkerModel physics_;

@@ -25,10 +25,10 @@ Canonical ToCanonical(double v_x, double v_y, double rim_speed) noexcept;
 /// Brings outputs of the canonical half-space back to the state's own.
 inline void ApplyMirrors(const Canonical& state, std::array<double, kOutputs>* value) noexcept {
   std::array<double, kOutputs>& v = *value;
-  v[kFx] *= state.sign_x;
-  v[kTorque] *= state.sign_x;
-  v[kFy] *= state.sign_y;
-  v[kMz] *= state.sign_x * state.sign_y;
+  v[kFx] = v[kFx] * state.sign_x + 0.0;  // + 0.0: never -0
+  v[kTorque] = v[kTorque] * state.sign_x + 0.0;
+  v[kFy] = v[kFy] * state.sign_y + 0.0;
+  v[kMz] = v[kMz] * (state.sign_x * state.sign_y) + 0.0;
 }
 
 /// Coordinates of the canonical state in the chart of the residual table:

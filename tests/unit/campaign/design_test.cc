@@ -154,8 +154,8 @@ TEST(ShippedCampaigns, Sizes) {
   }
   EXPECT_EQ(angles.size(), 3u);
   const auto shipped = LoadCampaign(kCampaigns + "/shipped.campaign.yaml", "1");
-  EXPECT_GE(shipped.runs_size(), 60);
-  EXPECT_GE(Roles(shipped).at(v1alpha1::RUN_ROLE_TEST), 12);
+  EXPECT_GE(shipped.runs_size(), 40);
+  EXPECT_GE(Roles(shipped).at(v1alpha1::RUN_ROLE_TEST), 10);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "server/core/evaluator.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "server/core/model_reference.h"
 #include "tests/unit/server/fake_model.h"
 
 namespace grouser::server {
@@ -212,6 +214,16 @@ TEST_F(EvaluatorTest, ResolvesReferences) {
   EXPECT_LT(Run(Velocities(1), false, std::string(1000000, 'x')).message.size(), 500u);
   EXPECT_THAT(Run(Velocities(1), false, "clay").message,
               AllOf(HasSubstr("clay"), HasSubstr("sand@stable")));
+}
+
+TEST(QuoteTest, CutsLongTextBetweenCharacters) {
+  const std::string hundred(100, 'x');
+  EXPECT_EQ(Quote("sand"), "'sand'");
+  EXPECT_EQ(Quote(hundred), fmt::format("'{}'", hundred));
+  EXPECT_EQ(Quote(hundred + "x"), fmt::format("'{}...'", hundred));
+  // A two-byte character on the cut goes as a whole.
+  const std::string before(99, 'x');
+  EXPECT_EQ(Quote(before + "\xc3\xa9tail"), fmt::format("'{}...'", before));
 }
 
 }  // namespace

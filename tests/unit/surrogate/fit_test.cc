@@ -222,7 +222,7 @@ TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {
   truth.noise = 0.02;
   std::vector<v1alpha1::RunSummary> runs;
   for (int i = 0; i < 50; ++i) {
-    runs.push_back(MakeRun(truth, "p" + std::to_string(i), 0.2, 0.1, 24,
+    runs.push_back(MakeRun(truth, "repeat-" + std::to_string(i), 0.2, 0.1, 24,
                            v1alpha1::RUN_ROLE_PATCH, 900 + i));
   }
   const auto rows = SteadyRows(runs, v1alpha1::RUN_ROLE_PATCH);
