@@ -12,7 +12,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOverloadSinkage = 0.7;  // of the radius: DEM runs end there
 constexpr double kEdge = 1e-9;            // rounding at the hull's faces
 // One unit of hull distance beyond the box; by judgement, not fitted.
-constexpr double kSlipReach = 0.15, kAngleReach = 0.15, kLogLoadReach = 0.3;
+constexpr double kSlipReach = 0.15, kLateralReach = 0.15, kLogLoadReach = 0.3;
+constexpr double kHalfPi = 1.5707963267948966;
 
 double At(std::span<const double> values, std::size_t i, double otherwise) {
   return values.empty() ? otherwise : values[i];
@@ -76,12 +77,19 @@ bool HybridModel::OutsideBox(const Canonical& s, double load) const noexcept {
 }
 
 double HybridModel::Excess(const Canonical& s, double load) const noexcept {
-  const double hub = std::sqrt(s.forward * s.forward + s.lateral * s.lateral);
-  const double slip = s.rim - s.forward;
-  const double angle = hub == 0 ? 0 : std::atan2(s.lateral, s.forward);
+  // Slip and attack angle jump where a mirror takes over (v_x = 0). Braking
+  // excess is weighted by the share of v_x, driving excess by that of the rim,
+  // which is even there; |v_y|/M stands for the angle.
+  const double plane = std::sqrt(s.forward * s.forward + s.rim * s.rim);
+  const double hub_share = plane > 0 ? s.forward / plane : 0;
+  const double rim_share = plane > 0 ? std::fabs(s.rim) / plane : 0;
+  const double driving = std::fabs(s.rim) - (s.rim < 0 ? -s.forward : s.forward);
+  const double most_lateral =
+      hull_.attack_angle_max_rad < kHalfPi ? std::sin(hull_.attack_angle_max_rad) : 1.0;
   const auto beyond = [](double over) { return over > 0 ? over : 0.0; };
-  return (beyond(hull_.slip_min - slip) + beyond(slip - hull_.slip_max)) / kSlipReach +
-         beyond(angle - hull_.attack_angle_max_rad) / kAngleReach +
+  return (beyond(hull_.slip_min - (s.rim - s.forward)) * hub_share +
+          beyond(driving - hull_.slip_max) * rim_share) / kSlipReach +
+         beyond(s.lateral - most_lateral) / kLateralReach +
          (beyond(std::log(hull_.load_min_n / load)) + beyond(std::log(load / hull_.load_max_n))) /
              kLogLoadReach;
 }

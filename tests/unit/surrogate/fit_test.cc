@@ -40,7 +40,7 @@ HybridModel::Answer At(const v1alpha1::Model& model, double slip, double angle, 
 TEST(BekkerFit, RecoversParametersFromNoisyRuns) {
   Truth truth;
   truth.noise = 0.005;
-  const auto runs = RandomRuns(truth, 80, v1alpha1::RUN_ROLE_TRAIN, 7, 12, 30);
+  const auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 7, 12, 30);
   const std::vector<Row> rows = SteadyRows(runs, v1alpha1::RUN_ROLE_TRAIN);
   BekkerFitOptions options;
   options.unit_weight = truth.physics.unit_weight;
@@ -76,7 +76,7 @@ TEST(FitModel, IntervalsOfAManyRunModelCoverHeldOutRuns) {
   Truth truth;
   truth.misfit = 0.05;
   truth.noise = 0.015;
-  auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 11, 12, 30);
+  auto runs = RandomRuns(truth, 40, v1alpha1::RUN_ROLE_TRAIN, 11, 12, 30);
   for (auto& run : RandomRuns(truth, 200, v1alpha1::RUN_ROLE_TEST, 12, 12, 30)) {
     runs.push_back(run);
   }
@@ -102,7 +102,7 @@ TEST(FitModel, ResidualTableBeatsPhysicsAlone) {
   Truth truth;
   truth.misfit = 0.1;
   truth.noise = 0.003;
-  auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 21, 12, 30);
+  auto runs = RandomRuns(truth, 40, v1alpha1::RUN_ROLE_TRAIN, 21, 12, 30);
   for (auto& run : RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TEST, 22, 12, 30)) runs.push_back(run);
   FitRequest request = MakeRequest(runs);
   const v1alpha1::Model hybrid = FitModel(request);
