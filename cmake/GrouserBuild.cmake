@@ -47,7 +47,7 @@ function(grouser_test name)
   target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK}
     GTest::gmock GTest::gtest GTest::gtest_main)
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 120)
+    set(ARG_TIMEOUT 600)  # a guard against hanging; fsyncs are slow on a busy disk
   endif()
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
