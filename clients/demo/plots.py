@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the back end is chosen first)
 import numpy as np  # noqa: E402
 
-from records import AXES, OUTPUTS, number  # noqa: E402
+from records import AXES, NEAR_SLIP, PREDICTED, number  # noqa: E402
 
 DEM, SURROGATE, MEASURED, BEFORE = "#1b4965", "#d1495b", "#2a9d5c", "#9a8c98"
 SHOWN = ("f_x", "f_y", "torque", "sinkage")
@@ -111,9 +111,9 @@ def against_angle(curves, runs, load_n):
     for one, output in zip(axes, SHOWN):
         for color, (slip, responses) in zip(colors, curves.items()):
             draw_curve(one, responses.angle_deg, responses, output, color, f"surrogate, slip {slip:g}")
-            here = [run for run in runs if abs(run.slip - slip) < 0.02
+            here = [run for run in runs if abs(run.slip - slip) <= NEAR_SLIP
                     and abs(run.load_n / load_n - 1) < 0.02]
-            draw_runs(one, here, lambda run: run.angle_deg, output, f"DEM, slip {slip:g}",
+            draw_runs(one, here, lambda run: run.angle_deg, output, f"DEM, slip {slip:g} ± {NEAR_SLIP:g}",
                       color=color)
         one.set_xlabel("attack angle [°]")
         one.set_ylabel(axis_label(output))
@@ -125,7 +125,8 @@ def against_angle(curves, runs, load_n):
 def parity(pairs):
     """`pairs`: [(Run, {output: (value, low, high)})] of runs never fitted."""
     figure, axes = plt.subplots(2, 3, figsize=(10.4, 6.6))
-    for one, output in zip(axes.flat, OUTPUTS):
+    axes[1, 2].set_visible(False)
+    for one, output in zip(axes.flat, PREDICTED):
         scale = AXES[output][2]
         dem = scale * np.array([run.mean[output] for run, _ in pairs])
         error = scale * np.array([run.standard_error[output] for run, _ in pairs])
@@ -178,8 +179,8 @@ def pressure(run):
 def refinement(before, after, held_out, worker):
     """Answers at one state before and after: {output: (value, low, high)};
     `held_out`: a DEM run that no fit has seen; `worker`: the job's own run."""
-    figure, axes = plt.subplots(1, len(OUTPUTS), figsize=(12.4, 3.2))
-    for one, output in zip(axes, OUTPUTS):
+    figure, axes = plt.subplots(1, len(PREDICTED), figsize=(11.4, 3.2))
+    for one, output in zip(axes, PREDICTED):
         scale = AXES[output][2]
         for x, answer, color in ((0, before, BEFORE), (1, after, SURROGATE)):
             value, low, high = (scale * number for number in answer[output])

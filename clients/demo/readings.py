@@ -1,8 +1,9 @@
 """What the report says about each plot, in words made from its numbers."""
 
+import math
 import statistics
 
-from records import AXES, OUTPUTS, degrees, number
+from records import AXES, EXTRAPOLATED, PREDICTED, degrees, number
 
 
 def campaign(runs):
@@ -23,8 +24,8 @@ def against_slip(steady, near, measured, load):
         best = max(forward, key=lambda run: run.mean["f_x"] / run.load_n)
         text = (f"The largest steady drawbar pull at 0° is {best.mean['f_x']:.2f} N (slip {best.slip:.2f}, "
                 f"load {best.load_n:g} N), {100 * best.mean['f_x'] / best.load_n:.0f} % of the load. ")
-    return text + (f"Of {measured} measured points {near} have a load within 15 % of {load:g} N and are "
-                   "drawn; the others are in the table below. The interval covers a fresh DEM mean, "
+    return text + (f"{near} of {measured} measured points have one of these attack angles and a load "
+                   f"within 15 % of {load:g} N and are drawn; all are in the table below. The interval covers a fresh DEM mean, "
                    "not the measurement: where green squares lie outside the band, the grains, not the "
                    "fit, are off. They are not calibrated yet.")
 
@@ -42,7 +43,7 @@ def against_angle(curves):
 def parity(pairs, level):
     total = inside = 0
     worst = []
-    for output in OUTPUTS:
+    for output in PREDICTED:
         errors = []
         for run, answer in pairs:
             value, low, high = answer[output]
@@ -82,7 +83,7 @@ def pressure(run):
 
 def refinement(before, after, held_out):
     better, narrower, inside = [], [], [0, 0]
-    for output in OUTPUTS:
+    for output in PREDICTED:
         truth = held_out.mean[output]
         if abs(after[output][0] - truth) < abs(before[output][0] - truth):
             better.append(output)
@@ -93,24 +94,36 @@ def refinement(before, after, held_out):
     named = [", ".join(names) if names else "none" for names in (better, narrower)]
     return (f"The held-out run stands at the same state on another bed and was shown to neither fit. The "
             f"error fell for {named[0]}; the interval narrowed for {named[1]}. The held-out mean lies "
-            f"inside the interval for {inside[0]} of {len(OUTPUTS)} outputs before and {inside[1]} after. "
+            f"inside the interval for {inside[0]} of {len(PREDICTED)} outputs before and {inside[1]} after. "
             "One placement of the bed differs from the next, so a single held-out run is itself uncertain "
             "by more than its own standard error.")
 
 
 def measured(rows):
+    """Where DEM trained the surrogate, and where it did not."""
+    groups = (("inside the hull of the training runs", [r for r in rows if not extrapolated(r)]),
+              ("outside it, where no DEM run stands behind the surrogate", [r for r in rows if extrapolated(r)]))
+    text = [f"At the {len(group)} points {where}: {agreement(group)}." for where, group in groups if group]
+    return " ".join(text) + (" The grains are far larger than sand and not calibrated to it; this is the error "
+                             "that calibration has to remove.")
+
+
+def extrapolated(row):
+    return bool(int(row["flags"]) & EXTRAPOLATED)
+
+
+def agreement(rows):
     text = []
     for output in ("f_x", "f_y", "sinkage"):
         scale, unit = AXES[output][2], AXES[output][1]
         pairs = [(row["measured"][output], row["surrogate"][output]) for row in rows
-                 if number(row["measured"][output]["value"]) == number(row["measured"][output]["value"])]
+                 if not math.isnan(number(row["measured"][output]["value"]))]
         if not pairs:
             continue
         off = [scale * (number(model["value"]) - number(wheel["value"])) for wheel, model in pairs]
         inside = sum(number(model["low"]) <= number(wheel["value"]) <= number(model["high"])
                      for wheel, model in pairs)
-        text.append(f"{output}: surrogate minus measurement {statistics.fmean(off):+.3g} {unit} on "
-                    f"average, {statistics.fmean(d * d for d in off) ** 0.5:.3g} {unit} rms, {inside} of "
+        text.append(f"{output} of the surrogate minus the measurement is {statistics.fmean(off):+.3g} {unit} on "
+                    f"average, {statistics.fmean(d * d for d in off) ** 0.5:.3g} {unit} rms, with {inside} of "
                     f"{len(pairs)} measurements inside the interval for DEM")
-    return ("; ".join(text) + ". The grains are far larger than sand and not calibrated to it; this is the "
-            "error that calibration has to remove.")
+    return "; ".join(text)

@@ -16,9 +16,8 @@ import sys
 import plots
 import readings
 from processes import write_atomically
-from records import AXES, OUTPUTS, Responses, Run, number
+from records import AXES, EXTRAPOLATED, OUTPUTS, PREDICTED, Responses, Run, number
 
-EXTRAPOLATED = 4  # StateFlag
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
@@ -142,7 +141,8 @@ def response_sections(runs, data):
     slip_curves = {float(k): Responses(v) for k, v in data["curves_over_slip"].items()}
     angle_curves = {float(k): Responses(v) for k, v in data["curves_over_angle"].items()}
     rows = data["compare"]["rows"]
-    near = [row for row in rows if abs(number(row["load_n"]) / load - 1) < 0.15]
+    near = [row for row in rows if abs(number(row["load_n"]) / load - 1) < 0.15
+            and any(abs(number(row["attack_angle_deg"]) - angle) < 0.5 for angle in slip_curves)]
     yield section(f"Forces, torque and sinkage against slip, load {load:g} N",
                   picture(plots.against_slip(slip_curves, steady, near, load), "forces against slip"),
                   reading(readings.against_slip(steady, len(near), len(rows), load)))
@@ -174,12 +174,14 @@ def answer_of(message, index=0):
 
 
 def error_table(model):
-    rows = [(row["region"].replace("REGION_", "").lower(), row["output"], row["set"], int(row["n"]),
-             number(row["rmse"]), number(row["max_abs"]), f"{100 * number(row['covered90']):.0f} %")
+    rows = [(row["region"].replace("REGION_", "").lower(), f"{row['output']} {AXES[row['output']][1]}",
+             row["set"].replace("_", " "), int(row["n"]),
+             *(AXES[row["output"]][2] * number(row[key]) for key in ("rmse", "max_abs")),
+             f"{100 * number(row['covered90']):.0f} %")
             for row in model["errors"] if int(row["n"]) > 0]
     return "<h3>Error table of the model</h3>" + table(
         ("region", "output", "set", "n", "rmse", "largest", "inside the interval"), rows,
-        "Units: N, N m, m. Region of few runs: read n first.")
+        "Where n is small, the numbers beside it say little.")
 
 
 def compare_section(compare):
@@ -233,7 +235,7 @@ def refinement_section(data):
     rows = [(f"{o} {AXES[o][1]}", *(AXES[o][2] * x for x in (
         before[o][0], (before[o][2] - before[o][1]) / 2, abs(before[o][0] - held_out.mean[o]),
         after[o][0], (after[o][2] - after[o][1]) / 2, abs(after[o][0] - held_out.mean[o]),
-        held_out.mean[o], held_out.standard_error[o]))) for o in OUTPUTS]
+        held_out.mean[o], held_out.standard_error[o]))) for o in PREDICTED]
     gate = [(check["name"], "passed" if check["passed"] else "failed", check["detail"])
             for check in item["job"]["gate"]]
     where = (f"slip {worker.slip:.2f}, attack angle {worker.angle_deg:.0f}°, load {worker.load_n:g} N")

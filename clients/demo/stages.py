@@ -12,7 +12,7 @@ import refinement
 import report
 from demo_context import expect
 from processes import wait_for_file, write_atomically
-from records import OUTPUTS, Run, number
+from records import NEAR_SLIP, OUTPUTS, Run, number
 
 MODEL_NAME = "demo"
 MIN_RUNS, MIN_ANGLES, MIN_HELD_OUT = 12, 3, 3
@@ -90,7 +90,7 @@ def query(demo):
     domain = demo.data["model"]["domain"]
     train = [run for run in demo.runs if run.steady and run.role == "train" and run.load_n == demo.load_n]
     angles = sorted({round(run.angle_deg) for run in train})
-    slips = [slip for slip, _ in collections.Counter(round(run.slip, 2) for run in train).most_common(3)]
+    slips = slips_of_many_angles(train)
     low, high = number(domain["slip_min"]), number(domain["slip_max"])
     widest = math.degrees(number(domain["attack_angle_max_rad"]))
     steps = [i / 40 for i in range(41)]
@@ -105,6 +105,18 @@ def query(demo):
         "run_ids": [run.run_id for run in held_out],
         "responses": demo.query([{"slip": run.slip, "angle_deg": run.angle_deg, "load": run.load_n}
                                  for run in held_out])["responses"]}
+
+
+def slips_of_many_angles(train, count=3, apart=0.25):
+    """Slips near which there are runs at the most attack angles."""
+    def angles_near(slip):
+        return len({round(run.angle_deg) for run in train if abs(run.slip - slip) <= NEAR_SLIP})
+
+    chosen = []
+    for slip in sorted({round(run.slip, 2) for run in train}, key=angles_near, reverse=True):
+        if len(chosen) < count and all(abs(slip - other) >= apart for other in chosen):
+            chosen.append(slip)
+    return chosen
 
 
 def expect_same_over_lcm(demo, answer):

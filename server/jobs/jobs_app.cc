@@ -3,6 +3,7 @@
 #include <chrono>
 #include <future>
 #include <stdexcept>
+#include <utility>
 
 #include "proto/records/model_file.h"
 #include "server/core/model_reference.h"

@@ -11,7 +11,6 @@
 #include <boost/asio/signal_set.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <utility>  // Boost 1.74 Asio lacks it under C++20
 
 #include "proto/records/model_file.h"
 #include "server/core/config.h"

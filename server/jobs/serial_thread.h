@@ -5,7 +5,6 @@
 #include <boost/asio/io_context.hpp>
 #include <functional>
 #include <thread>
-#include <utility>  // Boost 1.74 Asio lacks it under C++20
 
 namespace grouser::server {
 

@@ -7,6 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 namespace grouser::server {
 namespace {

@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
-#include <utility>  // Boost 1.74 Asio lacks it under C++20
 
 #include "server/jobs/worker_log.h"
 #include "server/jobs/worker_process.h"

@@ -13,6 +13,7 @@ constexpr double kOverloadSinkage = 0.7;  // of the radius: DEM runs end there
 constexpr double kEdge = 1e-9;            // rounding at the hull's faces
 // One unit of hull distance beyond the box; by judgement, not fitted.
 constexpr double kSlipReach = 0.15, kLateralReach = 0.15, kLogLoadReach = 0.3;
+constexpr double kFarFromRuns = 0.5;       // hull distance that is flagged
 constexpr double kHalfPi = 1.5707963267948966;
 
 double At(std::span<const double> values, std::size_t i, double otherwise) {
@@ -136,14 +137,15 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   ApplyMirrors(state, &answer.value);
 
   if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
-  if (OutsideBox(state, load) || answer.value[kSinkage] > kOverloadSinkage * radius) {
-    answer.flags |= kExtrapolated;
-  }
   const double froude =
       state.speed * state.speed / (hull_.gravity_m_per_s2 * radius);
   if (hull_.froude_max > 0 && froude > hull_.froude_max) answer.flags |= kRate;
   double distance = rest[ResidualTable::kDistance] > 0 ? rest[ResidualTable::kDistance] : 0;
   distance += Excess(state, load);
+  if (OutsideBox(state, load) || distance > kFarFromRuns ||
+      answer.value[kSinkage] > kOverloadSinkage * radius) {
+    answer.flags |= kExtrapolated;
+  }
   AddUncertainty(distance, load, &answer);
   return answer;
 }

@@ -125,7 +125,7 @@ class DemoReport(unittest.TestCase):
         held_out.mean["f_x"] = 1.9
         text = readings.refinement(before, after, held_out)
         self.assertIn("The error fell for f_x; the interval narrowed for f_x", text)
-        self.assertIn("5 of 6 outputs before and 6 after", text)
+        self.assertIn("4 of 5 outputs before and 5 after", text)
 
     def test_nan_written_by_protobuf(self):
         data = synthetic_data()

@@ -38,7 +38,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 
 // Random coefficients with each channel's parity in them: what the fitter's
 // interpolation makes, without the fitter.
-ResidualTable RandomTable(double size) {
+ResidualTable RandomTable(double size, double distance = 0.1) {
   const TableAxes axes{12, 5, 4, std::log(8.0), std::log(90.0)};
   std::mt19937_64 random(6);
   std::normal_distribution<double> normal(0, size);
@@ -56,7 +56,7 @@ ResidualTable RandomTable(double size) {
         for (int k = 0; k < row; ++k) {
           // At the pole (last rows) all directions meet: nothing there.
           at(i, j, k) = j >= m - 4 ? 0 : normal(random);
-          if (c == ResidualTable::kDistance) at(i, j, k) = std::fabs(at(i, j, k)) / size;
+          if (c == ResidualTable::kDistance) at(i, j, k) = distance * std::fabs(at(i, j, k)) / size;
         }
       }
     }
@@ -95,8 +95,8 @@ Uncertainty MakeUncertainty() {
   return u;
 }
 
-HybridModel MakeHybridModel(double size = 0.02) {
-  return {BekkerModel(BekkerParameters{}, {0.0625, 0.05}), RandomTable(size), MakeHull(),
+HybridModel MakeHybridModel(double size = 0.02, double distance = 0.1) {
+  return {BekkerModel(BekkerParameters{}, {0.0625, 0.05}), RandomTable(size, distance), MakeHull(),
           MakeUncertainty()};
 }
 
@@ -155,6 +155,26 @@ TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
       EXPECT_GT(p[4][i], p[0][i]);
       EXPECT_EQ(p[0][i], b.outputs[o][0][0]);
     }
+  }
+}
+
+// Inside the box, but no run near: said as well, and the interval is wider.
+TEST(Hybrid, FarFromEveryRunIsExtrapolated) {
+  const HybridModel near = MakeHybridModel(0.02, 0.1), far = MakeHybridModel(0.02, 1.0);
+  const auto here = near.EvaluateOne(0.1, 0, 0.1, 24), there = far.EvaluateOne(0.1, 0, 0.1, 24);
+  EXPECT_EQ(here.flags & kExtrapolated, 0u);
+  EXPECT_NE(there.flags & kExtrapolated, 0u);
+  EXPECT_GT(there.half_width[kFx], here.half_width[kFx]);
+}
+
+// Beyond the box the interval grows with the way beyond it.
+TEST(Hybrid, IntervalsGrowBeyondTheBox) {
+  const HybridModel model = MakeHybridModel(0.02, 0.0);
+  double last = 0;
+  for (const double load : {24.0, 60.0, 120.0, 240.0}) {
+    const auto a = model.EvaluateOne(0.1, 0, 0.1, load);
+    EXPECT_GT(a.half_width[kSinkage], last) << load;
+    last = a.half_width[kSinkage];
   }
 }
 
