@@ -22,8 +22,8 @@ def refine(demo):
     job = demo.client_json("watch", submitted["job_id"])
     expect(job["job_state"] == "JOB_STATE_AWAITING_PROMOTION",
            f"job {job['job_id']} is {job['job_state']}: {job['message']}")
-    expect(number(before["generation"]) == number(demo.query([state])["generation"]),
-           "a candidate moved the stable alias before its promotion")
+    expect(demo.query([state])["model"] == before["model"],
+           "a candidate answered before its promotion")
     check_provenance(demo, job)
     truth = json.loads(demo.processes.finish("held_out", held_out))
     expect(Run(truth).steady, f"the held-out run is {truth['status']}: {truth['reason']}")

@@ -23,7 +23,13 @@ GROUSER_HD Vec3f Cross(Vec3f a, Vec3f b) {
 }
 GROUSER_HD float Max(float a, float b) { return a > b ? a : b; }
 GROUSER_HD float Min(float a, float b) { return a < b ? a : b; }
-GROUSER_HD float Sqrt(float a) { return __builtin_sqrtf(a); }
+GROUSER_HD float Sqrt(float a) {
+#if defined(__CUDA_ARCH__)
+  return sqrtf(a);  // correctly rounded too (-prec-sqrt=true is nvcc's default)
+#else
+  return __builtin_sqrtf(a);
+#endif
+}
 
 /// The part of `a` normal to the unit vector `n`, stretched to the length of
 /// `a`: carries a tangential history along as its contact plane turns.
