@@ -6,8 +6,8 @@ import subprocess
 import time
 
 
-class Interrupted(Exception):
-    """SIGINT, SIGTERM or SIGHUP came."""
+class Interrupted(BaseException):
+    """SIGINT, SIGTERM or SIGHUP came; no failure of a stage."""
 
     def __init__(self, number):
         super().__init__(signal.Signals(number).name)
