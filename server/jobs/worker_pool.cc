@@ -125,8 +125,9 @@ void WorkerPool::TerminateOnLoop(Worker& worker) {
   worker.process.SignalGroup(SIGTERM);
   worker.grace.expires_after(Seconds(grace_s_));
   worker.grace.async_wait([this, key = worker.key](const boost::system::error_code& error) {
+    if (error) return;
     const auto found = workers_.find(key);
-    if (!error && found != workers_.end()) found->second->process.SignalGroup(SIGKILL);
+    if (found != workers_.end()) found->second->process.SignalGroup(SIGKILL);
   });
 }
 

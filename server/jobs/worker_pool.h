@@ -24,6 +24,7 @@ class WorkerPool {
 
   /// A worker that is told to stop has `grace_s` from SIGTERM to SIGKILL.
   WorkerPool(boost::asio::io_context& loop, double grace_s);
+  /// Kills what still runs. The loop must have stopped.
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;

@@ -7,6 +7,7 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <fstream>
+#include <optional>
 
 #include "server/jobs/folder_lock.h"
 #include "server/jobs/worker_log.h"
@@ -211,13 +212,14 @@ class WorkerPoolTest : public ::testing::Test {
     thread_.join();
   }
 
-  void Start(WorkerPool& pool, WorkerCommand command) {
-    pool.Start("w", std::move(command),
-               {[this](const ProgressLine& line) { stage_ = line.stage; },
-                [this](const WorkerEnd& end) {
-                  end_ = end;
-                  ended_ = true;
-                }});
+  void MakePool(double grace_s) { pool_.emplace(loop_, grace_s); }
+  void Start(WorkerCommand command) {
+    pool_->Start("w", std::move(command),
+                 {[this](const ProgressLine& line) { stage_ = line.stage; },
+                  [this](const WorkerEnd& end) {
+                    end_ = end;
+                    ended_ = true;
+                  }});
   }
   WorkerEnd Wait() {
     EXPECT_TRUE(Eventually([&] { return ended_.load(); }));
@@ -226,6 +228,7 @@ class WorkerPoolTest : public ::testing::Test {
 
   TempDir dir_;
   boost::asio::io_context loop_{1};
+  std::optional<WorkerPool> pool_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
   std::string stage_;  // read after the end only
   WorkerEnd end_;
@@ -234,42 +237,42 @@ class WorkerPoolTest : public ::testing::Test {
 };
 
 TEST_F(WorkerPoolTest, ReportsProgressAndTheEnd) {
-  WorkerPool pool(loop_, 5);
+  MakePool(5);
   // Ends when the test has seen that progress is followed while it runs.
-  Start(pool, Sh(dir_, "echo progress 0.5 rolling >&2; sleep 1; exit 4"));
+  Start(Sh(dir_, "echo progress 0.5 rolling >&2; sleep 1; exit 4"));
   EXPECT_TRUE(Wait().Exited(4));
   EXPECT_EQ(stage_, "rolling");
 }
 
 TEST_F(WorkerPoolTest, TerminateIsKindFirst) {
-  WorkerPool pool(loop_, 50);
-  Start(pool, Sh(dir_, "trap 'exit 7' TERM; echo > ready; while :; do sleep 0.01; done"));
+  MakePool(50);
+  Start(Sh(dir_, "trap 'exit 7' TERM; echo > ready; while :; do sleep 0.01; done"));
   ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(dir_ / "ready"); }));
-  pool.Terminate("w");
+  pool_->Terminate("w");
   EXPECT_TRUE(Wait().Exited(7));
 }
 
 TEST_F(WorkerPoolTest, TerminateIsHardAfterTheGrace) {
-  WorkerPool pool(loop_, 0.05);
-  Start(pool, Sh(dir_, "trap '' TERM; echo > ready; while :; do sleep 0.01; done"));
+  MakePool(0.05);
+  Start(Sh(dir_, "trap '' TERM; echo > ready; while :; do sleep 0.01; done"));
   ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(dir_ / "ready"); }));
-  pool.Terminate("w");
+  pool_->Terminate("w");
   EXPECT_EQ(Wait().signal, SIGKILL);
 }
 
 TEST_F(WorkerPoolTest, TimeLimitEndsAHangingWorker) {
-  WorkerPool pool(loop_, 5);
+  MakePool(5);
   auto command = Sh(dir_, "exec sleep 1000");
   command.timeout_s = 0.05;
-  Start(pool, std::move(command));
+  Start(std::move(command));
   EXPECT_TRUE(Wait().timed_out);
 }
 
 TEST_F(WorkerPoolTest, AMissingProgramIsAnEndLikeOthers) {
-  WorkerPool pool(loop_, 5);
+  MakePool(5);
   auto command = Sh(dir_, "");
   command.argv = {dir_ / "nothing"};
-  Start(pool, std::move(command));
+  Start(std::move(command));
   EXPECT_THAT(Wait().Text(), HasSubstr("could not be started"));
 }
 
