@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem_offline/engine/laws/recipe.h"
+#include "dem_offline/engine/laws/menu.h"
 #include "dem_offline/engine/world/grain.h"
 
 namespace grouser::dem {
@@ -19,31 +19,55 @@ struct Frame {
   std::int32_t FixZ(double z_m) const;   ///< throws std::out_of_range outside +-z_span/2
 };
 
+/// Pairs that never make a contact: members of one clump, intact bonds.
+struct Exclusions {
+  const std::int32_t* clump_of = nullptr;  ///< [grains]; -1: none. Null: no clumps
+  /// [grains] sorted partners behind an intact bond. Null: no bonds
+  const std::vector<std::vector<std::int32_t>>* bonded = nullptr;
+  bool Has(std::int32_t i, std::int32_t j) const;
+};
+
 /// Full Verlet lists in interleaved slots (see PairView), with the history of
 /// every contact carried over rebuilds by partner.
 class NeighbourList {
  public:
-  /// Finds all pairs closer than `skin_m` (surface to surface). Candidates of a
-  /// grain are ordered by gap, so that touching rows come first. Throws
-  /// std::invalid_argument when the period is under three search radii.
+  /// words: of one contact's history. capacity: slots to begin with; 0: as
+  /// many as the first build needs and a quarter more.
+  void Configure(int words, std::int64_t capacity);
+
+  /// Finds all pairs closer than `reach_m` (surface to surface). Candidates of
+  /// a grain are ordered by gap, so that touching rows come first. Where the
+  /// slots do not suffice the old list is put back, the capacity regrown, and
+  /// the build repeated: no history is lost. Throws std::invalid_argument when
+  /// the period is under three search radii.
   void Build(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
-             float skin_m);
+             float reach_m, const Exclusions& excluded = {});
 
   /// Puts a history into an existing slot (tile restore); false: no such slot.
   bool SetHistory(std::int32_t grain, std::int32_t partner, const float* words);
 
+  int words() const { return words_; }
   const std::vector<std::int64_t>& first_slot() const { return first_slot_; }
   const std::vector<std::int32_t>& partner() const { return partner_; }
-  std::array<std::vector<float>, kHistoryWords>& history() { return history_; }
-  const std::array<std::vector<float>, kHistoryWords>& history() const { return history_; }
+  /// [words], each [slots]; word 0 is zero where there is no contact (laws with
+  /// range may keep a neck with word 0 zero: look at all words there).
+  std::array<std::vector<float>, kMaxHistoryWords>& history() { return history_; }
+  const std::array<std::vector<float>, kMaxHistoryWords>& history() const { return history_; }
   std::vector<std::uint8_t>& row_touches() { return row_touches_; }
+  std::uint64_t regrowths() const { return regrowths_; }
+  std::int64_t capacity() const { return capacity_; }
 
  private:
-  void Carry(NeighbourList& old, std::int64_t tiles);
+  struct Slots;
+  bool Alive(std::int64_t slot) const;
+  void Carry(const NeighbourList& old, std::int64_t tiles);
 
+  int words_ = 0;
+  std::int64_t capacity_ = 0;
+  std::uint64_t regrowths_ = 0;
   std::vector<std::int64_t> first_slot_;
   std::vector<std::int32_t> partner_;
-  std::array<std::vector<float>, kHistoryWords> history_;
+  std::array<std::vector<float>, kMaxHistoryWords> history_;
   std::vector<std::uint8_t> row_touches_;
 };
 

@@ -1,6 +1,7 @@
-// The body of PairForces, compiled once per instruction set: GROUSER_ISA_NS
+// The body of the pair kernel, compiled once per instruction set: GROUSER_ISA_NS
 // names the set. Instantiates nothing from the standard library, so that no
-// code of a higher set can leak into the rest of the program.
+// code of a higher set can leak into the rest of the program. What evaluates a
+// contact is a template argument: a recipe of the menu, or the generic path.
 
 namespace grouser::dem::GROUSER_ISA_NS {
 namespace {
@@ -9,12 +10,12 @@ constexpr int L = kLanes;
 
 /// One row of lanes as structure of arrays.
 struct alignas(64) Lanes {
-  std::int32_t x[L], y[L], z[L];
-  float radius[L], vx[L], vy[L], vz[L], mass[L], wx[L], wy[L], wz[L], inertia[L];
+  std::int32_t x[L], y[L], z[L], kind[L];
+  float radius[L], vx[L], vy[L], vz[L], mass[L], wx[L], wy[L], wz[L];
 };
 
 struct alignas(64) Sums {
-  float fx[L], fy[L], fz[L], tx[L], ty[L], tz[L], touching[L];
+  float fx[L], fy[L], fz[L], tx[L], ty[L], tz[L], touching[L], deepest[L];
 };
 
 struct alignas(64) Gap {
@@ -23,7 +24,7 @@ struct alignas(64) Gap {
 };
 
 struct alignas(64) EnergyLanes {
-  float stored[L], normal[L], tangent[L], slip[L], rolling[L];
+  float stored[L], normal[L], tangent[L], slip[L], rolling[L], plastic[L], cohesion[L];
 };
 
 GROUSER_HD void LoadPlaces(const Grain* g, const std::int32_t* j, Lanes& out) {
@@ -46,12 +47,13 @@ GROUSER_HD void LoadMotion(const Grain* g, const std::int32_t* j, Lanes& out) {
     out.wx[l] = p.wx;
     out.wy[l] = p.wy;
     out.wz[l] = p.wz;
-    out.inertia[l] = p.inertia;
+    out.kind[l] = p.kind;
   }
 }
 
 /// Distances; the wrapped difference is the minimum image.
-GROUSER_HD bool Distances(const Lanes& i, const Lanes& j, const float* q, Gap& gap) {
+template <bool kRange>
+GROUSER_HD bool Distances(const Lanes& i, const Lanes& j, const float* q, float range, Gap& gap) {
   const float qx = q[0], qy = q[1], qz = q[2];
   std::int32_t any = 0;
 #pragma GCC ivdep
@@ -67,7 +69,8 @@ GROUSER_HD bool Distances(const Lanes& i, const Lanes& j, const float* q, Gap& g
     gap.dz[l] = static_cast<float>(iz) * qz;
     gap.d2[l] = gap.dx[l] * gap.dx[l] + gap.dy[l] * gap.dy[l] + gap.dz[l] * gap.dz[l];
     gap.reach[l] = i.radius[l] + j.radius[l];
-    const std::int32_t near = gap.d2[l] < gap.reach[l] * gap.reach[l] ? 1 : 0;
+    const float far = kRange ? gap.reach[l] + range : gap.reach[l];
+    const std::int32_t near = gap.d2[l] < far * far ? 1 : 0;
     gap.touch[l] = gap.d2[l] > 0.0f ? near : 0;
     any |= gap.touch[l];
   }
@@ -76,56 +79,55 @@ GROUSER_HD bool Distances(const Lanes& i, const Lanes& j, const float* q, Gap& g
 
 /// One contact as its first side sees it; a lane that does not touch gets a
 /// harmless geometry and is masked afterwards.
-GROUSER_HD ContactGeometry Geometry(const Lanes& i, const Lanes& j, const Gap& gap, int l,
-                                    float* lever) {
+template <bool kRange>
+GROUSER_HD ContactGeometry Geometry(const Lanes& i, const Lanes& j, const Gap& gap, float range,
+                                    int l, float* lever) {
   const bool touch = gap.touch[l] != 0;
   const float dist = Sqrt(touch ? gap.d2[l] : 1.0f);
   const float inv = 1.0f / dist;
   ContactGeometry g;
   g.n = {gap.dx[l] * inv, gap.dy[l] * inv, gap.dz[l] * inv};
   g.overlap = touch ? gap.reach[l] - dist : 1e-9f;
-  g.overlap = Max(g.overlap, 1e-12f);
+  if (!kRange || range == 0.0f) g.overlap = Max(g.overlap, 1e-12f);
   const float ri = Max(i.radius[l], 1e-9f), rj = Max(j.radius[l], 1e-9f);
-  const float mi = Max(i.mass[l], 1e-12f), mj = Max(j.mass[l], 1e-12f);
+  const float mi = Max(i.mass[l], 1e-30f), mj = Max(j.mass[l], 1e-30f);
   const float li = ri - 0.5f * g.overlap, lj = rj - 0.5f * g.overlap;
   const Vec3f wi = {i.wx[l], i.wy[l], i.wz[l]}, wj = {j.wx[l], j.wy[l], j.wz[l]};
   const Vec3f dv = {i.vx[l] - j.vx[l], i.vy[l] - j.vy[l], i.vz[l] - j.vz[l]};
   g.v_rel = dv - Cross(li * wi + lj * wj, g.n);
   g.w_rel = wi - wj;
+  g.w_own = wi;
+  g.r_own = ri;
+  g.r_other = rj;
   g.r_eff = ri * rj / (ri + rj);
-  g.m_eff = mi * mj / (mi + mj);
+  g.m_own = mi;
+  g.m_eff = mi * (mj / (mi + mj));
   const float ii = 1.4f * mi * ri * ri, ij = 1.4f * mj * rj * rj;
-  g.roll_inertia = ii * ij / (ii + ij);
+  g.roll_inertia = ii * (ij / (ii + ij));
+  g.k_old = 0.0f;
   *lever = li;
   return g;
 }
 
 GROUSER_HD float Keep(bool keep, float value) { return keep ? value : 0.0f; }
 
-template <bool kEnergy>
-GROUSER_HD void RowForces(const PairView& v, const Lanes& i, const Lanes& j, const Gap& gap,
-                          std::int64_t slot, Sums& sum, EnergyLanes& energy) {
-  float* __restrict__ h[kHistoryWords];
-  for (int w = 0; w < kHistoryWords; ++w) h[w] = v.history[w] + slot;
-  const auto p = v.params;
+template <class Law, bool kEnergy>
+GROUSER_HD void RowForces(const PairView& v, const Law& law, const Lanes& i, const Lanes& j,
+                          const Gap& gap, std::int64_t slot, Sums& sum, EnergyLanes& energy) {
+  float* __restrict__ h[kMaxHistoryWords];
+  const int words = law.Words();
+  for (int w = 0; w < words; ++w) h[w] = v.history[w] + slot;
   const float dt = v.dt;
 #pragma GCC ivdep
   for (int l = 0; l < L; ++l) {
-    const bool touch = gap.touch[l] != 0;
     float lever;
-    const ContactGeometry g = Geometry(i, j, gap, l, &lever);
-    const ContactHistory old = {{h[kTangentX][l], h[kTangentY][l], h[kTangentZ][l]},
-                                h[kOldRadius][l],
-                                {h[kRollX][l], h[kRollY][l], h[kRollZ][l]}};
-    const ContactResult r = HertzMindlinEpsd::Evaluate(p, g, old, dt);
+    const ContactGeometry g = Geometry<Law::kRange>(i, j, gap, v.range, l, &lever);
+    float word[Law::kMostWords];
+    for (int w = 0; w < words; ++w) word[w] = h[w][l];
+    const ContactResult r = law.Evaluate(i.kind[l], j.kind[l], g, word, dt);
+    const bool touch = gap.touch[l] != 0 && (!Law::kRange || r.active);
     const Vec3f torque = r.moment - lever * Cross(g.n, r.force);
-    h[kTangentX][l] = Keep(touch, r.history.tangent.x);
-    h[kTangentY][l] = Keep(touch, r.history.tangent.y);
-    h[kTangentZ][l] = Keep(touch, r.history.tangent.z);
-    h[kOldRadius][l] = Keep(touch, r.history.old_radius);
-    h[kRollX][l] = Keep(touch, r.history.roll.x);
-    h[kRollY][l] = Keep(touch, r.history.roll.y);
-    h[kRollZ][l] = Keep(touch, r.history.roll.z);
+    for (int w = 0; w < words; ++w) h[w][l] = Keep(touch, word[w]);
     sum.fx[l] += Keep(touch, r.force.x);
     sum.fy[l] += Keep(touch, r.force.y);
     sum.fz[l] += Keep(touch, r.force.z);
@@ -133,25 +135,29 @@ GROUSER_HD void RowForces(const PairView& v, const Lanes& i, const Lanes& j, con
     sum.ty[l] += Keep(touch, torque.y);
     sum.tz[l] += Keep(touch, torque.z);
     sum.touching[l] += Keep(touch, 1.0f);
+    sum.deepest[l] = Max(sum.deepest[l], Keep(touch, g.overlap));
     if (kEnergy) {
       energy.stored[l] += Keep(touch, r.stored);
       energy.normal[l] += Keep(touch, r.normal_damping);
       energy.tangent[l] += Keep(touch, r.tangent_damping);
       energy.slip[l] += Keep(touch, r.slip);
       energy.rolling[l] += Keep(touch, r.rolling);
+      energy.plastic[l] += Keep(touch, r.plastic);
+      // Breaking a neck or bridge costs in the step in which it goes.
+      energy.cohesion[l] += Keep(gap.touch[l] != 0, r.cohesion);
     }
   }
 }
 
-GROUSER_HD void ClearRow(const PairView& v, std::int64_t slot) {
-  for (int w = 0; w < kHistoryWords; ++w) {
+GROUSER_HD void ClearRow(const PairView& v, int words, std::int64_t slot) {
+  for (int w = 0; w < words; ++w) {
     for (int l = 0; l < L; ++l) v.history[w][slot + l] = 0.0f;
   }
 }
 
 /// Index body of the kernel: all contacts of the kLanes grains of one tile.
-template <bool kEnergy>
-void TileForces(const PairView& v, int tile) {
+template <class Law, bool kEnergy>
+void TileForces(const PairView& v, const Law& law, int tile, EnergySums* total) {
   Lanes mine, theirs;
   Gap gap;
   Sums sum = {};
@@ -162,39 +168,74 @@ void TileForces(const PairView& v, int tile) {
   LoadMotion(v.grains, self, mine);
   for (std::int64_t slot = v.first_slot[tile]; slot < v.first_slot[tile + 1]; slot += L) {
     LoadPlaces(v.grains, v.partner + slot, theirs);
-    const bool any = Distances(mine, theirs, v.quantum, gap);
+    const bool any = Distances<Law::kRange>(mine, theirs, v.quantum, v.range, gap);
     std::uint8_t& touched = v.row_touches[slot / L];
     if (any) {
       LoadMotion(v.grains, v.partner + slot, theirs);
-      RowForces<kEnergy>(v, mine, theirs, gap, slot, sum, energy);
+      RowForces<Law, kEnergy>(v, law, mine, theirs, gap, slot, sum, energy);
     } else if (touched) {
-      ClearRow(v, slot);
+      ClearRow(v, law.Words(), slot);
     }
     touched = any ? 1 : 0;
   }
   for (int l = 0; l < L; ++l) {
-    v.loads[tile * L + l] = {sum.fx[l], sum.fy[l], sum.fz[l], 0.0f,
+    v.loads[tile * L + l] = {sum.fx[l], sum.fy[l], sum.fz[l], sum.deepest[l],
                              sum.tx[l], sum.ty[l], sum.tz[l], sum.touching[l]};
   }
   if (kEnergy) {
     for (int l = 0; l < L; ++l) {
-      v.energy->stored += 0.5 * energy.stored[l];
-      v.energy->normal_damping += 0.5 * energy.normal[l];
-      v.energy->tangent_damping += 0.5 * energy.tangent[l];
-      v.energy->slip += 0.5 * energy.slip[l];
-      v.energy->rolling += 0.5 * energy.rolling[l];
+      total->stored += 0.5 * energy.stored[l];
+      total->normal_damping += 0.5 * energy.normal[l];
+      total->tangent_damping += 0.5 * energy.tangent[l];
+      total->slip += 0.5 * energy.slip[l];
+      total->rolling += 0.5 * energy.rolling[l];
+      total->plastic += 0.5 * energy.plastic[l];
+      total->cohesion += 0.5 * energy.cohesion[l];
     }
   }
 }
 
-}  // namespace
-
-void PairForces(const PairView& view) {
-  if (view.energy) {
-    for (int t = 0; t < view.tiles; ++t) TileForces<true>(view, t);
-  } else {
-    for (int t = 0; t < view.tiles; ++t) TileForces<false>(view, t);
+/// A recipe, one material.
+template <class R>
+struct OneRecipe {
+  static constexpr bool kRange = R::kHasRange;
+  static constexpr int kMostWords = R::kWords;
+  typename R::Params params;
+  explicit OneRecipe(const PairView& v) : params(R::From(v.params[0])) {}
+  static constexpr int Words() { return R::kWords; }
+  GROUSER_HD ContactResult Evaluate(std::int32_t, std::int32_t, const ContactGeometry& g,
+                                    float* words, float dt) const {
+    return R::Evaluate(params, g, words, dt);
   }
+};
+
+/// Any laws, any materials.
+struct AnyLaws {
+  static constexpr bool kRange = true;
+  static constexpr int kMostWords = kMaxHistoryWords;
+  const PairView& view;
+  explicit AnyLaws(const PairView& v) : view(v) {}
+  int Words() const { return view.layout.words; }
+  GROUSER_HD ContactResult Evaluate(std::int32_t kind_i, std::int32_t kind_j,
+                                    const ContactGeometry& g, float* words, float dt) const {
+    const int i = kind_i & 0xffff, j = kind_j & 0xffff;
+    return EvaluateGeneric(view.laws, view.layout, view.params[i * view.materials + j], g, words,
+                           dt);
+  }
+};
+
+template <class Law, bool kEnergy>
+void Tiles(const PairView& view, int first, int last, EnergySums* energy) {
+  const Law law(view);
+  for (int t = first; t < last; ++t) TileForces<Law, kEnergy>(view, law, t, energy);
 }
 
+template <class... R>
+PairKernelFn Choose(int recipe, bool energy, RecipeList<R...>) {
+  static constexpr PairKernelFn plain[] = {Tiles<OneRecipe<R>, false>...};
+  static constexpr PairKernelFn counted[] = {Tiles<OneRecipe<R>, true>...};
+  return energy ? counted[recipe] : plain[recipe];
+}
+
+}  // namespace
 }  // namespace grouser::dem::GROUSER_ISA_NS

@@ -2,3 +2,7 @@
 
 #define GROUSER_ISA_NS isa_baseline
 #include "dem_offline/engine/contact/pair_kernel.inl"
+
+namespace grouser::dem::isa_baseline {
+PairKernelFn Kernel(int recipe, bool energy) { return Choose(recipe, energy, Recipes{}); }
+}  // namespace grouser::dem::isa_baseline

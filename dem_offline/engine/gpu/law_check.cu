@@ -1,47 +1,57 @@
-// grouser-gpu-law-check: evaluates the default recipe for random contacts on
-// the device and on the host, from the same header, and compares. Exit code 0
-// when every force agrees to 1e-5 of the largest, 1 when not, 2 without a GPU.
+// grouser-gpu-law-check: drives random contacts through a few steps of every
+// recipe of the menu on the device and on the host, from the same headers, and
+// compares. Exit code 0 when every force agrees to 1e-5 of the largest of its
+// recipe, 1 when not, 2 without a GPU.
 #include <cmath>
 #include <cstdio>
 #include <random>
 #include <vector>
 
-#include "dem_offline/engine/laws/material.h"
+#include "dem_offline/engine/laws/contact_model.h"
 
 namespace {
 
-using grouser::dem::ContactGeometry;
-using grouser::dem::ContactHistory;
-using grouser::dem::ContactResult;
-using grouser::dem::HertzMindlinEpsd;
-using grouser::dem::Vec3f;
+using namespace grouser::dem;
 
-struct Contact {
-  ContactGeometry geometry;
-  ContactHistory history;
-};
+constexpr int kContacts = 1 << 18, kSteps = 8;
+constexpr float kDt = 1e-6f;
 
-__global__ void Evaluate(const Contact* in, ContactResult* out, int n,
-                         HertzMindlinEpsd::Params params, float dt) {
-  const int i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < n) out[i] = HertzMindlinEpsd::Evaluate(params, in[i].geometry, in[i].history, dt);
+/// Runs one contact; the overlap drifts with the approach.
+template <class R>
+__host__ __device__ Vec3f Run(const typename R::Params& params, ContactGeometry g) {
+  float words[R::kWords] = {};
+  Vec3f force = {0.0f, 0.0f, 0.0f};
+  for (int s = 0; s < kSteps; ++s) {
+    force = R::Evaluate(params, g, words, kDt).force;
+    g.overlap = Max(g.overlap - kDt * Dot(g.v_rel, g.n), 1e-9f);
+    g.v_rel = 0.9f * g.v_rel;
+  }
+  return force;
 }
 
-std::vector<Contact> RandomContacts(int n) {
+template <class R>
+__global__ void Evaluate(const ContactGeometry* in, Vec3f* out, int n, typename R::Params params) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < n) out[i] = Run<R>(params, in[i]);
+}
+
+std::vector<ContactGeometry> RandomContacts() {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> u(-1, 1);
-  std::vector<Contact> out(n);
-  for (Contact& c : out) {
+  std::vector<ContactGeometry> out(kContacts);
+  for (ContactGeometry& g : out) {
     const Vec3f a = {u(random), u(random), u(random) + 2};
-    c.geometry.n = (1 / std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z)) * a;
-    c.geometry.overlap = 1e-5f * (1.5f + u(random));
-    c.geometry.v_rel = {u(random), u(random), u(random)};
-    c.geometry.w_rel = {20 * u(random), 20 * u(random), 20 * u(random)};
-    c.geometry.r_eff = 2e-3f;
-    c.geometry.m_eff = 4e-4f;
-    c.geometry.roll_inertia = 1e-8f;
-    c.history = {{1e-2f * u(random), 1e-2f * u(random), 1e-2f * u(random)}, 1e-4f,
-                 {1e-5f * u(random), 1e-5f * u(random), 1e-5f * u(random)}};
+    g.n = (1 / std::sqrt(Dot(a, a))) * a;
+    g.overlap = 1e-5f * (1.5f + u(random));
+    g.v_rel = {u(random), u(random), u(random)};
+    g.w_rel = {20 * u(random), 20 * u(random), 20 * u(random)};
+    g.w_own = 0.5f * g.w_rel;
+    g.r_own = g.r_other = 4e-3f;
+    g.r_eff = 2e-3f;
+    g.m_own = 8e-4f;
+    g.m_eff = 4e-4f;
+    g.roll_inertia = 1e-8f;
+    g.k_old = 0;
   }
   return out;
 }
@@ -51,35 +61,54 @@ bool Ok(cudaError_t e, const char* what) {
   return e == cudaSuccess;
 }
 
+/// Compares one recipe; false where device and host differ too much.
+template <class R>
+bool Agrees(int recipe, const std::vector<ContactGeometry>& contacts, const ContactGeometry* in,
+            Vec3f* out) {
+  Interface f;
+  f.rolling_friction = 0.3;
+  f.surface_energy_j_per_m2 = 0.05;
+  const auto table = OneMaterial({1e8, 0.3}, f, ChoiceOf<R>()).Table();
+  const typename R::Params params = R::From(table[0]);
+  Evaluate<R><<<kContacts / 256, 256>>>(in, out, kContacts, params);
+  std::vector<Vec3f> got(kContacts);
+  if (!Ok(cudaMemcpy(got.data(), out, kContacts * sizeof(Vec3f), cudaMemcpyDeviceToHost),
+          RecipeName(recipe))) {
+    return false;
+  }
+  double worst = 0, largest = 0;
+  for (int i = 0; i < kContacts; ++i) {
+    const Vec3f host = Run<R>(params, contacts[i]), d = host - got[i];
+    worst = std::fmax(worst, std::sqrt(Dot(d, d)));
+    largest = std::fmax(largest, std::sqrt(Dot(host, host)));
+  }
+  std::printf("%-20s %d contacts: largest force %.4g N, largest difference %.3g N\n",
+              RecipeName(recipe), kContacts, largest, worst);
+  return std::isfinite(largest) && worst <= 1e-5 * largest;
+}
+
+template <class... R>
+bool AllAgree(RecipeList<R...>, const std::vector<ContactGeometry>& contacts,
+              const ContactGeometry* in, Vec3f* out) {
+  int recipe = 0;
+  bool ok = true;
+  ((ok = Agrees<R>(recipe++, contacts, in, out) && ok), ...);
+  return ok;
+}
+
 }  // namespace
 
 int main() {
-  const int n = 1 << 20;
-  const float dt = 1e-5f;
-  const auto params = grouser::dem::MakeParams({1e7, 0.3}, {1e7, 0.3}, {0.5, 0.5, 0.3});
-  const std::vector<Contact> contacts = RandomContacts(n);
-  Contact* in = nullptr;
-  ContactResult* out = nullptr;
-  if (!Ok(cudaMalloc(&in, n * sizeof(Contact)), "no usable GPU") ||
-      !Ok(cudaMalloc(&out, n * sizeof(ContactResult)), "device memory")) {
+  const std::vector<ContactGeometry> contacts = RandomContacts();
+  ContactGeometry* in = nullptr;
+  Vec3f* out = nullptr;
+  if (!Ok(cudaMalloc(&in, kContacts * sizeof(ContactGeometry)), "no usable GPU") ||
+      !Ok(cudaMalloc(&out, kContacts * sizeof(Vec3f)), "device memory")) {
     return 2;
   }
-  cudaMemcpy(in, contacts.data(), n * sizeof(Contact), cudaMemcpyHostToDevice);
-  Evaluate<<<n / 256, 256>>>(in, out, n, params, dt);
-  std::vector<ContactResult> got(n);
-  if (!Ok(cudaMemcpy(got.data(), out, n * sizeof(ContactResult), cudaMemcpyDeviceToHost), "kernel")) {
-    return 1;
-  }
-  double worst = 0, largest = 0;
-  for (int i = 0; i < n; ++i) {
-    const ContactResult host =
-        HertzMindlinEpsd::Evaluate(params, contacts[i].geometry, contacts[i].history, dt);
-    const Vec3f d = host.force - got[i].force;
-    worst = std::fmax(worst, std::sqrt(grouser::dem::Dot(d, d)));
-    largest = std::fmax(largest, std::sqrt(grouser::dem::Dot(host.force, host.force)));
-  }
-  std::printf("%d contacts: largest force %.4g N, largest difference %.3g N\n", n, largest, worst);
+  cudaMemcpy(in, contacts.data(), kContacts * sizeof(ContactGeometry), cudaMemcpyHostToDevice);
+  const bool ok = AllAgree(Recipes{}, contacts, in, out);
   cudaFree(in);
   cudaFree(out);
-  return worst <= 1e-5 * largest ? 0 : 1;
+  return ok ? 0 : 1;
 }

@@ -1,29 +1,24 @@
 #pragma once
 
-#include "dem_offline/engine/laws/recipe.h"
+#include "dem_offline/engine/laws/law.h"
 
 namespace grouser::dem {
 
-/// Isotropic elastic solid. Infinite modulus: rigid.
-struct Elastic {
-  double youngs_modulus_pa = 0;
-  double poisson_ratio = 0;
-};
+/// Throw std::invalid_argument for E <= 0 or nu outside (-1, 0.5]; restitution
+/// outside (0, 1], friction, rolling friction or surface energy < 0.
+void Check(const Elastic& m);
+void Check(const Interface& f);
 
-/// Interface numbers of a pair of materials.
-struct Interface {
-  double restitution = 0.5;
-  double friction = 0.5;
-  double rolling_friction = 0.1;
-  double rolling_damping = 0.3;  ///< eta of EPSD; Ai et al. 2011 use 0.3
-};
+/// E* of two bodies [Pa]: 1/E* = sum (1 - nu^2)/E; a rigid partner adds nothing.
+double EffectiveModulus(const Elastic& a, const Elastic& b);
+/// G* [Pa]: 1/G* = sum 2 (2 - nu)(1 + nu)/E (= sum (2 - nu)/G).
+double EffectiveShearModulus(const Elastic& a, const Elastic& b);
+/// D = -2 sqrt(5/6) beta(e), beta = ln e/sqrt(ln^2 e + pi^2): damping number of
+/// Hertz with restitution e.
+double RestitutionDamping(double restitution);
+/// zeta = -beta(e): share of critical damping of a linear spring with restitution e.
+double LinearDampingRatio(double restitution);
 
-/// E* and G* of two bodies: 1/E* = sum (1 - nu^2)/E, 1/G* = sum 2 (2 - nu)(1 +
-/// nu)/E; a rigid partner adds nothing. D = -2 sqrt(5/6) beta(e).
-/// Throws std::invalid_argument for e outside (0, 1], negative friction, E <= 0
-/// or nu outside (-1, 0.5].
-HertzMindlinEpsd::Params MakeParams(const Elastic& a, const Elastic& b, const Interface& f);
-/// Against a rigid wall.
-HertzMindlinEpsd::Params MakeWallParams(const Elastic& a, const Interface& f);
+inline constexpr double kRigid = __builtin_huge_val();  ///< Young's modulus of a rigid body
 
 }  // namespace grouser::dem

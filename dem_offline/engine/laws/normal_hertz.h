@@ -1,17 +1,8 @@
 #pragma once
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/laws/material.h"
 
 namespace grouser::dem {
-
-/// What a normal law tells the other laws of the contact.
-struct NormalTerms {
-  float force;          ///< repulsive [N] (may be slightly negative while parting)
-  float stiffness;      ///< secant stiffness force/overlap of the elastic part [N/m]
-  float radius;         ///< contact radius a [m]
-  float damping_power;  ///< dissipated [W], >= 0
-  float stored;         ///< elastic energy [J]
-};
 
 /// Hertz contact with restitution damping.
 ///   F_n = 4/3 E* sqrt(R*) delta^(3/2) + D sqrt(S_n m*) d(delta)/dt
@@ -25,22 +16,47 @@ struct NormalTerms {
 /// Interaction range: overlap > 0. History words: none. Stiffness bound for
 /// the time step: dF/d(delta) = 2 E* a. Energy: stored, normal damping.
 struct HertzRestitution {
+  static constexpr const char* kName = "hertz_restitution";
+  static constexpr unsigned kProvides = kHertzRadius | kHertzElastic, kNeeds = 0;
+  struct Settings {
+    /// Share of critical damping 2 sqrt(S_n m*); negative: from the restitution.
+    double critical_damping_share = -1;
+  };
+  template <class S, class V>
+  static void Fields(S& s, V&& v) {
+    v("critical_damping_share", s.critical_damping_share);
+  }
   struct Params {
     float e_star;   ///< effective modulus E* [Pa]
     float damping;  ///< D [-]
   };
+  struct History {};
 
-  static GROUSER_HD NormalTerms Evaluate(const Params& p, float overlap, float overlap_rate,
-                                         float r_eff, float m_eff) {
-    const float a = Sqrt(r_eff * overlap);
+  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
+    const double zeta = s.critical_damping_share;
+    Require(zeta <= 2, "critical_damping_share", zeta, "<= 2");
+    return {static_cast<float>(EffectiveModulus(a, b)),
+            static_cast<float>(zeta < 0 ? RestitutionDamping(f.restitution) : 2 * zeta)};
+  }
+
+  /// Largest dF/d(delta) up to `overlap` [N/m].
+  static double Stiffness(const Params& p, double overlap, double r_eff, double /*m_eff*/) {
+    return 2.0 * p.e_star * __builtin_sqrt(r_eff * overlap);
+  }
+
+  static GROUSER_HD NormalTerms Evaluate(const Params& p, const ContactGeometry& g,
+                                         float overlap_rate, History&, float) {
+    const float a = Sqrt(g.r_eff * g.overlap);
     const float stiffness = 4.0f / 3.0f * p.e_star * a;
-    const float c = p.damping * Sqrt(2.0f * p.e_star * a * m_eff);
+    const float c = p.damping * Sqrt(2.0f * p.e_star * a * g.m_eff);
     NormalTerms out;
-    out.force = stiffness * overlap + c * overlap_rate;
+    out.force = stiffness * g.overlap + c * overlap_rate;
+    out.grip = Max(out.force, 0.0f);
     out.stiffness = stiffness;
     out.radius = a;
     out.damping_power = c * overlap_rate * overlap_rate;
-    out.stored = 0.4f * stiffness * overlap * overlap;
+    out.stored = 0.4f * stiffness * g.overlap * g.overlap;
+    out.plastic = 0.0f;
     return out;
   }
 };

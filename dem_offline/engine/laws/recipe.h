@@ -1,80 +1,91 @@
 #pragma once
 
-#include "dem_offline/engine/laws/normal_hertz.h"
-#include "dem_offline/engine/laws/rolling_epsd.h"
-#include "dem_offline/engine/laws/tangential_mindlin.h"
+#include "dem_offline/engine/laws/law.h"
+#include "dem_offline/engine/laws/law_list.h"
 
 namespace grouser::dem {
 
-/// Words of one contact's history, in this order.
-enum HistoryWord : int {
-  kTangentX, kTangentY, kTangentZ, kOldRadius, kRollX, kRollY, kRollZ, kHistoryWords
-};
-
-struct ContactHistory {
-  Vec3f tangent;     ///< elastic tangential force on i [N]
-  float old_radius;  ///< contact radius of the step before [m]; 0: new contact
-  Vec3f roll;        ///< elastic rolling moment on i [N m]
-};
-
-/// A contact as grain i sees it. Swapping i and j changes the sign of n,
-/// v_rel and w_rel and nothing else, so that both sides compute the same.
-struct ContactGeometry {
-  Vec3f n;             ///< unit, from the partner to i
-  float overlap;       ///< [m], > 0
-  Vec3f v_rel;         ///< of i relative to the partner, at the contact [m/s]
-  Vec3f w_rel;         ///< angular velocity of i relative to the partner [rad/s]
-  float r_eff;         ///< R_i R_j/(R_i + R_j), or R_i at a wall [m]
-  float m_eff;         ///< m_i m_j/(m_i + m_j), or m_i at a wall [kg]
-  float roll_inertia;  ///< [kg m^2]
-};
-
+/// One step of one contact. History words of a contact: k_old, then those of
+/// the normal, tangential, rolling and cohesion law.
 struct ContactResult {
-  Vec3f force;   ///< on i, at the contact [N]
-  Vec3f moment;  ///< rolling moment on i [N m]
-  ContactHistory history;
-  float normal_force;
-  float stored;           ///< elastic energy [J]
-  float normal_damping;   ///< dissipated in this step [J]
+  bool active;     ///< false: nothing there; forces and history are zero
+  Vec3f force;     ///< on i, at the contact [N]
+  Vec3f moment;    ///< rolling moment on i [N m]
+  float stored;    ///< recoverable energy [J]
+  float normal_damping;  ///< dissipated in this step [J]
   float tangent_damping;
   float slip;
   float rolling;
+  float plastic;
+  float cohesion;
 };
 
-/// One legal combination of laws, evaluated as one function.
-template <class Normal, class Tangential, class Rolling>
-struct Recipe {
-  struct Params {
-    typename Normal::Params normal;
-    typename Tangential::Params tangential;
-    typename Rolling::Params rolling;
-  };
+GROUSER_HD Vec3f KeepIf(bool keep, Vec3f v) {
+  return {keep ? v.x : 0.0f, keep ? v.y : 0.0f, keep ? v.z : 0.0f};
+}
 
-  static GROUSER_HD ContactResult Evaluate(const Params& p, const ContactGeometry& g,
-                                           const ContactHistory& h, float dt) {
+/// One legal combination of laws, evaluated as one function.
+template <class N, class T, class R, class C>
+struct Recipe {
+  using Normal = N;
+  using Tangential = T;
+  using Rolling = R;
+  using Cohesion = C;
+  static constexpr int kN = 1, kT = kN + kWordsOf<N>, kR = kT + kWordsOf<T>,
+                       kC = kR + kWordsOf<R>, kWords = kC + kWordsOf<C>;
+  static constexpr bool kHasRange = C::kHasRange;
+
+  struct Params {
+    typename N::Params normal;
+    typename T::Params tangential;
+    typename R::Params rolling;
+    typename C::Params cohesion;
+  };
+  template <class All>
+  static Params From(const All& all) {
+    return {ParamsOf<N>(all), ParamsOf<T>(all), ParamsOf<R>(all), ParamsOf<C>(all)};
+  }
+
+  /// words: in and out; zero for a new contact. g.k_old is set here.
+  static GROUSER_HD ContactResult Evaluate(const Params& p, ContactGeometry g, float* words,
+                                           float dt) {
+    g.k_old = words[0];
+    typename N::History hn = FromWords<typename N::History, kWordsOf<N>>(words + kN);
+    typename T::History ht = FromWords<typename T::History, kWordsOf<T>>(words + kT);
+    typename R::History hr = FromWords<typename R::History, kWordsOf<R>>(words + kR);
+    typename C::History hc = FromWords<typename C::History, kWordsOf<C>>(words + kC);
     const float v_n = Dot(g.v_rel, g.n);
-    const NormalTerms normal = Normal::Evaluate(p.normal, g.overlap, -v_n, g.r_eff, g.m_eff);
-    const Vec3f v_t = g.v_rel - v_n * g.n;
-    const TangentialTerms tangent = Tangential::Evaluate(p.tangential, h.tangent, h.old_radius,
-                                                         g.n, v_t, normal, g.m_eff, dt);
+    const bool pressed = !kHasRange || g.overlap > 0.0f;
+    ContactGeometry pressed_g = g;
+    if (kHasRange) pressed_g.overlap = pressed ? g.overlap : 1e-12f;
+    NormalTerms normal = N::Evaluate(p.normal, pressed_g, -v_n, hn, dt);
+    if (kHasRange && !pressed) {
+      normal = NormalTerms{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+      hn = typename N::History{};
+    }
+    const CohesionTerms bond = C::Evaluate(p.cohesion, g, normal, hc, dt);
+    const TangentialTerms tangent =
+        T::Evaluate(p.tangential, g, g.v_rel - v_n * g.n, normal, ht, dt);
     const Vec3f w_t = g.w_rel - Dot(g.w_rel, g.n) * g.n;
-    const RollingTerms roll = Rolling::Evaluate(p.rolling, h.roll, g.n, w_t, normal,
-                                                h.old_radius, g.r_eff, g.roll_inertia, dt);
+    const RollingTerms roll = R::Evaluate(p.rolling, g, w_t, normal, hr, dt);
     ContactResult out;
+    out.active = bond.active;
     out.force = normal.force * g.n + tangent.force;
     out.moment = roll.moment;
-    out.history = {tangent.elastic, normal.radius, roll.elastic};
-    out.normal_force = normal.force;
     out.stored = normal.stored + tangent.stored + roll.stored;
     out.normal_damping = normal.damping_power * dt;
     out.tangent_damping = tangent.damping_power * dt;
     out.slip = tangent.slip_work;
     out.rolling = roll.loss;
+    out.plastic = normal.plastic;
+    out.cohesion = bond.loss;
+    words[0] = normal.stiffness;
+    ToWords<kWordsOf<N>>(hn, words + kN);
+    ToWords<kWordsOf<T>>(ht, words + kT);
+    ToWords<kWordsOf<R>>(hr, words + kR);
+    ToWords<kWordsOf<C>>(hc, words + kC);
     return out;
   }
 };
-
-/// The default recipe.
-using HertzMindlinEpsd = Recipe<HertzRestitution, MindlinCoulomb, RollingEpsd>;
 
 }  // namespace grouser::dem

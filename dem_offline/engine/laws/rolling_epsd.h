@@ -1,16 +1,8 @@
 #pragma once
 
-#include "dem_offline/engine/laws/normal_hertz.h"
+#include "dem_offline/engine/laws/law.h"
 
 namespace grouser::dem {
-
-/// What a rolling law returns.
-struct RollingTerms {
-  Vec3f moment;   ///< on grain i [N m]
-  Vec3f elastic;  ///< new history [N m]
-  float loss;     ///< dissipated in this step [J]; see below
-  float stored;   ///< [J]
-};
 
 /// Elastic-plastic spring-dashpot rolling resistance (EPSD, model C).
 ///   M <- M - k_r w_t dt,   k_r = 2.25 k_n (mu_r R_r)^2
@@ -26,30 +18,42 @@ struct RollingTerms {
 /// law keeps M while k_r changes with the overlap; what that takes from (or,
 /// parting, gives to) the stored energy is counted as loss, with its sign.
 struct RollingEpsd {
+  static constexpr const char* kName = "epsd";
+  static constexpr unsigned kNeeds = 0;
+  struct Settings {};
+  template <class S, class V>
+  static void Fields(S&, V&&) {}
   struct Params {
     float friction;  ///< mu_r [-]
     float damping;   ///< eta [-]
   };
+  struct History {
+    Vec3f elastic;  ///< elastic moment on i [N m]
+  };
 
-  static GROUSER_HD RollingTerms Evaluate(const Params& p, Vec3f history, Vec3f n, Vec3f w_t,
-                                          const NormalTerms& normal, float a_old,
-                                          float roll_radius, float roll_inertia, float dt) {
-    const float arm = p.friction * roll_radius;
+  static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings&) {
+    return {static_cast<float>(f.rolling_friction), static_cast<float>(f.rolling_damping)};
+  }
+
+  static GROUSER_HD RollingTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f w_t,
+                                          const NormalTerms& normal, History& h, float dt) {
+    const float arm = p.friction * g.r_eff;
     const float kr = 2.25f * normal.stiffness * arm * arm;
-    const float cap = arm * Max(normal.force, 0.0f);
-    const Vec3f kept = TurnIntoPlane(history, n);
+    const float cap = arm * normal.grip;
+    const Vec3f kept = TurnIntoPlane(h.elastic, g.n);
     const Vec3f trial = kept - (kr * dt) * w_t;
     const float size = Sqrt(Dot(trial, trial));
     const bool full = size > cap;
     const float scale = full ? cap / Max(size, 1e-30f) : 1.0f;
+    h.elastic = scale * trial;
+    const float c = full ? 0.0f : 2.0f * p.damping * Sqrt(g.roll_inertia * kr);
+    const float flex = 1.0f / Max(kr, 1e-30f);
     RollingTerms out;
-    out.elastic = scale * trial;
-    const float c = full ? 0.0f : 2.0f * p.damping * Sqrt(roll_inertia * kr);
-    out.moment = out.elastic - c * w_t;
-    out.stored = 0.5f * Dot(out.elastic, out.elastic) / Max(kr, 1e-30f);
-    const float change = a_old > 0.0f ? normal.radius / Max(a_old, 1e-30f) - 1.0f : 0.0f;
-    const float exchange = 0.5f * Dot(kept, kept) / Max(kr, 1e-30f) * change;
-    out.loss = exchange + (full ? (size - cap) * cap / Max(kr, 1e-30f) : 0.0f) + c * Dot(w_t, w_t) * dt;
+    out.moment = h.elastic - c * w_t;
+    out.stored = 0.5f * flex * Dot(h.elastic, h.elastic);
+    const float change = g.k_old > 0.0f ? normal.stiffness / Max(g.k_old, 1e-30f) - 1.0f : 0.0f;
+    const float exchange = 0.5f * flex * Dot(kept, kept) * change;
+    out.loss = exchange + 0.5f * flex * (1.0f - scale) * Dot(trial, kept + h.elastic) + c * Dot(w_t, w_t) * dt;
     return out;
   }
 };

@@ -1,27 +1,43 @@
 #pragma once
 
-#include "dem_offline/engine/laws/material.h"
+#include "dem_offline/engine/bodies/body.h"
+#include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 
 namespace grouser::dem {
 
-inline HertzMindlinEpsd::Params GrainParams(const GrainSoil& s, double friction) {
-  const Elastic e = {s.youngs_modulus_pa, s.poisson_ratio};
-  return MakeParams(e, e, {s.restitution, friction, s.rolling_friction});
+inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
+
+/// Grains; a floor as rough as they are; a wheel: both rigid.
+inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const WheelShape& w) {
+  ContactModel model;
+  model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
+  model.AddMaterial({kRigid, 0.0});
+  model.AddMaterial({kRigid, 0.0});
+  Interface f;
+  f.restitution = s.restitution;
+  f.friction = grain_friction;
+  f.rolling_friction = s.rolling_friction;
+  model.SetInterface(kGrainMaterial, kGrainMaterial, f);
+  f.friction = s.friction;
+  model.SetInterface(kGrainMaterial, kFloorMaterial, f);
+  f.restitution = w.restitution;
+  f.friction = w.friction;
+  f.rolling_friction = w.rolling_friction;
+  model.SetInterface(kGrainMaterial, kWheelMaterial, f);
+  return model;
 }
-inline HertzMindlinEpsd::Params GrainParams(const GrainSoil& s) {
-  return GrainParams(s, s.friction);
+
+/// The bed's floor, at z = -depth.
+inline Body FloorBody(double depth_m) {
+  Body floor;
+  const double up[3] = {0, 0, 1};
+  floor.shape = HalfSpace(up);
+  floor.material = kFloorMaterial;
+  floor.position_m = {0, 0, -depth_m};
+  return floor;
 }
-/// The floor is as rough as the grains and rigid.
-inline HertzMindlinEpsd::Params FloorParams(const GrainSoil& s) {
-  return MakeWallParams({s.youngs_modulus_pa, s.poisson_ratio},
-                        {s.restitution, s.friction, s.rolling_friction});
-}
-/// The wheel is rigid.
-inline HertzMindlinEpsd::Params WheelParams(const GrainSoil& s, const WheelShape& w) {
-  return MakeWallParams({s.youngs_modulus_pa, s.poisson_ratio},
-                        {w.restitution, w.friction, w.rolling_friction});
-}
+inline constexpr int kFloorBody = 0, kWheelBody = 1;
 
 inline double SmallestRadius(const GrainSoil& s) {
   double r = s.sizes.front().diameter_m;

@@ -22,16 +22,21 @@ void StressRecorder::NextChunk(double time_s) {
   chunks_.push_back(std::move(c));
 }
 
-void StressRecorder::Add(const WheelContact& contact) {
-  if (!contact.on_rim) return;
-  const double x = contact.point.x, z = contact.point.z;
+void StressRecorder::Add(const BodyContact& contact, double yaw_rad) {
+  if (!contact.rim) return;
+  const float cy = static_cast<float>(std::cos(yaw_rad)), sy = static_cast<float>(std::sin(yaw_rad));
+  const auto to_wheel = [&](const Vec3f& a) {
+    return Vec3f{cy * a.x + sy * a.y, -sy * a.x + cy * a.y, a.z};
+  };
+  const Vec3f point = to_wheel(contact.point);
+  const double x = point.x, z = point.z;
   const double angle = std::atan2(x, -z);  // from straight down, forward positive
   const int a = std::clamp(static_cast<int>((angle + M_PI) / step_rad_), 0, angles_ - 1);
-  const double across = contact.point.y / wheel_.width_m + 0.5;
+  const double across = point.y / wheel_.width_m + 0.5;
   const int w = std::clamp(static_cast<int>(across * widths_), 0, widths_ - 1);
   Chunk& c = chunks_.back();
   const double s = std::sin(angle), k = std::cos(angle);
-  const Vec3f& f = contact.force;
+  const Vec3f f = to_wheel(contact.force);
   c.normal[a * widths_ + w] += -(f.x * s - f.z * k);
   c.tangential[a * widths_ + w] += f.x * k + f.z * s;
   c.axial[a * widths_ + w] += f.y;
@@ -74,7 +79,8 @@ StressProfile StressRecorder::Average(double from_s, double to_s) const {
   return out;
 }
 
-SurfaceProfile MeasureSurface(const World& world, const WheelBody& wheel, double step_m) {
+SurfaceProfile MeasureSurface(const World& world, const Vec3d& centre_m, double yaw_rad,
+                              double step_m) {
   const Frame& frame = world.config().frame;
   SurfaceProfile p;
   p.step_m = step_m;
@@ -83,11 +89,11 @@ SurfaceProfile MeasureSurface(const World& world, const WheelBody& wheel, double
   p.x_first_m = -0.5 * (p.nx - 1) * step_m;
   p.y_first_m = -0.5 * (p.ny - 1) * step_m;
   p.height_m.assign(p.nx * p.ny, std::numeric_limits<double>::quiet_NaN());
-  const double c = std::cos(wheel.yaw_rad), s = std::sin(wheel.yaw_rad);
+  const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
   for (std::int64_t i = 0; i < world.count(); ++i) {
     const GrainState g = world.State(i);
-    const double dx = std::remainder(g.x_m - wheel.x_m, frame.length_m);
-    const double dy = std::remainder(g.y_m - wheel.y_m, frame.width_m);
+    const double dx = std::remainder(g.x_m - centre_m[0], frame.length_m);
+    const double dy = std::remainder(g.y_m - centre_m[1], frame.width_m);
     const double x = c * dx + s * dy, y = -s * dx + c * dy;
     const int ix = static_cast<int>(std::lround((x - p.x_first_m) / step_m));
     const int iy = static_cast<int>(std::lround((y - p.y_first_m) / step_m));

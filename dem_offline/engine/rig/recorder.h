@@ -12,7 +12,8 @@ namespace grouser::dem {
 class StressRecorder {
  public:
   StressRecorder(const WheelShape& wheel, const RigSettings& rig);
-  void Add(const WheelContact& contact);
+  /// A contact of the wheel; yaw: of its x axis from the world's.
+  void Add(const BodyContact& contact, double yaw_rad);
   /// One more sampled step of the present chunk.
   void CountStep() { ++chunks_.back().steps; }
   void NextChunk(double time_s);
@@ -34,6 +35,7 @@ class StressRecorder {
 };
 
 /// Top of the grains on a wheel-centred grid of one diameter, contact frame.
-SurfaceProfile MeasureSurface(const World& world, const WheelBody& wheel, double step_m);
+SurfaceProfile MeasureSurface(const World& world, const Vec3d& centre_m, double yaw_rad,
+                              double step_m);
 
 }  // namespace grouser::dem

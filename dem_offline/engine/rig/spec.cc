@@ -80,7 +80,7 @@ void ValidateSpec(const WheelTestSpec& spec) {
           spec.rig.bed_width_m, "more than 1.2 wheel widths");
 }
 
-const char* EngineVersion() { return "1"; }
+const char* EngineVersion() { return "2"; }
 const char* EngineIsa() { return PairKernelIsa(); }
 
 }  // namespace grouser::dem

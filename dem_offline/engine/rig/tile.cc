@@ -87,12 +87,10 @@ class Preparation {
   WorldConfig Config(double friction) const {
     WorldConfig c;
     c.frame = {spec_.rig.bed_length_m, spec_.rig.bed_width_m, std::max(1.0, 8 * depth_)};
-    c.gravity_m_per_s2 = spec_.soil.gravity_m_per_s2;
+    c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
     c.dt_s = dt_;
     c.skin_m = 0.15 * diameter_;
-    c.grain_grain = GrainParams(spec_.soil, friction);
-    c.grain_floor = c.grain_wheel = FloorParams(spec_.soil);
-    c.floor_z_m = -depth_;
+    c.contacts = RigContacts(spec_.soil, friction, spec_.wheel);
     return c;
   }
 
@@ -161,6 +159,7 @@ class Preparation {
 
   std::vector<GrainState> Settle(double friction) {
     World world(Config(friction), Loose());
+    world.AddBody(FloorBody(depth_));
     const double fall = std::sqrt(4 * depth_ / spec_.soil.gravity_m_per_s2);
     const double slow = 2.5 * depth_ / (spec_.soil.gravity_m_per_s2 * kDragTime);
     Quiet(world, fall, 2.5 * (fall + slow), "settle");
@@ -195,6 +194,7 @@ class Preparation {
   Tile Relax(const std::vector<GrainState>& cut, double preparation_friction) {
     attempt_ = kMostAttempts;
     World world(Config(spec_.soil.friction), cut);
+    world.AddBody(FloorBody(depth_));
     Quiet(world, 0.05, 0.3, "relax");
     Tile tile;
     tile.length_m = spec_.rig.bed_length_m;
@@ -214,6 +214,7 @@ class Preparation {
 
   static void Export(World& world, Tile& tile) {
     const auto& list = world.list();
+    const int count = list.words();
     tile.contact_first.push_back(0);
     for (std::int64_t i = 0; i < world.count(); ++i) {
       const Grain& g = world.grains()[i];
@@ -225,22 +226,20 @@ class Preparation {
       }
       const auto add = [&](std::int32_t partner, const float* words) {
         tile.contact_partner.push_back(partner);
-        tile.contact_history.insert(tile.contact_history.end(), words, words + kHistoryWords);
+        tile.contact_history.insert(tile.contact_history.end(), words, words + count);
       };
       const std::int64_t t = i / kLanes;
       for (std::int64_t s = list.first_slot()[t] + i % kLanes; s < list.first_slot()[t + 1];
            s += kLanes) {
-        if (list.history()[kOldRadius][s] == 0.0f) continue;
-        float words[kHistoryWords];
-        for (int w = 0; w < kHistoryWords; ++w) words[w] = list.history()[w][s];
-        add(list.partner()[s], words);
+        float words[kMaxHistoryWords];
+        bool alive = false;
+        for (int w = 0; w < count; ++w) {
+          words[w] = list.history()[w][s];
+          alive |= words[w] != 0.0f;
+        }
+        if (alive) add(list.partner()[s], words);
       }
-      const ContactHistory& f = world.floor_history()[i];
-      if (f.old_radius != 0.0f) {
-        const float words[kHistoryWords] = {f.tangent.x, f.tangent.y, f.tangent.z, f.old_radius,
-                                            f.roll.x,    f.roll.y,    f.roll.z};
-        add(-1, words);
-      }
+      if (const float* words = world.BodyHistory(i, kFloorBody, 0)) add(-1, words);
       tile.contact_first.push_back(static_cast<std::int32_t>(tile.contact_partner.size()));
     }
   }

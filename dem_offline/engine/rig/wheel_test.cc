@@ -35,13 +35,10 @@ std::unique_ptr<World> OpenTile(const WheelTestSpec& spec, const Tile& tile, dou
   }
   WorldConfig c;
   c.frame = {tile.length_m, tile.width_m, std::max(1.0, 8 * tile.depth_m)};
-  c.gravity_m_per_s2 = spec.soil.gravity_m_per_s2;
+  c.gravity_m_per_s2 = {0, 0, -spec.soil.gravity_m_per_s2};
   c.dt_s = dt;
   c.skin_m = 0.1 * LargestDiameter(spec.soil);
-  c.grain_grain = GrainParams(spec.soil);
-  c.grain_floor = FloorParams(spec.soil);
-  c.grain_wheel = WheelParams(spec.soil, spec.wheel);
-  c.floor_z_m = -tile.depth_m;
+  c.contacts = RigContacts(spec.soil, spec.soil.friction, spec.wheel);
   std::vector<GrainState> grains(tile.radius_m.size());
   const double period = 4294967296.0;
   for (std::size_t i = 0; i < grains.size(); ++i) {
@@ -55,18 +52,20 @@ std::unique_ptr<World> OpenTile(const WheelTestSpec& spec, const Tile& tile, dou
     g.density_kg_per_m3 = spec.soil.density_kg_per_m3;
   }
   auto world = std::make_unique<World>(c, grains);
+  world->AddBody(FloorBody(tile.depth_m));
+  const std::size_t words = static_cast<std::size_t>(world->list().words());
   std::vector<std::int32_t> index(grains.size());
   for (std::int64_t i = 0; i < world->count(); ++i) {
     index[world->grains()[i].id] = static_cast<std::int32_t>(i);
   }
   for (std::size_t i = 0; i < grains.size(); ++i) {
     for (std::int32_t k = tile.contact_first[i]; k < tile.contact_first[i + 1]; ++k) {
-      const float* w = &tile.contact_history[static_cast<std::size_t>(k) * kHistoryWords];
+      const float* w = &tile.contact_history[static_cast<std::size_t>(k) * words];
       const std::int32_t partner = tile.contact_partner[k];
       if (partner >= 0) {
         world->list().SetHistory(index[i], index[partner], w);
       } else {
-        world->floor_history()[index[i]] = {{w[0], w[1], w[2]}, w[3], {w[4], w[5], w[6]}};
+        world->SetBodyHistory(index[i], kFloorBody, 0, w);
       }
     }
   }
@@ -97,21 +96,35 @@ class WheelTest {
   }
 
  private:
-  WheelBody& wheel() { return world_->wheel(); }
-  double Sinkage() { return spec_.wheel.radius_m - wheel().z_m; }
+  Body& wheel() { return world_->body(kWheelBody); }
+  const Wrench& wrench() { return world_->wrench(kWheelBody); }
+  double& v_x() { return wheel().velocity_m_per_s[0]; }
+  double& v_y() { return wheel().velocity_m_per_s[1]; }
+  double& v_z() { return wheel().velocity_m_per_s[2]; }
+  double Sinkage() { return spec_.wheel.radius_m - wheel().position_m[2]; }
+  /// About the wheel's own axle.
+  void Spin(double rad_per_s) {
+    spin_ = rad_per_s;
+    wheel().spin_rad_per_s = {-std::sin(yaw_) * spin_, std::cos(yaw_) * spin_, 0};
+  }
 
   void PlaceWheel() {
-    WheelBody w;
-    w.radius_m = spec_.wheel.radius_m;
-    w.width_m = spec_.wheel.width_m;
-    w.x_m = 0.5 * spec_.rig.bed_length_m;
-    w.y_m = 0.5 * spec_.rig.bed_width_m;
-    w.z_m = w.radius_m + 0.1 * LargestDiameter(spec_.soil);
+    Body w;
+    w.shape = spec_.wheel.treads.empty()
+                  ? SmoothWheel(spec_.wheel.radius_m, spec_.wheel.width_m)
+                  : TreadedWheel(spec_.wheel.radius_m, spec_.wheel.width_m, spec_.wheel.treads);
+    w.material = kWheelMaterial;
+    w.motion = BodyMotion::kPrescribed;
+    double tip = 0;
+    for (const Tread& t : spec_.wheel.treads) tip = std::max(tip, t.height_m);
+    w.position_m = {0.5 * spec_.rig.bed_length_m, 0.5 * spec_.rig.bed_width_m,
+                    spec_.wheel.radius_m + tip + 0.1 * LargestDiameter(spec_.soil)};
     // The bed's x axis is the direction of travel: the wheel is turned in it.
-    w.yaw_rad = -beta_;
-    world_->EnableWheel(w);
-    world_->RecordWheelContacts([this](const WheelContact& c) {
-      if (recording_) recorder_.Add(c);
+    yaw_ = -beta_;
+    w.orientation = {std::cos(0.5 * yaw_), 0, 0, std::sin(0.5 * yaw_)};
+    world_->AddBody(w);
+    world_->RecordContacts([this](const BodyContact& c) {
+      if (recording_ && c.body == kWheelBody) recorder_.Add(c, yaw_);
     });
     switch (spec_.state.mode) {
       case RigMode::kRimSpeed:
@@ -138,9 +151,7 @@ class WheelTest {
   bool Advance() {
     const StepFault fault = world_->Step();
     ++steps_;
-    if (fault == StepFault::kNonFinite) return Fail("a grain became non-finite");
-    if (fault == StepFault::kTooFast) return Fail("a grain moved a quarter radius in one step");
-    if (fault == StepFault::kTunnelled) return Fail("a grain fell through the floor");
+    if (fault != StepFault::kNone) return Fail(Explain(fault));
     if (steps_ % 500 == 0 && progress_) {
       const double share = std::clamp(time_ / spec_.rig.max_time_s, 0.0, 1.0);
       if (!progress_(share, stage_)) return Fail("stopped by caller");
@@ -150,17 +161,17 @@ class WheelTest {
 
   /// Vertical motion under the constant load, with an optional damper.
   void FreeVertical(double damping_time) {
-    const double damper = damping_time > 0 ? wheel().v_z / damping_time : 0.0;
-    wheel().v_z += dt_ * ((world_->wrench().fz - spec_.state.load_n) / mass_ - damper);
+    const double damper = damping_time > 0 ? v_z() / damping_time : 0.0;
+    v_z() += dt_ * ((wrench().fz - spec_.state.load_n) / mass_ - damper);
   }
 
   bool SetDown() {
     stage_ = "set down";
     double felt = 0;  // smoothed over 2 ms
     while (felt < 0.5 * spec_.state.load_n) {
-      wheel().v_z = -kSetDownSpeed;
+      v_z() = -kSetDownSpeed;
       if (!Advance()) return false;
-      felt += dt_ / 2e-3 * (world_->wrench().fz - felt);
+      felt += dt_ / 2e-3 * (wrench().fz - felt);
       if (Sinkage() > kOverloadShare * spec_.wheel.radius_m) return Overload();
     }
     for (double t = 0; t < kSettleTime; t += dt_) {
@@ -179,12 +190,12 @@ class WheelTest {
 
   void Steer(double share) {  // share of full speed, 0..1
     const Vec3Double v = HubVelocity(share);
-    wheel().v_x = v.x;
-    wheel().v_y = v.y;
+    v_x() = v.x;
+    v_y() = v.y;
     if (spec_.state.mode == RigMode::kTowed) {
-      wheel().spin += dt_ * ContactMoment() / inertia_;
+      Spin(spin_ + dt_ * ContactMoment() / inertia_);
     } else {
-      wheel().spin = share * target_.rim / spec_.wheel.radius_m;
+      Spin(share * target_.rim / spec_.wheel.radius_m);
     }
   }
 
@@ -193,13 +204,13 @@ class WheelTest {
   };
   Vec3Double HubVelocity(double share) {
     if (spec_.state.mode != RigMode::kFreeSlip) return {share * travel_speed_, 0};
-    const double pull = world_->wrench().fx - spec_.state.drawbar_n * share;
-    return {wheel().v_x + dt_ * pull / mass_, 0};
+    const double pull = wrench().fx - spec_.state.drawbar_n * share;
+    return {v_x() + dt_ * pull / mass_, 0};
   }
   /// Moment of the soil about the wheel's own axle.
   double ContactMoment() {
-    const double c = std::cos(wheel().yaw_rad), s = std::sin(wheel().yaw_rad);
-    return -s * world_->wrench().tx + c * world_->wrench().ty;
+    const double c = std::cos(yaw_), s = std::sin(yaw_);
+    return -s * wrench().tx + c * wrench().ty;
   }
 
   bool Drive() {
@@ -257,7 +268,7 @@ class WheelTest {
 
   /// Work, paths and samples of the step just done.
   void Account() {
-    const Wrench& f = world_->wrench();
+    const Wrench& f = wrench();
     const double moment = ContactMoment();
     if (first_energy_) {  // stored energy is known from the first counted step on
       energy_0_ = world_->energy();
@@ -265,21 +276,21 @@ class WheelTest {
       potential_0_ = world_->PotentialEnergy();
       first_energy_ = false;
     } else {
-      out_.energy.input_j -= dt_ * (f.fx * wheel().v_x + f.fy * wheel().v_y + f.fz * wheel().v_z +
-                                    moment * wheel().spin);
+      out_.energy.input_j -= dt_ * (f.fx * v_x() + f.fy * v_y() + f.fz * v_z() +
+                                    moment * spin_);
     }
-    const double hub = std::hypot(wheel().v_x, wheel().v_y);
+    const double hub = std::hypot(v_x(), v_y());
     axle_path_ += hub * dt_;
-    rim_path_ += std::abs(wheel().spin) * spec_.wheel.radius_m * dt_;
-    const double c = std::cos(wheel().yaw_rad), s = std::sin(wheel().yaw_rad);
+    rim_path_ += std::abs(spin_) * spec_.wheel.radius_m * dt_;
+    const double c = std::cos(yaw_), s = std::sin(yaw_);
     sum_[0] += c * f.fx + s * f.fy;
     sum_[1] += -s * f.fx + c * f.fy;
     sum_[2] += f.fz;
     sum_[3] += -moment;
     sum_[4] += f.tz;
     sum_[5] += Sinkage();
-    sum_[6] += c * wheel().v_x + s * wheel().v_y;
-    sum_[7] += wheel().spin * spec_.wheel.radius_m;
+    sum_[6] += c * v_x() + s * v_y();
+    sum_[7] += spin_ * spec_.wheel.radius_m;
     if (++summed_ * dt_ >= kSampleTime) Sample();
   }
 
@@ -327,7 +338,7 @@ class WheelTest {
     FillEnergy(energy_0_, world_->energy(), out_.energy);
     out_.steps = steps_;
     out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
-    out_.surface = MeasureSurface(*world_, wheel(), LargestDiameter(spec_.soil));
+    out_.surface = MeasureSurface(*world_, wheel().position_m, yaw_, LargestDiameter(spec_.soil));
     FillBedAndRules(spec_, tile_, *world_, out_);
   }
 
@@ -341,6 +352,7 @@ class WheelTest {
   Motion target_ = {};
   std::string stage_;
   double dt_ = 0, mass_ = 0, inertia_ = 0, beta_ = 0, travel_speed_ = 0;
+  double yaw_ = 0, spin_ = 0;
   double time_ = 0, drive_start_ = 0, axle_path_ = 0, rim_path_ = 0;
   double sum_[8] = {};
   long summed_ = 0;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "dem_offline/engine/bodies/shape.h"
+
 namespace grouser::dem {
 
 /// One size class of the grain mixture.
@@ -28,7 +30,7 @@ struct GrainSoil {
   std::vector<SizeBin> sizes;         ///< at least one
 };
 
-/// A smooth rigid wheel: cylinder of radius r and width b with closed sides,
+/// A rigid wheel: cylinder of radius r and width b with closed sides,
 /// axle along y. r is also the reference radius of slip.
 struct WheelShape {
   double radius_m = 0.0625;
@@ -36,6 +38,7 @@ struct WheelShape {
   double restitution = 0.5;       ///< grain-wheel [-]
   double friction = 0.4;          ///< grain-wheel [-]
   double rolling_friction = 0.1;  ///< grain-wheel EPSD [-]
+  std::vector<Tread> treads;      ///< grousers, teeth, lugs; none: smooth
 };
 
 enum class RigMode { kRimSpeed, kTowed, kFreeSlip };
@@ -82,7 +85,7 @@ struct Tile {
   /// negative body number.
   std::vector<std::int32_t> contact_first;
   std::vector<std::int32_t> contact_partner;
-  std::vector<float> contact_history;  ///< [kHistoryWords per contact]
+  std::vector<float> contact_history;  ///< [history words of the laws, per contact]
   double solid_fraction = 0, coordination = 0, preparation_friction = 0;
   double overlap_p99_over_radius = 0;
 };

@@ -16,16 +16,20 @@ struct alignas(64) Grain {
   std::int32_t x, y, z;
   float radius;  ///< [m]; 0: padding
   float vx, vy, vz;
-  float mass;  ///< [kg]
+  float mass;  ///< [kg]; of its clump
   float wx, wy, wz;
-  float inertia;           ///< [kg m^2]
+  std::int32_t kind;       ///< material in the low 16 bits, flags above
   float rest_x, rest_y, rest_z;  ///< what rounding left over [quanta]: slow grains never stall
   std::int32_t id;         ///< persistent
 };
 
+inline constexpr std::int32_t kGlued = 1 << 16;   ///< keeps its velocity
+inline constexpr std::int32_t kMember = 1 << 17;  ///< moved by its clump
+inline constexpr std::int32_t MaterialOf(const Grain& g) { return g.kind & 0xffff; }
+
 /// Force and moment of one step.
 struct alignas(32) GrainLoad {
-  float fx, fy, fz, stored;  ///< stored: unused by the motion
+  float fx, fy, fz, deepest;   ///< deepest: largest overlap with another grain [m]
   float tx, ty, tz, touching;  ///< touching: number of contacts
 };
 

@@ -2,124 +2,184 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "dem_offline/engine/bodies/wheel_body.h"
+#include "dem_offline/engine/bodies/body.h"
+#include "dem_offline/engine/bodies/clump.h"
+#include "dem_offline/engine/contact/bond.h"
 #include "dem_offline/engine/contact/neighbour_list.h"
 #include "dem_offline/engine/contact/pair_kernel.h"
+#include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/grain.h"
 
 namespace grouser::dem {
 
 struct WorldConfig {
-  Frame frame;
-  double gravity_m_per_s2 = 9.81;  ///< along -z
+  Frame frame;                                   ///< x, y periodic; see there
+  Vec3d origin_m = {0, 0, 0};                    ///< of the frame, in the user's coordinates
+  Vec3d gravity_m_per_s2 = {0, 0, -9.81};
   double dt_s = 1e-4;
-  double skin_m = 0;               ///< of the Verlet lists
-  HertzMindlinEpsd::Params grain_grain;
-  HertzMindlinEpsd::Params grain_floor;
-  HertzMindlinEpsd::Params grain_wheel;
-  double floor_z_m = -1e9;
-  bool energy = false;             ///< integrate the energy channels
+  double skin_m = 0;                             ///< of the Verlet lists; 0: 0.2 largest radius
+  ContactModel contacts;
+  double inertia_factor = 0.4;                   ///< I/(m r^2): 0.4 spheres, 0.5 discs
+  bool planar = false;                           ///< no motion along y, no spin but about y
+  bool energy = false;                           ///< integrate the energy channels
+  int threads = 1;                               ///< same bits for any number
+  /// Refuse steps above the critical one, 0.2 sqrt(m/K) with K the largest
+  /// normal stiffness at `guard_overlap` of the radius. 0: no guard.
+  double guard_overlap = 0.0;
+  std::int64_t first_slots = 0;                  ///< capacity of the lists to begin with; 0: ample
 };
 
-/// One grain, as somebody outside sees it (SI, world frame).
+/// One grain, as somebody outside sees it (SI, user's coordinates).
 struct GrainState {
   double x_m, y_m, z_m, radius_m, density_kg_per_m3;
   double v_x = 0, v_y = 0, v_z = 0, w_x = 0, w_y = 0, w_z = 0;
+  int material = 0;
+  bool glued = false;  ///< keeps its velocity (0: fixed in space) whatever pushes
+  double mass_kg = 0;  ///< 0: from the density of a sphere (discs: set it)
 };
 
-/// Force and moment of the grains on the wheel, at its centre [N, N m], world
+/// All that a world starts with. Ids: grains in order, then clump members.
+struct Contents {
+  std::vector<GrainState> grains;
+  std::vector<ClumpTemplate> templates;
+  std::vector<ClumpState> clumps;
+  std::vector<BondLaw> bond_laws;
+  std::vector<BondState> bonds;
+  std::vector<Body> bodies;
+};
+
+/// Force and moment of the grains on a body, at its origin [N, N m], world
 /// axes; summed in double in a fixed order.
 struct Wrench {
   double fx = 0, fy = 0, fz = 0, tx = 0, ty = 0, tz = 0;
 };
 
-/// One contact of the wheel, for whoever records stresses (wheel frame).
-struct WheelContact {
-  Vec3f point;  ///< relative to the centre [m]
-  Vec3f force;  ///< on the wheel [N]
-  bool on_rim;  ///< not on a closed side
+/// One contact of a body, for whoever records stresses (world axes).
+struct BodyContact {
+  int body;
+  Vec3f point;  ///< relative to the origin [m]
+  Vec3f force;  ///< on the body [N]
+  std::int32_t part;
+  bool rim;
 };
 
-/// What went wrong in a step; the world stays as it was found.
-enum class StepFault { kNone, kNonFinite, kTooFast, kTunnelled };
+/// What went wrong in a step; the world stops there.
+enum class StepFault { kNone, kNonFinite, kTooFast, kTunnelled, kOverlap };
+const char* Explain(StepFault fault);
 
-/// One independent simulation: grains in a box that is periodic in x and y,
-/// over a floor, with at most one wheel. Leapfrog: velocities live at half
-/// steps. Single-threaded; bitwise repeatable.
+/// Where the energy is [J]. Total = kinetic + potential + stored + dissipated
+/// - body_work is constant but for the integrator's error.
+struct EnergyBalance {
+  double kinetic = 0, potential = 0, stored = 0;
+  double normal_damping = 0, tangent_damping = 0, slip = 0, rolling = 0, plastic = 0, cohesion = 0,
+         bonds = 0;
+  double body_work = 0;  ///< done by moving bodies on the grains
+  double Dissipated() const {
+    return normal_damping + tangent_damping + slip + rolling + plastic + cohesion + bonds;
+  }
+  double Total() const { return kinetic + potential + stored + Dissipated() - body_work; }
+};
+
+/// One independent simulation. Leapfrog: velocities live at half steps.
+/// Bitwise repeatable, whatever the number of threads.
 class World {
  public:
+  /// Throws std::invalid_argument with the field, what it got and what was
+  /// expected; with a guard, also for a step above the critical one.
+  World(const WorldConfig& config, const Contents& contents);
   World(const WorldConfig& config, const std::vector<GrainState>& grains);
+  ~World();
 
   /// Advances by one step. After a fault further calls do nothing.
   StepFault Step();
+  StepFault Run(std::int64_t steps);
+  StepFault fault() const { return fault_; }
   /// Forces at the present positions; then sets velocities back by half a step
   /// so that they are of time zero. Called by the first Step if not before.
   void Start();
 
-  WheelBody& wheel() { return wheel_; }
-  void EnableWheel(const WheelBody& wheel);
-  const Wrench& wrench() const { return wrench_; }
-  /// Called for each wheel contact of every step while set.
-  void RecordWheelContacts(std::function<void(const WheelContact&)> sink) { sink_ = std::move(sink); }
+  int AddBody(const Body& body);
+  Body& body(int b);  ///< pose and motion may be changed between steps
+  const Body& body(int b) const;
+  int bodies() const;
+  const Wrench& wrench(int b) const;
+  double body_work_j(int b) const;  ///< done by the body on the grains
+  /// Called for each body contact of every step while set.
+  void RecordContacts(std::function<void(const BodyContact&)> sink);
 
   std::int64_t count() const { return count_; }
-  GrainState State(std::int64_t i) const;  ///< velocities at the present time; x, y in the first period
+  double time_s() const { return static_cast<double>(steps_) * config_.dt_s; }
+  GrainState State(std::int64_t i) const;     ///< by place in memory; velocities at the present time
+  GrainState StateOf(std::int32_t id) const;  ///< by id
   const std::vector<Grain>& grains() const { return grains_; }
   const std::vector<GrainLoad>& loads() const { return loads_; }
+  const GrainLoad& LoadOf(std::int32_t id) const { return loads_[index_of_[id]]; }
+  std::int64_t clumps() const;
+  ClumpState Clump(std::int64_t c) const;
+  const BondStatistics& bond_statistics() const;
+  bool BondIntact(std::int64_t b) const;
   const NeighbourList& list() const { return list_; }
   NeighbourList& list() { return list_; }
-  std::vector<ContactHistory>& floor_history() { return floor_.history; }
   const WorldConfig& config() const { return config_; }
+
+  /// History of a grain's contact with a body part, for tiles; null: none.
+  const float* BodyHistory(std::int64_t i, int body, std::int32_t key) const;
+  void SetBodyHistory(std::int64_t i, int body, std::int32_t key, const float* words);
 
   /// Velocities are multiplied by this every step (preparation only).
   void SetDrag(double factor_per_step) { drag_ = static_cast<float>(factor_per_step); }
-  void SetGrainParams(const HertzMindlinEpsd::Params& p) { config_.grain_grain = p; }
+  void SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin);
+  void SetGravity(Vec3d gravity_m_per_s2) { config_.gravity_m_per_s2 = gravity_m_per_s2; }
+  void SetContacts(const ContactModel& contacts);  ///< same laws, other numbers
   void SetEnergy(bool on) { config_.energy = on; }
 
-  double KineticEnergy() const;    ///< [J], grains, at the present time
-  double PotentialEnergy() const;  ///< [J], grains, zero at z = 0
+  double KineticEnergy() const;    ///< [J], grains and clumps, at the present time
+  double PotentialEnergy() const;  ///< [J], zero at the frame's origin
   /// Dissipation channels summed since the start; `stored` is the present one.
   const EnergySums& energy() const { return energy_; }
-  double floor_work() const { return 0.0; }  ///< the floor does not move
-  double MeanContacts() const;     ///< grain-grain and floor contacts per grain
-  std::uint64_t steps() const { return steps_; }
-  std::uint64_t rebuilds() const { return rebuilds_; }
+  EnergyBalance Balance() const;   ///< needs config.energy
+  double MeanContacts() const;     ///< contacts with grains and bodies per grain
   /// Overlap over the smaller radius of all present grain-grain contacts.
   std::vector<float> OverlapRatios() const;
+  /// 0.2 sqrt(m/K) of the smallest grain, K at this overlap over its radius.
+  double CriticalStep(double overlap_ratio) const;
+  std::uint64_t steps() const { return steps_; }
+  std::uint64_t rebuilds() const { return rebuilds_; }
+  std::uint64_t regrowths() const { return list_.regrowths(); }
+  /// FNV-1a over positions, velocities, spins and histories: equal bits, equal hash.
+  std::uint64_t Hash() const;
 
  private:
-  struct BodyContacts {
-    std::vector<std::int32_t> near;  ///< grains that may touch
-    std::vector<ContactHistory> history;
-  };
+  struct Parts;  // bodies, clumps, bonds and threads, in files of their own
+  friend struct BodyPass;
+  friend struct ClumpPass;
+  friend struct BondPass;
 
+  void Construct(const Contents& contents);
   StepFault Drift();
   void Forces();
   void Rebuild();
-  void FindWheelNeighbours();
-  void FloorForces();
-  void WheelForces();
-  void Apply(std::int32_t i, const ContactResult& r, Vec3f n, float lever);
-  void Count(const ContactResult& r);
+  void CheckGuard() const;
+  void SumEnergy();
 
   WorldConfig config_;
   std::int64_t count_ = 0;
   std::vector<Grain> grains_;
   std::vector<GrainLoad> loads_;
+  std::vector<std::int32_t> index_of_;   ///< [id]
   std::vector<std::int32_t> reference_;  ///< [3 n] positions at the last rebuild
   NeighbourList list_;
-  BodyContacts floor_, wheel_contacts_;
-  WheelBody wheel_;
-  bool has_wheel_ = false, started_ = false, stale_ = true;
-  double wheel_margin_m_ = 0, wheel_moved_m_ = 0;
-  Wrench wrench_;
-  std::function<void(const WheelContact&)> sink_;
+  std::vector<PairParams> params_;
+  std::unique_ptr<Parts> parts_;
+  bool started_ = false, stale_ = true;
   EnergySums energy_, step_energy_;
   StepFault fault_ = StepFault::kNone;
   float drag_ = 1.0f;
-  float largest_radius_ = 0;
+  float largest_radius_ = 0, smallest_radius_ = 0, range_ = 0;
   std::uint64_t steps_ = 0, rebuilds_ = 0;
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dem_offline/engine/laws/material.h"
+#include "dem_offline/engine/laws/contact_model.h"
 
 namespace grouser::dem {
 namespace {
@@ -13,16 +13,34 @@ namespace {
 WorldConfig Config() {
   WorldConfig c;
   c.frame = {0.3, 0.2, 1.0};
-  c.gravity_m_per_s2 = 9.81;
+  c.gravity_m_per_s2 = {0, 0, -9.81};
   c.dt_s = 1e-4;
-  c.grain_grain = MakeParams({1e7, 0.3}, {1e7, 0.3}, {0.5, 0.5, 0.1});
-  c.grain_floor = c.grain_wheel = MakeWallParams({1e7, 0.3}, {0.5, 0.5, 0.1});
+  c.contacts = OneMaterial({1e7, 0.3}, {0.5, 0.5, 0.1});
   return c;
+}
+
+Body Floor(double z_m) {
+  const double up[3] = {0, 0, 1};
+  Body b;
+  b.shape = HalfSpace(up);
+  b.position_m = {0, 0, z_m};
+  return b;
+}
+
+Body Wheel(double spin, double yaw, double v_x) {
+  Body w;
+  w.shape = SmoothWheel(0.03, 0.04);
+  w.motion = BodyMotion::kPrescribed;
+  w.position_m = {0.15, 0.1, 0};
+  w.orientation = {std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)};
+  w.velocity_m_per_s = {v_x, 0, 0};
+  w.spin_rad_per_s = {-spin * std::sin(yaw), spin * std::cos(yaw), 0};
+  return w;
 }
 
 TEST(World, SlowGrainsNeverStall) {  // 1e-6 m/s is about one quantum a step
   WorldConfig c = Config();
-  c.gravity_m_per_s2 = 0;
+  c.gravity_m_per_s2 = {0, 0, 0};
   World world(c, {{0.1, 0.1, 0, 0.005, 2500, 1e-6, 0, 0}});
   for (int s = 0; s < 100000; ++s) world.Step();
   EXPECT_NEAR(world.State(0).x_m - 0.1, 1e-5, 1e-8);
@@ -30,7 +48,7 @@ TEST(World, SlowGrainsNeverStall) {  // 1e-6 m/s is about one quantum a step
 
 TEST(World, GrainsWrapAroundThePeriod) {
   WorldConfig c = Config();
-  c.gravity_m_per_s2 = 0;
+  c.gravity_m_per_s2 = {0, 0, 0};
   World world(c, {{0.2995, 0.1, 0, 0.005, 2500, 1, 0, 0}});
   for (int s = 0; s < 10; ++s) world.Step();
   EXPECT_NEAR(world.State(0).x_m, 0.0005, 1e-6);
@@ -46,64 +64,34 @@ TEST(World, FreeFallIsExactInTime) {
 TEST(World, FaultsAreNamed) {
   World fast(Config(), {{0.1, 0.1, 0, 0.005, 2500, 100, 0, 0}});
   EXPECT_EQ(fast.Step(), StepFault::kTooFast);
-  World broken(Config(), {{0.1, 0.1, 0, 0.005, 2500, std::numeric_limits<double>::quiet_NaN()}});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(World(Config(), {{0.1, 0.1, 0, 0.005, 2500, nan}}), std::invalid_argument);
+  World broken(Config(), {{0.1, 0.1, 0, 0.005, 2500}});
+  broken.SetVelocity(0, {nan, 0, 0}, {0, 0, 0});
   EXPECT_EQ(broken.Step(), StepFault::kNonFinite);
-  WorldConfig c = Config();
-  c.floor_z_m = 0.05;
-  World under(c, {{0.1, 0.1, 0, 0.005, 2500}});
+  World under(Config(), {{0.1, 0.1, 0, 0.005, 2500}});
+  under.AddBody(Floor(0.05));
   EXPECT_EQ(under.Step(), StepFault::kTunnelled);
   EXPECT_EQ(under.Step(), StepFault::kTunnelled);  // and stays so
+  World engulfed(Config(), {{0.1, 0.1, 0, 0.005, 2500}, {0.1, 0.1, 0.0002, 0.005, 2500}});
+  engulfed.Start();
+  EXPECT_EQ(engulfed.Step(), StepFault::kOverlap);
 }
 
 TEST(World, EmptyAndSingle) {
-  World none(Config(), {});
+  World none(Config(), Contents{});
   EXPECT_EQ(none.Step(), StepFault::kNone);
   EXPECT_EQ(none.MeanContacts(), 0.0);
-}
-
-TEST(WheelDistance, FacesEdgesAndInside) {
-  const float r = 0.06f, h = 0.025f;
-  EXPECT_NEAR(WheelDistance(r, h, {0, 0, -0.07f}).distance, 0.01, 1e-7);
-  EXPECT_NEAR(WheelDistance(r, h, {0, 0.03f, 0}).distance, 0.005, 1e-7);
-  const SignedDistance edge = WheelDistance(r, h, {0.063f, -0.029f, 0});
-  EXPECT_NEAR(edge.distance, 0.005, 1e-6);
-  EXPECT_NEAR(edge.normal.x, 0.6, 1e-4);
-  EXPECT_NEAR(edge.normal.y, -0.8, 1e-4);
-  EXPECT_NEAR(WheelDistance(r, h, {0, 0, -0.055f}).distance, -0.005, 1e-7);
-  // Brute force: the nearest point of a sampled surface.
-  for (const Vec3f p : {Vec3f{0.05f, 0.01f, -0.06f}, Vec3f{-0.02f, 0.04f, 0.07f}, Vec3f{0.01f, -0.03f, 0.02f}}) {
-    double best = 1e9;
-    for (int a = 0; a < 2000; ++a) {
-      const double t = 2 * M_PI * a / 2000;
-      for (int k = -100; k <= 100; ++k) {
-        const double x = r * std::cos(t), z = r * std::sin(t), y = h * k / 100.0;
-        best = std::min(best, std::hypot(p.x - x, p.y - y, p.z - z));
-        const double s = (k + 100) / 200.0;
-        for (const double side : {-1.0, 1.0}) {
-          best = std::min(best, std::hypot(p.x - s * x, p.y - side * h, p.z - s * z));
-        }
-      }
-    }
-    EXPECT_NEAR(WheelDistance(r, h, p).distance, best, 2e-4);
-  }
 }
 
 /// A grain pressed under a wheel that drives forward.
 Wrench PressedUnder(double spin, double yaw, double v_x, double dx) {
   WorldConfig c = Config();
-  c.gravity_m_per_s2 = 0;
+  c.gravity_m_per_s2 = {0, 0, 0};
   World world(c, {{0.15 + dx, 0.1, -0.0345, 0.005, 2500}});
-  WheelBody w;
-  w.radius_m = 0.03;
-  w.width_m = 0.04;
-  w.x_m = 0.15;
-  w.y_m = 0.1;
-  w.yaw_rad = yaw;
-  w.v_x = v_x;
-  w.spin = spin;
-  world.EnableWheel(w);
+  world.AddBody(Wheel(spin, yaw, v_x));
   world.Step();
-  return world.wrench();
+  return world.wrench(0);
 }
 
 TEST(World, SignsOfTheWheelWrench) {
@@ -123,18 +111,67 @@ TEST(World, SignsOfTheWheelWrench) {
 
 TEST(World, ActionEqualsReactionAtTheWheel) {
   WorldConfig c = Config();
-  c.gravity_m_per_s2 = 0;
+  c.gravity_m_per_s2 = {0, 0, 0};
   World world(c, {{0.155, 0.1, -0.0335, 0.005, 2500}});
-  WheelBody w;
-  w.radius_m = 0.03;
-  w.width_m = 0.04;
-  w.x_m = 0.15;
-  w.y_m = 0.1;
-  w.spin = 5;
-  world.EnableWheel(w);
+  world.AddBody(Wheel(5, 0, 0));
   world.Step();
-  EXPECT_NEAR(world.wrench().fx, -world.loads()[0].fx, 1e-5);
-  EXPECT_NEAR(world.wrench().fz, -world.loads()[0].fz, 1e-5);
+  EXPECT_NEAR(world.wrench(0).fx, -world.loads()[0].fx, 1e-5);
+  EXPECT_NEAR(world.wrench(0).fz, -world.loads()[0].fz, 1e-5);
+}
+
+TEST(World, EpsdHoldsASpinningGrainBack) {
+  const double r = 0.005;
+  WorldConfig c = Config();
+  c.dt_s = 1e-6;
+  World world(c, {{0.05, 0.05, r - 1e-6, r, 2500, 0.05, 0, 0, 0, 0.05 / r, 0}});
+  world.AddBody(Floor(0));
+  for (int s = 0; s < 400000; ++s) world.Step();
+  EXPECT_NEAR(world.State(0).v_x, 0, 1e-6);  // static, not creeping
+  EXPECT_NEAR(world.State(0).w_y, 0, 1e-3);
+}
+
+TEST(World, TheGuardRefusesALargeStepByName) {
+  WorldConfig c = Config();
+  c.guard_overlap = 0.05;
+  c.dt_s = 1e-6;
+  const std::vector<GrainState> one = {{0.1, 0.1, 0, 0.005, 2500}};
+  const double critical = World(c, one).CriticalStep(0.05);
+  c.dt_s = 0.99 * critical;
+  EXPECT_NO_THROW(World(c, one));
+  c.dt_s = 1.01 * critical;
+  try {
+    World(c, one);
+    FAIL() << "the step was taken";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("dt_s"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("critical"), std::string::npos);
+  }
+}
+
+/// A free body falls, lands on a grain bed of one, and keeps momentum with it.
+TEST(World, AFreeBodyAndAGrainExchangeMomentum) {
+  WorldConfig c = Config();
+  c.gravity_m_per_s2 = {0, 0, 0};
+  c.energy = true;
+  c.dt_s = 1e-6;
+  World world(c, {{0.1, 0.1, 0.0, 0.005, 2500}});
+  Body box;
+  box.shape = Box(0.02, 0.03, 0.01);
+  box.motion = BodyMotion::kFree;
+  box.mass_kg = 0.01;
+  box.inertia_kg_m2 = {1e-6, 5e-7, 1.3e-6};
+  box.position_m = {0.105, 0.102, 0.0105};
+  box.velocity_m_per_s = {0, 0, -0.2};
+  world.AddBody(box);
+  const double m = world.State(0).mass_kg;
+  for (int s = 0; s < 20000; ++s) ASSERT_EQ(world.Step(), StepFault::kNone);
+  const GrainState g = world.State(0);
+  const Body& b = world.body(0);
+  EXPECT_GT(std::abs(b.spin_rad_per_s[1]), 0.1);  // struck off its centre
+  EXPECT_NEAR(m * g.v_z + 0.01 * b.velocity_m_per_s[2], -0.002, 2e-8);
+  EXPECT_NEAR(m * g.v_x + 0.01 * b.velocity_m_per_s[0], 0, 2e-8);
+  const EnergyBalance e = world.Balance();
+  EXPECT_NEAR(e.Total(), 0.5 * 0.01 * 0.04, 2e-7);  // 0.1 % of the beginning
 }
 
 }  // namespace

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "dem_offline/engine/bodies/shape.h"
+
+namespace grouser::dem {
+
+using Vec3d = std::array<double, 3>;
+using Quatd = std::array<double, 4>;  ///< w, x, y, z; body to world
+
+enum class BodyMotion {
+  kFixed,       ///< does not move
+  kPrescribed,  ///< moves with `velocity` and `spin`, whatever pushes
+  kFree,        ///< rigid body under gravity and the grains' push
+};
+
+/// A rigid body of a world. Pose and motion in double, in the world frame.
+/// Velocities live at half steps, as the grains' do.
+struct Body {
+  Shape shape;
+  int material = 1;
+  BodyMotion motion = BodyMotion::kFixed;
+  Vec3d position_m = {0, 0, 0};      ///< of the body's origin
+  Quatd orientation = {1, 0, 0, 0};
+  Vec3d velocity_m_per_s = {0, 0, 0};  ///< of the origin
+  Vec3d spin_rad_per_s = {0, 0, 0};    ///< world axes
+  // kFree only; the origin is the centre of mass, body axes are principal.
+  double mass_kg = 0;
+  Vec3d inertia_kg_m2 = {0, 0, 0};
+  Vec3d outer_force_n = {0, 0, 0}, outer_moment_n_m = {0, 0, 0};  ///< applied, world axes
+};
+
+}  // namespace grouser::dem

@@ -1,0 +1,229 @@
+// Nearest points of a mesh: no allocation, + - x / sqrt in double.
+#include <cmath>
+
+#include "dem_offline/engine/bodies/mesh.h"
+
+namespace grouser::dem {
+namespace {
+
+using Vec = std::array<double, 3>;
+
+constexpr int kDeepest = 64;  // halving 1e8 faces goes 26 deep
+
+Vec Minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vec Along(const Vec& a, double s, const Vec& d) {
+  return {a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]};
+}
+double Dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec Cross(const Vec& a, const Vec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+double SquareTo(const Vec& low, const Vec& high, const Vec& p) {
+  double sum = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double d = p[a] < low[a] ? low[a] - p[a] : (p[a] > high[a] ? p[a] - high[a] : 0.0);
+    sum += d * d;
+  }
+  return sum;
+}
+
+}  // namespace
+
+/// Zones of a triangle (corners, edges, face), by the signs of p's projections
+/// on its sides.
+int Mesh::ClosestFeature(std::int32_t face, const Vec& p, Vec* foot) const {
+  const Vec &a = Corner(face, 0), &b = Corner(face, 1), &c = Corner(face, 2);
+  const Vec ab = Minus(b, a), ac = Minus(c, a), bc = Minus(c, b);
+  const Vec ap = Minus(p, a), bp = Minus(p, b), cp = Minus(p, c);
+  const double ab_a = Dot(ab, ap), ac_a = Dot(ac, ap);
+  const double ab_b = Dot(ab, bp), bc_b = Dot(bc, bp);
+  const double ac_c = Dot(ac, cp), bc_c = Dot(bc, cp);
+  const auto at = [&](const Vec& corner, int feature) {
+    *foot = corner;
+    return feature;
+  };
+  if (ab_a <= 0 && ac_a <= 0) return at(a, 0);
+  if (ab_b >= 0 && bc_b <= 0) return at(b, 1);
+  if (ac_c >= 0 && bc_c >= 0) return at(c, 2);
+  const Vec& n = normal_[face];
+  // Outside an edge: on the other side of it than the face.
+  if (ab_a > 0 && ab_b < 0 && Dot(Cross(n, ab), ap) <= 0) {
+    return at(Along(a, ab_a / Dot(ab, ab), ab), 3);
+  }
+  if (bc_b > 0 && bc_c < 0 && Dot(Cross(n, bc), bp) <= 0) {
+    return at(Along(b, bc_b / Dot(bc, bc), bc), 4);
+  }
+  if (ac_a > 0 && ac_c < 0 && Dot(Cross(n, ac), ap) >= 0) {
+    return at(Along(a, ac_a / Dot(ac, ac), ac), 5);
+  }
+  return at(Along(p, -Dot(ap, n), n), kFace);
+}
+
+/// Which side of the surface p is on at the nearest point.
+double Mesh::Side(const Best& best, const Vec& p) const {
+  const Vec away = Minus(p, best.foot);
+  const Vec& n = normal_[best.face];
+  if (best.feature == kFace) return Dot(Minus(p, Corner(best.face, 0)), n);
+  if (best.feature < 3) {
+    const std::int32_t v = soup_.triangles[best.face][best.feature];
+    return Dot(away, corner_normal_[v]);
+  }
+  const std::int32_t beyond = other_[best.face][best.feature - 3];
+  return Dot(away, beyond < 0 ? n : Along(n, 1.0, normal_[beyond]));
+}
+
+void Mesh::Look(std::int32_t face, const Vec& p, double reach2, Found* found) const {
+  Best best;
+  best.feature = ClosestFeature(face, p, &best.foot);
+  const Vec away = Minus(p, best.foot);
+  best.square = Dot(away, away);
+  if (!(best.square < reach2)) return;
+  best.surface = surface_of_[face];
+  best.face = face;
+  best.kept = true;
+  int place = -1, furthest = 0;
+  for (int i = 0; i < found->count; ++i) {
+    if (found->at[i].surface == best.surface) place = i;
+    if (found->at[i].square > found->at[furthest].square) furthest = i;
+  }
+  if (place < 0 && found->count < Found::kMost) {
+    found->at[found->count++] = best;
+    return;
+  }
+  if (place < 0) place = furthest;
+  const Best& old = found->at[place];
+  if (best.square < old.square || (best.square == old.square && face < old.face)) {
+    found->at[place] = best;
+  }
+}
+
+/// Does no face at the nearest point, of whichever surface, lead nearer to p?
+bool Mesh::IsLowest(const Best& best, const Vec& p, double tolerance) const {
+  const Vec away = Minus(p, best.foot);
+  const auto nearer = [&](const Vec& direction) {
+    const double gain = Dot(away, direction);
+    return gain > 0 && gain * gain > tolerance * tolerance * Dot(direction, direction);
+  };
+  if (best.feature == kFace) return true;
+  if (best.feature < 3) {
+    const std::int32_t v = soup_.triangles[best.face][best.feature];
+    for (std::int32_t s = spoke_first_[v]; s < spoke_first_[v + 1]; ++s) {
+      if (nearer(Minus(soup_.vertices[spokes_[s]], best.foot))) return false;
+    }
+    return true;
+  }
+  const int e = best.feature - 3;
+  const std::int32_t beyond = other_[best.face][e];
+  if (beyond < 0) return true;
+  const Vec back = Minus(Corner(best.face, e), Corner(best.face, (e + 1) % 3));
+  return !nearer(Cross(normal_[beyond], back));  // into the face beyond
+}
+
+/// Of each piece: from inside its one nearest point; from outside the lowest
+/// points of what p can see. Then no place twice.
+void Mesh::KeepVisible(const Vec& p, double tolerance, Found* found) const {
+  for (int i = 0; i < found->count; ++i) found->at[i].side = Side(found->at[i], p);
+  for (int i = 0; i < found->count; ++i) {
+    Best& b = found->at[i];
+    const std::int32_t piece = piece_of_surface_[b.surface];
+    const bool solid = piece_closed_[piece] != 0;
+    int nearest = i;
+    bool inside = solid;
+    for (int j = 0; j < found->count; ++j) {
+      if (piece_of_surface_[found->at[j].surface] != piece) continue;
+      if (found->at[j].square < found->at[nearest].square) nearest = j;
+    }
+    for (int j = 0; j < found->count; ++j) {
+      const Best& o = found->at[j];
+      if (piece_of_surface_[o.surface] != piece) continue;
+      // Back to back faces are equally near: the one in front decides.
+      if (o.square <= found->at[nearest].square * (1 + 1e-9) && !(o.side < 0)) inside = false;
+    }
+    if (inside) {
+      b.kept = i == nearest;
+    } else {
+      b.kept = !(solid && b.side < 0) && IsLowest(b, p, 0.5 * tolerance);
+    }
+  }
+  for (int j = 1; j < found->count; ++j) {
+    for (int i = 0; i < j && found->at[j].kept; ++i) {
+      Best &a = found->at[i], &b = found->at[j];
+      if (!a.kept) continue;
+      const Vec apart = Minus(a.foot, b.foot);
+      if (Dot(apart, apart) > tolerance * tolerance) continue;
+      const double da = std::sqrt(a.square), db = std::sqrt(b.square);
+      (da <= db + tolerance ? b : a).kept = false;
+    }
+  }
+}
+
+SurfacePoint Mesh::ToPoint(const Best& best, const Vec& p) const {
+  const bool solid = piece_closed_[piece_of_surface_[best.surface]] != 0;
+  const bool behind = best.side < 0;
+  const double inward = solid && behind ? -1.0 : 1.0;  // the normal looks away from p
+  double distance = std::sqrt(best.square);
+  Vec n = normal_[best.face];
+  if (best.feature == kFace) {
+    distance = behind ? -best.side : best.side;
+    if (behind && !solid) n = {-n[0], -n[1], -n[2]};
+  } else if (best.square > 1e-60) {
+    const Vec away = Minus(p, best.foot);
+    n = {inward * away[0] / distance, inward * away[1] / distance, inward * away[2] / distance};
+  }
+  return {kMeshKey + best.surface,
+          static_cast<float>(inward * distance),
+          {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])},
+          false};
+}
+
+int Mesh::Nearest(Vec3f at, float reach, SurfacePoint* out, int capacity) const {
+  const Vec p = {at.x, at.y, at.z};
+  const double reach2 = static_cast<double>(reach) * reach;
+  Found found;
+  std::int32_t stack[kDeepest];
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const Node& node = nodes_[stack[--depth]];
+    if (!(SquareTo(node.box.low, node.box.high, p) < reach2)) continue;
+    if (node.count > 0) {
+      for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+        Look(ordered_[i], p, reach2, &found);
+      }
+    } else {
+      stack[depth++] = node.left + 1;
+      stack[depth++] = node.left;
+    }
+  }
+  for (int i = 1; i < found.count; ++i) {  // into the order of surfaces
+    const Best b = found.at[i];
+    int j = i;
+    for (; j > 0 && found.at[j - 1].surface > b.surface; --j) found.at[j] = found.at[j - 1];
+    found.at[j] = b;
+  }
+  KeepVisible(p, 1e-4 * reach, &found);
+  int kept = 0;
+  for (int i = 0; i < found.count; ++i) kept += found.at[i].kept;
+  for (; kept > capacity; --kept) {  // the furthest give way
+    int furthest = -1;
+    for (int i = 0; i < found.count; ++i) {
+      if (found.at[i].kept && (furthest < 0 || found.at[i].square > found.at[furthest].square)) {
+        furthest = i;
+      }
+    }
+    found.at[furthest].kept = false;
+  }
+  int n = 0;
+  for (int i = 0; i < found.count; ++i) {
+    if (found.at[i].kept) out[n++] = ToPoint(found.at[i], p);
+  }
+  return n;
+}
+
+float Mesh::LowerBound(Vec3f p) const {
+  const Box& box = nodes_[0].box;
+  return static_cast<float>(std::sqrt(SquareTo(box.low, box.high, {p.x, p.y, p.z})));
+}
+
+}  // namespace grouser::dem

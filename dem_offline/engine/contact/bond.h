@@ -1,0 +1,33 @@
+#pragma once
+
+#include "dem_offline/engine/bodies/body.h"
+
+namespace grouser::dem {
+
+/// Parallel bond (Potyondy & Cundall 2004) of a disc of radius R_B between two
+/// grains, in total form: no increments, so nothing drifts.
+///   F_n = -k_n A u_n,  F_t = -k_t A u_t,  M_b = -k_n I th_b,  M_t = -k_t J th_t
+///   A = pi R_B^2,  I = pi R_B^4/4,  J = pi R_B^4/2
+///   breaks when  -F_n/A + |M_b| R_B/I > tensile  (F_n > 0: compression)
+///           or   |F_t|/A + |M_t| R_B/J > shear
+/// An intact bond replaces the contact of its pair; a broken one leaves it.
+/// Source: Potyondy & Cundall, Int. J. Rock Mech. 41 (2004) 1329.
+struct BondLaw {
+  double normal_stiffness_n_per_m3 = 0;   ///< k_n, per area
+  double shear_stiffness_n_per_m3 = 0;    ///< k_t, per area
+  double tensile_strength_pa = 1e300, shear_strength_pa = 1e300;
+  double damping_ratio = 0;   ///< share of critical, on every one of the four modes
+};
+
+struct BondState {
+  std::int32_t grain_a = 0, grain_b = 0;  ///< ids
+  double radius_m = 0;                    ///< R_B
+  int law = 0;
+};
+
+struct BondStatistics {
+  std::int64_t intact = 0, broken_in_tension = 0, broken_in_shear = 0;
+  double stored_j = 0, damped_j = 0, broken_j = 0;  ///< broken: elastic energy set free
+};
+
+}  // namespace grouser::dem

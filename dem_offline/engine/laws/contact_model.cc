@@ -1,0 +1,185 @@
+#include "dem_offline/engine/laws/contact_model.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace grouser::dem {
+namespace {
+
+template <class List>
+int ByName(const char* slot, const std::string& name) {
+  int at = 0, found = -1;
+  std::string known;
+  List::ForEach([&](auto law) {
+    if (name == decltype(law)::kName) found = at;
+    known += (at++ ? ", " : "") + std::string(decltype(law)::kName);
+  });
+  if (found < 0) {
+    throw std::invalid_argument(std::string(slot) + " law: '" + name + "', expected one of " +
+                                known);
+  }
+  return found;
+}
+
+template <class List>
+std::string NameOf(int index) {
+  std::string out = "?";
+  List::Visit(index, [&](auto law) { out = decltype(law)::kName; });
+  return out;
+}
+
+template <class List>
+void MakeInto(int index, const Elastic& a, const Elastic& b, const Interface& f,
+              const LawSettings& settings, PairParams& out) {
+  List::Visit(index, [&](auto law) {
+    using Law = decltype(law);
+    ParamsOf<Law>(static_cast<typename List::Params&>(out)) =
+        Law::Make(a, b, f, SettingsOf<Law>(settings));
+  });
+}
+
+template <class... R>
+int RecipeOf(const LawChoice& laws, RecipeList<R...>) {
+  int at = 0, found = -1;
+  ((ChoiceOf<R>() == laws ? void(found = at++) : void(at++)), ...);
+  return found;
+}
+
+}  // namespace
+
+LawChoice LawsByName(const std::string& normal, const std::string& tangential,
+                     const std::string& rolling, const std::string& cohesion) {
+  return {ByName<NormalLaws>("normal", normal), ByName<TangentialLaws>("tangential", tangential),
+          ByName<RollingLaws>("rolling", rolling), ByName<CohesionLaws>("cohesion", cohesion)};
+}
+
+std::string Describe(const LawChoice& laws) {
+  return "normal=" + NameOf<NormalLaws>(laws.normal) +
+         ", tangential=" + NameOf<TangentialLaws>(laws.tangential) +
+         ", rolling=" + NameOf<RollingLaws>(laws.rolling) +
+         ", cohesion=" + NameOf<CohesionLaws>(laws.cohesion);
+}
+
+const char* RecipeName(int recipe) {
+  static constexpr const char* kNames[] = {
+      "hertz_mindlin_epsd", "hertz_mindlin",     "wheel_testbed", "atv_wheel",
+      "shear_cell",         "shear_cell_simple", "grouser_wheel", "torsion"};
+  static_assert(sizeof(kNames) / sizeof(kNames[0]) == Recipes::kSize, "a name for each recipe");
+  return recipe >= 0 && recipe < Recipes::kSize ? kNames[recipe] : "generic";
+}
+
+std::string WhyIllegal(const LawChoice& laws) {
+  unsigned provides = 0;
+  std::string normal = NameOf<NormalLaws>(laws.normal), why;
+  NormalLaws::Visit(laws.normal, [&](auto law) { provides = decltype(law)::kProvides; });
+  const auto check = [&](const char* slot, const char* name, unsigned needs) {
+    const unsigned missing = needs & ~provides;
+    if (!missing) return;
+    why += (why.empty() ? "" : "; ") + std::string(slot) + " law '" + name + "' needs " +
+           (missing & kHertzElastic ? "an elastic part that is exactly Hertz"
+                                    : "a Hertzian contact radius") +
+           ", which normal law '" + normal + "' does not have";
+  };
+  TangentialLaws::Visit(laws.tangential, [&](auto law) {
+    check("tangential", decltype(law)::kName, decltype(law)::kNeeds);
+  });
+  RollingLaws::Visit(laws.rolling, [&](auto law) {
+    check("rolling", decltype(law)::kName, decltype(law)::kNeeds);
+  });
+  CohesionLaws::Visit(laws.cohesion, [&](auto law) {
+    check("cohesion", decltype(law)::kName, decltype(law)::kNeeds);
+  });
+  return why;
+}
+
+ContactModel::ContactModel(LawChoice laws)
+    : laws_(laws), layout_(LayoutOf(laws)), recipe_(RecipeOf(laws, Recipes{})) {
+  const std::string why = WhyIllegal(laws);
+  if (!why.empty()) throw std::invalid_argument("laws: " + why);
+  table_.resize(kMostMaterials * kMostMaterials);
+}
+
+int ContactModel::AddMaterial(const Elastic& material) {
+  Check(material);
+  if (materials() >= kMostMaterials) {
+    throw std::invalid_argument("materials: more than 16, expected at most 16");
+  }
+  materials_.push_back(material);
+  return materials() - 1;
+}
+
+void ContactModel::SetInterface(int a, int b, const Interface& f, const LawSettings& settings) {
+  Check(f);
+  for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, a}}) {
+    Entry& e = table_[i * kMostMaterials + j];
+    const Elastic &mi = materials_.at(i), &mj = materials_.at(j);
+    // Two rigid bodies never touch; bodies feel grains only.
+    if (mi.youngs_modulus_pa == kRigid && mj.youngs_modulus_pa == kRigid) {
+      throw std::invalid_argument("interface: both materials are rigid, expected one elastic");
+    }
+    MakeInto<NormalLaws>(laws_.normal, mi, mj, f, settings, e.params);
+    MakeInto<TangentialLaws>(laws_.tangential, mi, mj, f, settings, e.params);
+    MakeInto<RollingLaws>(laws_.rolling, mi, mj, f, settings, e.params);
+    MakeInto<CohesionLaws>(laws_.cohesion, mi, mj, f, settings, e.params);
+    e.set = true;
+  }
+}
+
+std::vector<PairParams> ContactModel::Table() const {
+  std::vector<PairParams> out;
+  for (int i = 0; i < materials(); ++i) {
+    for (int j = 0; j < materials(); ++j) {
+      const Entry& e = table_[i * kMostMaterials + j];
+      const bool rigid =
+          material(i).youngs_modulus_pa == kRigid && material(j).youngs_modulus_pa == kRigid;
+      if (!e.set && !rigid) {
+        throw std::invalid_argument("interface of materials " + std::to_string(i) + " and " +
+                                    std::to_string(j) + ": not set");
+      }
+      out.push_back(e.params);
+    }
+  }
+  return out;
+}
+
+double ContactModel::Range(double smallest, double largest) const {
+  double range = 0;
+  for (const Entry& e : table_) {
+    if (!e.set) continue;
+    CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
+      using Law = decltype(law);
+      range = std::max(range, Law::Range(ParamsOf<Law>(e.params), smallest, largest));
+    });
+  }
+  return range;
+}
+
+double ContactModel::Stiffness(double overlap, double r_eff, double m_eff) const {
+  double k = 0;
+  for (const Entry& e : table_) {
+    if (!e.set) continue;
+    double here = 0;
+    NormalLaws::Visit(laws_.normal, [&](auto law) {
+      using Law = decltype(law);
+      here = Law::Stiffness(ParamsOf<Law>(e.params), overlap, r_eff, m_eff);
+    });
+    CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
+      using Law = decltype(law);
+      here += Law::Stiffness(ParamsOf<Law>(e.params), overlap, r_eff);
+    });
+    k = std::max(k, here);
+  }
+  return k;
+}
+
+ContactModel OneMaterial(const Elastic& grains, const Interface& f, LawChoice laws,
+                         const LawSettings& settings) {
+  ContactModel model(laws);
+  const int grain = model.AddMaterial(grains);
+  const int rigid = model.AddMaterial({kRigid, 0.0});
+  model.SetInterface(grain, grain, f, settings);
+  model.SetInterface(grain, rigid, f, settings);
+  return model;
+}
+
+}  // namespace grouser::dem

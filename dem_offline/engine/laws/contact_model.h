@@ -1,0 +1,67 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/laws/generic.h"
+
+namespace grouser::dem {
+
+/// Name of a law of a list, and back. Throws std::invalid_argument with the
+/// slot, the name and the names there are.
+LawChoice LawsByName(const std::string& normal, const std::string& tangential,
+                     const std::string& rolling, const std::string& cohesion);
+/// "normal=..., tangential=..., rolling=..., cohesion=..."
+std::string Describe(const LawChoice& laws);
+/// Empty if the laws may stand beside one another, else why not.
+std::string WhyIllegal(const LawChoice& laws);
+
+/// Name of a recipe of the menu; "generic" for -1.
+const char* RecipeName(int recipe);
+
+/// Materials, interfaces and laws of a world.
+class ContactModel {
+ public:
+  /// Throws std::invalid_argument for an illegal choice, by name.
+  explicit ContactModel(LawChoice laws = ChoiceOf<HertzMindlinEpsd>());
+
+  /// Number of the new material (0, 1, ...). Throws as Check(Elastic) does.
+  int AddMaterial(const Elastic& material);
+  /// Interface of two materials, both ways round. Throws as the laws' Make do.
+  void SetInterface(int a, int b, const Interface& f, const LawSettings& settings = {});
+
+  const LawChoice& laws() const { return laws_; }
+  const WordLayout& layout() const { return layout_; }
+  int materials() const { return static_cast<int>(materials_.size()); }
+  const Elastic& material(int m) const { return materials_.at(m); }
+  /// [materials x materials], row: grain i. Throws std::invalid_argument naming
+  /// the pair whose interface is missing.
+  std::vector<PairParams> Table() const;
+  /// Furthest gap at which any pair acts [m].
+  double Range(double smallest_radius_m, double largest_radius_m) const;
+  /// Largest dF/d(overlap) of any pair [N/m] at this overlap.
+  double Stiffness(double overlap_m, double r_eff_m, double m_eff_kg) const;
+  /// Number of the specialised recipe of these laws; -1: the generic path.
+  int recipe() const { return recipe_; }
+
+ private:
+  LawChoice laws_;
+  WordLayout layout_;
+  int recipe_ = -1;
+  std::vector<Elastic> materials_;
+  struct Entry {
+    bool set = false;
+    PairParams params = {};
+  };
+  std::vector<Entry> table_;  ///< [kMost x kMost]
+};
+
+inline constexpr int kMostMaterials = 16;
+
+/// One material against itself and against a rigid one (number 1), both with
+/// the same interface: the commonest world.
+ContactModel OneMaterial(const Elastic& grains, const Interface& f,
+                         LawChoice laws = ChoiceOf<HertzMindlinEpsd>(),
+                         const LawSettings& settings = {});
+
+}  // namespace grouser::dem

@@ -1,0 +1,101 @@
+#pragma once
+
+#include "dem_offline/engine/laws/cohesion_capillary.h"
+#include "dem_offline/engine/laws/cohesion_jkr.h"
+#include "dem_offline/engine/laws/cohesion_jkr_added.h"
+#include "dem_offline/engine/laws/none.h"
+#include "dem_offline/engine/laws/normal_elasto_plastic.h"
+#include "dem_offline/engine/laws/normal_hertz.h"
+#include "dem_offline/engine/laws/normal_linear.h"
+#include "dem_offline/engine/laws/normal_oden_martins.h"
+#include "dem_offline/engine/laws/normal_walton_braun.h"
+#include "dem_offline/engine/laws/recipe.h"
+#include "dem_offline/engine/laws/rolling_constant.h"
+#include "dem_offline/engine/laws/rolling_epsd.h"
+#include "dem_offline/engine/laws/rolling_own_spin.h"
+#include "dem_offline/engine/laws/tangential_deresiewicz.h"
+#include "dem_offline/engine/laws/tangential_displacement.h"
+#include "dem_offline/engine/laws/tangential_kelvin.h"
+#include "dem_offline/engine/laws/tangential_linear.h"
+#include "dem_offline/engine/laws/tangential_mindlin.h"
+
+// The menu: every law, and the combinations compiled specialised. A new law is
+// a header, its name in one list here (and in a recipe if it is to be fast),
+// and a test: docs/engine.md, "A new law".
+
+namespace grouser::dem {
+
+using NormalLaws =
+    LawList<HertzRestitution, LinearSpring, HertzOdenMartins, ElastoPlastic, WaltonBraun>;
+using TangentialLaws = LawList<MindlinRescaled, LinearHistory, MindlinDisplacement,
+                               MindlinDeresiewicz, KelvinRegularised>;
+using RollingLaws = LawList<RollingNone, RollingEpsd, RollingConstant, RollingOwnSpin>;
+using CohesionLaws = LawList<CohesionNone, Jkr, JkrAdded, Capillary>;
+
+/// The default: sand.
+using HertzMindlinEpsd = Recipe<HertzRestitution, MindlinRescaled, RollingEpsd, CohesionNone>;
+using HertzMindlin = Recipe<HertzRestitution, MindlinRescaled, RollingNone, CohesionNone>;
+// The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
+// cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
+// torsion in EDEM.
+using WheelTestbed = Recipe<HertzRestitution, LinearHistory, RollingNone, JkrAdded>;
+using AtvWheel = Recipe<LinearSpring, LinearHistory, RollingConstant, CohesionNone>;
+using ShearCell = Recipe<ElastoPlastic, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
+using ShearCellSimple = Recipe<HertzOdenMartins, LinearHistory, RollingNone, CohesionNone>;
+using GrouserWheel = Recipe<HertzRestitution, KelvinRegularised, RollingConstant, CohesionNone>;
+using Torsion = Recipe<HertzRestitution, MindlinDisplacement, RollingConstant, CohesionNone>;
+
+template <class... R>
+struct RecipeList {
+  static constexpr int kSize = sizeof...(R);
+};
+/// Compiled specialised, vectorised for each instruction set; named in
+/// RecipeName. The first is the default.
+using Recipes = RecipeList<HertzMindlinEpsd, HertzMindlin, WheelTestbed, AtvWheel, ShearCell,
+                           ShearCellSimple, GrouserWheel, Torsion>;
+
+/// Parameters of one pair of materials, for every law of the menu that the
+/// choice names (the others stay zero).
+struct PairParams : NormalLaws::Params,
+                    TangentialLaws::Params,
+                    RollingLaws::Params,
+                    CohesionLaws::Params {};
+/// Settings that belong to single laws; defaults where not touched.
+struct LawSettings : NormalLaws::Settings,
+                     TangentialLaws::Settings,
+                     RollingLaws::Settings,
+                     CohesionLaws::Settings {};
+
+template <class Law>
+typename Law::Settings& SettingsOf(LawSettings& all) {
+  return static_cast<SettingsSlot<Law>&>(all).value;
+}
+template <class Law>
+const typename Law::Settings& SettingsOf(const LawSettings& all) {
+  return static_cast<const SettingsSlot<Law>&>(all).value;
+}
+
+/// Numbers of the chosen laws in their lists.
+struct LawChoice {
+  int normal = 0, tangential = 0, rolling = 0, cohesion = 0;
+  bool operator==(const LawChoice& o) const {
+    return normal == o.normal && tangential == o.tangential && rolling == o.rolling &&
+           cohesion == o.cohesion;
+  }
+};
+
+template <class R>
+constexpr LawChoice ChoiceOf() {
+  return {
+      NormalLaws::IndexOf<typename R::Normal>(), TangentialLaws::IndexOf<typename R::Tangential>(),
+      RollingLaws::IndexOf<typename R::Rolling>(), CohesionLaws::IndexOf<typename R::Cohesion>()};
+}
+template <class N, class T, class R, class C>
+constexpr LawChoice ChoiceOfLaws() {
+  return ChoiceOf<Recipe<N, T, R, C>>();
+}
+
+inline constexpr int kMaxHistoryWords = 1 + NormalLaws::kMostWords + TangentialLaws::kMostWords +
+                                        RollingLaws::kMostWords + CohesionLaws::kMostWords;
+
+}  // namespace grouser::dem

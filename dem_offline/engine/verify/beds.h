@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dem_offline/engine/verify/scenes.h"
+
+// Many grains, the same every time.
+
+namespace grouser::dem::verify {
+
+/// SplitMix64: the same numbers on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double Uniform() {  ///< [0, 1)
+    state_ += 0x9e3779b97f4a7c15ull;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
+  }
+  double Between(double low, double high) { return low + (high - low) * Uniform(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// About n grains (a cube number) that fly about in a periodic box and collide
+/// often; zero gravity, floor and lid.
+World Gas(const Laws& laws, int n, std::uint64_t seed, bool energy = false, int threads = 1);
+
+struct BedSpec {
+  double length_m = 0.24, width_m = 0.12, depth_m = 0.05;
+  double smallest_d_m = 0.010, largest_d_m = 0.012;
+  Elastic grains = {2e6, 0.3};
+  Interface surfaces = {.restitution = 0.5, .friction = 0.5, .rolling_friction = 0.1};
+  Laws laws = {.rolling = "epsd"};
+  double density = 2290;
+  double gravity = 9.81;
+  double rayleigh_fraction = 0.2;
+  std::uint64_t seed = 1;
+  WorldConfig Config() const;  ///< periodic in x and y, floor plane at z = 0
+};
+/// Grains of a bed that has fallen and come to rest on z = 0, at rest.
+std::vector<GrainState> Settle(const BedSpec& spec);
+/// Loose grains on a jittered grid over [x0, x1] x [y0, y1], from z0 up.
+std::vector<GrainState> Grid(const BedSpec& spec, double x0, double x1, double y0, double y1,
+                             double z0, int count);
+
+/// Volume of a sphere between two heights [m^3].
+double SphereInSlab(double z, double radius, double low, double high);
+
+/// Sum over grains of kinetic energy, over the sum of m g d: how far from rest.
+double Restlessness(const World& world);
+/// Highest z + r [m].
+double Top(const World& world);
+
+}  // namespace grouser::dem::verify

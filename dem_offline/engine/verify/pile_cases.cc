@@ -1,0 +1,143 @@
+// Sandpiles of discs: Ai, Chen, Rotter & Ooi, Powder Technol. 206 (2011) 269,
+// on the hopper of Zuriguel, Mullin & Rotter, PRL 98 (2007) 028001: 3000 discs
+// of 6.9 mm (2500) and 8.9 mm (500) fall through a channel 70 mm wide and
+// 220 mm long, 350 mm above a rough base, out of a hopper of 52 degrees.
+#include "dem_offline/engine/verify/beds.h"
+#include "dem_offline/engine/verify/cases.h"
+
+namespace grouser::dem::verify {
+namespace {
+
+constexpr double kBase = 0, kExit = 0.35, kMouth = 0.57, kHalf = 0.035, kWall = 0.505;
+constexpr double kHopperTop = 1.17, kY = 0.025, kThickness = 0.0073;
+constexpr char kSource[] = "Ai et al. 2011";
+
+std::vector<GrainState> DiscsInHopper() {
+  const double cell = 0.0094, slope = (kHopperTop - kMouth) / (kWall - kHalf);
+  Random random(5);
+  std::vector<GrainState> out;
+  int large = 0;
+  for (int row = 0; out.size() < 3000; ++row) {
+    const double z = kMouth + 0.03 + row * cell;
+    const double half = std::min(kWall, kHalf + (z - kMouth) / slope) - 0.012;
+    const int n = static_cast<int>(2 * half / cell);
+    for (int k = 0; k < n && out.size() < 3000; ++k) {
+      GrainState g = {};
+      const bool big = large * 6 < static_cast<int>(out.size()) && large < 500;
+      large += big;
+      g.x_m = (k + 0.5 - 0.5 * n) * cell + random.Between(-2e-4, 2e-4);
+      g.y_m = kY;
+      g.z_m = z + random.Between(-2e-4, 2e-4);
+      g.radius_m = big ? 0.00445 : 0.00345;
+      g.density_kg_per_m3 = 1056;
+      g.mass_kg = 1056 * M_PI * g.radius_m * g.radius_m * kThickness;
+      out.push_back(g);
+    }
+  }
+  return out;
+}
+
+/// Floor, two channel walls, two hopper slopes, two upright walls, a gate.
+std::vector<Body> Hopper() {
+  std::vector<Body> out = {Floor(kBase)};
+  const double thick = 0.1, deep = 0.2, angle = std::atan2(kHopperTop - kMouth, kWall - kHalf);
+  const double length = std::hypot(kHopperTop - kMouth, kWall - kHalf);
+  for (const int side : {-1, 1}) {
+    out.push_back(Block({side * (kHalf + thick / 2), kY, 0.5 * (kExit + kMouth)},
+                        {thick, deep, kMouth - kExit}));
+    const double mid_x = 0.5 * (kHalf + kWall) + 0.5 * thick * std::sin(angle);
+    const double mid_z = 0.5 * (kMouth + kHopperTop) - 0.5 * thick * std::cos(angle);
+    out.push_back(Block({side * mid_x, kY, mid_z}, {length, deep, thick}, -side * angle));
+    out.push_back(Block({side * (kWall + thick / 2), kY, kHopperTop + 0.4}, {thick, deep, 0.8}));
+  }
+  out.push_back(Block({0, kY, kMouth - 0.025}, {2 * kHalf, deep, 0.05}));
+  return out;
+}
+
+struct Pile {
+  double height_m = 0, restless = 0;
+};
+
+class PileRun {
+ public:
+  explicit PileRun(const char* rolling)
+      : world_(Config(rolling), Scene(DiscsInHopper(), Hopper())) {
+    RunTo(0.6);
+    world_.body(world_.bodies() - 1).position_m[2] = -1.0;  // the gate is gone
+  }
+  void RunTo(double t) {
+    RunOrThrow(world_, std::llround((t - world_.time_s()) / world_.config().dt_s));
+  }
+  Pile Look() const {
+    Pile out;
+    for (std::int64_t i = 0; i < world_.count(); ++i) {
+      const GrainState g = world_.State(i);
+      if (g.z_m < kExit) out.height_m = std::max(out.height_m, g.z_m + g.radius_m);
+    }
+    out.restless = Restlessness(world_);
+    return out;
+  }
+
+ private:
+  static WorldConfig Config(const char* rolling) {
+    WorldConfig c;
+    c.frame = {2.4, 2 * kY, 4.2};
+    c.dt_s = 5e-5;
+    c.contacts = Model({.rolling = rolling}, {4e6, 0.49},
+                       {.restitution = 0.7, .friction = 0.8, .rolling_friction = 0.3});
+    c.planar = true;
+    c.inertia_factor = 0.5;
+    return c;
+  }
+  World world_;
+};
+
+void EpsdPile(Rows& rows) {
+  PileRun run("epsd");
+  run.RunTo(8.6);
+  const Pile before = run.Look();
+  run.RunTo(9.6);
+  const Pile pile = run.Look();
+  rows.Relative("EPSD: pile height at 9.6 s [m]", 0.272, pile.height_m, 0.10, kSource);
+  rows.AtMost("EPSD: height lost in the last second, of its height [-]", 1e-4,
+              (before.height_m - pile.height_m) / pile.height_m, "Ai et al. 2011: static");
+  rows.AtMost("EPSD: kinetic energy over sum m g d [-]", 1e-8, pile.restless,
+              "Ai et al. 2011: static");
+}
+
+void ConstantTorquePile(Rows& rows) {
+  PileRun run("constant_torque");
+  run.RunTo(8.1);
+  const Pile before = run.Look();
+  run.RunTo(9.6);
+  const Pile pile = run.Look();
+  rows.Relative("constant torque: pile height at 9.6 s [m]", 0.2419, pile.height_m, 0.10, kSource);
+  rows.AtLeast("constant torque: kinetic energy over sum m g d [-]", 1e-7, pile.restless,
+               "Ai et al. 2011: creeps");
+  rows.Note(Format("constant torque: height %.4f m at 8.1 s, %.4f m at 9.6 s; restlessness %.2g",
+                   before.height_m, pile.height_m, pile.restless));
+}
+
+void LongPiles(Rows& rows) {
+  PileRun epsd("epsd");
+  epsd.RunTo(48);
+  rows.Relative("EPSD: pile height at 48 s [m]", 0.272, epsd.Look().height_m, 0.10, kSource);
+  PileRun creeping("constant_torque");
+  creeping.RunTo(9.6);
+  const double early = creeping.Look().height_m;
+  creeping.RunTo(48);
+  const double late = creeping.Look().height_m;
+  rows.Relative("constant torque: pile height at 48 s [m]", 0.2192, late, 0.10, kSource);
+  rows.Relative("constant torque: height at 48 s over that at 9.6 s [-]", 0.2192 / 0.2419,
+                late / early, 0.05, kSource);
+}
+
+}  // namespace
+
+Cases PileCases() {
+  return {{"pile_epsd", Level::kDefault, EpsdPile},
+          {"pile_constant_torque", Level::kDefault, ConstantTorquePile},
+          {"piles_48_s", Level::kFull, LongPiles}};
+}
+
+}  // namespace grouser::dem::verify

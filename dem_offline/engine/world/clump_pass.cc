@@ -1,0 +1,157 @@
+// Rigid clumps of a World.
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "dem_offline/engine/world/parts.h"
+
+namespace grouser::dem {
+
+void ClumpPass::Add(World& w, const Contents& c, std::vector<GrainState>* grains) {
+  World::Parts& parts = *w.parts_;
+  parts.templates = c.templates;
+  for (std::size_t n = 0; n < c.clumps.size(); ++n) {
+    const ClumpState& s = c.clumps[n];
+    if (s.shape < 0 || s.shape >= static_cast<int>(c.templates.size())) {
+      throw std::invalid_argument("clump " + std::to_string(n) + ": shape: " +
+                                  std::to_string(s.shape) + ", expected a template's number");
+    }
+    if (!(s.density_kg_per_m3 > 0)) {
+      throw std::invalid_argument("clump " + std::to_string(n) + ": density_kg_per_m3: expected > 0");
+    }
+    const ClumpTemplate& shape = c.templates[s.shape];
+    ClumpEntry e;
+    e.state = s;
+    e.state.orientation = Unit(s.orientation);
+    e.state.position_m = Sub(s.position_m, w.config_.origin_m);
+    e.mass_kg = s.density_kg_per_m3 * shape.volume_m3;
+    e.inertia = Scale(s.density_kg_per_m3, shape.inertia_per_density);
+    e.angular_momentum = MomentumOf(e.state.orientation, s.spin_rad_per_s, e.inertia);
+    e.first_id = static_cast<std::int32_t>(grains->size());
+    const Mat3d turn = MatrixOf(e.state.orientation);
+    for (const auto& m : shape.members) {
+      const Vec3d off = turn * m.offset_m;
+      const Vec3d at = dem::Add(s.position_m, off);
+      const Vec3d v = dem::Add(s.velocity_m_per_s, CrossD(s.spin_rad_per_s, off));
+      GrainState g = {};
+      g.x_m = at[0], g.y_m = at[1], g.z_m = at[2];
+      g.radius_m = m.radius_m;
+      g.v_x = v[0], g.v_y = v[1], g.v_z = v[2];
+      g.w_x = s.spin_rad_per_s[0], g.w_y = s.spin_rad_per_s[1], g.w_z = s.spin_rad_per_s[2];
+      g.material = s.material;
+      g.mass_kg = e.mass_kg;  // a contact feels the whole clump
+      grains->push_back(g);
+    }
+    parts.clumps.push_back(e);
+  }
+}
+
+void ClumpPass::Index(World& w) {
+  World::Parts& parts = *w.parts_;
+  if (parts.clumps.empty()) return;
+  parts.clump_of.assign(w.grains_.size(), -1);
+  for (std::size_t c = 0; c < parts.clumps.size(); ++c) {
+    const ClumpEntry& e = parts.clumps[c];
+    const auto members = parts.templates[e.state.shape].members.size();
+    for (std::size_t k = 0; k < members; ++k) {
+      const std::int32_t i = w.index_of_[e.first_id + k];
+      parts.clump_of[i] = static_cast<std::int32_t>(c);
+      w.grains_[i].kind |= kMember;
+    }
+  }
+}
+
+void ClumpPass::Gather(World& w) {
+  World::Parts& parts = *w.parts_;
+  const auto& g = w.config_.gravity_m_per_s2;
+  for (ClumpEntry& e : parts.clumps) {
+    const ClumpTemplate& shape = parts.templates[e.state.shape];
+    const Mat3d turn = MatrixOf(e.state.orientation);
+    e.force = Scale(e.mass_kg, g);
+    e.moment = {0, 0, 0};
+    for (std::size_t k = 0; k < shape.members.size(); ++k) {
+      const GrainLoad& f = w.loads_[w.index_of_[e.first_id + k]];
+      const Vec3d force = {f.fx, f.fy, f.fz};
+      e.force = dem::Add(e.force, force);
+      e.moment = dem::Add(e.moment, dem::Add({f.tx, f.ty, f.tz},
+                                             CrossD(turn * shape.members[k].offset_m, force)));
+    }
+  }
+}
+
+void ClumpPass::Place(World& w, ClumpEntry& e, const Vec3d& spin) {
+  const ClumpTemplate& shape = w.parts_->templates[e.state.shape];
+  const Mat3d turn = MatrixOf(e.state.orientation);
+  const Frame& frame = w.config_.frame;
+  for (std::size_t k = 0; k < shape.members.size(); ++k) {
+    Grain& g = w.grains_[w.index_of_[e.first_id + k]];
+    const Vec3d off = turn * shape.members[k].offset_m;
+    const Vec3d at = dem::Add(e.state.position_m, off);
+    const Vec3d v = dem::Add(e.state.velocity_m_per_s, CrossD(spin, off));
+    if (!(std::abs(at[2]) < 0.5 * frame.z_span_m) || !std::isfinite(at[0] + at[1])) {
+      w.fault_ = StepFault::kNonFinite;
+      return;
+    }
+    g.x = frame.FixX(at[0]);
+    g.y = frame.FixY(at[1]);
+    g.z = frame.FixZ(at[2]);
+    g.vx = static_cast<float>(v[0]);
+    g.vy = static_cast<float>(v[1]);
+    g.vz = static_cast<float>(v[2]);
+    g.wx = static_cast<float>(spin[0]);
+    g.wy = static_cast<float>(spin[1]);
+    g.wz = static_cast<float>(spin[2]);
+  }
+}
+
+void ClumpPass::Move(World& w) {
+  const double dt = w.config_.dt_s;
+  const double drag = w.drag_;
+  for (ClumpEntry& e : w.parts_->clumps) {
+    ClumpState& s = e.state;
+    s.velocity_m_per_s =
+        Scale(drag, dem::Add(s.velocity_m_per_s, Scale(dt / e.mass_kg, e.force)));
+    e.angular_momentum = Scale(drag, dem::Add(e.angular_momentum, Scale(dt, e.moment)));
+    if (w.config_.planar) {
+      s.velocity_m_per_s[1] = 0;
+      e.angular_momentum[0] = e.angular_momentum[2] = 0;
+    }
+    s.position_m = dem::Add(s.position_m, Scale(dt, s.velocity_m_per_s));
+    s.orientation = TurnFreely(s.orientation, e.angular_momentum, e.inertia, dt, &s.spin_rad_per_s);
+    Place(w, e, s.spin_rad_per_s);
+  }
+}
+
+void ClumpPass::StepBack(World& w) {
+  const double half = 0.5 * w.config_.dt_s;
+  for (ClumpEntry& e : w.parts_->clumps) {
+    e.state.velocity_m_per_s =
+        Sub(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
+    e.angular_momentum = Sub(e.angular_momentum, Scale(half, e.moment));
+  }
+}
+
+double ClumpPass::Kinetic(const World& w) {
+  const double half = w.started_ ? 0.5 * w.config_.dt_s : 0.0;
+  double sum = 0;
+  for (const ClumpEntry& e : w.parts_->clumps) {
+    const Vec3d v = dem::Add(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
+    const Vec3d l = dem::Add(e.angular_momentum, Scale(half, e.moment));
+    sum += 0.5 * e.mass_kg * DotD(v, v) + 0.5 * DotD(l, SpinOf(e.state.orientation, l, e.inertia));
+  }
+  return sum;
+}
+
+std::int64_t World::clumps() const { return static_cast<std::int64_t>(parts_->clumps.size()); }
+
+ClumpState World::Clump(std::int64_t c) const {
+  const ClumpEntry& e = parts_->clumps.at(c);
+  const double half = started_ ? 0.5 * config_.dt_s : 0.0;
+  ClumpState s = e.state;
+  s.position_m = Add(e.state.position_m, config_.origin_m);
+  s.velocity_m_per_s = Add(s.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
+  s.spin_rad_per_s = SpinOf(s.orientation, Add(e.angular_momentum, Scale(half, e.moment)), e.inertia);
+  return s;
+}
+
+}  // namespace grouser::dem

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <vector>
+
+#include "dem_offline/engine/world/rotation.h"
+#include "dem_offline/engine/world/team.h"
+#include "dem_offline/engine/world/world.h"
+
+namespace grouser::dem {
+
+/// Grains near one body, in rising order, each with a few slots for contacts.
+struct BodySlots {
+  int per_grain = 1;
+  std::vector<std::int32_t> near;
+  std::vector<std::int32_t> key;  ///< [near x per_grain]; -1: free
+  std::vector<float> words;       ///< [near x per_grain x words]
+};
+
+struct BodyEntry {
+  Body body;
+  Vec3d angular_momentum = {0, 0, 0};  ///< kFree: of the half step
+  Wrench wrench;
+  double work_j = 0;
+  double margin_m = 0, moved_m = 0;  ///< search margin; motion since the last search
+  BodySlots slots;
+};
+
+struct ClumpEntry {
+  ClumpState state;  ///< position relative to the world's origin
+  Vec3d angular_momentum = {0, 0, 0};
+  Vec3d force = {0, 0, 0}, moment = {0, 0, 0};
+  double mass_kg = 0;
+  Vec3d inertia = {0, 0, 0};
+  std::int32_t first_id = 0;  ///< members follow one another
+};
+
+struct BondEntry {
+  std::int32_t a = 0, b = 0;  ///< places in memory
+  int law = 0;
+  bool intact = true;
+  Vec3d arm_a, arm_b, axis_a, axis_b;  ///< grain frames
+  Quatd rest;                          ///< relative orientation at rest
+  double area = 0, bending = 0, polar = 0, radius = 0;
+  double stored = 0;
+};
+
+using ContactFn = ContactResult (*)(const World& world, const PairParams&, const ContactGeometry&,
+                                    float* words);
+
+struct World::Parts {
+  explicit Parts(int threads) : team(threads) {}
+  Team team;
+  std::vector<BodyEntry> bodies;
+  std::function<void(const BodyContact&)> sink;
+  ContactFn contact = nullptr;
+  std::vector<ClumpTemplate> templates;
+  std::vector<ClumpEntry> clumps;
+  std::vector<std::int32_t> clump_of;  ///< [grains]; empty: no clumps
+  std::vector<BondLaw> bond_laws;
+  std::vector<BondEntry> bonds;
+  std::vector<std::vector<std::int32_t>> bonded;  ///< [grains]; empty: no bonds
+  std::vector<Quatd> orientation;                 ///< [grains]; empty: no bonds
+  BondStatistics bond_statistics;
+  std::vector<EnergySums> chunk_energy;
+};
+
+/// Bodies: search, forces, motion.
+struct BodyPass {
+  static void Find(World& w, BodyEntry& b);
+  static void FindAll(World& w);
+  static void Forces(World& w);
+  static void Move(World& w);          ///< before the forces; searches where needed
+  static void StepBack(World& w);      ///< velocities of time zero to the half step before
+  static ContactFn ContactOf(int recipe);
+};
+
+struct ClumpPass {
+  static void Add(World& w, const Contents& c, std::vector<GrainState>* grains);
+  static void Index(World& w);      ///< after sorting
+  static void Gather(World& w);     ///< loads of the members to the clumps
+  static void Move(World& w);       ///< kick, drift, members follow
+  static void Place(World& w, ClumpEntry& c, const Vec3d& spin);
+  static void StepBack(World& w);
+  static double Kinetic(const World& w);
+};
+
+struct BondPass {
+  static void Add(World& w, const Contents& c);
+  static void Turn(World& w);    ///< orientations follow the spins
+  static void Forces(World& w);  ///< adds to the loads
+};
+
+inline std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
+}
+
+}  // namespace grouser::dem
