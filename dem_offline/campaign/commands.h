@@ -23,6 +23,8 @@ using Action = std::function<int(const StopSignals&)>;
 void AddRunCommand(CLI::App& app, Action* action);
 void AddCampaignCommand(CLI::App& app, Action* action);
 void AddShowCommand(CLI::App& app, Action* action);
+void AddLawsCommand(CLI::App& app, Action* action);
+void AddVerifyCommands(CLI::App& app, Action* action);  ///< verify and torture
 
 /// A record for people, on stdout: status, means, broken size rules.
 void PrintRecord(const v1alpha1::RunRecord& record);

@@ -46,6 +46,8 @@ int Main(int argc, char** argv) {
   AddRunCommand(app, &action);
   AddCampaignCommand(app, &action);
   AddShowCommand(app, &action);
+  AddLawsCommand(app, &action);
+  AddVerifyCommands(app, &action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,6 +1,18 @@
 #include "dem_offline/scenes/engine_convert.h"
 
 namespace grouser::campaign {
+
+void ConvertContact(const v1alpha1::ContactLaws& laws, dem::ContactChoice* out) {
+  out->normal = laws.normal();
+  out->tangential = laws.tangential();
+  out->rolling = laws.rolling();
+  out->cohesion = laws.cohesion();
+  out->rolling_damping = laws.rolling_damping();
+  out->surface_energy_j_per_m2 = laws.surface_energy_j_per_m2();
+  out->settings.clear();
+  for (const auto& s : laws.settings()) out->settings.push_back({s.law(), s.name(), s.value()});
+}
+
 namespace {
 
 void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
@@ -13,6 +25,7 @@ void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
   out->rolling_friction = grains.rolling_friction();
   out->solid_fraction = grains.solid_fraction();
   out->gravity_m_per_s2 = soil.gravity_m_per_s2();
+  if (grains.has_contact()) ConvertContact(grains.contact(), &out->contact);
   out->sizes.clear();
   for (const auto& bin : grains.sizes()) {
     out->sizes.push_back({bin.diameter_m(), bin.mass_fraction()});
@@ -25,6 +38,11 @@ void ConvertWheel(const v1alpha1::Wheel& wheel, dem::WheelShape* out) {
   out->restitution = wheel.restitution();
   out->friction = wheel.friction();
   out->rolling_friction = wheel.rolling_friction();
+  out->treads.clear();
+  for (const auto& t : wheel.treads()) {
+    out->treads.push_back({static_cast<int>(t.count()), t.height_m(), t.root_thickness_m(),
+                           t.tip_thickness_m(), t.width_m(), t.offset_m(), t.lean_rad()});
+  }
 }
 
 void ConvertRig(const v1alpha1::RigSettings& rig, dem::RigSettings* out) {

@@ -10,6 +10,7 @@ namespace grouser::campaign {
 
 /// Messages and files <-> the engine's plain structs. Field for field; no
 /// defaults are added (ValidateSpec in the engine refuses what is missing).
+void ConvertContact(const v1alpha1::ContactLaws& laws, dem::ContactChoice* out);
 dem::WheelTestSpec ToEngine(const v1alpha1::WheelTestSpec& spec);
 
 /// What a finished run is stored under, besides its result.

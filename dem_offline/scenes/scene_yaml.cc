@@ -1,5 +1,7 @@
 #include "dem_offline/scenes/scene_yaml.h"
 
+#include "dem_offline/scenes/engine_convert.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -26,6 +28,40 @@ void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
   }
 }
 
+/// Laws by name; those left out keep the defaults of the engine.
+void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
+  const dem::ContactChoice usual;
+  out->set_normal(contact.TextOr("normal", usual.normal));
+  out->set_tangential(contact.TextOr("tangential", usual.tangential));
+  out->set_rolling(contact.TextOr("rolling", usual.rolling));
+  out->set_cohesion(contact.TextOr("cohesion", usual.cohesion));
+  out->set_rolling_damping(
+      contact.NumberOr("rolling_damping", usual.rolling_damping, kNonNegative));
+  out->set_surface_energy_j_per_m2(
+      contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2, kNonNegative));
+  // Settings of single laws stand under the law's name.
+  for (const dem::LawEntry& law : dem::Menu()) {
+    if (law.settings.empty() || !contact.Has(law.name)) continue;
+    YamlSection section = contact.Section(law.name);
+    for (const dem::NamedSetting& known : law.settings) {
+      if (!section.Has(known.name)) continue;
+      auto* setting = out->add_settings();
+      setting->set_law(law.name);
+      setting->set_name(known.name);
+      setting->set_value(section.Number(known.name));
+    }
+    section.Finish();
+  }
+  contact.Finish();
+  dem::ContactChoice choice;
+  ConvertContact(*out, &choice);
+  try {
+    dem::LawsOf(choice);
+  } catch (const std::invalid_argument& error) {
+    contact.Fail("", error.what(), "laws that may stand together (`grouser-dem laws` lists them)");
+  }
+}
+
 void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* out) {
   out->set_grain_density_kg_per_m3(grains.Number("grain_density_kg_per_m3", kPositive));
   out->set_youngs_modulus_pa(grains.Number("youngs_modulus_pa", kPositive));
@@ -35,6 +71,7 @@ void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* ou
   out->set_rolling_friction(grains.Number("rolling_friction", kCoefficient));
   out->set_solid_fraction(grains.Number("solid_fraction", {0.4, 0.74}));
   ReadSizes(grains, out);
+  if (grains.Has("contact")) ReadContact(grains.Section("contact"), out->mutable_contact());
   grains.Finish();
   const double bulk = out->grain_density_kg_per_m3() * out->solid_fraction();
   if (std::abs(bulk / bulk_density - 1.0) > 0.01) {
@@ -75,6 +112,19 @@ void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
   out->set_friction(wheel.Number("friction", kCoefficient));
   out->set_rolling_friction(wheel.Number("rolling_friction", kCoefficient));
   out->set_source(wheel.Text("source"));
+  if (wheel.Has("treads")) {
+    for (YamlSection& tread : wheel.Sections("treads")) {
+      auto* t = out->add_treads();
+      t->set_count(static_cast<std::uint32_t>(tread.Count("count", 1, 1000)));
+      t->set_height_m(tread.Number("height_m", kPositive));
+      t->set_root_thickness_m(tread.Number("root_thickness_m", kPositive));
+      t->set_tip_thickness_m(tread.NumberOr("tip_thickness_m", 0, kNonNegative));
+      t->set_width_m(tread.NumberOr("width_m", 0, kNonNegative));
+      t->set_offset_m(tread.NumberOr("offset_m", 0));
+      t->set_lean_rad(tread.NumberOr("lean_deg", 0, {-60, 60}) * kDegree);
+      tread.Finish();
+    }
+  }
   wheel.Finish();
 }
 

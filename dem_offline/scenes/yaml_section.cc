@@ -65,6 +65,10 @@ YamlSection YamlSection::Load(const std::string& file) {
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
+  return OfText(text, file);
+}
+
+YamlSection YamlSection::OfText(const std::string& text, const std::string& file) {
   try {
     return YamlSection(file, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {

@@ -34,6 +34,8 @@ class YamlSection {
  public:
   /// The whole file, which must be a mapping.
   static YamlSection Load(const std::string& file);
+  /// The same of text that stands nowhere; `file` is for the messages.
+  static YamlSection OfText(const std::string& text, const std::string& file);
 
   /// Whether an optional key stands there; makes it a known one.
   bool Has(const std::string& key);

@@ -90,7 +90,9 @@ Bar FitBar(const Tread& t, double radius_m, double width_m, double sine, double 
   const double tip = t.tip_thickness_m == 0 ? t.root_thickness_m : t.tip_thickness_m;
   const double slope = 0.5 * (t.root_thickness_m - tip) / t.height_m;  // half sizes per depth
   const double lean_sine = sine < 0 ? -sine : sine;
-  for (double depth = step; depth < radius_m; depth += step) {
+  const auto rounds = static_cast<int>(radius_m / step);
+  for (int round = 1; round <= rounds; ++round) {
+    const double depth = round * step;
     Bar bar;
     bar.foot = radius_m - depth;
     bar.root_half = 0.5 * t.root_thickness_m + slope * depth;

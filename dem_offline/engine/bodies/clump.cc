@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -34,9 +35,10 @@ void Check(const Members& members) {
                                 " members, expected at most " + std::to_string(kMostMembers));
   }
   for (std::size_t i = 0; i < members.size(); ++i) {
-    const auto refuse = [i](const std::string& field, double got, const std::string& expected) {
-      throw std::invalid_argument("clump: member " + std::to_string(i) + ": " + field + ": got " +
-                                  std::to_string(got) + ", expected " + expected);
+    const auto refuse = [i](const char* field, double got, const char* expected) {
+      std::ostringstream out;
+      out << "clump: member " << i << ": " << field << ": got " << got << ", expected " << expected;
+      throw std::invalid_argument(out.str());
     };
     const double r = members[i].radius_m;
     if (!(r > 1e-12 && r < 1e6)) refuse("radius_m", r, "a length > 1e-12 m and < 1e6 m");
@@ -237,9 +239,9 @@ Quatd ToQuaternion(const double m[3][3]) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     const double x = 0.5 * std::sqrt(1 + m[i][i] - m[j][j] - m[k][k]), s = 0.25 / x;
     q[0] = s * (m[k][j] - m[j][k]);
-    q[static_cast<std::size_t>(1 + i)] = x;
-    q[static_cast<std::size_t>(1 + j)] = s * (m[j][i] + m[i][j]);
-    q[static_cast<std::size_t>(1 + k)] = s * (m[k][i] + m[i][k]);
+    q[1 + static_cast<std::size_t>(i)] = x;
+    q[1 + static_cast<std::size_t>(j)] = s * (m[j][i] + m[i][j]);
+    q[1 + static_cast<std::size_t>(k)] = s * (m[k][i] + m[i][k]);
   }
   return q;
 }

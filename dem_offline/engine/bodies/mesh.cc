@@ -132,7 +132,9 @@ void Mesh::JoinEdges(double smooth_angle_rad) {
   std::iota(piece.begin(), piece.end(), 0);
   other_.assign(soup_.triangles.size(), {-1, -1, -1});
   const double straight = std::cos(smooth_angle_rad);  // only compared with
-  const auto same = [](const FaceEdge& a, const FaceEdge& b) { return a.low == b.low && a.high == b.high; };
+  const auto same = [](const FaceEdge& a, const FaceEdge& b) {
+    return a.low == b.low && a.high == b.high;
+  };
   for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
     const FaceEdge &s = sides[i], &t = sides[i + 1];
     if (!same(s, t)) continue;
@@ -228,6 +230,10 @@ void Mesh::Split(std::int32_t node, std::int32_t first, std::int32_t count) {
     }
   }
   nodes_[node].box = box;
+  const std::int32_t surface = surface_of_[ordered_[first]];
+  const bool one = std::all_of(ordered_.begin() + first, ordered_.begin() + first + count,
+                               [&](std::int32_t f) { return surface_of_[f] == surface; });
+  nodes_[node].surface = one ? surface : -1;
   if (count <= kLeaf) {
     nodes_[node].first = first;
     nodes_[node].count = count;

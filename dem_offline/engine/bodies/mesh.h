@@ -62,6 +62,7 @@ class Mesh {
   struct Node {
     Box box;
     std::int32_t left = 0, first = 0, count = 0;  ///< count > 0: leaf of ordered_ triangles
+    std::int32_t surface = -1;                    ///< of all triangles below; -1: several
   };
   /// What of a triangle a nearest point lies on: corner 0-2, edge 3-5 (from
   /// corner e - 3 to the next), face 6.
@@ -96,6 +97,7 @@ class Mesh {
   double Side(const Best& best, const Vec& p) const;
   bool IsLowest(const Best& best, const Vec& p, double tolerance) const;
   void KeepVisible(const Vec& p, double tolerance, Found* found) const;
+  bool Hopeless(const Node& node, const Vec& p, double reach2, const Found& found) const;
   SurfacePoint ToPoint(const Best& best, const Vec& p) const;
 
   TriangleSoup soup_;

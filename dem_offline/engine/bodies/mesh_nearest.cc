@@ -177,6 +177,16 @@ SurfacePoint Mesh::ToPoint(const Best& best, const Vec& p) const {
           false};
 }
 
+/// Out of reach, or of one surface that has a nearer point already?
+bool Mesh::Hopeless(const Node& node, const Vec& p, double reach2, const Found& found) const {
+  const double square = SquareTo(node.box.low, node.box.high, p);
+  if (!(square < reach2)) return true;
+  for (int i = 0; i < found.count && node.surface >= 0; ++i) {
+    if (found.at[i].surface == node.surface) return square > found.at[i].square;
+  }
+  return false;
+}
+
 int Mesh::Nearest(Vec3f at, float reach, SurfacePoint* out, int capacity) const {
   const Vec p = {at.x, at.y, at.z};
   const double reach2 = static_cast<double>(reach) * reach;
@@ -186,14 +196,16 @@ int Mesh::Nearest(Vec3f at, float reach, SurfacePoint* out, int capacity) const 
   stack[depth++] = 0;
   while (depth > 0) {
     const Node& node = nodes_[stack[--depth]];
-    if (!(SquareTo(node.box.low, node.box.high, p) < reach2)) continue;
+    if (Hopeless(node, p, reach2, found)) continue;
     if (node.count > 0) {
       for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
         Look(ordered_[i], p, reach2, &found);
       }
     } else {
-      stack[depth++] = node.left + 1;
-      stack[depth++] = node.left;
+      const Box &l = nodes_[node.left].box, &r = nodes_[node.left + 1].box;
+      const int first = SquareTo(r.low, r.high, p) < SquareTo(l.low, l.high, p) ? 1 : 0;
+      stack[depth++] = node.left + 1 - first;  // the nearer one comes off first
+      stack[depth++] = node.left + first;
     }
   }
   for (int i = 1; i < found.count; ++i) {  // into the order of surfaces

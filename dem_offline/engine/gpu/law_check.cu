@@ -1,10 +1,12 @@
 // grouser-gpu-law-check: drives random contacts through a few steps of every
-// recipe of the menu on the device and on the host, from the same headers, and
-// compares. Exit code 0 when every force agrees to 1e-5 of the largest of its
-// recipe, 1 when not, 2 without a GPU.
+// recipe of the menu, and of every legal combination on the generic path, on
+// the device and on the host, from the same headers, and compares. Exit code 0
+// when every force agrees to 1e-5 of the largest of its laws, 1 when not, 2
+// without a GPU.
 #include <cmath>
 #include <cstdio>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "dem_offline/engine/laws/contact_model.h"
@@ -16,23 +18,40 @@ using namespace grouser::dem;
 constexpr int kContacts = 1 << 18, kSteps = 8;
 constexpr float kDt = 1e-6f;
 
-/// Runs one contact; the overlap drifts with the approach.
+/// What evaluates a contact: a recipe, or any laws at run time.
 template <class R>
-__host__ __device__ Vec3f Run(const typename R::Params& params, ContactGeometry g) {
-  float words[R::kWords] = {};
+struct Fixed {
+  typename R::Params params;
+  __host__ __device__ ContactResult operator()(const ContactGeometry& g, float* words) const {
+    return R::Evaluate(params, g, words, kDt);
+  }
+};
+struct Any {
+  LawChoice laws;
+  WordLayout at;
+  PairParams params;
+  __host__ __device__ ContactResult operator()(const ContactGeometry& g, float* words) const {
+    return EvaluateGeneric(laws, at, params, g, words, kDt);
+  }
+};
+
+/// Runs one contact; the overlap drifts with the approach.
+template <class Law>
+__host__ __device__ Vec3f Run(const Law& law, ContactGeometry g) {
+  float words[kMaxHistoryWords] = {};
   Vec3f force = {0.0f, 0.0f, 0.0f};
   for (int s = 0; s < kSteps; ++s) {
-    force = R::Evaluate(params, g, words, kDt).force;
+    force = law(g, words).force;
     g.overlap = Max(g.overlap - kDt * Dot(g.v_rel, g.n), 1e-9f);
     g.v_rel = 0.9f * g.v_rel;
   }
   return force;
 }
 
-template <class R>
-__global__ void Evaluate(const ContactGeometry* in, Vec3f* out, int n, typename R::Params params) {
+template <class Law>
+__global__ void Evaluate(const ContactGeometry* in, Vec3f* out, int n, Law law) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < n) out[i] = Run<R>(params, in[i]);
+  if (i < n) out[i] = Run(law, in[i]);
 }
 
 std::vector<ContactGeometry> RandomContacts() {
@@ -61,38 +80,63 @@ bool Ok(cudaError_t e, const char* what) {
   return e == cudaSuccess;
 }
 
-/// Compares one recipe; false where device and host differ too much.
-template <class R>
-bool Agrees(int recipe, const std::vector<ContactGeometry>& contacts, const ContactGeometry* in,
-            Vec3f* out) {
+PairParams SomeParams(const LawChoice& laws) {
   Interface f;
   f.rolling_friction = 0.3;
   f.surface_energy_j_per_m2 = 0.05;
-  const auto table = OneMaterial({1e8, 0.3}, f, ChoiceOf<R>()).Table();
-  const typename R::Params params = R::From(table[0]);
-  Evaluate<R><<<kContacts / 256, 256>>>(in, out, kContacts, params);
-  std::vector<Vec3f> got(kContacts);
-  if (!Ok(cudaMemcpy(got.data(), out, kContacts * sizeof(Vec3f), cudaMemcpyDeviceToHost),
-          RecipeName(recipe))) {
+  return OneMaterial({1e8, 0.3}, f, laws).Table()[0];
+}
+
+/// Compares the first n contacts; false where device and host differ too much.
+template <class Law>
+bool Agrees(const std::string& name, const Law& law, int n,
+            const std::vector<ContactGeometry>& contacts, const ContactGeometry* in, Vec3f* out) {
+  Evaluate<<<n / 256, 256>>>(in, out, n, law);
+  std::vector<Vec3f> got(n);
+  if (!Ok(cudaMemcpy(got.data(), out, n * sizeof(Vec3f), cudaMemcpyDeviceToHost), name.c_str())) {
     return false;
   }
   double worst = 0, largest = 0;
-  for (int i = 0; i < kContacts; ++i) {
-    const Vec3f host = Run<R>(params, contacts[i]), d = host - got[i];
-    worst = std::fmax(worst, std::sqrt(Dot(d, d)));
-    largest = std::fmax(largest, std::sqrt(Dot(host, host)));
+  bool finite = true;
+  for (int i = 0; i < n; ++i) {
+    const Vec3f host = Run(law, contacts[i]), d = host - got[i];
+    const double off = std::sqrt(Dot(d, d)), size = std::sqrt(Dot(host, host));
+    finite = finite && std::isfinite(off) && std::isfinite(size);
+    worst = std::fmax(worst, off);
+    largest = std::fmax(largest, size);
   }
-  std::printf("%-20s %d contacts: largest force %.4g N, largest difference %.3g N\n",
-              RecipeName(recipe), kContacts, largest, worst);
-  return std::isfinite(largest) && worst <= 1e-5 * largest;
+  std::printf("%s: %d contacts, largest force %.4g N, largest difference %.3g N\n", name.c_str(), n,
+              largest, worst);
+  return finite && worst <= 1e-5 * largest;
 }
 
 template <class... R>
-bool AllAgree(RecipeList<R...>, const std::vector<ContactGeometry>& contacts,
-              const ContactGeometry* in, Vec3f* out) {
+bool RecipesAgree(RecipeList<R...>, const std::vector<ContactGeometry>& contacts,
+                  const ContactGeometry* in, Vec3f* out) {
   int recipe = 0;
   bool ok = true;
-  ((ok = Agrees<R>(recipe++, contacts, in, out) && ok), ...);
+  ((ok = Agrees(RecipeName(recipe++), Fixed<R>{R::From(SomeParams(ChoiceOf<R>()))}, kContacts,
+                contacts, in, out) &&
+         ok),
+   ...);
+  return ok;
+}
+
+bool GenericAgrees(const std::vector<ContactGeometry>& contacts, const ContactGeometry* in,
+                   Vec3f* out) {
+  bool ok = true;
+  for (int n = 0; n < NormalLaws::kSize; ++n) {
+    for (int t = 0; t < TangentialLaws::kSize; ++t) {
+      for (int r = 0; r < RollingLaws::kSize; ++r) {
+        for (int c = 0; c < CohesionLaws::kSize; ++c) {
+          const LawChoice laws = {n, t, r, c};
+          if (!WhyIllegal(laws).empty()) continue;
+          const Any any = {laws, LayoutOf(laws), SomeParams(laws)};
+          ok = Agrees(Describe(laws), any, 1 << 12, contacts, in, out) && ok;
+        }
+      }
+    }
+  }
   return ok;
 }
 
@@ -107,7 +151,8 @@ int main() {
     return 2;
   }
   cudaMemcpy(in, contacts.data(), kContacts * sizeof(ContactGeometry), cudaMemcpyHostToDevice);
-  const bool ok = AllAgree(Recipes{}, contacts, in, out);
+  const bool recipes = RecipesAgree(Recipes{}, contacts, in, out);
+  const bool ok = GenericAgrees(contacts, in, out) && recipes;
   cudaFree(in);
   cudaFree(out);
   return ok ? 0 : 1;

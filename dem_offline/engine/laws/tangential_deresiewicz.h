@@ -20,10 +20,12 @@ namespace grouser::dem {
 /// stays that of the turn until loading resumes, at T* or beyond -T*; across
 /// it the spring is elastic, k_t0; |T| <= mu F. Turning points inside a loop
 /// that is itself inside a loop are forgotten.
-/// Increments of this kind can make energy (changing direction, or F). So the
-/// energy put in is carried along, and T is shortened where 1/2 T^2/k_t0 would
-/// exceed it; what goes beyond 1.26 times that, the most that partial slip can
-/// return, is slip. Nothing can then come out that was not put in.
+/// Increments of this kind can make energy (where the direction changes). So
+/// the energy put in is carried along, T is shortened where 1/2 T^2/k_t0 would
+/// exceed it, and what goes beyond 1.26 times that of T or T*, the most that
+/// partial slip can return, is slip. Nothing comes out that was not put in.
+/// Against exact partial slip: 3e-3 of mu F on paths with one loop and changing
+/// F; oblique impacts 0.01 in tangential restitution, 0.05 at 5 degrees.
 /// History words: 11. Energy: stored as carried, slip the rest of the work.
 struct MindlinDeresiewicz {
   static constexpr const char* kName = "mindlin_deresiewicz";
@@ -54,16 +56,17 @@ struct MindlinDeresiewicz {
   /// t [N]: T along the axis; push = k_t0 ds along it [N]; d_cap = mu dF [N].
   static GROUSER_HD void Turn(float t, float push, float d_cap, History& h) {
     const float turn = h.turn + d_cap, back = h.back - d_cap;
-    const bool loading = h.branch<0.5f, reloading = h.branch> 1.5f;
-    const bool resumed = loading || t >= turn || (!reloading && t <= -turn);
+    const bool loading = h.branch < 0.5f;
+    const bool reloading = h.branch > 1.5f;
+    const bool resumed = loading | (t >= turn) | (!reloading & (t <= -turn));
     // A real reversal, not the retreat of T that a falling F brings by itself.
-    const bool reverses = resumed && push < 0.0f && -push > -d_cap && t > 0.0f;
-    const bool again = !resumed && reloading && push < 0.0f;
-    const bool returns = !resumed && !reloading && push > 0.0f;
-    h.turn = reverses || again ? Max(t + d_cap, t) : turn;
+    const bool reverses = resumed & (push < Min(d_cap, 0.0f)) & (t > 0.0f);
+    const bool again = !resumed & reloading & (push < 0.0f);
+    const bool returns = !resumed & !reloading & (push > 0.0f);
+    h.turn = (reverses | again) ? Max(t + d_cap, t) : turn;
     h.back = returns ? t - d_cap : back;
     const float stays = reloading ? 2.0f : 1.0f;
-    h.branch = reverses || again ? 1.0f : resumed ? 0.0f : returns ? 2.0f : stays;
+    h.branch = (reverses | again) ? 1.0f : resumed ? 0.0f : returns ? 2.0f : stays;
   }
 
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
@@ -74,16 +77,17 @@ struct MindlinDeresiewicz {
     const Vec3f ds = -dt * v_t;
     const float size = Sqrt(Dot(held, held)), move = Sqrt(Dot(ds, ds));
     // Along the force; from rest along the motion.
-    const Vec3f along =
-        size > 0.0f ? (1.0f / Max(size, 1e-30f)) * held : (1.0f / Max(move, 1e-30f)) * ds;
+    const bool held_any = size > 0.0f;
+    const Vec3f along = (1.0f / Max(held_any ? size : move, 1e-30f)) * Select(held_any, held, ds);
     const Vec3f kept_axis = TurnIntoPlane(h.axis, g.n);
     const bool fresh = h.branch < 0.5f;
-    const Vec3f axis = fresh ? along : kept_axis;
+    const Vec3f axis = Select(fresh, along, kept_axis);
     const float t = Dot(held, axis), s = Dot(ds, axis);
     Turn(t, kt * s, d_cap, h);
     // Loading resumed: along the force as it points now.
-    const bool loading = h.branch < 0.5f, unloading = !loading && h.branch < 1.5f;
-    const Vec3f e = loading ? along : axis;
+    const bool loading = h.branch < 0.5f;
+    const bool unloading = !loading & (h.branch < 1.5f);
+    const Vec3f e = Select(loading, along, axis);
     const float te = loading ? size : t, se = Dot(ds, e);
     const float gone =
         loading ? 2.0f * (te + d_cap) : (unloading ? h.turn - te : te - h.back) + d_cap;
@@ -106,7 +110,8 @@ struct MindlinDeresiewicz {
     const float sum = h.stored + 0.5f * Dot(held + force, ds);
     TangentialTerms out;
     out.force = force;
-    out.stored = Max(Min(sum, 1.26f * half_flex * Dot(force, force)), 0.0f);
+    const float turned = loading ? 0.0f : h.turn * h.turn;
+    out.stored = Max(Min(sum, 1.26f * half_flex * Max(Dot(force, force), turned)), 0.0f);
     out.slip_work = sum - out.stored;
     out.damping_power = 0.0f;
     h.force = force;

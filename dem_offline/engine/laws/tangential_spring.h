@@ -34,12 +34,13 @@ GROUSER_HD TangentialTerms StepSpring(float kt, float kt_old, float cap, float c
   // With the force after alone, slip that comes while a contact lets go, as it
   // mostly does, would be booked too low by a share of the order of dt.
   const float flex = 1.0f / Max(kt, 1e-30f);
-  const float before = kt_old > 0.0f ? 0.5f * Dot(held, held) / Max(kt_old, 1e-30f) : 0.0f;
-  const float change = before - 0.5f * flex * Dot(kept, kept);
+  const float before = kt_old > 0.0f ? 0.5f * Dot(turned, turned) / Max(kt_old, 1e-30f) : 0.0f;
+  const float change = before * (1.0f - (ratio < 1.0f ? ratio : 1.0f / ratio));
   out.stored = 0.5f * flex * Dot(elastic, elastic);
-  out.slip_work = 0.5f * flex * ((1.0f - scale) * Dot(trial, kept + elastic) +
-                                 Dot(turned - kept, trial - kept)) +
-                  Max(change, 0.0f);
+  out.slip_work =
+      0.5f * flex *
+          ((1.0f - scale) * Dot(trial, kept + elastic) + Dot(turned - kept, trial - kept)) +
+      change;
   out.damping_power = Dot(elastic - out.force, v_t);
   held = elastic;
   return out;

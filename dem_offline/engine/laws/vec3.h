@@ -21,6 +21,10 @@ GROUSER_HD float Dot(Vec3f a, Vec3f b) { return a.x * b.x + a.y * b.y + a.z * b.
 GROUSER_HD Vec3f Cross(Vec3f a, Vec3f b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/// By component: a choice between two whole structs would not vectorise.
+GROUSER_HD Vec3f Select(bool first, Vec3f a, Vec3f b) {
+  return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
 GROUSER_HD float Max(float a, float b) { return a > b ? a : b; }
 GROUSER_HD float Min(float a, float b) { return a < b ? a : b; }
 GROUSER_HD float Sqrt(float a) {

@@ -11,7 +11,7 @@ Motion MotionAt(double slip, double attack_angle_rad, double speed_m_per_s) {
   const double c = std::cos(attack_angle_rad), s = std::sin(attack_angle_rad);
   double hub = speed_m_per_s;  // V
   double rim = speed_m_per_s * (slip + c);
-  if (slip > 1 - c) {  // the rim is the faster
+  if (slip > 1 - c + 1e-12) {  // the rim is the faster; at 90 degrees and slip 1 it is as fast
     rim = speed_m_per_s;
     hub = std::abs(c) > 1e-9 ? rim * (1 - slip) / c : -1;
   }

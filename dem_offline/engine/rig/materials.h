@@ -10,7 +10,8 @@ inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
 
 /// Grains; a floor as rough as they are; a wheel: both rigid.
 inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const WheelShape& w) {
-  ContactModel model;
+  ContactModel model(LawsOf(s.contact));
+  const LawSettings settings = SettingsOf(s.contact);
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
   model.AddMaterial({kRigid, 0.0});
   model.AddMaterial({kRigid, 0.0});
@@ -18,13 +19,15 @@ inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const
   f.restitution = s.restitution;
   f.friction = grain_friction;
   f.rolling_friction = s.rolling_friction;
-  model.SetInterface(kGrainMaterial, kGrainMaterial, f);
+  f.rolling_damping = s.contact.rolling_damping;
+  f.surface_energy_j_per_m2 = s.contact.surface_energy_j_per_m2;
+  model.SetInterface(kGrainMaterial, kGrainMaterial, f, settings);
   f.friction = s.friction;
-  model.SetInterface(kGrainMaterial, kFloorMaterial, f);
+  model.SetInterface(kGrainMaterial, kFloorMaterial, f, settings);
   f.restitution = w.restitution;
   f.friction = w.friction;
   f.rolling_friction = w.rolling_friction;
-  model.SetInterface(kGrainMaterial, kWheelMaterial, f);
+  model.SetInterface(kGrainMaterial, kWheelMaterial, f, settings);
   return model;
 }
 

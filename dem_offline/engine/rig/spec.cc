@@ -5,6 +5,7 @@
 
 #include "dem_offline/engine/contact/pair_kernel.h"
 #include "dem_offline/engine/rig/kinematics.h"
+#include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 
 namespace grouser::dem {
@@ -34,6 +35,12 @@ void CheckSoil(const GrainSoil& s) {
   Share("soil.rolling_friction", s.rolling_friction, 0, 10);
   Share("soil.solid_fraction", s.solid_fraction, 0.5, 0.7);
   Positive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
+  Share("soil.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
+  Share("soil.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0, 1e3);
+  for (const NamedSetting& n : s.contact.settings) {
+    Require(std::isfinite(n.value), "soil.contact.settings." + n.law + "." + n.name, n.value,
+            "finite");
+  }
   Require(!s.sizes.empty(), "soil.sizes", 0, "at least one size");
   double sum = 0;
   for (std::size_t i = 0; i < s.sizes.size(); ++i) {
@@ -67,6 +74,10 @@ void ValidateSpec(const WheelTestSpec& spec) {
   Share("wheel.restitution", spec.wheel.restitution, 1e-3, 1);
   Share("wheel.friction", spec.wheel.friction, 0, 10);
   Share("wheel.rolling_friction", spec.wheel.rolling_friction, 0, 10);
+  RigContacts(spec.soil, spec.soil.friction, spec.wheel);  // the laws agree, their settings make sense
+  if (!spec.wheel.treads.empty()) {
+    TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
+  }
   Positive("state.load_n", spec.state.load_n);
   Require(std::isfinite(spec.state.drawbar_n), "state.drawbar_n", spec.state.drawbar_n, "finite");
   Share("state.attack_angle_rad", spec.state.attack_angle_rad, -M_PI, M_PI);

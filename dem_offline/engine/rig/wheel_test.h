@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/shape.h"
+#include "dem_offline/engine/laws/settings.h"
 
 namespace grouser::dem {
 
@@ -16,15 +17,16 @@ struct SizeBin {
   double mass_fraction = 1.0;  ///< [-]; the bins sum to 1
 };
 
-/// Grain-scale description of a dry soil. Laws: Hertz + restitution damping,
-/// Mindlin-Coulomb with history, EPSD rolling.
+/// Grain-scale description of a soil. `contact` names the laws, of grains
+/// among themselves and on floor and wheel alike.
 struct GrainSoil {
   double density_kg_per_m3 = 2290.0;  ///< of the grain material
   double youngs_modulus_pa = 1e7;
   double poisson_ratio = 0.3;         ///< [-]
   double restitution = 0.5;           ///< grain-grain [-], (0, 1]
   double friction = 0.5;              ///< grain-grain [-]
-  double rolling_friction = 0.1;      ///< EPSD [-]
+  double rolling_friction = 0.1;      ///< mu_r [-]
+  ContactChoice contact;
   double solid_fraction = 0.58;       ///< target of the settled tile [-]
   double gravity_m_per_s2 = 9.81;     ///< magnitude, along -z
   std::vector<SizeBin> sizes;         ///< at least one

@@ -31,7 +31,7 @@ World Gas(const Laws& laws, int n, std::uint64_t seed, bool energy, int threads)
 
 WorldConfig BedSpec::Config() const {
   WorldConfig c;
-  c.frame = {length_m, width_m, 4.0};
+  c.frame = {length_m, width_m, 1.2};
   c.gravity_m_per_s2 = {0, 0, -gravity};
   c.dt_s = rayleigh_fraction *
            RayleighTime(smallest_d_m / 2, density, grains.youngs_modulus_pa, grains.poisson_ratio);
@@ -76,6 +76,16 @@ std::vector<GrainState> Settle(const BedSpec& spec) {
   return out;
 }
 
+std::vector<GrainState> Steadied(std::vector<GrainState> grains, const Frame& frame) {
+  const double period = 4294967296.0;
+  for (GrainState& g : grains) {  // x and y are cut off, z is rounded
+    g.x_m = (std::floor(g.x_m / frame.length_m * period) + 0.5) / period * frame.length_m;
+    g.y_m = (std::floor(g.y_m / frame.width_m * period) + 0.5) / period * frame.width_m;
+    g.z_m = std::round(g.z_m / frame.z_span_m * period) / period * frame.z_span_m;
+  }
+  return grains;
+}
+
 double SphereInSlab(double z, double radius, double low, double high) {
   const auto below = [&](double h) {  // volume under the plane h above the centre
     h = std::clamp(h, -radius, radius);
@@ -85,13 +95,15 @@ double SphereInSlab(double z, double radius, double low, double high) {
 }
 
 double Restlessness(const World& world) {
-  double weight = 0;
+  double weight = 0, kinetic = 0;
   const Vec3d& g = world.config().gravity_m_per_s2;
   for (std::int64_t i = 0; i < world.count(); ++i) {
     const Grain& b = world.grains()[i];
     weight += static_cast<double>(b.mass) * 2 * b.radius;
+    const GrainState s = world.State(i);
+    kinetic += 0.5 * b.mass * (s.v_x * s.v_x + s.v_y * s.v_y + s.v_z * s.v_z);
   }
-  return world.KineticEnergy() / (weight * std::hypot(g[0], g[1], g[2]));
+  return kinetic / (weight * std::hypot(g[0], g[1], g[2]));
 }
 
 double Top(const World& world) {

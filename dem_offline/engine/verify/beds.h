@@ -44,6 +44,9 @@ struct BedSpec {
 };
 /// Grains of a bed that has fallen and come to rest on z = 0, at rest.
 std::vector<GrainState> Settle(const BedSpec& spec);
+/// Moved by less than a quantum to where rounding to fixed point cannot tip
+/// over, so that shifted and mirrored copies keep the same distances.
+std::vector<GrainState> Steadied(std::vector<GrainState> grains, const Frame& frame);
 /// Loose grains on a jittered grid over [x0, x1] x [y0, y1], from z0 up.
 std::vector<GrainState> Grid(const BedSpec& spec, double x0, double x1, double y0, double y1,
                              double z0, int count);
@@ -51,7 +54,8 @@ std::vector<GrainState> Grid(const BedSpec& spec, double x0, double x1, double y
 /// Volume of a sphere between two heights [m^3].
 double SphereInSlab(double z, double radius, double low, double high);
 
-/// Sum over grains of kinetic energy, over the sum of m g d: how far from rest.
+/// Translational kinetic energy over the sum of m g d: how far from rest. (No
+/// law resists a sphere that spins on the spot about the normal of a contact.)
 double Restlessness(const World& world);
 /// Highest z + r [m].
 double Top(const World& world);

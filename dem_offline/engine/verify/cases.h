@@ -9,6 +9,7 @@ namespace grouser::dem::verify {
 Cases HertzCases();
 Cases BounceCases();
 Cases ObliqueCases();
+Cases TangentialCases();
 Cases RollingCases();
 Cases RestitutionCases();
 Cases CohesionCases();

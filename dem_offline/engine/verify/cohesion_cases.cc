@@ -96,7 +96,7 @@ void JkrTouch(Rows& rows) {
 
 void JkrAsPublished(Rows& rows) {
   const double gamma = 0.5, r = kRadius / 2;
-  const Pull pull = DrawApart({.cohesion = "jkr_added"}, gamma, 2e-8, 1e-11, 1999);
+  const Pull pull = DrawApart({.cohesion = "jkr_added"}, gamma, 2e-8, 1e-10, 190);
   rows.Relative("JKR as added by Shin et al.: force at zero overlap [mN]",
                 -1e3 * 6 * M_PI * gamma * r, 1e3 * pull.force.back(), 0.01,
                 "6 pi gamma R*, four times JKR");

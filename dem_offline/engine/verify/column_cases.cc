@@ -23,6 +23,7 @@ double Runout(double aspect) {
     if (std::hypot(g.x_m - middle, g.y_m - middle) < r0 - 0.003) grains.push_back(g);
   }
   WorldConfig c = spec.Config();
+  c.frame.z_span_m = 4;
   Body wall;
   wall.shape = HollowCylinder(r0, 1.6);
   wall.orientation = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};

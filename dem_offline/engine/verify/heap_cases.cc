@@ -66,8 +66,8 @@ void StandingHeap(Rows& rows) {
   run.RunTo(5);
   const Heap heap = run.Look();
   const char* source = "Ai et al. 2011: EPSD is static";
-  rows.AtMost("EPSD heap of spheres: kinetic energy over sum m g d at 5 s [-]", 1e-8,
-              heap.restless, source);
+  rows.AtMost("EPSD heap of spheres: kinetic energy over sum m g d at 5 s [-]", 1e-8, heap.restless,
+              source);
   rows.AtMost("EPSD heap: change of height in the last second, of the height [-]", 1e-4,
               std::abs(heap.height_m - before.height_m) / heap.height_m, source);
   HeapRun creeping("constant_torque");
@@ -78,8 +78,8 @@ void StandingHeap(Rows& rows) {
   smooth.RunTo(3);
   rows.AtLeast("slope with rolling resistance less that without [deg]", 3,
                heap.angle_deg - smooth.Look().angle_deg, "Zhou et al. 1999: it steepens heaps");
-  rows.Note(Format("slopes: EPSD %.1f deg, constant torque %.1f deg, none %.1f deg",
-                   heap.angle_deg, creeping.Look().angle_deg, smooth.Look().angle_deg));
+  rows.Note(Format("slopes: EPSD %.1f deg, constant torque %.1f deg, none %.1f deg", heap.angle_deg,
+                   creeping.Look().angle_deg, smooth.Look().angle_deg));
 }
 
 }  // namespace

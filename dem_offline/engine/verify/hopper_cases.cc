@@ -40,8 +40,8 @@ class SlotHopper {
     c.dt_s = 1.5e-5;
     const Laws laws = {.rolling = "constant_torque"};
     const Elastic glass = {1e7, 0.3};
-    c.contacts = ContactModel(
-        LawsByName(laws.normal, laws.tangential, laws.rolling, laws.cohesion));
+    c.contacts =
+        ContactModel(LawsByName(laws.normal, laws.tangential, laws.rolling, laws.cohesion));
     c.contacts.AddMaterial(glass);
     c.contacts.AddMaterial(glass);
     const Interface grains = {.restitution = 0.94, .friction = 0.2, .rolling_friction = 0.09};

@@ -42,11 +42,16 @@ double Change(const Vec3d& a, const Vec3d& b) {
 /// Every law that answers a pair's two sides alike. (own_spin takes each
 /// grain's own spin and is exempt.)
 void MomentumOfAGas(Rows& rows) {
-  for (const Laws& laws :
-       {Laws{.rolling = "epsd"}, Laws{"linear_spring", "linear_history", "constant_torque"},
-        Laws{"hertz_oden_martins", "mindlin_displacement", "none"},
-        Laws{"elasto_plastic", "linear_history", "epsd"},
-        Laws{"walton_braun", "kelvin_regularised", "none"}}) {
+  for (const Laws& laws : {Laws{.rolling = "epsd"},
+                           Laws{"linear_spring",
+                                "linear_history",
+                                "constant_torque",
+                                "none",
+                                {{"linear_spring", "stiffness_n_per_m", 2e4}}},
+                           Laws{"hertz_oden_martins", "mindlin_displacement", "none"},
+                           Laws{"elasto_plastic", "linear_history", "epsd"},
+                           Laws{"walton_braun", "kelvin_regularised", "none"},
+                           Laws{"hertz_restitution", "mindlin_deresiewicz", "none"}}) {
     World world = Gas(laws, 216, 7);
     const Motions before = Measure(world, 0);
     RunOrThrow(world, 4000);

@@ -12,9 +12,16 @@ constexpr double kBase = 0, kExit = 0.35, kMouth = 0.57, kHalf = 0.035, kWall = 
 constexpr double kHopperTop = 1.17, kY = 0.025, kThickness = 0.0073;
 constexpr char kSource[] = "Ai et al. 2011";
 
-std::vector<GrainState> DiscsInHopper() {
+/// What the paper does not give, or what must not matter.
+struct PileOptions {
+  double restitution = 0.7;  ///< not given; as in Lethe's example of this case
+  double dt_s = 5e-5;
+  std::uint64_t seed = 5;
+};
+
+std::vector<GrainState> DiscsInHopper(std::uint64_t seed) {
   const double cell = 0.0094, slope = (kHopperTop - kMouth) / (kWall - kHalf);
-  Random random(5);
+  Random random(seed);
   std::vector<GrainState> out;
   int large = 0;
   for (int row = 0; out.size() < 3000; ++row) {
@@ -60,8 +67,8 @@ struct Pile {
 
 class PileRun {
  public:
-  explicit PileRun(const char* rolling)
-      : world_(Config(rolling), Scene(DiscsInHopper(), Hopper())) {
+  explicit PileRun(const char* rolling, const PileOptions& options = {})
+      : world_(Config(rolling, options), Scene(DiscsInHopper(options.seed), Hopper())) {
     RunTo(0.6);
     world_.body(world_.bodies() - 1).position_m[2] = -1.0;  // the gate is gone
   }
@@ -79,12 +86,13 @@ class PileRun {
   }
 
  private:
-  static WorldConfig Config(const char* rolling) {
+  static WorldConfig Config(const char* rolling, const PileOptions& options) {
     WorldConfig c;
     c.frame = {2.4, 2 * kY, 4.2};
-    c.dt_s = 5e-5;
-    c.contacts = Model({.rolling = rolling}, {4e6, 0.49},
-                       {.restitution = 0.7, .friction = 0.8, .rolling_friction = 0.3});
+    c.dt_s = options.dt_s;
+    c.contacts =
+        Model({.rolling = rolling}, {4e6, 0.49},
+              {.restitution = options.restitution, .friction = 0.8, .rolling_friction = 0.3});
     c.planar = true;
     c.inertia_factor = 0.5;
     return c;
@@ -101,7 +109,7 @@ void EpsdPile(Rows& rows) {
   rows.Relative("EPSD: pile height at 9.6 s [m]", 0.272, pile.height_m, 0.10, kSource);
   rows.AtMost("EPSD: height lost in the last second, of its height [-]", 1e-4,
               (before.height_m - pile.height_m) / pile.height_m, "Ai et al. 2011: static");
-  rows.AtMost("EPSD: kinetic energy over sum m g d [-]", 1e-8, pile.restless,
+  rows.AtMost("EPSD: kinetic energy at 9.6 s over sum m g d [-]", 1e-6, pile.restless,
               "Ai et al. 2011: static");
 }
 
@@ -112,21 +120,45 @@ void ConstantTorquePile(Rows& rows) {
   run.RunTo(9.6);
   const Pile pile = run.Look();
   rows.Relative("constant torque: pile height at 9.6 s [m]", 0.2419, pile.height_m, 0.10, kSource);
-  rows.AtLeast("constant torque: kinetic energy over sum m g d [-]", 1e-7, pile.restless,
+  rows.AtLeast("constant torque: kinetic energy at 9.6 s over sum m g d [-]", 1e-5, pile.restless,
                "Ai et al. 2011: creeps");
   rows.Note(Format("constant torque: height %.4f m at 8.1 s, %.4f m at 9.6 s; restlessness %.2g",
                    before.height_m, pile.height_m, pile.restless));
 }
 
+/// What the height owes to things that the paper does not give.
+void PileConvergence(Rows& rows) {
+  const auto height = [](const PileOptions& options) {
+    PileRun run("epsd", options);
+    run.RunTo(9.6);
+    return run.Look().height_m;
+  };
+  const double base = height({}), fine = height({.dt_s = 2.5e-5}), other = height({.seed = 6}),
+               dull = height({.restitution = 0.3});
+  rows.Relative("EPSD: height at half the step over that at the step [-]", 1, fine / base, 0.05,
+                "convergence");
+  rows.Relative("EPSD: height of another filling over the first [-]", 1, other / base, 0.05,
+                "convergence");
+  rows.Note(
+      Format("EPSD heights: %.4f m; half the step %.4f m; another filling %.4f m; restitution "
+             "0.3 %.4f m",
+             base, fine, other, dull));
+}
+
 void LongPiles(Rows& rows) {
   PileRun epsd("epsd");
+  epsd.RunTo(9.6);
+  const double stands = epsd.Look().height_m;
   epsd.RunTo(48);
-  rows.Relative("EPSD: pile height at 48 s [m]", 0.272, epsd.Look().height_m, 0.10, kSource);
+  rows.Relative("EPSD: pile height at 48 s over that at 9.6 s [-]", 1,
+                epsd.Look().height_m / stands, 0.001, "Ai et al. 2011: static");
   PileRun creeping("constant_torque");
   creeping.RunTo(9.6);
   const double early = creeping.Look().height_m;
   creeping.RunTo(48);
   const double late = creeping.Look().height_m;
+  rows.Relative("constant torque over EPSD: height at 9.6 s [-]", 0.2419 / 0.272, early / stands,
+                0.05, kSource);
   rows.Relative("constant torque: pile height at 48 s [m]", 0.2192, late, 0.10, kSource);
   rows.Relative("constant torque: height at 48 s over that at 9.6 s [-]", 0.2192 / 0.2419,
                 late / early, 0.05, kSource);
@@ -137,6 +169,7 @@ void LongPiles(Rows& rows) {
 Cases PileCases() {
   return {{"pile_epsd", Level::kDefault, EpsdPile},
           {"pile_constant_torque", Level::kDefault, ConstantTorquePile},
+          {"pile_convergence", Level::kFull, PileConvergence},
           {"piles_48_s", Level::kFull, LongPiles}};
 }
 

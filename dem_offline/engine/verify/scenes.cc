@@ -112,7 +112,7 @@ Impact Follow(World& world, bool keep_curve) {
 
 double CurveDeviation(const std::vector<std::array<double, 2>>& points,
                       const std::vector<std::array<double, 3>>& curve, int x, int y) {
-  double scale = 0, worst = 0;
+  double scale = 0, sum = 0;
   for (const auto& p : points) {
     scale = std::max(scale, std::abs(p[1]));
     // The branch of the curve that lies nearest (a loop passes x twice).
@@ -126,9 +126,9 @@ double CurveDeviation(const std::vector<std::array<double, 2>>& points,
       best =
           std::min(best, std::abs(p[1] - (curve[k - 1][y] + t * (curve[k][y] - curve[k - 1][y]))));
     }
-    worst = std::max(worst, best);
+    sum += best * best;
   }
-  return worst / scale;
+  return std::sqrt(sum / static_cast<double>(points.size())) / scale;
 }
 
 HertzImpact ExactHertz(double m_eff, double r_eff, double e_star, double speed) {

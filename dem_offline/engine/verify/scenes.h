@@ -54,8 +54,8 @@ struct Impact {
 /// Steps until grain 0 has touched and parted again.
 Impact Follow(World& world, bool keep_curve = false);
 
-/// Largest distance of published points from a computed curve y(x), over the
-/// largest published y: `points` {x, y} pairs, `x` and `y` columns of the curve.
+/// Root mean square distance of published points from a computed curve y(x),
+/// over the largest published y: `points` {x, y} pairs, `x` and `y` columns of the curve.
 double CurveDeviation(const std::vector<std::array<double, 2>>& points,
                       const std::vector<std::array<double, 3>>& curve, int x, int y);
 

@@ -18,10 +18,10 @@ Suite VerifySuite() {
   return {"verify",
           "The engine against exact and published answers: a row is one number, where it comes "
           "from, and how far the engine may be off.",
-          Joined({HertzCases(), BounceCases(), ObliqueCases(), RollingCases(), RestitutionCases(),
-                  CohesionCases(), BondCases(), ChainCases(), OrderCases(), MomentumCases(),
-                  WheelEnergyCases(), PackingCases(), PileCases(), HeapCases(), HopperCases(),
-                  ColumnCases()})};
+          Joined({HertzCases(), BounceCases(), ObliqueCases(), TangentialCases(), RollingCases(),
+                  RestitutionCases(), CohesionCases(), BondCases(), ChainCases(), OrderCases(),
+                  MomentumCases(), WheelEnergyCases(), PackingCases(), PileCases(), HeapCases(),
+                  HopperCases(), ColumnCases()})};
 }
 
 Suite TortureSuite() {

@@ -14,6 +14,8 @@ struct DrivenWheel {
 
 DrivenWheel Drive(const BedSpec& spec, const std::vector<GrainState>& grains,
                   double rayleigh_fraction) {
+  double top = 0;
+  for (const GrainState& g : grains) top = std::max(top, g.z_m + g.radius_m);
   BedSpec fine = spec;
   fine.rayleigh_fraction = rayleigh_fraction;
   WorldConfig c = fine.Config();
@@ -23,7 +25,7 @@ DrivenWheel Drive(const BedSpec& spec, const std::vector<GrainState>& grains,
   wheel.shape =
       TreadedWheel(radius, 0.05, {Tread{.count = 9, .height_m = 0.006, .root_thickness_m = 0.004}});
   wheel.motion = BodyMotion::kPrescribed;
-  wheel.position_m = {0.07, 0.5 * spec.width_m, 0.055 + radius + 0.006};
+  wheel.position_m = {0.07, 0.5 * spec.width_m, top + radius + 0.007};
   World world(c, Scene(grains, {Floor(), wheel}));
   world.Start();
   DrivenWheel out;

@@ -59,6 +59,7 @@ void World::SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin) {
   g.wx = static_cast<float>(spin[0]);
   g.wy = static_cast<float>(spin[1]);
   g.wz = static_cast<float>(spin[2]);
+  velocity_rest_[index_of_.at(id)] = VelocityRest{};
 }
 
 double World::KineticEnergy() const {

@@ -82,7 +82,8 @@ void BodyPass::Move(World& w) {
     body.position_m = Add(body.position_m, Scale(dt, body.velocity_m_per_s));
     b.moved_m += Travel(body, dt);
     // Grains move at most half a skin between searches.
-    if (!w.stale_ && b.moved_m + 0.5 * w.config_.skin_m > b.margin_m) Find(w, b);
+    const bool starts = !b.turning && DotD(body.spin_rad_per_s, body.spin_rad_per_s) > 0;
+    if (!w.stale_ && (starts || b.moved_m + 0.5 * w.config_.skin_m > b.margin_m)) Find(w, b);
   }
 }
 

@@ -133,12 +133,15 @@ void BodyPass::Find(World& w, BodyEntry& b) {
   now.per_grain = SlotsPerGrain(b.body.shape);
   const int words = w.list_.words();
   b.moved_m = 0;
+  const Vec3d& spin = b.body.spin_rad_per_s;
+  b.turning = b.body.motion == BodyMotion::kFree || DotD(spin, spin) > 0;
+  const auto distance = b.turning ? SweptDistance : StillDistance;
   const float margin = static_cast<float>(b.margin_m) + w.range_;
   std::size_t before = 0;
   for (std::int64_t i = 0; i < w.count_; ++i) {
     const Grain& g = w.grains_[i];
     const float gap = (view.plane ? view.PlaneDistance(g)
-                                  : SweptDistance(b.body.shape, view.ToBody(view.Relative(g)))) -
+                                  : distance(b.body.shape, view.ToBody(view.Relative(g)))) -
                       g.radius;
     if (!(gap < margin)) continue;
     const auto id = static_cast<std::int32_t>(i);

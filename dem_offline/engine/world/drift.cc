@@ -28,15 +28,22 @@ struct Kick {
   bool planar;
 };
 
-void Accelerate(const Kick& k, const GrainLoad& f, Grain& g) {
+/// v + by, and in `rest` what rounding took (Knuth's two-sum, exact).
+float Add(float v, float by, float& rest) {
+  const float y = by + rest, sum = v + y, back = sum - v;
+  rest = (v - (sum - back)) + (y - back);
+  return sum;
+}
+
+void Accelerate(const Kick& k, const GrainLoad& f, Grain& g, VelocityRest& rest) {
   const float a = k.dt / g.mass;
   const float b = k.dt / (k.inertia_factor * g.mass * g.radius * g.radius);
-  g.vx = (g.vx + (f.fx * a + k.ax)) * k.drag;
-  g.vy = (g.vy + (f.fy * a + k.ay)) * k.drag;
-  g.vz = (g.vz + (f.fz * a + k.az)) * k.drag;
-  g.wx = (g.wx + f.tx * b) * k.drag;
-  g.wy = (g.wy + f.ty * b) * k.drag;
-  g.wz = (g.wz + f.tz * b) * k.drag;
+  g.vx = Add(g.vx, f.fx * a + k.ax, rest.vx) * k.drag;
+  g.vy = Add(g.vy, f.fy * a + k.ay, rest.vy) * k.drag;
+  g.vz = Add(g.vz, f.fz * a + k.az, rest.vz) * k.drag;
+  g.wx = Add(g.wx, f.tx * b, rest.wx) * k.drag;
+  g.wy = Add(g.wy, f.ty * b, rest.wy) * k.drag;
+  g.wz = Add(g.wz, f.tz * b, rest.wz) * k.drag;
   if (k.planar) g.vy = g.wx = g.wz = 0.0f;
 }
 
@@ -60,7 +67,7 @@ StepFault World::Drift() {
     for (std::int64_t i = from; i < to; ++i) {
       Grain& g = grains_[i];
       const bool carried = (g.kind & kMember) != 0;
-      if (!(g.kind & (kGlued | kMember))) Accelerate(kick, loads_[i], g);
+      if (!(g.kind & (kGlued | kMember))) Accelerate(kick, loads_[i], g, velocity_rest_[i]);
       const float v2 = g.vx * g.vx + g.vy * g.vy + g.vz * g.vz;
       const float w2 = g.wx * g.wx + g.wy * g.wy + g.wz * g.wz;
       const float go2 = v2 * (dt * dt);

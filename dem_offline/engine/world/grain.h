@@ -33,4 +33,11 @@ struct alignas(32) GrainLoad {
   float tx, ty, tz, touching;  ///< touching: number of contacts
 };
 
+/// What rounding left over of velocity and spin: small steps add little to a
+/// fast grain, and always round the same way.
+struct alignas(32) VelocityRest {
+  float vx, vy, vz, unused;
+  float wx, wy, wz, unused_too;
+};
+
 }  // namespace grouser::dem

@@ -22,6 +22,7 @@ struct BodyEntry {
   Wrench wrench;
   double work_j = 0;
   double margin_m = 0, moved_m = 0;  ///< search margin; motion since the last search
+  bool turning = false;              ///< was the last search for a body that may turn?
   BodySlots slots;
 };
 

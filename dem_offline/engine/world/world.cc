@@ -139,6 +139,7 @@ void World::Construct(const Contents& contents) {
     }
   }
   loads_.assign(padded, GrainLoad{});
+  velocity_rest_.assign(padded, VelocityRest{});
   range_ = static_cast<float>(config_.contacts.Range(smallest_radius_, largest_radius_));
   if (!(config_.skin_m > 0)) config_.skin_m = 0.2 * largest_radius_;
   parts_->contact = BodyPass::ContactOf(config_.contacts.recipe());

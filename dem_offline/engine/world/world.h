@@ -170,6 +170,7 @@ class World {
   std::int64_t count_ = 0;
   std::vector<Grain> grains_;
   std::vector<GrainLoad> loads_;
+  std::vector<VelocityRest> velocity_rest_;
   std::vector<std::int32_t> index_of_;   ///< [id]
   std::vector<std::int32_t> reference_;  ///< [3 n] positions at the last rebuild
   NeighbourList list_;

@@ -1,4 +1,5 @@
 #include "dem_offline/scenes/scene_yaml.h"
+#include "dem_offline/scenes/engine_convert.h"
 
 #include <gtest/gtest.h>
 
@@ -84,9 +85,44 @@ INSTANTIATE_TEST_SUITE_P(
              "19: key 'soil.grains.sizes[1].diameter_m': got no such key"},
         Edit{"BulkDensity", "grain_density_kg_per_m3: 2293.1", "grain_density_kg_per_m3: 2650",
              "LINE: key 'soil.grains.grain_density_kg_per_m3': got 2650"},
+        Edit{"UnknownLaw", "rolling_friction: 0.2", "rolling_friction: 0.2\n    contact: {normal: hooke}",
+             "16: key 'soil.grains.contact': got normal law: 'hooke', expected one of "},
+        Edit{"IllegalLaws", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {normal: linear_spring, cohesion: jkr}",
+             "16: key 'soil.grains.contact': got laws: "},
+        Edit{"UnknownSetting", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {cohesion: capillary, capillary: {colour: 1}}",
+             "16: key 'soil.grains.contact.capillary.colour': got an unknown key"},
         Edit{"Malformed", "rig:\n", "rig: {\n", "31: malformed YAML"},
         Edit{"NotAMapping", "# A toy", "- a\n#", "1: key ''"}),
     [](const auto& info) { return info.param.name; });
+
+TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
+  const records::TempFolder folder;
+  std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+  const auto after = [&](const std::string& line, const std::string& more) {
+    text.insert(text.find(line) + line.size(), "\n" + more);
+  };
+  after("    poisson_ratio: 0.3", "    contact: {rolling: none, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
+        "hertz_restitution: {critical_damping_share: 0.2}}");
+  after("  radius_m: 0.025", "  treads: [{count: 8, height_m: 0.004, root_thickness_m: 0.003, lean_deg: 30}]");
+  const std::string path = folder / "a.scene.yaml";
+  records::WriteFileDurably(path, text);
+  v1alpha1::WheelTestSpec spec;
+  const auto scene = LoadScene(path);
+  *spec.mutable_soil() = scene.soil();
+  *spec.mutable_wheel() = scene.wheel();
+  const dem::WheelTestSpec engine = ToEngine(spec);
+  EXPECT_EQ(engine.soil.contact.normal, "hertz_restitution");
+  EXPECT_EQ(engine.soil.contact.rolling, "none");
+  EXPECT_EQ(engine.soil.contact.cohesion, "jkr");
+  EXPECT_EQ(engine.soil.contact.surface_energy_j_per_m2, 0.1);
+  ASSERT_EQ(engine.soil.contact.settings.size(), 1u);
+  EXPECT_EQ(engine.soil.contact.settings[0].value, 0.2);
+  ASSERT_EQ(engine.wheel.treads.size(), 1u);
+  EXPECT_EQ(engine.wheel.treads[0].count, 8);
+  EXPECT_NEAR(engine.wheel.treads[0].lean_rad, std::numbers::pi / 6, 1e-12);
+}
 
 TEST(SceneYaml, MissingFileAndFolderAreInputErrors) {
   const records::TempFolder folder;

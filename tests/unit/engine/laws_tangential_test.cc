@@ -1,6 +1,5 @@
 // Tangential laws along prescribed paths: stiffness, cap, dissipation in closed
-// paths, passivity while the normal force changes, exact partial slip, and the
-// oblique impact of Chung & Ooi.
+// paths, passivity while the normal force changes, partial slip in closed form.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,17 +44,22 @@ TEST(Tangential, InitialStiffnessAndCap) {
   }
 }
 
-TEST(Tangential, DampingSharesOfCritical) {
-  for (const char* law : {"linear_history", "kelvin_regularised"}) {
+// c = 2 share sqrt(k_t m*), or D sqrt(k_t m*) with the D of the normal law.
+TEST(Tangential, Damping) {
+  for (const char* law :
+       {"mindlin", "linear_history", "mindlin_displacement", "kelvin_regularised"}) {
     Pairing s = Shear(law);
+    s.face.restitution = 0.6;
     SettingsOf<LinearHistory>(s.settings).critical_damping_share = 0.2;
     SettingsOf<KelvinRegularised>(s.settings).critical_damping_share = 0.2;
     Contact c(s);
     c.PressTo(2e-5, 200);
+    const bool shared = std::string(law).find("mindlin") == std::string::npos;
+    const double d = shared ? 0.4 : 2 * std::sqrt(5.0 / 6) * LinearDampingRatio(0.6);
     const double v = 1e-3, kt = Stiffness(law, 2e-5), dt = 1e-12;
     c.g.v_rel = {static_cast<float>(v), 0.0f, 0.0f};
     const double f = -c.Step(static_cast<float>(dt)).force.x;
-    EXPECT_NEAR(f, 0.4 * std::sqrt(kt * 0.5e-3) * v, 1e-3 * f) << law;
+    EXPECT_NEAR(f, d * std::sqrt(kt * 0.5e-3) * v, 1e-3 * std::abs(f)) << law;
     EXPECT_NEAR(c.last.tangent_damping, f * v * dt, 1e-3 * f * v * dt) << law;
   }
 }
@@ -104,7 +108,9 @@ TEST(Tangential, ClosedLoopsDissipate) {
             worst = std::min(worst, c.work);
           }
           // The first loop starts from rest; after it every loop is closed.
-          if (turn > 0) EXPECT_GE(c.work, before - 2e-5 * n * reach) << law << size << corners;
+          if (turn > 0) {
+            EXPECT_GE(c.work, before - 2e-5 * n * reach) << law << size << corners;
+          }
           before = c.work;
         }
         EXPECT_GE(worst, -1e-5 * n * reach) << law << " " << size << " " << corners;
@@ -204,95 +210,27 @@ TEST(MindlinDeresiewicz, LoadingAndLoopUnderConstantNormalForce) {
   EXPECT_NEAR(c.lost / std::abs(area), 1, 0.02);
 }
 
-/// Exact partial slip for any history of overlap and displacement along a line:
-/// the share of friction used by each layer of normal approach (the method of
-/// memory diagrams: Aleshin, Bou Matar & Van Den Abeele 2015, from Jaeger and
-/// Ciavarella's superposition).
-struct Layers {
-  double mu, kappa, kh, step;
-  std::vector<double> used;
-  long depth = 0;
-  double u = 0;
-
-  double To(double overlap, double u_new) {
-    const double part = mu * kappa * step;
-    const long now = std::min<long>(used.size(), std::lround(overlap / step));
-    for (long k = depth; k < now; ++k) {
-      used[k] = std::clamp((u_new - u) / (part * (now - depth)), -1.0, 1.0);
-    }
-    depth = now;
-    double have = 0;
-    for (long k = 0; k < now; ++k) have += part * used[k];
-    double miss = u_new - have;
-    const double sign = miss > 0 ? 1 : -1;
-    for (long k = now - 1; k >= 0 && sign * miss > 0; --k) {
-      const double gain = part * (sign - used[k]);
-      used[k] = std::abs(gain) >= std::abs(miss) ? used[k] + miss / part : sign;
-      miss -= std::abs(gain) >= std::abs(miss) ? miss : gain;
-    }
-    u = u_new - miss;
-    double t = 0;
-    for (long k = 0; k < now; ++k) {
-      t += used[k] * mu * kh * (std::pow((k + 1) * step, 1.5) - std::pow(k * step, 1.5));
-    }
-    return t;
+// A small turn, a long way across it, and on: without the carried energy the
+// increments would return more than was put in, each time round.
+TEST(MindlinDeresiewicz, TurningAcrossMakesNoEnergy) {
+  Contact c(Shear("mindlin_deresiewicz"));
+  const double n = c.PressTo(2e-5, 200), reach = 0.4 * n / Stiffness("mindlin_deresiewicz", 2e-5);
+  c.work = c.lost = 0;
+  for (int round = 0; round < 5; ++round) {
+    const double before = c.work;
+    c.SlideBy(0.03 * reach, 0, 200);
+    c.SlideBy(-0.005 * reach, 0, 200);
+    c.SlideBy(0, 0.97 * reach, 2000);
+    c.SlideBy(0.02 * reach, 0, 200);
+    // Back until the force is gone.
+    const Vec3f f = c.last.force;
+    const double size = std::hypot(f.x, f.y), step = 1e-3 * reach;
+    while (c.last.force.x * f.x + c.last.force.y * f.y > 0)
+      c.SlideBy(f.x / size * step, f.y / size * step, 1);
+    EXPECT_GE(c.work - before, -1e-3 * n * reach * 0.4) << round;
   }
-};
-
-Pairing Alumina(double restitution) {
-  Pairing s;
-  s.a = {380e9, 0.23};
-  s.b = {kRigid, 0};
-  s.wall = true;
-  s.r = 0.0025f;
-  s.m = static_cast<float>(4.0 / 3 * M_PI * std::pow(0.0025, 3) * 4000);
-  s.face.restitution = restitution;
-  s.face.friction = 0.092;
-  return s;
-}
-
-// Oblique elastic impacts against exact partial slip. The incremental law
-// remembers one turn; below 10 degrees, where the contact rocks while it
-// parts, it is 0.05 off (0.793 against 0.741 at 5 degrees).
-TEST(MindlinDeresiewicz, ObliqueImpactAgainstExactPartialSlip) {
-  for (const double degrees : {5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0}) {
-    Pairing s = Alumina(1);
-    s.tangential = "mindlin_deresiewicz";
-    const double a = degrees * M_PI / 180, vn = 3.9 * std::cos(a), vt = 3.9 * std::sin(a),
-                 dt = 2e-9;
-    const double e = EffectiveModulus(s.a, s.b), g = EffectiveShearModulus(s.a, s.b);
-    Layers exact = {
-        0.092, e / (4 * g), 4.0 / 3 * e * std::sqrt(s.r), 2.5e-8, std::vector<double>(1000), 0, 0};
-    double z = 0, vz = -vn, vx = vt, w = 0, u = 0;
-    while ((z += vz * dt) < 0) {
-      const double t = exact.To(-z, u - (vx + w) * dt);
-      u = exact.u;
-      vz += exact.kh * std::pow(-z, 1.5) / s.m * dt;
-      vx += t / s.m * dt;
-      w += 2.5 * t / s.m * dt;
-    }
-    const Rebound hit = Collide(s, vn, vt, dt);
-    EXPECT_NEAR(hit.tangential, vx / vt, degrees < 10 ? 0.06 : 0.015) << degrees;
-    EXPECT_NEAR(hit.balance, 0, 1e-5) << degrees;
-  }
-}
-
-// Chung & Ooi (Granular Matter 13 (2011) 643), test 4, digitised: tangential
-// restitution within 2.5 %.
-TEST(MindlinDisplacement, PublishedObliqueImpact) {
-  const struct {
-    double degrees, restitution;
-  } rows[] = {{5, .948},  {10, .687}, {15, .624}, {20, .616}, {25, .634}, {30, .684}, {35, .737},
-              {40, .781}, {50, .845}, {60, .893}, {70, .932}, {80, .966}, {85, .983}};
-  for (const auto& row : rows) {
-    Pairing s = Alumina(0.98);
-    s.tangential = "mindlin_displacement";
-    const double a = row.degrees * M_PI / 180;
-    const Rebound hit = Collide(s, 3.9 * std::cos(a), 3.9 * std::sin(a), 2e-9);
-    EXPECT_NEAR(hit.tangential / row.restitution, 1, 0.025) << row.degrees;
-    EXPECT_NEAR(hit.restitution, 0.98, 1e-3);
-    EXPECT_NEAR(hit.balance, 0, 1e-4);
-  }
+  EXPECT_GE(c.work, 0);
+  EXPECT_GE(c.lost, 0);
 }
 
 // Oblique impacts of grains on all laws: the balance closes, energy is lost.

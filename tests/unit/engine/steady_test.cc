@@ -73,6 +73,7 @@ TEST(Kinematics, SlipRoundTrip) {
       }
     }
   }
+  EXPECT_NEAR(SlipOf(MotionAt(1.0, M_PI / 2, 0.1)), 1.0, 1e-9);
   EXPECT_THROW(MotionAt(1.2, 0.3, 0.1), std::invalid_argument);
   EXPECT_THROW(MotionAt(-1.9, 1.2, 0.1), std::invalid_argument);
 }

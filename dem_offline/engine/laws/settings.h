@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/laws/contact_model.h"
+
+namespace grouser::dem {
+
+/// A number that belongs to one law, as files name it.
+struct NamedSetting {
+  std::string law;   ///< e.g. "capillary"
+  std::string name;  ///< e.g. "surface_tension_n_per_m"
+  double value = 0;
+};
+
+/// Puts it where the law reads it. Throws std::invalid_argument naming the
+/// laws, or the settings of the law, that there are.
+void Put(LawSettings& settings, const NamedSetting& named);
+
+/// Every law of the menu with its slot and its settings' defaults.
+struct LawEntry {
+  std::string slot, name;
+  std::vector<NamedSetting> settings;
+};
+std::vector<LawEntry> Menu();
+
+/// Laws of a soil by name, and the numbers they need beyond restitution,
+/// friction and rolling friction.
+struct ContactChoice {
+  std::string normal = "hertz_restitution", tangential = "mindlin", rolling = "epsd",
+              cohesion = "none";
+  double rolling_damping = 0.3;        ///< eta of EPSD
+  double surface_energy_j_per_m2 = 0;  ///< work of adhesion
+  std::vector<NamedSetting> settings;
+};
+/// Throw std::invalid_argument as LawsByName and Put do.
+LawChoice LawsOf(const ContactChoice& choice);
+LawSettings SettingsOf(const ContactChoice& choice);
+
+}  // namespace grouser::dem

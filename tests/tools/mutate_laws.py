@@ -1,0 +1,150 @@
+#!/usr/bin/python3
+"""Flips one sign in each law in turn and shows that a row of verify fails.
+
+  tests/tools/mutate_laws.py              every mutation (about half an hour on two cores)
+  tests/tools/mutate_laws.py jkr bond     those whose name holds one of the words
+
+Works on a copy of dem_offline/engine in a temporary folder (--folder keeps
+one), builds grouser-verify there and runs the cases named beside the mutation.
+Prints a table on stdout; exit status 1 when a mutant survives, or when the
+unchanged engine fails.
+"""
+import argparse
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# name, file below dem_offline/engine, text (must stand there once), its mutant, cases of verify
+MUTATIONS = [
+    ("hertz_restitution", "laws/normal_hertz.h", "g.overlap + c * overlap_rate",
+     "g.overlap - c * overlap_rate", "restitution_hertz"),
+    ("linear_spring", "laws/normal_linear.h", "g.overlap + c * overlap_rate",
+     "g.overlap - c * overlap_rate", "restitution_linear"),
+    ("hertz_oden_martins", "laws/normal_oden_martins.h", "g.overlap + c * overlap_rate",
+     "g.overlap - c * overlap_rate", "restitution_oden_martins"),
+    ("elasto_plastic", "laws/normal_elasto_plastic.h", "Max(deepest - elastic_most",
+     "Max(deepest + elastic_most", "restitution_elasto_plastic"),
+    ("walton_braun", "laws/normal_walton_braun.h", "1.0f - p.k1 / p.k2", "1.0f + p.k1 / p.k2",
+     "restitution_walton_braun"),
+    ("tangential spring (mindlin, linear_history, kelvin)", "laws/tangential_spring.h",
+     "kept - (kt * dt) * v_t", "kept + (kt * dt) * v_t", "tangential_stiffness"),
+    ("tangential dashpot", "laws/tangential_spring.h", "elastic - (slides", "elastic + (slides",
+     "tangential_kelvin"),
+    ("mindlin", "laws/tangential_mindlin.h", "kt = p.ratio * normal", "kt = -p.ratio * normal",
+     "tangential_stiffness"),
+    ("linear_history", "laws/tangential_linear.h", "kt = p.ratio * normal",
+     "kt = -p.ratio * normal", "tangential_stiffness"),
+    ("mindlin_displacement", "laws/tangential_displacement.h", "kept - dt * v_t",
+     "kept + dt * v_t", "tangential_stiffness"),
+    ("mindlin_deresiewicz", "laws/tangential_deresiewicz.h", "ds = -dt * v_t", "ds = dt * v_t",
+     "tangential_deresiewicz"),
+    ("mindlin_deresiewicz, unloading", "laws/tangential_deresiewicz.h", "h.turn - te",
+     "h.turn + te", "tangential_deresiewicz"),
+    ("kelvin_regularised", "laws/tangential_kelvin.h", "p.stick - p.fall", "p.stick + p.fall",
+     "tangential_kelvin"),
+    ("epsd", "laws/rolling_epsd.h", "kept - (kr * dt) * w_t", "kept + (kr * dt) * w_t",
+     "rolling_resistance"),
+    ("epsd, dashpot", "laws/rolling_epsd.h", "h.elastic - c * w_t", "h.elastic + c * w_t",
+     "epsd_holds"),
+    ("constant_torque", "laws/rolling_constant.h", "return {-share * w_t", "return {share * w_t",
+     "rolling_resistance"),
+    ("own_spin", "laws/rolling_own_spin.h", "return {-share * g.w_own", "return {share * g.w_own",
+     "rolling_resistance"),
+    ("jkr", "laws/cohesion_jkr.h", "(a * a / r) - pull +", "(a * a / r) + pull +", "jkr_exact"),
+    ("jkr_added", "laws/cohesion_jkr_added.h", "normal.force - (c +", "normal.force + (c +",
+     "jkr_added"),
+    ("capillary", "laws/cohesion_capillary.h", "normal.force - pull", "normal.force + pull",
+     "capillary_bridge"),
+    ("bond, normal", "world/bond_pass.cc", "Scale(-pull, s.axis)", "Scale(pull, s.axis)",
+     "bond_stiffness"),
+    ("bond, shear", "world/bond_pass.cc", "Scale(-kt, s.u_t)", "Scale(kt, s.u_t)",
+     "bond_stiffness"),
+    ("bond, bending", "world/bond_pass.cc", "Scale(-kb, s.th_b)", "Scale(kb, s.th_b)",
+     "bond_stiffness"),
+    ("bond, torsion", "world/bond_pass.cc", "twist = -kw * s.th_t", "twist = kw * s.th_t",
+     "bond_stiffness"),
+    ("bond, tensile strength", "world/bond_pass.cc", "torn = pull / e.area + Norm(bend)",
+     "torn = -pull / e.area + Norm(bend)", "bond_strength"),
+    ("pair kernel, torque", "contact/pair_kernel.inl", "r.moment - lever * Cross",
+     "r.moment + lever * Cross", "momentum_pair"),
+    ("body contact, torque", "world/body_pass.cc", "r.moment - lever * Cross",
+     "r.moment + lever * Cross", "slip_to_roll"),
+]
+
+
+def run(command, log, **options):
+    with open(log, "a", encoding="utf-8") as out:
+        return subprocess.run(command, stdout=out, stderr=subprocess.STDOUT, check=False,
+                              **options).returncode
+
+
+def build(folder, log):
+    """Configures once, builds; False: does not compile."""
+    if not (folder / "build" / "build.ninja").exists():
+        if run(["cmake", "-G", "Ninja", "-S", str(folder / "dem_offline/engine"), "-B",
+                str(folder / "build"), "-DCMAKE_BUILD_TYPE=Release",
+                "-DCMAKE_CXX_FLAGS_RELEASE=-O1"], log):
+            return False
+    return run(["ninja", "-C", str(folder / "build"), "grouser-verify"], log) == 0
+
+
+def verdict(folder, cases, log):
+    """Names of the failed rows, or None when all passed."""
+    failed = []
+    for case in cases.split():
+        done = subprocess.run([str(folder / "build/grouser-verify"), "verify", "--case", case],
+                              capture_output=True, text=True, check=False, timeout=600)
+        with open(log, "a", encoding="utf-8") as out:
+            out.write(done.stdout + done.stderr)
+        if done.returncode != 0:
+            failed += [line for line in done.stdout.splitlines() if " NO " in line] or [case]
+    return failed or None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("words", nargs="*")
+    parser.add_argument("--folder", help="build here and keep it")
+    arguments = parser.parse_args()
+    chosen = [m for m in MUTATIONS if (not arguments.words or any(w in m[0] for w in arguments.words))]
+    folder = pathlib.Path(arguments.folder or tempfile.mkdtemp(prefix="grouser-mutate-"))
+    log = folder / "log"
+    target = folder / "dem_offline" / "engine"
+    shutil.copytree(ROOT / "dem_offline" / "engine", target, dirs_exist_ok=True)
+    bad = 0
+    try:
+        cases = " ".join(sorted({m[4] for m in chosen}))
+        if not build(folder, log) or verdict(folder, cases, log):
+            sys.exit(f"mutate_laws: the unchanged engine fails; see {log}")
+        print("| mutation | in | sign flipped | verdict | seconds |\n| --- | --- | --- | --- | --- |")
+        for name, file, old, new, cases in chosen:
+            begin = time.monotonic()
+            path = target / file
+            text = path.read_text(encoding="utf-8")
+            if text.count(old) != 1:
+                sys.exit(f"mutate_laws: {file}: '{old}' stands there {text.count(old)} times, "
+                         "expected once")
+            path.write_text(text.replace(old, new), encoding="utf-8")
+            built = build(folder, log)
+            failed = verdict(folder, cases, log) if built else None
+            path.write_text(text, encoding="utf-8")
+            said = (f"caught: {len(failed)} rows of {cases} fail" if failed
+                    else "SURVIVED" if built else "does not compile")
+            bad += not failed
+            print(f"| {name} | `{file}` | `{old}` -> `{new}` | {said} "
+                  f"| {time.monotonic() - begin:.0f} |", flush=True)
+    finally:
+        if not arguments.folder:
+            shutil.rmtree(folder, ignore_errors=True)
+    print(f"\n{len(chosen) - bad} of {len(chosen)} caught")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
