@@ -109,6 +109,9 @@ class ProgressPrinter {
 void CheckOutFolder(const std::string& out) {
   auto folder = std::filesystem::path(out).parent_path();
   if (folder.empty()) folder = ".";
+  if (std::filesystem::is_directory(out)) {
+    throw InputError(fmt::format("--out {}: got a folder, expected the name of a file", out));
+  }
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(fmt::format("--out {}: folder '{}': {}", out, folder.string(),
                                  std::strerror(errno)));

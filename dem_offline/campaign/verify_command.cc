@@ -10,7 +10,7 @@ constexpr char kExamples[] = R"(Examples:
   grouser-dem verify                 # the engine against exact and published answers
   grouser-dem torture --json         # cases chosen to break it
   grouser-dem verify --case oblique_impact
-  grouser-dem verify --markdown > docs/verification-verify.md
+  grouser-dem verify --markdown   # as the tables of docs/verification.md
 The table goes to stdout, progress to stderr. Exit code: 0 all rows pass, 1 one fails.)";
 
 struct VerifyArguments {

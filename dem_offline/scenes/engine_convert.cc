@@ -113,6 +113,8 @@ void RecordEnergy(const dem::EnergyLedger& energy, v1alpha1::EnergyLedger* out) 
   out->set_tangential_damping_j(energy.tangential_damping_j);
   out->set_slip_j(energy.slip_j);
   out->set_rolling_j(energy.rolling_j);
+  out->set_plastic_j(energy.plastic_j);
+  out->set_cohesion_j(energy.cohesion_j);
   out->set_residual_j(energy.residual_j);
 }
 

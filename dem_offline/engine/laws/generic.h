@@ -64,18 +64,7 @@ GROUSER_HD ContactResult EvaluateGeneric(const LawChoice& laws, const WordLayout
     ToWords<kWordsOf<Law>>(h, words + at.r);
   });
   words[0] = normal.stiffness;
-  ContactResult out;
-  out.active = bond.active;
-  out.force = normal.force * g.n + tangent.force;
-  out.moment = roll.moment;
-  out.stored = normal.stored + tangent.stored + roll.stored;
-  out.normal_damping = normal.damping_power * dt;
-  out.tangent_damping = tangent.damping_power * dt;
-  out.slip = tangent.slip_work;
-  out.rolling = roll.loss;
-  out.plastic = normal.plastic;
-  out.cohesion = bond.loss;
-  return out;
+  return Together(normal, bond, tangent, roll, g.n, dt);
 }
 
 }  // namespace grouser::dem

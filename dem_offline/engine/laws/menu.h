@@ -35,6 +35,9 @@ using CohesionLaws = LawList<CohesionNone, Jkr, JkrAdded, Capillary>;
 /// The default: sand.
 using HertzMindlinEpsd = Recipe<HertzRestitution, MindlinRescaled, RollingEpsd, CohesionNone>;
 using HertzMindlin = Recipe<HertzRestitution, MindlinRescaled, RollingNone, CohesionNone>;
+/// As most codes ship it: with a directional constant torque.
+using HertzMindlinTorque =
+    Recipe<HertzRestitution, MindlinRescaled, RollingConstant, CohesionNone>;
 // The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
 // cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
 // torsion in EDEM.
@@ -51,8 +54,8 @@ struct RecipeList {
 };
 /// Compiled specialised, vectorised for each instruction set; named in
 /// RecipeName. The first is the default.
-using Recipes = RecipeList<HertzMindlinEpsd, HertzMindlin, WheelTestbed, AtvWheel, ShearCell,
-                           ShearCellSimple, GrouserWheel, Torsion>;
+using Recipes = RecipeList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
+                           ShearCell, ShearCellSimple, GrouserWheel, Torsion>;
 
 /// Parameters of one pair of materials, for every law of the menu that the
 /// choice names (the others stay zero).

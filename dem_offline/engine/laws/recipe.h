@@ -20,8 +20,22 @@ struct ContactResult {
   float cohesion;
 };
 
-GROUSER_HD Vec3f KeepIf(bool keep, Vec3f v) {
-  return {keep ? v.x : 0.0f, keep ? v.y : 0.0f, keep ? v.z : 0.0f};
+/// What the four laws of a contact said, put together.
+GROUSER_HD ContactResult Together(const NormalTerms& normal, const CohesionTerms& bond,
+                                  const TangentialTerms& tangent, const RollingTerms& roll,
+                                  Vec3f n, float dt) {
+  ContactResult out;
+  out.active = bond.active;
+  out.force = normal.force * n + tangent.force;
+  out.moment = roll.moment;
+  out.stored = normal.stored + tangent.stored + roll.stored;
+  out.normal_damping = normal.damping_power * dt;
+  out.tangent_damping = tangent.damping_power * dt;
+  out.slip = tangent.slip_work;
+  out.rolling = roll.loss;
+  out.plastic = normal.plastic;
+  out.cohesion = bond.loss;
+  return out;
 }
 
 /// One legal combination of laws, evaluated as one function.
@@ -68,23 +82,12 @@ struct Recipe {
         T::Evaluate(p.tangential, g, g.v_rel - v_n * g.n, normal, ht, dt);
     const Vec3f w_t = g.w_rel - Dot(g.w_rel, g.n) * g.n;
     const RollingTerms roll = R::Evaluate(p.rolling, g, w_t, normal, hr, dt);
-    ContactResult out;
-    out.active = bond.active;
-    out.force = normal.force * g.n + tangent.force;
-    out.moment = roll.moment;
-    out.stored = normal.stored + tangent.stored + roll.stored;
-    out.normal_damping = normal.damping_power * dt;
-    out.tangent_damping = tangent.damping_power * dt;
-    out.slip = tangent.slip_work;
-    out.rolling = roll.loss;
-    out.plastic = normal.plastic;
-    out.cohesion = bond.loss;
     words[0] = normal.stiffness;
     ToWords<kWordsOf<N>>(hn, words + kN);
     ToWords<kWordsOf<T>>(ht, words + kT);
     ToWords<kWordsOf<R>>(hr, words + kR);
     ToWords<kWordsOf<C>>(hc, words + kC);
-    return out;
+    return Together(normal, bond, tangent, roll, g.n, dt);
   }
 };
 

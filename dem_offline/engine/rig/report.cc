@@ -56,8 +56,10 @@ void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& e)
   e.tangential_damping_j = end.tangent_damping - start.tangent_damping;
   e.slip_j = end.slip - start.slip;
   e.rolling_j = end.rolling - start.rolling;
+  e.plastic_j = end.plastic - start.plastic;
+  e.cohesion_j = end.cohesion - start.cohesion;
   e.residual_j = e.input_j - e.kinetic_j - e.potential_j - e.elastic_j - e.normal_damping_j -
-                 e.tangential_damping_j - e.slip_j - e.rolling_j;
+                 e.tangential_damping_j - e.slip_j - e.rolling_j - e.plastic_j - e.cohesion_j;
 }
 
 void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,

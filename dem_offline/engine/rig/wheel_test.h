@@ -111,6 +111,7 @@ struct RuleCheck {
 struct EnergyLedger {
   double input_j = 0, kinetic_j = 0, potential_j = 0, elastic_j = 0;
   double normal_damping_j = 0, tangential_damping_j = 0, slip_j = 0, rolling_j = 0;
+  double plastic_j = 0, cohesion_j = 0;  ///< plastic work; necks and bridges made and broken
   double residual_j = 0;
 };
 

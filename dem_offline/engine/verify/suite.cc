@@ -54,9 +54,9 @@ SuiteResult RunSuite(const Suite& suite, const SuiteOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<Case> cases = Chosen(suite, options);
   std::vector<Rows> done(cases.size(), Rows(""));
-  // Long ones first, so that the threads end together.
+  // Long ones first, so that the threads end together; tables end with theirs.
   std::vector<std::size_t> order(cases.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = order.size() - 1 - i;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return cases[a].level > cases[b].level; });
   std::atomic<std::size_t> next{0};
