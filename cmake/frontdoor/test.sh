@@ -8,6 +8,7 @@ Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "unit", under AddressSanitizer and UBSan
 With --full also:
+  asan      tests labelled "verify" as well
   slow      tests labelled "slow"
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
   tidy      clang-tidy over all sources
@@ -71,7 +72,8 @@ word_test() {
     record_stage release run_ctest release --label-regex "$label"
   else
     record_stage release run_ctest release --label-exclude slow
-    record_stage asan run_ctest asan --label-regex unit
+    # The suites of the engine take minutes under ASan: with --full only.
+    record_stage asan run_ctest asan --label-regex "unit${full:+|verify}"
     if [ -n "$full" ]; then
       record_stage slow run_ctest release --label-regex slow
       record_stage tsan run_tsan

@@ -62,6 +62,13 @@ void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& e)
                  e.tangential_damping_j - e.slip_j - e.rolling_j - e.plastic_j - e.cohesion_j;
 }
 
+double EnergyError(const EnergyLedger& e) {
+  const double lost = e.normal_damping_j + e.tangential_damping_j + e.slip_j + e.rolling_j +
+                      e.plastic_j + e.cohesion_j;
+  const double scale = std::max(std::abs(e.input_j), std::abs(lost));
+  return scale > 0 ? std::abs(e.residual_j) / scale : 0.0;
+}
+
 void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
                      WheelTestResult& out) {
   const double d = MeanDiameter(spec.soil), r = spec.wheel.radius_m, b = spec.wheel.width_m;

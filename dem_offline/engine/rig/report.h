@@ -15,6 +15,11 @@ void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Moti
 /// stored - dissipated.
 void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& ledger);
 
+/// Share of the energy that nobody accounts for: |residual| over the larger of
+/// the input and what was dissipated. A step that is too long shows here.
+double EnergyError(const EnergyLedger& ledger);
+inline constexpr double kLargestEnergyError = 0.02;
+
 /// Bed, numbers and size rules (DESIGN section 3).
 void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
                      WheelTestResult& out);

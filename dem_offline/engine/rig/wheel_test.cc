@@ -336,6 +336,12 @@ class WheelTest {
     out_.energy.potential_j = world_->PotentialEnergy() - potential_0_;
     FillMeans(spec_, window_, target_, beta_, out_);
     FillEnergy(energy_0_, world_->energy(), out_.energy);
+    const double error = EnergyError(out_.energy);
+    const bool ran = out_.status == RunStatus::kSteady || out_.status == RunStatus::kUnsteady;
+    if (ran && !(error <= kLargestEnergyError)) {
+      Fail("energy: " + std::to_string(100 * error) +
+           " % of it is unaccounted for, expected at most 2 %: the time step is too long");
+    }
     out_.steps = steps_;
     out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
     out_.surface = MeasureSurface(*world_, wheel().position_m, yaw_, LargestDiameter(spec_.soil));
