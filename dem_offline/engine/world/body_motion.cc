@@ -57,6 +57,8 @@ int World::AddBody(const Body& body) {
     entry.angular_momentum =
         MomentumOf(entry.body.orientation, body.spin_rad_per_s, body.inertia_kg_m2);
   }
+  entry.left_at = entry.body.position_m;
+  entry.left_turned = entry.body.orientation;
   parts_->bodies.push_back(entry);
   BodyPass::Find(*this, parts_->bodies.back());
   return static_cast<int>(parts_->bodies.size()) - 1;
@@ -66,7 +68,13 @@ void BodyPass::Move(World& w) {
   const double dt = w.config_.dt_s;
   for (BodyEntry& b : w.parts_->bodies) {
     Body& body = b.body;
-    if (body.motion == BodyMotion::kFixed) continue;
+    const bool put = body.position_m != b.left_at || body.orientation != b.left_turned;
+    if (body.motion == BodyMotion::kFixed) {
+      if (put && !w.stale_) Find(w, b);
+      b.left_at = body.position_m;
+      b.left_turned = body.orientation;
+      continue;
+    }
     if (body.motion == BodyMotion::kFree) {
       body.velocity_m_per_s = Add(body.velocity_m_per_s, Scale(dt / body.mass_kg, ForceOn(w, b)));
       b.angular_momentum = Add(b.angular_momentum, Scale(dt, MomentOn(b)));
@@ -83,7 +91,9 @@ void BodyPass::Move(World& w) {
     b.moved_m += Travel(body, dt);
     // Grains move at most half a skin between searches.
     const bool starts = !b.turning && DotD(body.spin_rad_per_s, body.spin_rad_per_s) > 0;
-    if (!w.stale_ && (starts || b.moved_m + 0.5 * w.config_.skin_m > b.margin_m)) Find(w, b);
+    b.left_at = body.position_m;
+    b.left_turned = body.orientation;
+    if (!w.stale_ && (put || starts || b.moved_m + 0.5 * w.config_.skin_m > b.margin_m)) Find(w, b);
   }
 }
 

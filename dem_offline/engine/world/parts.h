@@ -22,6 +22,8 @@ struct BodyEntry {
   Wrench wrench;
   double work_j = 0;
   double margin_m = 0, moved_m = 0;  ///< search margin; motion since the last search
+  Vec3d left_at = {0, 0, 0};         ///< pose after the last step: who is put elsewhere
+  Quatd left_turned = {1, 0, 0, 0};  ///< by hand is searched for anew
   bool turning = false;              ///< was the last search for a body that may turn?
   BodySlots slots;
 };

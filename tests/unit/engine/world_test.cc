@@ -148,6 +148,18 @@ TEST(World, TheGuardRefusesALargeStepByName) {
   }
 }
 
+TEST(World, ABodyPutElsewhereByHandIsFelt) {
+  WorldConfig c = Config();
+  c.gravity_m_per_s2 = {0, 0, 0};
+  World world(c, {{0.1, 0.1, 0, 0.005, 2500}});
+  world.AddBody(Floor(-0.1));
+  world.Run(3);
+  EXPECT_EQ(world.LoadOf(0).touching, 0.0f);
+  world.body(0).position_m[2] = -0.0049;  // lifted under the grain
+  world.Run(1);
+  EXPECT_EQ(world.LoadOf(0).touching, 1.0f);
+}
+
 /// A free body falls, lands on a grain bed of one, and keeps momentum with it.
 TEST(World, AFreeBodyAndAGrainExchangeMomentum) {
   WorldConfig c = Config();
