@@ -37,8 +37,8 @@ class NeighbourList {
 
   /// Finds all pairs closer than `reach_m` (surface to surface). Candidates of
   /// a grain are ordered by gap, so that touching rows come first. Where the
-  /// slots do not suffice the old list is put back, the capacity regrown, and
-  /// the build repeated: no history is lost. Throws std::invalid_argument when
+  /// slots do not suffice the old list stays, the capacity is regrown, and the
+  /// build repeated: no history is lost. Throws std::invalid_argument when
   /// the period is under three search radii.
   void Build(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
              float reach_m, const Exclusions& excluded = {});

@@ -115,6 +115,7 @@ World::~World() = default;
 void World::Construct(const Contents& contents) {
   parts_ = std::make_unique<Parts>(config_.threads);
   params_ = config_.contacts.Table();
+  recipe_ = config_.contacts.recipe();
   std::vector<GrainState> grains = contents.grains;
   ClumpPass::Add(*this, contents, &grains);
   count_ = static_cast<std::int64_t>(grains.size());
@@ -126,6 +127,7 @@ void World::Construct(const Contents& contents) {
     const float r = raw.back().radius;
     largest_radius_ = std::max(largest_radius_, r);
     smallest_radius_ = i == 0 ? r : std::min(smallest_radius_, r);
+    if (grains[i].material != 0) recipe_ = -1;
   }
   const std::int64_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
   grains_.assign(padded, Grain{});
@@ -233,10 +235,7 @@ void World::Forces() {
   v.materials = config_.contacts.materials();
   v.laws = config_.contacts.laws();
   v.layout = config_.contacts.layout();
-  // Several materials of grains: the generic path looks each pair up.
-  bool one = true;
-  for (std::int64_t i = 0; i < count_ && one; ++i) one = MaterialOf(grains_[i]) == 0;
-  const PairKernelFn kernel = PairKernel(one ? config_.contacts.recipe() : -1, config_.energy);
+  const PairKernelFn kernel = PairKernel(recipe_, config_.energy);
   const int chunks = (v.tiles + kTilesPerChunk - 1) / kTilesPerChunk;
   auto& energy = parts_->chunk_energy;
   energy.assign(config_.energy ? chunks : 0, EnergySums{});

@@ -175,6 +175,7 @@ class World {
   std::vector<std::int32_t> reference_;  ///< [3 n] positions at the last rebuild
   NeighbourList list_;
   std::vector<PairParams> params_;
+  int recipe_ = -1;  ///< of the pair kernel; -1, the generic path, for several materials of grains
   std::unique_ptr<Parts> parts_;
   bool started_ = false, stale_ = true;
   EnergySums energy_, step_energy_;
