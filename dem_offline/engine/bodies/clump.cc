@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/disc_union.h"
+#include "dem_offline/engine/bodies/vec3d.h"
 
 namespace grouser::dem {
 namespace {
@@ -19,14 +20,7 @@ using Members = std::vector<ClumpTemplate::Member>;
 constexpr std::size_t kMostMembers = 200;  // triples of spheres are looked at
 constexpr int kPoints = 40;                // of Gauss-Legendre between two heights
 
-Vec3d Minus(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec3d Along(const Vec3d& a, double s, const Vec3d& d) {
-  return {a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]};
-}
-double Dot(const Vec3d& a, const Vec3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3d Cross(const Vec3d& a, const Vec3d& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+Vec3d Along(const Vec3d& a, double s, const Vec3d& d) { return Add(a, Scale(s, d)); }
 
 void Check(const Members& members) {
   if (members.empty()) throw std::invalid_argument("clump: got no member, expected at least one");
@@ -75,27 +69,27 @@ class Heights {
   double R(int i) const { return members_[static_cast<std::size_t>(i)].radius_m; }
 
   bool Meet(int i, int j) const {
-    const Vec3d d = Minus(At(j), At(i));
-    const double apart = std::sqrt(Dot(d, d));
+    const Vec3d d = Sub(At(j), At(i));
+    const double apart = std::sqrt(DotD(d, d));
     return apart < R(i) + R(j) && apart > std::abs(R(i) - R(j));
   }
 
   void Add(const Vec3d& p, int i, int j, int k) {
     for (int m = 0; m < static_cast<int>(members_.size()); ++m) {
       if (m == i || m == j || m == k) continue;
-      const Vec3d d = Minus(p, At(m));
-      if (Dot(d, d) < R(m) * R(m) * (1 - 1e-9)) return;
+      const Vec3d d = Sub(p, At(m));
+      if (DotD(d, d) < R(m) * R(m) * (1 - 1e-9)) return;
     }
     heights_.push_back(p[2]);
   }
 
   void AddPair(int i, int j) {
-    const Vec3d d = Minus(At(j), At(i));
-    const double d2 = Dot(d, d), t = 0.5 * (1 + (R(i) * R(i) - R(j) * R(j)) / d2);
+    const Vec3d d = Sub(At(j), At(i));
+    const double d2 = DotD(d, d), t = 0.5 * (1 + (R(i) * R(i) - R(j) * R(j)) / d2);
     const Vec3d middle = Along(At(i), t, d);
     const double radius = std::sqrt(std::max(0.0, R(i) * R(i) - t * t * d2));
     const Vec3d up = Along({0, 0, 1}, -d[2] / d2, d);  // ez within the circle's plane
-    const double steep = std::sqrt(Dot(up, up));
+    const double steep = std::sqrt(DotD(up, up));
     if (steep < 1e-7) heights_.push_back(middle[2]);  // a level circle
     if (steep < 1e-12) return;
     Add(Along(middle, radius / steep, up), i, j, i);
@@ -105,12 +99,12 @@ class Heights {
   /// Points on all three spheres, at At(i) + x e + y f +- z e x f with
   /// e along i-j and f the rest of i-k.
   void AddTriple(int i, int j, int k) {
-    const Vec3d u = Minus(At(j), At(i)), v = Minus(At(k), At(i));
-    const double a = std::sqrt(Dot(u, u));
+    const Vec3d u = Sub(At(j), At(i)), v = Sub(At(k), At(i));
+    const double a = std::sqrt(DotD(u, u));
     const Vec3d e = {u[0] / a, u[1] / a, u[2] / a};
-    const double c = Dot(v, e);
+    const double c = DotD(v, e);
     const Vec3d w = Along(v, -c, e);
-    const double b = std::sqrt(Dot(w, w));
+    const double b = std::sqrt(DotD(w, w));
     if (b < 1e-12 * a) return;  // in line: they meet nowhere, or in a circle
     const Vec3d f = {w[0] / b, w[1] / b, w[2] / b};
     const double ri2 = R(i) * R(i);
@@ -118,7 +112,7 @@ class Heights {
     const double y = (ri2 - R(k) * R(k) + c * c + b * b - 2 * c * x) / (2 * b);
     const double z2 = ri2 - x * x - y * y;
     if (z2 < 0) return;
-    const Vec3d foot = Along(Along(At(i), x, e), y, f), g = Cross(e, f);
+    const Vec3d foot = Along(Along(At(i), x, e), y, f), g = CrossD(e, f);
     Add(Along(foot, std::sqrt(z2), g), i, j, k);
     Add(Along(foot, -std::sqrt(z2), g), i, j, k);
   }
@@ -254,12 +248,12 @@ ClumpTemplate MakeClump(const Members& given) {
   const Vec3d start = given[0].offset_m;
   double size = 0;
   for (const auto& m : given) {
-    const Vec3d d = Minus(m.offset_m, start);
-    size = std::max(size, std::sqrt(Dot(d, d)) + m.radius_m);
+    const Vec3d d = Sub(m.offset_m, start);
+    size = std::max(size, std::sqrt(DotD(d, d)) + m.radius_m);
   }
   Members members = given;
   for (auto& m : members) {
-    const Vec3d d = Minus(m.offset_m, start);
+    const Vec3d d = Sub(m.offset_m, start);
     m = {{d[0] / size, d[1] / size, d[2] / size}, m.radius_m / size};
   }
   const Moments m = Integrate(members);
@@ -280,7 +274,7 @@ ClumpTemplate MakeClump(const Members& given) {
   clump.turn = ToQuaternion(axes);
   for (int a = 0; a < 3; ++a) clump.inertia_per_density[a] = inertia[a][a] * size3 * size * size;
   for (std::size_t i = 0; i < members.size(); ++i) {
-    const Vec3d d = Minus(members[i].offset_m, c);
+    const Vec3d d = Sub(members[i].offset_m, c);
     Vec3d offset;
     for (int a = 0; a < 3; ++a) {
       offset[a] = size * (axes[0][a] * d[0] + axes[1][a] * d[1] + axes[2][a] * d[2]);

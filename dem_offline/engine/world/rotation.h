@@ -2,22 +2,11 @@
 
 #include <cmath>
 
-#include "dem_offline/engine/bodies/body.h"
+#include "dem_offline/engine/bodies/vec3d.h"
 
 // Double-precision rotations of bodies, clumps and bonds; + - x / sqrt only.
 
 namespace grouser::dem {
-
-inline Vec3d Add(const Vec3d& a, const Vec3d& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Vec3d Sub(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Vec3d Scale(double s, const Vec3d& a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double DotD(const Vec3d& a, const Vec3d& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vec3d CrossD(const Vec3d& a, const Vec3d& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-inline double Norm(const Vec3d& a) { return std::sqrt(DotD(a, a)); }
 
 inline Quatd Mul(const Quatd& a, const Quatd& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
