@@ -25,6 +25,7 @@ void AddCampaignCommand(CLI::App& app, Action* action);
 void AddShowCommand(CLI::App& app, Action* action);
 void AddLawsCommand(CLI::App& app, Action* action);
 void AddVerifyCommands(CLI::App& app, Action* action);  ///< verify and torture
+void AddBenchCommand(CLI::App& app, Action* action);
 
 /// A record for people, on stdout: status, means, broken size rules.
 void PrintRecord(const v1alpha1::RunRecord& record);

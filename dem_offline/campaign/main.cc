@@ -48,6 +48,7 @@ int Main(int argc, char** argv) {
   AddShowCommand(app, &action);
   AddLawsCommand(app, &action);
   AddVerifyCommands(app, &action);
+  AddBenchCommand(app, &action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

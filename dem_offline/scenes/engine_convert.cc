@@ -45,6 +45,28 @@ void ConvertWheel(const v1alpha1::Wheel& wheel, dem::WheelShape* out) {
   }
 }
 
+dem::SceneBed ConvertBed(v1alpha1::SceneBed bed) {
+  switch (bed) {
+    case v1alpha1::SCENE_BED_FULL:
+      return dem::SceneBed::kFull;
+    case v1alpha1::SCENE_BED_WINDOW:
+      return dem::SceneBed::kWindow;
+    default:
+      return dem::SceneBed::kPeriodic;
+  }
+}
+
+void ConvertScene(const v1alpha1::SceneChoice& scene, dem::SceneSettings* out) {
+  out->bed = ConvertBed(scene.bed());
+  out->window_length_m = scene.window_length_m();
+  out->window_ahead = scene.window_ahead();
+  out->freeze = scene.freeze();
+  out->freeze_box = scene.freeze_box();
+  out->freeze_speed = scene.freeze_speed();
+  out->look_steps = static_cast<int>(scene.look_steps());
+  out->largest_step = scene.largest_step();
+}
+
 void ConvertRig(const v1alpha1::RigSettings& rig, dem::RigSettings* out) {
   out->bed_length_m = rig.bed_length_m();
   out->bed_width_m = rig.bed_width_m();
@@ -55,6 +77,7 @@ void ConvertRig(const v1alpha1::RigSettings& rig, dem::RigSettings* out) {
   out->target_relative_error = rig.target_relative_error();
   out->stress_bin_rad = rig.stress_bin_rad();
   out->width_bins = static_cast<int>(rig.width_bins());
+  if (rig.has_scene()) ConvertScene(rig.scene(), &out->scene);
 }
 
 dem::RigMode ConvertMode(v1alpha1::RigMode mode) {
@@ -115,6 +138,7 @@ void RecordEnergy(const dem::EnergyLedger& energy, v1alpha1::EnergyLedger* out) 
   out->set_rolling_j(energy.rolling_j);
   out->set_plastic_j(energy.plastic_j);
   out->set_cohesion_j(energy.cohesion_j);
+  out->set_frozen_j(energy.frozen_j);
   out->set_residual_j(energy.residual_j);
 }
 
@@ -133,6 +157,7 @@ void RecordNumerics(const dem::WheelTestResult& result, v1alpha1::NumericsReport
   numerics->set_steps(result.steps);
   numerics->set_rayleigh_time_s(result.rayleigh_time_s);
   numerics->set_particle_steps(result.particle_steps);
+  numerics->set_awake_particle_steps(result.use.awake_particle_steps);
   numerics->set_wall_s(result.wall_s);
   numerics->set_quantum_m(result.quantum_m);
   numerics->set_list_rebuilds(result.list_rebuilds);
@@ -207,6 +232,8 @@ records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
   record.set_window_end_s(result.window_end_s);
   record.set_blocks(static_cast<std::uint32_t>(result.blocks));
   record.set_travel_m(result.travel_m);
+  record.set_contact_length_m(result.contact_length_m);
+  record.set_stopped_by(dem::Explain(result.stopped));
   record.set_created_unix_s(context.created_unix_s);
   RecordMeans(result, &record);
   RecordEnergy(result.energy, record.mutable_energy());

@@ -1,11 +1,11 @@
 #include "dem_offline/scenes/scene_yaml.h"
 
-#include "dem_offline/scenes/engine_convert.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "dem_offline/scenes/engine_convert.h"
 
 namespace grouser::campaign {
 namespace {
@@ -128,6 +128,47 @@ void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
   wheel.Finish();
 }
 
+v1alpha1::SceneBed ReadBed(YamlSection& section, const std::string& key) {
+  const std::string word = section.Text(key);
+  if (word == "periodic") return v1alpha1::SCENE_BED_PERIODIC;
+  if (word == "full") return v1alpha1::SCENE_BED_FULL;
+  if (word == "window") return v1alpha1::SCENE_BED_WINDOW;
+  section.Fail(key, "'" + word + "'", "one of: periodic, full, window");
+}
+
+bool ReadSwitch(YamlSection& section, const std::string& key, bool otherwise) {
+  const std::string word = section.TextOr(key, otherwise ? "on" : "off");
+  if (word != "on" && word != "off") section.Fail(key, "'" + word + "'", "on or off");
+  return word == "on";
+}
+
+/// `scene: window`, or a mapping with `bed` and more; what is left out keeps
+/// the defaults of the engine.
+void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
+  const dem::SceneSettings usual;
+  out->set_window_ahead(usual.window_ahead);
+  out->set_freeze_box(usual.freeze_box);
+  out->set_freeze_speed(usual.freeze_speed);
+  out->set_look_steps(static_cast<std::uint32_t>(usual.look_steps));
+  if (rig.IsText("scene")) {
+    out->set_bed(ReadBed(rig, "scene"));
+    return;
+  }
+  YamlSection scene = rig.Section("scene");
+  out->set_bed(ReadBed(scene, "bed"));
+  if (out->bed() == v1alpha1::SCENE_BED_WINDOW) {
+    out->set_window_length_m(scene.NumberOr("window_length_m", 0, kNonNegative));
+    out->set_window_ahead(scene.NumberOr("window_ahead", usual.window_ahead, {0.2, 0.8}));
+  }
+  out->set_freeze(ReadSwitch(scene, "freeze", usual.freeze));
+  out->set_freeze_box(scene.NumberOr("freeze_box", usual.freeze_box, {1.0, 100.0}));
+  out->set_freeze_speed(scene.NumberOr("freeze_speed", usual.freeze_speed, {1e-6, 1.0}));
+  out->set_look_steps(
+      static_cast<std::uint32_t>(scene.CountOr("look_steps", usual.look_steps, 1, 10000)));
+  out->set_largest_step(ReadSwitch(scene, "largest_step", usual.largest_step));
+  scene.Finish();
+}
+
 void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
   out->set_bed_length_m(rig.Number("bed_length_m", kPositive));
   out->set_bed_width_m(rig.Number("bed_width_m", kPositive));
@@ -138,6 +179,7 @@ void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
   out->set_target_relative_error(rig.Number("target_relative_error", kPositive));
   out->set_stress_bin_rad(rig.Number("stress_bin_deg", {1.0, 45.0}) * kDegree);
   out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 1, 100)));
+  if (rig.Has("scene")) ReadSceneChoice(rig, out->mutable_scene());
   rig.Finish();
 }
 

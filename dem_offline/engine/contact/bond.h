@@ -13,10 +13,10 @@ namespace grouser::dem {
 /// An intact bond replaces the contact of its pair; a broken one leaves it.
 /// Source: Potyondy & Cundall, Int. J. Rock Mech. 41 (2004) 1329.
 struct BondLaw {
-  double normal_stiffness_n_per_m3 = 0;   ///< k_n, per area
-  double shear_stiffness_n_per_m3 = 0;    ///< k_t, per area
+  double normal_stiffness_n_per_m3 = 0;  ///< k_n, per area
+  double shear_stiffness_n_per_m3 = 0;   ///< k_t, per area
   double tensile_strength_pa = 1e300, shear_strength_pa = 1e300;
-  double damping_ratio = 0;   ///< share of critical, on every one of the four modes
+  double damping_ratio = 0;  ///< share of critical, on every one of the four modes
 };
 
 struct BondState {

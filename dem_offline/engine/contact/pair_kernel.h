@@ -7,7 +7,7 @@
 
 namespace grouser::dem {
 
-/// Energy of one sweep [J]; pair contacts are counted once.
+/// Energy of one sweep [J].
 struct EnergySums {
   double stored = 0, normal_damping = 0, tangent_damping = 0, slip = 0, rolling = 0, plastic = 0,
          cohesion = 0;
@@ -22,18 +22,28 @@ struct EnergySums {
   }
 };
 
-/// What the pair kernel sees: plain arrays, no owner.
-/// Slots: tile t owns rows of kLanes slots from first_slot[t] on; slot
-/// (row k, lane l) is the k-th candidate partner of grain t * kLanes + l. An
-/// empty slot names the grain itself. Both sides of a contact keep it.
+/// The kernel asks for the grains and records of a block so many blocks ahead:
+/// indices are padded by as many.
+inline constexpr int kBlocksAhead = 3;
+
+/// kLanes pairs, each once: places and records of both grains. A pair of a grain
+/// with itself is padding. One block after another is one stream of memory; so
+/// are the histories of blocks.
+struct alignas(64) PairBlock {
+  std::int32_t first[kLanes], second[kLanes];
+  std::int32_t first_record[kLanes], second_record[kLanes];
+  std::int32_t touched;  ///< did any lane touch last step?
+};
+
+/// What the pair kernel sees: plain arrays, no owner. What a contact does to
+/// its two grains goes to two records; those of a grain lie together and are
+/// summed afterwards, in their order: no write is shared.
 struct PairView {
   const Grain* grains;
-  GrainLoad* loads;                  ///< overwritten
-  int tiles;
-  const std::int64_t* first_slot;    ///< [tiles + 1]
-  const std::int32_t* partner;       ///< [slots]
-  float* history[kMaxHistoryWords];  ///< [slots] each; 0 where not touching
-  std::uint8_t* row_touches;         ///< [slots / kLanes] did any lane touch last step?
+  PairBlock* blocks;  ///< [blocks + kBlocksAhead]
+  float* history;     ///< [blocks x words x kLanes] as `first` sees it; 0: no contact
+  GrainLoad* records;
+  const std::int32_t* record_start;  ///< [grains + 1] records of a grain
   float quantum[3];                  ///< [m]
   float range;                       ///< furthest gap at which the laws act [m]
   float dt;                          ///< [s]
@@ -43,18 +53,15 @@ struct PairView {
   WordLayout layout;
 };
 
-/// Forces of all grain-grain contacts of tiles [first, last); adds to *energy
-/// unless it is null. Bitwise the same for every instruction set and for any
-/// split of the tiles.
-using PairKernelFn = void (*)(const PairView&, int first, int last, EnergySums* energy);
+/// Records of the contacts of blocks [from, to); adds to *energy unless it is
+/// null. Bitwise the same for every instruction set and for any split.
+using PairKernelFn = void (*)(const PairView&, std::int64_t from, std::int64_t to,
+                              EnergySums* energy);
 
-/// The kernel for a recipe of the menu (-1: the generic path), which reads the
-/// parameters of material pair (0, 0) only unless it is the generic one.
-PairKernelFn PairKernel(int recipe, bool energy);
-/// "avx512", "avx2" or "baseline": what PairKernel returns on this machine.
-/// GROUSER_ISA in the environment can lower it (tests).
-const char* PairKernelIsa();
-/// The same compiled for one instruction set; null: not on this machine.
-PairKernelFn PairKernelFor(const char* isa, int recipe, bool energy);
+/// Overwrites the loads of the grains of tiles [from, to) of kLanes with the
+/// sums of their records. idle: [tiles] tiles without a grain that moves are
+/// left as they are; null: none.
+using SumKernelFn = void (*)(const PairView&, const std::uint8_t* idle, GrainLoad* loads,
+                             std::int64_t from, std::int64_t to);
 
 }  // namespace grouser::dem

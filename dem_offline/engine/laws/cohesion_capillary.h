@@ -46,6 +46,7 @@ struct Capillary {
   struct History {
     float wet;  ///< 1: a bridge is there
   };
+  static constexpr unsigned kVectorWords = 0;
 
   static Params Make(const Elastic&, const Elastic&, const Interface&, const Settings& s) {
     Require(s.surface_tension_n_per_m >= 0, "surface_tension_n_per_m", s.surface_tension_n_per_m,

@@ -35,6 +35,7 @@ struct Jkr {
   struct History {
     float neck;  ///< 1: has touched and not yet snapped
   };
+  static constexpr unsigned kVectorWords = 0;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
     const double e_star = EffectiveModulus(a, b);

@@ -7,17 +7,37 @@ namespace grouser::dem {
 /// History words of a choice; the same layout as the recipe of these laws.
 struct WordLayout {
   int n = 1, t = 1, r = 1, c = 1, words = 1;
+  unsigned vector_words = 0;  ///< bit w: word w changes its sign where the two sides swap
+  bool own_sides = false;     ///< does the rolling law want each side evaluated by itself?
 };
 GROUSER_HD WordLayout LayoutOf(const LawChoice& laws) {
   WordLayout out;
   int size = 0;
-  NormalLaws::Visit(laws.normal, [&](auto law) { size = kWordsOf<decltype(law)>; });
+  unsigned odd = 0;
+  NormalLaws::Visit(laws.normal, [&](auto law) {
+    size = kWordsOf<decltype(law)>;
+    odd = VectorWordsOf<decltype(law)>();
+  });
+  out.vector_words |= odd << out.n;
   out.t = out.n + size;
-  TangentialLaws::Visit(laws.tangential, [&](auto law) { size = kWordsOf<decltype(law)>; });
+  TangentialLaws::Visit(laws.tangential, [&](auto law) {
+    size = kWordsOf<decltype(law)>;
+    odd = VectorWordsOf<decltype(law)>();
+  });
+  out.vector_words |= odd << out.t;
   out.r = out.t + size;
-  RollingLaws::Visit(laws.rolling, [&](auto law) { size = kWordsOf<decltype(law)>; });
+  RollingLaws::Visit(laws.rolling, [&](auto law) {
+    size = kWordsOf<decltype(law)>;
+    odd = VectorWordsOf<decltype(law)>();
+    out.own_sides = decltype(law)::kOwnSides;
+  });
+  out.vector_words |= odd << out.r;
   out.c = out.r + size;
-  CohesionLaws::Visit(laws.cohesion, [&](auto law) { size = kWordsOf<decltype(law)>; });
+  CohesionLaws::Visit(laws.cohesion, [&](auto law) {
+    size = kWordsOf<decltype(law)>;
+    odd = VectorWordsOf<decltype(law)>();
+  });
+  out.vector_words |= odd << out.c;
   out.words = out.c + size;
   return out;
 }

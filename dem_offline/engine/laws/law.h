@@ -13,6 +13,10 @@
 //   struct Params {...}                      what Evaluate needs (float), from
 //   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s)
 //   struct History {...}                     floats and Vec3f only; zero: a new contact
+//   static constexpr unsigned kVectorWords   (unless History is empty) bit w: word w belongs to a
+//                                            Vec3f, and changes its sign where i and j swap
+//   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides are no
+//                                            mirror images, so each is evaluated by itself
 //   static constexpr unsigned kProvides      (normal laws) bits of Trait
 //   static constexpr unsigned kNeeds         bits of Trait that the normal law must provide
 //   static GROUSER_HD ... Evaluate(...)      see the slot

@@ -23,6 +23,16 @@ inline constexpr int kWordsOf = std::is_empty<typename Law::History>::value
                                     ? 0
                                     : static_cast<int>(sizeof(typename Law::History) / 4);
 
+/// Bits of the words that change their sign where the two sides swap.
+template <class Law>
+GROUSER_HD constexpr unsigned VectorWordsOf() {
+  if constexpr (kWordsOf<Law> > 0) {
+    return Law::kVectorWords;
+  } else {
+    return 0u;
+  }
+}
+
 GROUSER_HD constexpr int Largest(int a) { return a; }
 template <class... More>
 GROUSER_HD constexpr int Largest(int a, int b, More... more) {

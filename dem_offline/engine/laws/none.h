@@ -8,6 +8,7 @@ namespace grouser::dem {
 struct RollingNone {
   static constexpr const char* kName = "none";
   static constexpr unsigned kNeeds = 0;
+  static constexpr bool kOwnSides = false;
   struct Settings {};
   template <class S, class V>
   static void Fields(S&, V&&) {}

@@ -42,6 +42,7 @@ struct ElastoPlastic {
     float overlap;  ///< delta_max [m]
     float spent;    ///< plastic work so far [J]
   };
+  static constexpr unsigned kVectorWords = 0;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface&, const Settings& s) {
     Require(s.yield_force_n > 0, "yield_force_n", s.yield_force_n, "> 0");

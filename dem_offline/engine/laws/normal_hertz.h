@@ -28,7 +28,7 @@ struct HertzRestitution {
   }
   struct Params {
     float e_star;   ///< effective modulus E* [Pa]
-    float damping;  ///< D [-]
+    float damping;  ///< D sqrt(3/2) [-]: S_n is 3/2 of the secant stiffness 4/3 E* a
   };
   struct History {};
 
@@ -36,7 +36,8 @@ struct HertzRestitution {
     const double zeta = s.critical_damping_share;
     Require(zeta <= 2, "critical_damping_share", zeta, "<= 2");
     return {static_cast<float>(EffectiveModulus(a, b)),
-            static_cast<float>(zeta < 0 ? RestitutionDamping(f.restitution) : 2 * zeta)};
+            static_cast<float>(__builtin_sqrt(1.5) *
+                               (zeta < 0 ? RestitutionDamping(f.restitution) : 2 * zeta))};
   }
 
   /// Largest dF/d(delta) up to `overlap` [N/m].
@@ -48,7 +49,7 @@ struct HertzRestitution {
                                          float overlap_rate, History&, float) {
     const float a = Sqrt(g.r_eff * g.overlap);
     const float stiffness = 4.0f / 3.0f * p.e_star * a;
-    const float c = p.damping * Sqrt(2.0f * p.e_star * a * g.m_eff);
+    const float c = p.damping * Sqrt(stiffness * g.m_eff);
     NormalTerms out;
     out.force = stiffness * g.overlap + c * overlap_rate;
     out.grip = Max(out.force, 0.0f);

@@ -31,6 +31,7 @@ struct WaltonBraun {
   struct History {
     float overlap;  ///< delta_max [m]
   };
+  static constexpr unsigned kVectorWords = 0;
 
   static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings& s) {
     const double k1 = s.loading_stiffness_n_per_m;

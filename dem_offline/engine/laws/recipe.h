@@ -48,6 +48,7 @@ struct Recipe {
   static constexpr int kN = 1, kT = kN + kWordsOf<N>, kR = kT + kWordsOf<T>,
                        kC = kR + kWordsOf<R>, kWords = kC + kWordsOf<C>;
   static constexpr bool kHasRange = C::kHasRange;
+  static constexpr bool kOwnSides = R::kOwnSides;
 
   struct Params {
     typename N::Params normal;

@@ -17,6 +17,7 @@ namespace grouser::dem {
 struct RollingConstant {
   static constexpr const char* kName = "constant_torque";
   static constexpr unsigned kNeeds = 0;
+  static constexpr bool kOwnSides = false;
   struct Settings {};
   template <class S, class V>
   static void Fields(S&, V&&) {}

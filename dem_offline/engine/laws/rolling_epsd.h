@@ -20,6 +20,7 @@ namespace grouser::dem {
 struct RollingEpsd {
   static constexpr const char* kName = "epsd";
   static constexpr unsigned kNeeds = 0;
+  static constexpr bool kOwnSides = false;
   struct Settings {};
   template <class S, class V>
   static void Fields(S&, V&&) {}
@@ -30,6 +31,7 @@ struct RollingEpsd {
   struct History {
     Vec3f elastic;  ///< elastic moment on i [N m]
   };
+  static constexpr unsigned kVectorWords = 0b111;
 
   static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings&) {
     return {static_cast<float>(f.rolling_friction), static_cast<float>(f.rolling_damping)};

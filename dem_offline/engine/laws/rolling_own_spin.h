@@ -13,10 +13,11 @@ namespace grouser::dem {
 /// several still flickers about rest.
 /// Source: McCarthy et al., Powder Technol. 203 (2010) 70, "R" and "R'".
 /// History words: none. Energy: rolling loss of this grain at its mean spin in
-/// the step; between grains twice that, since each side counts by half.
+/// the step; the other side adds its own.
 struct RollingOwnSpin {
   static constexpr const char* kName = "own_spin";
   static constexpr unsigned kNeeds = 0;
+  static constexpr bool kOwnSides = true;
   struct Settings {};
   template <class S, class V>
   static void Fields(S&, V&&) {}
@@ -35,9 +36,8 @@ struct RollingOwnSpin {
     const float inertia = 0.4f * g.m_own * g.r_own * g.r_own;
     const float spin = Sqrt(Dot(g.w_own, g.w_own));
     const float share = spin > 0.0f ? Min(torque / Max(spin, 1e-30f), inertia / dt) : 0.0f;
-    const float sides = g.m_eff < g.m_own ? 2.0f : 1.0f;
     const float part = 1.0f - 0.5f * share * dt / inertia;
-    return {-share * g.w_own, sides * share * spin * spin * dt * part, 0.0f};
+    return {-share * g.w_own, share * spin * spin * dt * part, 0.0f};
   }
 };
 

@@ -46,6 +46,7 @@ struct MindlinDeresiewicz {
     float cap;     ///< mu F of the step before [N]
     float stored;  ///< [J]
   };
+  static constexpr unsigned kVectorWords = 0b111111;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
     return {static_cast<float>(6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b)),

@@ -27,6 +27,7 @@ struct MindlinDisplacement {
   struct History {
     Vec3f stretch;  ///< xi [m], in the direction of the force on i
   };
+  static constexpr unsigned kVectorWords = 0b111;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
     return {static_cast<float>(6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b)),

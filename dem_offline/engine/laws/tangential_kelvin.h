@@ -44,6 +44,7 @@ struct KelvinRegularised {
   struct History {
     Vec3f elastic;  ///< elastic force on i [N]
   };
+  static constexpr unsigned kVectorWords = 0b111;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
     const double stick = s.stick_friction < 0 ? f.friction : s.stick_friction;

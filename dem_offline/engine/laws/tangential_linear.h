@@ -34,6 +34,7 @@ struct LinearHistory {
   struct History {
     Vec3f elastic;  ///< elastic force on i [N]
   };
+  static constexpr unsigned kVectorWords = 0b111;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
     Require(s.stiffness_ratio >= 0, "stiffness_ratio", s.stiffness_ratio, ">= 0");

@@ -24,23 +24,26 @@ struct MindlinRescaled {
   static void Fields(S&, V&&) {}
   struct Params {
     float ratio;     ///< k_t over the secant normal stiffness 4/3 E* a: 6 G*/E* [-]
-    float damping;   ///< D [-], as in HertzRestitution
+    float damping;   ///< D sqrt(ratio) [-], D as in HertzRestitution
     float friction;  ///< mu [-]
   };
   struct History {
     Vec3f elastic;  ///< elastic force on i [N]
   };
+  static constexpr unsigned kVectorWords = 0b111;
 
   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
-    return {static_cast<float>(6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b)),
-            static_cast<float>(RestitutionDamping(f.restitution)), static_cast<float>(f.friction)};
+    const double ratio = 6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b);
+    return {static_cast<float>(ratio),
+            static_cast<float>(RestitutionDamping(f.restitution) * __builtin_sqrt(ratio)),
+            static_cast<float>(f.friction)};
   }
 
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
                                              const NormalTerms& normal, History& h, float dt) {
     const float kt = p.ratio * normal.stiffness;
     return StepSpring(kt, p.ratio * g.k_old, p.friction * normal.grip,
-                      p.damping * Sqrt(kt * g.m_eff), g, v_t, dt, h.elastic);
+                      p.damping * Sqrt(normal.stiffness * g.m_eff), g, v_t, dt, h.elastic);
   }
 };
 

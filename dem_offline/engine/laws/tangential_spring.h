@@ -19,15 +19,16 @@ GROUSER_HD TangentialTerms StepSpring(float kt, float kt_old, float cap, float c
   const Vec3f turned = TurnIntoPlane(held, g.n);
   const Vec3f kept = Min(ratio, 1.0f) * turned;
   const Vec3f trial = kept - (kt * dt) * v_t;
-  const float size = Sqrt(Dot(trial, trial));
-  const bool slides = size > cap;
-  const float scale = slides ? cap / Max(size, 1e-30f) : 1.0f;
+  // Either the spring slides, and no dashpot acts, or spring and dashpot
+  // together are cut: one root and one division serve both.
+  const bool slides = Dot(trial, trial) > cap * cap;
+  const Vec3f both = trial - (slides ? 0.0f : c) * v_t;
+  const float size2 = Dot(both, both);
+  const float cut = size2 > cap * cap ? cap / Max(Sqrt(size2), 1e-30f) : 1.0f;
+  const float scale = slides ? cut : 1.0f;
   const Vec3f elastic = scale * trial;
-  const Vec3f total = elastic - (slides ? 0.0f : c) * v_t;
-  const float total_size = Sqrt(Dot(total, total));
-  const float back = total_size > cap ? cap / Max(total_size, 1e-30f) : 1.0f;
   TangentialTerms out;
-  out.force = back * total;
+  out.force = cut * both;
   // Bookkeeping. Work put in by v_t dt, against the mean of the force before
   // and after (the leapfrog's own work), goes to storage, to sliding, and to
   // the spring's change of stiffness (the whole store where a neck snaps).

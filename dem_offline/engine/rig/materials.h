@@ -40,6 +40,9 @@ inline Body FloorBody(double depth_m) {
   floor.position_m = {0, 0, -depth_m};
   return floor;
 }
+/// Height of the frame of a tile [m]: 2^32 quanta of a grain's z.
+inline double TileZSpan(double depth_m) { return depth_m > 0.125 ? 8 * depth_m : 1.0; }
+
 inline constexpr int kFloorBody = 0, kWheelBody = 1;
 
 inline double SmallestRadius(const GrainSoil& s) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dem_offline/engine/rig/kinematics.h"
+#include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/engine/rig/steady.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/world/world.h"
@@ -12,8 +13,8 @@ void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Moti
                double beta, WheelTestResult& out);
 
 /// Channels since `start`, and the residual: input - kinetic - potential -
-/// stored - dissipated.
-void FillEnergy(const EnergySums& start, const EnergySums& end, EnergyLedger& ledger);
+/// stored - dissipated - taken by freezing and exchange.
+void FillEnergy(const EnergyBalance& start, const EnergyBalance& end, EnergyLedger& ledger);
 
 /// Share of the energy that nobody accounts for: |residual| over the larger of
 /// the input and what was dissipated. A step that is too long shows here.
@@ -23,5 +24,8 @@ inline constexpr double kLargestEnergyError = 0.02;
 /// Bed, numbers and size rules (DESIGN section 3).
 void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
                      WheelTestResult& out);
+
+/// Size rules of the window and of freezing, where they are on.
+void FillSceneRules(const WheelTestSpec& spec, const RigScene& scene, WheelTestResult& out);
 
 }  // namespace grouser::dem

@@ -3,9 +3,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/contact/pair_kernel.h"
+#include "dem_offline/engine/isa/kernels.h"
 #include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 
 namespace grouser::dem {
@@ -62,6 +63,12 @@ void CheckRig(const RigSettings& r) {
   Positive("rig.target_relative_error", r.target_relative_error);
   Share("rig.stress_bin_rad", r.stress_bin_rad, 0.01, 0.5);
   Share("rig.width_bins", r.width_bins, 1, 100);
+  const SceneSettings& s = r.scene;
+  Share("rig.scene.window_length_m", s.window_length_m, 0, 1e3);
+  Share("rig.scene.window_ahead", s.window_ahead, 0.2, 0.8);
+  Share("rig.scene.freeze_box", s.freeze_box, 1, 100);
+  Share("rig.scene.freeze_speed", s.freeze_speed, 1e-6, 1);
+  Share("rig.scene.look_steps", s.look_steps, 1, 10000);
 }
 
 }  // namespace
@@ -74,7 +81,8 @@ void ValidateSpec(const WheelTestSpec& spec) {
   Share("wheel.restitution", spec.wheel.restitution, 1e-3, 1);
   Share("wheel.friction", spec.wheel.friction, 0, 10);
   Share("wheel.rolling_friction", spec.wheel.rolling_friction, 0, 10);
-  RigContacts(spec.soil, spec.soil.friction, spec.wheel);  // the laws agree, their settings make sense
+  RigContacts(spec.soil, spec.soil.friction,
+              spec.wheel);  // the laws agree, their settings make sense
   if (!spec.wheel.treads.empty()) {
     TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
   }
@@ -84,14 +92,53 @@ void ValidateSpec(const WheelTestSpec& spec) {
   if (spec.state.mode == RigMode::kRimSpeed) {
     MotionAt(spec.state.slip, spec.state.attack_angle_rad, spec.rig.speed_m_per_s);
   }
+  if (spec.rig.scene.bed == SceneBed::kWindow && spec.rig.scene.window_length_m > 0) {
+    Require(spec.rig.scene.window_length_m >= LeastWindow(spec), "rig.scene.window_length_m",
+            spec.rig.scene.window_length_m,
+            ("0 (by rule) or at least " + std::to_string(LeastWindow(spec))).c_str());
+  }
   const double wheel_space = 2 * std::max(spec.wheel.radius_m, 0.5 * spec.wheel.width_m);
   Require(spec.rig.bed_length_m > 1.5 * wheel_space, "rig.bed_length_m", spec.rig.bed_length_m,
           "more than 1.5 wheel diameters");
-  Require(spec.rig.bed_width_m > 1.2 * spec.wheel.width_m, "rig.bed_width_m",
-          spec.rig.bed_width_m, "more than 1.2 wheel widths");
+  Require(spec.rig.bed_width_m > 1.2 * spec.wheel.width_m, "rig.bed_width_m", spec.rig.bed_width_m,
+          "more than 1.2 wheel widths");
 }
 
-const char* EngineVersion() { return "2"; }
-const char* EngineIsa() { return PairKernelIsa(); }
+SceneSettings EverythingSimulated() {
+  SceneSettings s;
+  s.bed = SceneBed::kFull;
+  return s;
+}
+
+SceneSettings OnlyWhatIsNeeded() {
+  SceneSettings s;
+  s.bed = SceneBed::kWindow;
+  s.freeze = true;
+  s.freeze_box = 1.25;
+  s.freeze_speed = 0.03;
+  s.largest_step = true;
+  return s;
+}
+
+const char* Explain(StopCause cause) {
+  switch (cause) {
+    case StopCause::kTimeUp:
+      return "time is up";
+    case StopCause::kPrecise:
+      return "precise enough";
+    case StopCause::kBedEnd:
+      return "end of the bed";
+    case StopCause::kOverload:
+      return "overload";
+    case StopCause::kFault:
+      return "fault";
+    case StopCause::kCaller:
+      return "stopped by caller";
+  }
+  return "";
+}
+
+const char* EngineVersion() { return "3"; }
+const char* EngineIsa() { return BestIsa(); }
 
 }  // namespace grouser::dem

@@ -57,6 +57,11 @@ BlockMean AverageBlocks(std::span<const double> samples) {
   return out;
 }
 
+double ContactLength(double radius_m, double sinkage_m) {
+  const double z = std::clamp(sinkage_m, 0.0, radius_m);
+  return radius_m * std::acos(1 - z / radius_m);
+}
+
 SteadyWindow FindSteady(const Series& s, std::size_t first, double load_n, double radius_m,
                         double target_relative_error) {
   struct Channel {
@@ -78,8 +83,8 @@ SteadyWindow FindSteady(const Series& s, std::size_t first, double load_n, doubl
     window.drifting.clear();
     double worst = 1;
     for (const Channel& c : channels) {
-      const BlockMean m = AverageBlocks(
-          std::span(*c.data).subspan(window.first, window.last - window.first));
+      const BlockMean m =
+          AverageBlocks(std::span(*c.data).subspan(window.first, window.last - window.first));
       const double excess = std::abs(m.drift) / c.tolerance;
       if (std::abs(m.drift_t) > 3.7 && excess > worst) {
         worst = excess;
@@ -88,7 +93,12 @@ SteadyWindow FindSteady(const Series& s, std::size_t first, double load_n, doubl
       }
       const bool force = c.name[0] == 'f';
       if (force && m.standard_error > target_relative_error * load_n) window.precise = false;
+      if (c.data == &s.sinkage_m) window.contact_length_m = ContactLength(radius_m, m.mean);
     }
+    window.travel_m = s.travel_m.size() < window.last
+                          ? 0.0
+                          : s.travel_m[window.last - 1] - s.travel_m[window.first];
+    window.travelled = window.travel_m > 0 && window.travel_m >= window.contact_length_m;
     if (window.drift_free) break;
   }
   return window;

@@ -51,8 +51,8 @@ class Preparation {
     for (attempt_ = 0; attempt_ < kMostAttempts; ++attempt_) {
       mu = std::clamp(mu, kLeastFriction, kMostFriction);
       std::vector<GrainState> bed = Settle(mu);
-      const double error = SolidFraction(bed, -depth_ + diameter_, -diameter_) -
-                           spec_.soil.solid_fraction;
+      const double error =
+          SolidFraction(bed, -depth_ + diameter_, -diameter_) - spec_.soil.solid_fraction;
       if (std::abs(error) < std::abs(best_error)) {
         best_error = error;
         best_mu = mu;
@@ -89,7 +89,7 @@ class Preparation {
     c.frame = {spec_.rig.bed_length_m, spec_.rig.bed_width_m, std::max(1.0, 8 * depth_)};
     c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
     c.dt_s = dt_;
-    c.skin_m = 0.15 * diameter_;
+    c.skin_m = 0.3 * diameter_;
     c.contacts = RigContacts(spec_.soil, friction, spec_.wheel);
     return c;
   }
@@ -157,6 +157,24 @@ class Preparation {
     }
   }
 
+  /// Runs on without drag until the liveliest grain has under 1e-5 m g d: a bed
+  /// is full of clones, and one grain that still rolls would roll in each.
+  void Rest(World& world, double least_s, double most_s) {
+    world.SetDrag(1);
+    const double lively = 2e-5 * spec_.soil.gravity_m_per_s2 * diameter_;  // v^2
+    const auto steps = static_cast<long>(most_s / dt_), least = static_cast<long>(least_s / dt_);
+    for (long s = 0; s < steps; ++s) {
+      if (world.Step() != StepFault::kNone) throw std::runtime_error("tile: no bed at rest");
+      if (s < least || s % 200 != 0) continue;
+      double fastest = 0;
+      for (std::int64_t i = 0; i < world.count(); ++i) {
+        const Grain& g = world.grains()[i];
+        fastest = std::max<double>(fastest, g.vx * g.vx + g.vy * g.vy + g.vz * g.vz);
+      }
+      if (fastest < lively) break;
+    }
+  }
+
   std::vector<GrainState> Settle(double friction) {
     World world(Config(friction), Loose());
     world.AddBody(FloorBody(depth_));
@@ -196,6 +214,7 @@ class Preparation {
     World world(Config(spec_.soil.friction), cut);
     world.AddBody(FloorBody(depth_));
     Quiet(world, 0.05, 0.3, "relax");
+    Rest(world, 0.1, 0.5);
     Tile tile;
     tile.length_m = spec_.rig.bed_length_m;
     tile.width_m = spec_.rig.bed_width_m;
@@ -212,10 +231,26 @@ class Preparation {
     return tile;
   }
 
+  /// Each contact of two grains once, with the one that comes first.
   static void Export(World& world, Tile& tile) {
-    const auto& list = world.list();
-    const int count = list.words();
+    const int count = world.list().words();
+    const auto add = [&](std::int32_t partner, const float* words) {
+      tile.contact_partner.push_back(partner);
+      tile.contact_history.insert(tile.contact_history.end(), words, words + count);
+    };
+    std::int64_t done = 0;
+    const auto finish = [&](std::int64_t upto) {  // floor contacts end a grain's list
+      for (; done < upto; ++done) {
+        if (const float* words = world.BodyHistory(done, kFloorBody, 0)) add(-1, words);
+        tile.contact_first.push_back(static_cast<std::int32_t>(tile.contact_partner.size()));
+      }
+    };
     tile.contact_first.push_back(0);
+    world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
+      finish(i);
+      add(j, words);
+    });
+    finish(world.count());
     for (std::int64_t i = 0; i < world.count(); ++i) {
       const Grain& g = world.grains()[i];
       tile.radius_m.push_back(g.radius);
@@ -224,23 +259,6 @@ class Preparation {
         tile.velocity.push_back(0.0f);
         tile.spin.push_back(0.0f);
       }
-      const auto add = [&](std::int32_t partner, const float* words) {
-        tile.contact_partner.push_back(partner);
-        tile.contact_history.insert(tile.contact_history.end(), words, words + count);
-      };
-      const std::int64_t t = i / kLanes;
-      for (std::int64_t s = list.first_slot()[t] + i % kLanes; s < list.first_slot()[t + 1];
-           s += kLanes) {
-        float words[kMaxHistoryWords];
-        bool alive = false;
-        for (int w = 0; w < count; ++w) {
-          words[w] = list.history()[w][s];
-          alive |= words[w] != 0.0f;
-        }
-        if (alive) add(list.partner()[s], words);
-      }
-      if (const float* words = world.BodyHistory(i, kFloorBody, 0)) add(-1, words);
-      tile.contact_first.push_back(static_cast<std::int32_t>(tile.contact_partner.size()));
     }
   }
 

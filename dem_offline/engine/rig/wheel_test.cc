@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
-#include <stdexcept>
 
 #include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/recorder.h"
 #include "dem_offline/engine/rig/report.h"
+#include "dem_offline/engine/rig/scaling.h"
+#include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/engine/rig/steady.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -27,49 +27,36 @@ constexpr double kCheckTime = 0.1;      // [s] between looks at the stopping rul
 constexpr int kStressStride = 10;       // steps between recorded stresses
 constexpr double kOverloadShare = 0.7;  // of the radius
 
-std::unique_ptr<World> OpenTile(const WheelTestSpec& spec, const Tile& tile, double dt) {
-  if (std::abs(tile.length_m - spec.rig.bed_length_m) > 1e-9 ||
-      std::abs(tile.width_m - spec.rig.bed_width_m) > 1e-9 ||
-      std::abs(tile.depth_m - spec.rig.bed_depth_m) > 1e-9) {
-    throw std::invalid_argument("tile: its size is not that of the rig's bed");
+Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
+  Body w;
+  w.shape = spec.wheel.treads.empty()
+                ? SmoothWheel(spec.wheel.radius_m, spec.wheel.width_m)
+                : TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
+  w.material = kWheelMaterial;
+  w.motion = BodyMotion::kPrescribed;
+  w.position_m = {x_m, 0.5 * spec.rig.bed_width_m,
+                  HalfExtents(spec.wheel, 0)[2] + 0.1 * LargestDiameter(spec.soil)};
+  w.orientation = {std::cos(0.5 * yaw_rad), 0, 0, std::sin(0.5 * yaw_rad)};
+  return w;
+}
+
+Motion TargetOf(const WheelTestSpec& spec, double beta) {
+  const double speed = spec.rig.speed_m_per_s;
+  switch (spec.state.mode) {
+    case RigMode::kTowed:
+      return {speed * std::cos(beta), speed * std::sin(beta), 0};
+    case RigMode::kFreeSlip:
+      return {0, 0, speed};
+    case RigMode::kRimSpeed:
+      break;
   }
-  WorldConfig c;
-  c.frame = {tile.length_m, tile.width_m, std::max(1.0, 8 * tile.depth_m)};
-  c.gravity_m_per_s2 = {0, 0, -spec.soil.gravity_m_per_s2};
-  c.dt_s = dt;
-  c.skin_m = 0.1 * LargestDiameter(spec.soil);
-  c.contacts = RigContacts(spec.soil, spec.soil.friction, spec.wheel);
-  std::vector<GrainState> grains(tile.radius_m.size());
-  const double period = 4294967296.0;
-  for (std::size_t i = 0; i < grains.size(); ++i) {
-    GrainState& g = grains[i];
-    const std::int32_t* p = &tile.position[3 * i];
-    // Half a quantum keeps the round trip exact.
-    g.x_m = (static_cast<std::uint32_t>(p[0]) + 0.5) / period * c.frame.length_m;
-    g.y_m = (static_cast<std::uint32_t>(p[1]) + 0.5) / period * c.frame.width_m;
-    g.z_m = p[2] / period * c.frame.z_span_m;
-    g.radius_m = tile.radius_m[i];
-    g.density_kg_per_m3 = spec.soil.density_kg_per_m3;
-  }
-  auto world = std::make_unique<World>(c, grains);
-  world->AddBody(FloorBody(tile.depth_m));
-  const std::size_t words = static_cast<std::size_t>(world->list().words());
-  std::vector<std::int32_t> index(grains.size());
-  for (std::int64_t i = 0; i < world->count(); ++i) {
-    index[world->grains()[i].id] = static_cast<std::int32_t>(i);
-  }
-  for (std::size_t i = 0; i < grains.size(); ++i) {
-    for (std::int32_t k = tile.contact_first[i]; k < tile.contact_first[i + 1]; ++k) {
-      const float* w = &tile.contact_history[static_cast<std::size_t>(k) * words];
-      const std::int32_t partner = tile.contact_partner[k];
-      if (partner >= 0) {
-        world->list().SetHistory(index[i], index[partner], w);
-      } else {
-        world->SetBodyHistory(index[i], kFloorBody, 0, w);
-      }
-    }
-  }
-  return world;
+  return MotionAt(spec.state.slip, beta, speed);
+}
+
+double StepOf(const WheelTestSpec& spec, double rayleigh_time_s) {
+  if (!spec.rig.scene.largest_step) return spec.rig.rayleigh_fraction * rayleigh_time_s;
+  return LargestStep(spec.soil, spec.wheel,
+                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
 }
 
 class WheelTest {
@@ -78,11 +65,14 @@ class WheelTest {
       : spec_(spec), tile_(tile), progress_(progress), recorder_(spec.wheel, spec.rig) {
     out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
                                         spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
-    out_.dt_s = dt_ = spec.rig.rayleigh_fraction * out_.rayleigh_time_s;
+    out_.dt_s = dt_ = StepOf(spec, out_.rayleigh_time_s);
     mass_ = spec.state.load_n / spec.soil.gravity_m_per_s2;
     inertia_ = 0.5 * mass_ * spec.wheel.radius_m * spec.wheel.radius_m;
     beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
-    world_ = OpenTile(spec, tile, dt_);
+    // The bed's x axis is the direction of travel: the wheel is turned in it.
+    yaw_ = YawOf(spec);
+    scene_ = std::make_unique<RigScene>(spec, tile, dt_);
+    world_ = &scene_->world();
     PlaceWheel();
   }
 
@@ -109,52 +99,32 @@ class WheelTest {
   }
 
   void PlaceWheel() {
-    Body w;
-    w.shape = spec_.wheel.treads.empty()
-                  ? SmoothWheel(spec_.wheel.radius_m, spec_.wheel.width_m)
-                  : TreadedWheel(spec_.wheel.radius_m, spec_.wheel.width_m, spec_.wheel.treads);
-    w.material = kWheelMaterial;
-    w.motion = BodyMotion::kPrescribed;
-    double tip = 0;
-    for (const Tread& t : spec_.wheel.treads) tip = std::max(tip, t.height_m);
-    w.position_m = {0.5 * spec_.rig.bed_length_m, 0.5 * spec_.rig.bed_width_m,
-                    spec_.wheel.radius_m + tip + 0.1 * LargestDiameter(spec_.soil)};
-    // The bed's x axis is the direction of travel: the wheel is turned in it.
-    yaw_ = -beta_;
-    w.orientation = {std::cos(0.5 * yaw_), 0, 0, std::sin(0.5 * yaw_)};
-    world_->AddBody(w);
+    world_->AddBody(WheelBody(spec_, scene_->start_x_m(), yaw_));
     world_->RecordContacts([this](const BodyContact& c) {
       if (recording_ && c.body == kWheelBody) recorder_.Add(c, yaw_);
     });
-    switch (spec_.state.mode) {
-      case RigMode::kRimSpeed:
-        target_ = MotionAt(spec_.state.slip, beta_, spec_.rig.speed_m_per_s);
-        break;
-      case RigMode::kTowed:
-        target_ = {spec_.rig.speed_m_per_s * std::cos(beta_),
-                   spec_.rig.speed_m_per_s * std::sin(beta_), 0};
-        break;
-      case RigMode::kFreeSlip:
-        target_ = {0, 0, spec_.rig.speed_m_per_s};
-        break;
-    }
+    target_ = TargetOf(spec_, beta_);
     travel_speed_ = std::hypot(target_.v_x, target_.v_y);
   }
 
-  bool Fail(const std::string& reason) {
+  bool Fail(const std::string& reason, StopCause cause = StopCause::kFault) {
     out_.status = RunStatus::kFailed;
     out_.reason = reason;
+    out_.stopped = cause;
     return false;
   }
 
   /// One step of world and wheel; false ends the run.
   bool Advance() {
+    scene_->Follow(steps_, wheel().position_m);
     const StepFault fault = world_->Step();
     ++steps_;
     if (fault != StepFault::kNone) return Fail(Explain(fault));
     if (steps_ % 500 == 0 && progress_) {
       const double share = std::clamp(time_ / spec_.rig.max_time_s, 0.0, 1.0);
-      if (!progress_(share, stage_)) return Fail("stopped by caller");
+      if (!progress_(share, stage_)) {
+        return Fail("stopped by caller", StopCause::kCaller);
+      }
     }
     return true;
   }
@@ -184,6 +154,7 @@ class WheelTest {
 
   bool Overload() {
     out_.status = RunStatus::kOverload;
+    out_.stopped = StopCause::kOverload;
     out_.reason = "sinkage beyond 0.7 of the radius";
     return false;
   }
@@ -238,31 +209,32 @@ class WheelTest {
       if (Sinkage() < -2 * LargestDiameter(spec_.soil)) return Fail("the wheel left the ground");
       if (time_ >= next_check) {
         next_check += kCheckTime;
-        if (EnoughTravel() && LookSteady().precise && window_.drift_free) return true;
+        if (LookSteady().Enough()) return Stop(StopCause::kPrecise);
       }
-      if (OutOfBed(front)) break;
+      if (OutOfBed(front)) return Stop(StopCause::kBedEnd);
     }
+    return Stop(StopCause::kTimeUp);
+  }
+  bool Stop(StopCause cause) {
+    out_.stopped = cause;
     return true;
   }
 
-  /// The front of the wheel comes to ground that its start has disturbed.
+  /// The front of the wheel comes to ground that its start has disturbed, or
+  /// its back to the edge of the window.
   bool OutOfBed(double front) {
     const double chord = std::max(front, ChordHalf());
-    const double along = std::abs(std::cos(beta_)) * chord +
-                         0.5 * std::abs(std::sin(beta_)) * spec_.wheel.width_m;
-    return axle_path_ > spec_.rig.bed_length_m - 2 * along - 2 * LargestDiameter(spec_.soil);
+    const double along =
+        std::abs(std::cos(beta_)) * chord + 0.5 * std::abs(std::sin(beta_)) * spec_.wheel.width_m;
+    return scene_->OutOfBed(wheel().position_m[0], axle_path_, along);
   }
   double ChordHalf() {
     const double z = std::clamp(Sinkage(), 0.0, spec_.wheel.radius_m);
     return std::sqrt(std::max(0.0, z * (2 * spec_.wheel.radius_m - z)));
   }
-  /// At least one contact length of axle or rim path behind us.
-  bool EnoughTravel() { return std::max(axle_path_, rim_path_) > 2 * ChordHalf(); }
 
   void OpenLedger() {
-    kinetic_0_ = world_->KineticEnergy();
-    potential_0_ = world_->PotentialEnergy();
-    energy_0_ = world_->energy();
+    balance_0_ = world_->Balance();
     first_energy_ = true;
   }
 
@@ -271,13 +243,10 @@ class WheelTest {
     const Wrench& f = wrench();
     const double moment = ContactMoment();
     if (first_energy_) {  // stored energy is known from the first counted step on
-      energy_0_ = world_->energy();
-      kinetic_0_ = world_->KineticEnergy();
-      potential_0_ = world_->PotentialEnergy();
+      balance_0_ = world_->Balance();
       first_energy_ = false;
     } else {
-      out_.energy.input_j -= dt_ * (f.fx * v_x() + f.fy * v_y() + f.fz * v_z() +
-                                    moment * spin_);
+      out_.energy.input_j -= dt_ * (f.fx * v_x() + f.fy * v_y() + f.fz * v_z() + moment * spin_);
     }
     const double hub = std::hypot(v_x(), v_y());
     axle_path_ += hub * dt_;
@@ -296,9 +265,9 @@ class WheelTest {
 
   void Sample() {
     Series& s = out_.series;
-    std::vector<double>* columns[] = {&s.f_x_n, &s.f_y_n, &s.f_z_n, &s.torque_n_m,
-                                      &s.m_z_n_m, &s.sinkage_m, &s.v_x_m_per_s,
-                                      &s.rim_speed_m_per_s};
+    std::vector<double>* columns[] = {
+        &s.f_x_n,   &s.f_y_n,     &s.f_z_n,       &s.torque_n_m,
+        &s.m_z_n_m, &s.sinkage_m, &s.v_x_m_per_s, &s.rim_speed_m_per_s};
     for (int k = 0; k < 8; ++k) {
       columns[k]->push_back(sum_[k] / static_cast<double>(summed_));
       sum_[k] = 0;
@@ -309,8 +278,9 @@ class WheelTest {
   }
 
   const SteadyWindow& LookSteady() {
-    const auto ramp = std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(),
-                                       kRampTime) - out_.series.time_s.begin();
+    const auto ramp =
+        std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(), kRampTime) -
+        out_.series.time_s.begin();
     window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), spec_.state.load_n,
                          spec_.wheel.radius_m, spec_.rig.target_relative_error);
     return window_;
@@ -318,9 +288,9 @@ class WheelTest {
 
   void Judge() {
     LookSteady();
-    if (!EnoughTravel()) {
+    if (!window_.travelled) {
       out_.status = RunStatus::kUnsteady;
-      out_.reason = "less than one contact length travelled";
+      out_.reason = "less than one contact length travelled in the steady window";
     } else if (!window_.drift_free) {
       out_.status = RunStatus::kUnsteady;
       out_.reason = window_.drifting + " still drifts";
@@ -332,10 +302,8 @@ class WheelTest {
 
   void Summarise() {
     if (out_.series.time_s.size() >= 2 * kBlocks && window_.last == 0) LookSteady();
-    out_.energy.kinetic_j = world_->KineticEnergy() - kinetic_0_;
-    out_.energy.potential_j = world_->PotentialEnergy() - potential_0_;
     FillMeans(spec_, window_, target_, beta_, out_);
-    FillEnergy(energy_0_, world_->energy(), out_.energy);
+    FillEnergy(balance_0_, world_->Balance(), out_.energy);
     const double error = EnergyError(out_.energy);
     const bool ran = out_.status == RunStatus::kSteady || out_.status == RunStatus::kUnsteady;
     if (ran && !(error <= kLargestEnergyError)) {
@@ -343,16 +311,19 @@ class WheelTest {
            " % of it is unaccounted for, expected at most 2 %: the time step is too long");
     }
     out_.steps = steps_;
+    out_.use = scene_->use();
     out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
     out_.surface = MeasureSurface(*world_, wheel().position_m, yaw_, LargestDiameter(spec_.soil));
     FillBedAndRules(spec_, tile_, *world_, out_);
+    FillSceneRules(spec_, *scene_, out_);
   }
 
   WheelTestSpec spec_;
   const Tile& tile_;
   ProgressFn progress_;
   StressRecorder recorder_;
-  std::unique_ptr<World> world_;
+  std::unique_ptr<RigScene> scene_;
+  World* world_ = nullptr;
   WheelTestResult out_;
   SteadyWindow window_;
   Motion target_ = {};
@@ -364,8 +335,7 @@ class WheelTest {
   long summed_ = 0;
   std::uint64_t steps_ = 0;
   bool recording_ = false, first_energy_ = true;
-  double kinetic_0_ = 0, potential_0_ = 0;
-  EnergySums energy_0_;
+  EnergyBalance balance_0_;
 };
 
 }  // namespace

@@ -33,22 +33,43 @@ std::vector<GrainState> LooseGas(int count, double fraction, std::uint64_t seed)
   return out;
 }
 
-/// A grain with fewer than `least` contacts carries nothing: a rattler.
-Packing Measure(const World& world, double low, double high, float least) {
+/// Rattlers carry nothing: grains with fewer than `least` contacts with grains
+/// that carry, taken away until none is left. Their contacts do not count.
+std::vector<int> CarryingContacts(const World& world, int least) {
+  std::vector<std::vector<std::int32_t>> touches(world.count());
+  world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float*) {
+    touches[i].push_back(j);
+    touches[j].push_back(i);
+  });
+  std::vector<int> contacts(world.count());
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    contacts[i] = static_cast<int>(world.loads()[i].touching);  // walls carry as well
+  }
+  for (bool again = true; again;) {
+    again = false;
+    for (std::int64_t i = 0; i < world.count(); ++i) {
+      if (contacts[i] == 0 || contacts[i] >= least) continue;
+      contacts[i] = 0;
+      again = true;
+      for (const std::int32_t j : touches[i]) contacts[j] = std::max(0, contacts[j] - 1);
+    }
+  }
+  return contacts;
+}
+
+Packing Measure(const World& world, double low, double high, int least) {
   Packing out;
   double volume = 0;
   std::int64_t inside = 0, loose = 0;
   double touching = 0;
+  const std::vector<int> contacts = CarryingContacts(world, least);
   for (std::int64_t i = 0; i < world.count(); ++i) {
     const GrainState g = world.State(i);
     volume += SphereInSlab(g.z_m, g.radius_m, low, high);
     if (g.z_m < low || g.z_m > high) continue;
     ++inside;
-    if (world.loads()[i].touching < least) {
-      ++loose;
-    } else {
-      touching += world.loads()[i].touching;
-    }
+    loose += contacts[i] == 0 ? 1 : 0;
+    touching += contacts[i];
   }
   out.solid_fraction = volume / (kSide * kSide * (high - low));
   out.coordination = touching / static_cast<double>(inside - loose);
@@ -85,7 +106,7 @@ Packing Compress(double friction, int count, double inertial, std::uint64_t seed
   world.SetDrag(1 - dt / (4 * unit));
   compress(60 * unit);
   const double top = world.body(1).position_m[2];
-  return Measure(world, 4 * kDiameter, top - 4 * kDiameter, friction > 0 ? 1.5f : 3.5f);
+  return Measure(world, 4 * kDiameter, top - 4 * kDiameter, friction > 0 ? 2 : 4);
 }
 
 constexpr char kSource[] = "Agnolin & Roux 2007";

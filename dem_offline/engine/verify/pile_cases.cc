@@ -13,6 +13,8 @@ constexpr double kHopperTop = 1.17, kY = 0.025, kThickness = 0.0073;
 constexpr char kSource[] = "Ai et al. 2011";
 
 /// What the paper does not give, or what must not matter.
+constexpr std::uint64_t kFillings[] = {5, 6, 7};
+
 struct PileOptions {
   double restitution = 0.7;  ///< not given; as in Lethe's example of this case
   double dt_s = 5e-5;
@@ -100,30 +102,50 @@ class PileRun {
   World world_;
 };
 
+/// Means over a few fillings: one pile's top is one disc, and where it lies is
+/// chance (some 3 % from filling to filling).
+struct Piles {
+  double before_m = 0, height_m = 0, restless = 0;
+  std::string each;
+};
+Piles MeanPiles(const char* rolling, double look_s) {
+  Piles out;
+  for (const std::uint64_t seed : kFillings) {
+    PileOptions options;
+    options.seed = seed;
+    PileRun run(rolling, options);
+    run.RunTo(look_s);
+    out.before_m += run.Look().height_m / std::size(kFillings);
+    run.RunTo(9.6);
+    const Pile pile = run.Look();
+    out.height_m += pile.height_m / std::size(kFillings);
+    out.restless += pile.restless / std::size(kFillings);
+    out.each += Format(" %.4f", pile.height_m);
+  }
+  return out;
+}
+
 void EpsdPile(Rows& rows) {
-  PileRun run("epsd");
-  run.RunTo(8.6);
-  const Pile before = run.Look();
-  run.RunTo(9.6);
-  const Pile pile = run.Look();
-  rows.Relative("EPSD: pile height at 9.6 s [m]", 0.272, pile.height_m, 0.10, kSource);
+  const Piles p = MeanPiles("epsd", 8.6);
+  rows.Relative("EPSD: pile height at 9.6 s, mean of 3 fillings [m]", 0.272, p.height_m, 0.10,
+                kSource);
   rows.AtMost("EPSD: height lost in the last second, of its height [-]", 1e-4,
-              (before.height_m - pile.height_m) / pile.height_m, "Ai et al. 2011: static");
-  rows.AtMost("EPSD: kinetic energy at 9.6 s over sum m g d [-]", 1e-6, pile.restless,
+              (p.before_m - p.height_m) / p.height_m, "Ai et al. 2011: static");
+  rows.AtMost("EPSD: kinetic energy at 9.6 s over sum m g d [-]", 1e-6, p.restless,
               "Ai et al. 2011: static");
+  rows.Note("EPSD: heights at 9.6 s [m]" + p.each);
 }
 
 void ConstantTorquePile(Rows& rows) {
-  PileRun run("constant_torque");
-  run.RunTo(8.1);
-  const Pile before = run.Look();
-  run.RunTo(9.6);
-  const Pile pile = run.Look();
-  rows.Relative("constant torque: pile height at 9.6 s [m]", 0.2419, pile.height_m, 0.10, kSource);
-  rows.AtLeast("constant torque: kinetic energy at 9.6 s over sum m g d [-]", 1e-5, pile.restless,
+  const Piles p = MeanPiles("constant_torque", 8.1);
+  rows.Relative("constant torque: pile height at 9.6 s, mean of 3 fillings [m]", 0.2419, p.height_m,
+                0.10, kSource);
+  rows.AtLeast("constant torque: kinetic energy at 9.6 s over sum m g d [-]", 1e-5, p.restless,
                "Ai et al. 2011: creeps");
-  rows.Note(Format("constant torque: height %.4f m at 8.1 s, %.4f m at 9.6 s; restlessness %.2g",
-                   before.height_m, pile.height_m, pile.restless));
+  rows.Note(Format("constant torque: mean height %.4f m at 8.1 s; restlessness %.2g; heights at "
+                   "9.6 s [m]",
+                   p.before_m, p.restless) +
+            p.each);
 }
 
 /// What the height owes to things that the paper does not give.

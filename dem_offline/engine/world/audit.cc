@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 
 #include "dem_offline/engine/world/parts.h"
 
@@ -26,7 +28,7 @@ GrainState World::State(std::int64_t i) const {
   const Grain& g = grains_[i];
   const GrainLoad& f = loads_[i];
   const double period = 4294967296.0;
-  const bool free = started_ && !(g.kind & (kGlued | kMember));
+  const bool free = started_ && !(g.kind & kHeld);
   const double half = free ? 0.5 * config_.dt_s : 0.0;
   const double inertia = config_.inertia_factor * g.mass * g.radius * g.radius;
   const Vec3d& gravity = config_.gravity_m_per_s2;
@@ -49,7 +51,11 @@ GrainState World::State(std::int64_t i) const {
   return s;
 }
 
-GrainState World::StateOf(std::int32_t id) const { return State(index_of_.at(id)); }
+GrainState World::StateOf(std::int32_t id) const {
+  const std::int32_t place = index_of_.at(id);
+  if (place < 0) throw std::out_of_range("grain " + std::to_string(id) + ": has left the world");
+  return State(place);
+}
 
 void World::SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin) {
   Grain& g = grains_[index_of_.at(id)];
@@ -59,14 +65,14 @@ void World::SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin) {
   g.wx = static_cast<float>(spin[0]);
   g.wy = static_cast<float>(spin[1]);
   g.wz = static_cast<float>(spin[2]);
-  velocity_rest_[index_of_.at(id)] = VelocityRest{};
+  kinetics_[index_of_[id]] = AtRest(g);
 }
 
 double World::KineticEnergy() const {
   double sum = ClumpPass::Kinetic(*this);
   for (std::int64_t i = 0; i < count_; ++i) {
     const Grain& g = grains_[i];
-    if (g.kind & (kGlued | kMember)) continue;
+    if (g.kind & kHeld) continue;
     const GrainState s = State(i);
     const double inertia = config_.inertia_factor * g.mass * g.radius * g.radius;
     sum += 0.5 * g.mass * (s.v_x * s.v_x + s.v_y * s.v_y + s.v_z * s.v_z) +
@@ -105,7 +111,8 @@ EnergyBalance World::Balance() const {
   e.kinetic = KineticEnergy();
   e.potential = PotentialEnergy();
   const BondStatistics& bonds = parts_->bond_statistics;
-  e.stored = energy_.stored + bonds.stored_j;
+  e.stored = energy_.stored + parked_j_ + bonds.stored_j;
+  e.frozen = frozen_j_;
   e.normal_damping = energy_.normal_damping;
   e.tangent_damping = energy_.tangent_damping;
   e.slip = energy_.slip;
@@ -126,29 +133,41 @@ double World::MeanContacts() const {
 std::vector<float> World::OverlapRatios() const {
   std::vector<float> out;
   const auto q = config_.frame.Quantum();
-  for (std::size_t t = 0; t + 1 < list_.first_slot().size(); ++t) {
-    for (std::int64_t s = list_.first_slot()[t]; s < list_.first_slot()[t + 1]; ++s) {
-      const auto i = static_cast<std::int64_t>(t) * kLanes + s % kLanes;
-      const std::int32_t j = list_.partner()[s];
-      if (j <= i) continue;
-      const Grain &a = grains_[i], &b = grains_[j];
-      const float dx = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
-      const float dy = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
-      const float dz = static_cast<float>(WrapDiff(a.z, b.z)) * q[2];
-      const float gap = std::sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius;
-      if (gap < 0) out.push_back(-gap / std::min(a.radius, b.radius));
-    }
+  for (std::int64_t c = 0; c < list_.near_pairs(); ++c) {
+    const Grain &a = grains_[list_.first(c)], &b = grains_[list_.second(c)];
+    const float dx = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
+    const float dy = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
+    const float dz = static_cast<float>(WrapDiff(a.z, b.z)) * q[2];
+    const float gap = std::sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius;
+    if (gap < 0) out.push_back(-gap / std::min(a.radius, b.radius));
   }
   return out;
+}
+
+std::int64_t World::pairs_touching() const {
+  double sides = 0;
+  for (std::int64_t i = 0; i < count_; ++i) sides += loads_[i].touching;
+  return static_cast<std::int64_t>(sides / 2);
+}
+
+double World::BytesPerStep() const {
+  const auto pairs = static_cast<double>(list_.blocks() * kLanes);
+  const auto grains = static_cast<double>(grains_.size());
+  const double word = sizeof(float);
+  // Indices, history both ways, two records written and read.
+  const double per_pair = 4 * word + 2 * word * list_.words() + 4 * sizeof(GrainLoad);
+  // Line for the pairs; line both ways, loads both ways, kinetics both
+  // ways and the leash for the drift; the records' starts.
+  const double per_grain =
+      3 * sizeof(Grain) + 2 * sizeof(GrainLoad) + 2 * sizeof(Kinetics) + sizeof(Leash) + word;
+  return pairs * per_pair + grains * per_grain;
 }
 
 std::uint64_t World::Hash() const {
   Fnv fnv;
   fnv.Add(grains_.data(), static_cast<std::size_t>(count_) * sizeof(Grain));
   fnv.Add(loads_.data(), static_cast<std::size_t>(count_) * sizeof(GrainLoad));
-  for (int w = 0; w < list_.words(); ++w) {
-    fnv.Add(list_.history()[w].data(), list_.history()[w].size() * sizeof(float));
-  }
+  fnv.Add(list_.history().data(), list_.history().size() * sizeof(float));
   for (const BodyEntry& b : parts_->bodies) {
     fnv.Add(&b.wrench, sizeof(b.wrench));
     fnv.Add(b.body.position_m.data(), sizeof(Vec3d));

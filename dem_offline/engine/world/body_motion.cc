@@ -1,6 +1,6 @@
 // Bodies of a World: how they come and how they move.
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "dem_offline/engine/world/parts.h"
@@ -51,8 +51,8 @@ int World::AddBody(const Body& body) {
   entry.body = body;
   entry.body.orientation = Unit(body.orientation);
   // Whoever moves is given room, so that it is not searched for every step.
-  entry.margin_m = body.motion == BodyMotion::kFixed ? config_.skin_m
-                                                 : config_.skin_m + 2.0 * largest_radius_;
+  entry.margin_m =
+      body.motion == BodyMotion::kFixed ? config_.skin_m : config_.skin_m + 2.0 * largest_radius_;
   if (body.motion == BodyMotion::kFree) {
     entry.angular_momentum =
         MomentumOf(entry.body.orientation, body.spin_rad_per_s, body.inertia_kg_m2);

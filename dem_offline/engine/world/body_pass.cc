@@ -1,87 +1,59 @@
-// Bodies of a World: search, contact forces, motion.
+// Bodies of a World: contact forces.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/body_view.h"
 
 namespace grouser::dem {
+
 namespace {
 
-/// A body as the contact loop needs it: fixed point and float.
-struct BodyView {
-  std::int32_t x, y, z;
-  float q[3];
-  double qd[3];
-  float m[9];  ///< world = M body
-  bool plane;  ///< one half space through the origin: done in double
-  Vec3d normal;
+constexpr std::size_t kRun = 64;  // grains
 
-  BodyView(const Body& b, const WorldConfig& c) {
-    const Frame& f = c.frame;
-    x = f.FixX(b.position_m[0] - c.origin_m[0]);
-    y = f.FixY(b.position_m[1] - c.origin_m[1]);
-    z = f.FixZ(b.position_m[2] - c.origin_m[2]);
-    const auto quantum = f.Quantum();
-    for (int a = 0; a < 3; ++a) q[a] = quantum[a];
-    qd[0] = f.length_m / 4294967296.0;
-    qd[1] = f.width_m / 4294967296.0;
-    qd[2] = f.z_span_m / 4294967296.0;
-    const Mat3d r = MatrixOf(b.orientation);
-    for (int k = 0; k < 9; ++k) m[k] = static_cast<float>(r.m[k]);
-    plane = b.shape.parts.size() == 1 && b.shape.parts[0].kind == PartKind::kHalfSpace;
-    if (plane) {
-      const float* n = &b.shape.parts[0].axes[6];
-      normal = r * Vec3d{n[0], n[1], n[2]};
-      normal = Scale(1 / Norm(normal), normal);
-    }
+void AddTo(GrainLoad& f, Vec3f force, Vec3f torque) {
+  f.fx += force.x;
+  f.fy += force.y;
+  f.fz += force.z;
+  f.tx += torque.x;
+  f.ty += torque.y;
+  f.tz += torque.z;
+  f.touching += 1.0f;
+}
+void AddTo(Wrench& sum, Vec3f force, Vec3f moment) {
+  sum.fx += force.x;
+  sum.fy += force.y;
+  sum.fz += force.z;
+  sum.tx += moment.x;
+  sum.ty += moment.y;
+  sum.tz += moment.z;
+}
+
+void BookWork(BodyEntry& b, double dt) {
+  const Vec3d &v = b.body.velocity_m_per_s, &o = b.body.spin_rad_per_s;
+  if (b.body.motion == BodyMotion::kPrescribed) {
+    const Wrench& f = b.wrench;
+    b.work_j -=
+        dt * (f.fx * v[0] + f.fy * v[1] + f.fz * v[2] + f.tx * o[0] + f.ty * o[1] + f.tz * o[2]);
+  } else if (b.body.motion == BodyMotion::kFree) {
+    b.work_j += dt * (DotD(b.body.outer_force_n, v) + DotD(b.body.outer_moment_n_m, o));
   }
-  Vec3f Relative(const Grain& g) const {  // world axes [m]
-    return {static_cast<float>(WrapDiff(g.x, x)) * q[0], static_cast<float>(WrapDiff(g.y, y)) * q[1],
-            static_cast<float>(WrapDiff(g.z, z)) * q[2]};
-  }
-  Vec3f ToBody(Vec3f a) const {
-    return {m[0] * a.x + m[3] * a.y + m[6] * a.z, m[1] * a.x + m[4] * a.y + m[7] * a.z,
-            m[2] * a.x + m[5] * a.y + m[8] * a.z};
-  }
-  Vec3f ToWorld(Vec3f a) const {
-    return {m[0] * a.x + m[1] * a.y + m[2] * a.z, m[3] * a.x + m[4] * a.y + m[5] * a.z,
-            m[6] * a.x + m[7] * a.y + m[8] * a.z};
-  }
-  float PlaneDistance(const Grain& g) const {
-    return static_cast<float>(WrapDiff(g.x, x) * (qd[0] * normal[0]) +
-                              WrapDiff(g.y, y) * (qd[1] * normal[1]) +
-                              WrapDiff(g.z, z) * (qd[2] * normal[2]));
-  }
-  Vec3f PlaneNormal() const {
-    return {static_cast<float>(normal[0]), static_cast<float>(normal[1]),
-            static_cast<float>(normal[2])};
-  }
-};
+}
 
 Vec3f ToFloat(const Vec3d& a) {
   return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
 }
 
-int SlotsPerGrain(const Shape& s) {
-  if (s.mesh) return kMostSurfacePoints;
-  int parts = static_cast<int>(s.parts.size());
-  for (const auto& ring : s.rings) parts += 2 - ring.count;  // two of a ring at most
-  return std::clamp(parts, 1, kMostSurfacePoints);
-}
-
 template <class R>
-ContactResult EvaluateRecipe(const World& w, const PairParams& p, const ContactGeometry& g,
-                             float* words) {
-  return R::Evaluate(R::From(p), g, words, static_cast<float>(w.config().dt_s));
+ContactResult EvaluateRecipe(const WorldConfig&, const PairParams& p, const ContactGeometry& g,
+                             float* words, float dt) {
+  return R::Evaluate(R::From(p), g, words, dt);
 }
-ContactResult EvaluateAny(const World& w, const PairParams& p, const ContactGeometry& g,
-                          float* words) {
-  const auto& model = w.config().contacts;
-  return EvaluateGeneric(model.laws(), model.layout(), p, g, words,
-                         static_cast<float>(w.config().dt_s));
+ContactResult EvaluateAny(const WorldConfig& c, const PairParams& p, const ContactGeometry& g,
+                          float* words, float dt) {
+  return EvaluateGeneric(c.contacts.laws(), c.contacts.layout(), p, g, words, dt);
 }
 template <class... R>
 ContactFn Choose(int recipe, RecipeList<R...>) {
@@ -125,132 +97,153 @@ void MatchSlots(const SurfacePoint* at, int n, int per_grain, int words, bool ha
 
 ContactFn BodyPass::ContactOf(int recipe) { return Choose(recipe, Recipes{}); }
 
-void BodyPass::Find(World& w, BodyEntry& b) {
-  const BodyView view(b.body, w.config_);
-  BodySlots old = std::move(b.slots);
-  BodySlots& now = b.slots;
-  now = BodySlots{};
-  now.per_grain = SlotsPerGrain(b.body.shape);
-  const int words = w.list_.words();
-  b.moved_m = 0;
-  const Vec3d& spin = b.body.spin_rad_per_s;
-  b.turning = b.body.motion == BodyMotion::kFree || DotD(spin, spin) > 0;
-  const auto distance = b.turning ? SweptDistance : StillDistance;
-  const float margin = static_cast<float>(b.margin_m) + w.range_;
-  std::size_t before = 0;
-  for (std::int64_t i = 0; i < w.count_; ++i) {
-    const Grain& g = w.grains_[i];
-    const float gap = (view.plane ? view.PlaneDistance(g)
-                                  : distance(b.body.shape, view.ToBody(view.Relative(g)))) -
-                      g.radius;
-    if (!(gap < margin)) continue;
-    const auto id = static_cast<std::int32_t>(i);
-    now.near.push_back(id);
-    while (before < old.near.size() && old.near[before] < id) ++before;
-    if (before < old.near.size() && old.near[before] == id && old.per_grain == now.per_grain) {
-      const auto k = static_cast<std::ptrdiff_t>(before) * old.per_grain;
-      now.key.insert(now.key.end(), old.key.begin() + k, old.key.begin() + k + old.per_grain);
-      now.words.insert(now.words.end(), old.words.begin() + k * words,
-                       old.words.begin() + (k + old.per_grain) * words);
-    } else {
-      now.key.insert(now.key.end(), now.per_grain, -1);
-      now.words.insert(now.words.end(), static_cast<std::size_t>(now.per_grain) * words, 0.0f);
-    }
-  }
-}
+/// Where the surface of a body touches, or nearly touches, one grain.
+struct BodyPass::Touching {
+  Vec3f rel;  ///< grain from the body's origin, world axes
+  SurfacePoint at[kMostSurfacePoints];
+  int n = 0;
 
-void BodyPass::FindAll(World& w) {
-  for (BodyEntry& b : w.parts_->bodies) Find(w, b);
+  Touching(const World& w, const BodyEntry& b, const BodyView& view, const Grain& g)
+      : rel(view.Relative(g)) {
+    const float reach = g.radius + w.range_;
+    if (view.plane) {
+      const float d = view.PlaneDistance(g);
+      if (d < reach) at[n++] = {0, d, view.PlaneNormal(), false};
+      return;
+    }
+    n = SurfacePoints(b.body.shape, view.ToBody(rel), reach, at);
+    for (int s = 0; s < n; ++s) at[s].normal = view.ToWorld(at[s].normal);
+    n = std::min(n, b.slots.per_grain);
+  }
+
+  /// point: of the contact, from the body's origin.
+  ContactGeometry Geometry(const BodyEntry& b, const Grain& g, int s, Vec3f* point,
+                           float* lever) const {
+    const Vec3f hub = ToFloat(b.body.velocity_m_per_s), spin = ToFloat(b.body.spin_rad_per_s);
+    ContactGeometry c;
+    c.n = at[s].normal;
+    c.overlap = g.radius - at[s].distance;
+    *lever = g.radius - 0.5f * c.overlap;  // the middle of the overlap, as for pairs
+    *point = rel - *lever * c.n;
+    const Vec3f spin_i = {g.wx, g.wy, g.wz};
+    c.v_rel = (Vec3f{g.vx, g.vy, g.vz} - *lever * Cross(spin_i, c.n)) - (hub + Cross(spin, *point));
+    c.w_rel = spin_i - spin;
+    c.w_own = spin_i;
+    c.r_own = c.r_other = c.r_eff = g.radius;
+    c.m_own = c.m_eff = g.mass;
+    if (b.body.motion == BodyMotion::kFree) {
+      const float body_mass = static_cast<float>(b.body.mass_kg);
+      c.m_eff = g.mass * (body_mass / (g.mass + body_mass));
+    }
+    c.roll_inertia = 1.4f * c.m_eff * g.radius * g.radius;
+    c.k_old = 0.0f;
+    return c;
+  }
+};
+
+/// What a run of grains did to a body.
+struct BodyPass::Sums {
+  Wrench wrench;
+  EnergySums energy;
+  bool tunnelled = false;
+};
+
+void BodyPass::TouchGrain(World& w, BodyEntry& b, int number, const BodyView& view, std::size_t k,
+                          Sums& sums) {
+  BodySlots& slots = b.slots;
+  const int words = w.list_.words();
+  const std::int32_t i = slots.near[k];
+  const Grain& g = w.grains_[i];
+  if (g.kind & kFrozen) return;
+  std::int32_t* key = &slots.key[k * slots.per_grain];
+  float* word = &slots.words[k * slots.per_grain * words];
+  const Touching t(w, b, view, g);
+  const bool same = t.n == 1 && key[0] == t.at[0].key && (slots.per_grain == 1 || key[1] < 0);
+  if (!same && (t.n > 0 || key[0] >= 0)) {
+    MatchSlots(t.at, t.n, slots.per_grain, words, b.body.shape.mesh != nullptr, key, word);
+  }
+  const PairParams& p = w.params_[MaterialOf(g) * w.config_.contacts.materials() + b.body.material];
+  for (int s = 0; s < t.n; ++s, word += words) {
+    Vec3f point;
+    float lever;
+    const ContactGeometry c = t.Geometry(b, g, s, &point, &lever);
+    if (c.overlap > 1.9f * g.radius) sums.tunnelled = true;
+    const ContactResult r =
+        w.parts_->contact(w.config_, p, c, word, static_cast<float>(w.config_.dt_s));
+    sums.energy.cohesion += r.cohesion;
+    if (!r.active) {
+      std::fill_n(word, words, 0.0f);
+      continue;
+    }
+    const Vec3f torque = r.moment - lever * Cross(c.n, r.force);
+    AddTo(w.loads_[i], r.force, torque);
+    sums.energy.Add(
+        {r.stored, r.normal_damping, r.tangent_damping, r.slip, r.rolling, r.plastic, 0.0});
+    AddTo(sums.wrench, -1.0f * r.force, -1.0f * (Cross(point, r.force) + r.moment));
+    if (w.parts_->sink) w.parts_->sink({number, point, -1.0f * r.force, t.at[s].key, t.at[s].rim});
+  }
 }
 
 void BodyPass::Forces(World& w) {
   World::Parts& parts = *w.parts_;
-  const int words = w.list_.words(), materials = w.config_.contacts.materials();
-  const double dt = w.config_.dt_s;
+  std::vector<Sums> sums;
   for (std::size_t number = 0; number < parts.bodies.size(); ++number) {
     BodyEntry& b = parts.bodies[number];
     const BodyView view(b.body, w.config_);
-    const Vec3f hub = ToFloat(b.body.velocity_m_per_s), spin = ToFloat(b.body.spin_rad_per_s);
-    const float body_mass = static_cast<float>(b.body.mass_kg);
-    Wrench& sum = b.wrench = Wrench{};
-    BodySlots& slots = b.slots;
-    for (std::size_t k = 0; k < slots.near.size(); ++k) {
-      const std::int32_t i = slots.near[k];
-      const Grain& g = w.grains_[i];
-      std::int32_t* key = &slots.key[k * slots.per_grain];
-      float* word = &slots.words[k * slots.per_grain * words];
-      const float reach = g.radius + w.range_;
-      const Vec3f rel = view.Relative(g);
-      SurfacePoint at[kMostSurfacePoints];
-      int n = 0;
-      if (view.plane) {
-        const float d = view.PlaneDistance(g);
-        if (d < reach) at[n++] = {0, d, view.PlaneNormal(), false};
-      } else {
-        n = SurfacePoints(b.body.shape, view.ToBody(rel), reach, at);
-        for (int s = 0; s < n; ++s) at[s].normal = view.ToWorld(at[s].normal);
-      }
-      n = std::min(n, slots.per_grain);
-      const bool same = n == 1 && key[0] == at[0].key && (slots.per_grain == 1 || key[1] < 0);
-      if (!same && (n > 0 || key[0] >= 0)) {
-        MatchSlots(at, n, slots.per_grain, words, b.body.shape.mesh != nullptr, key, word);
-      }
-      for (int s = 0; s < n; ++s, word += words) {
-        ContactGeometry c;
-        c.n = at[s].normal;
-        c.overlap = g.radius - at[s].distance;
-        if (c.overlap > 1.9f * g.radius) w.fault_ = StepFault::kTunnelled;
-        const float lever = g.radius - 0.5f * c.overlap;  // the middle of the overlap, as for pairs
-        const Vec3f point = rel - lever * c.n;            // from the body's origin
-        const Vec3f spin_i = {g.wx, g.wy, g.wz};
-        c.v_rel = (Vec3f{g.vx, g.vy, g.vz} - lever * Cross(spin_i, c.n)) - (hub + Cross(spin, point));
-        c.w_rel = spin_i - spin;
-        c.w_own = spin_i;
-        c.r_own = c.r_other = c.r_eff = g.radius;
-        c.m_own = c.m_eff = g.mass;
-        if (b.body.motion == BodyMotion::kFree) c.m_eff = g.mass * (body_mass / (g.mass + body_mass));
-        c.roll_inertia = 1.4f * c.m_eff * g.radius * g.radius;
-        const PairParams& p = w.params_[MaterialOf(g) * materials + b.body.material];
-        const ContactResult r = parts.contact(w, p, c, word);
-        if (w.config_.energy) w.step_energy_.cohesion += r.cohesion;
-        if (!r.active) {
-          std::fill_n(word, words, 0.0f);
-          continue;
-        }
-        GrainLoad& f = w.loads_[i];
-        const Vec3f torque = r.moment - lever * Cross(c.n, r.force);
-        f.fx += r.force.x;
-        f.fy += r.force.y;
-        f.fz += r.force.z;
-        f.tx += torque.x;
-        f.ty += torque.y;
-        f.tz += torque.z;
-        f.touching += 1.0f;
-        if (w.config_.energy) {
-          w.step_energy_.Add({r.stored, r.normal_damping, r.tangent_damping, r.slip, r.rolling,
-                              r.plastic, 0.0});
-        }
-        sum.fx -= r.force.x;
-        sum.fy -= r.force.y;
-        sum.fz -= r.force.z;
-        const Vec3f moment = Cross(point, r.force);
-        sum.tx -= moment.x + r.moment.x;
-        sum.ty -= moment.y + r.moment.y;
-        sum.tz -= moment.z + r.moment.z;
-        if (parts.sink) {
-          parts.sink({static_cast<int>(number), point, -1.0f * r.force, at[s].key, at[s].rim});
+    // Summed run by run, whatever the threads; a recorder is called by one.
+    const std::size_t near = b.slots.near.size(), runs = (near + kRun - 1) / kRun;
+    sums.assign(runs, Sums{});
+    const auto touch = [&](std::size_t from, std::size_t to) {
+      for (std::size_t r = from; r < to; ++r) {
+        for (std::size_t k = r * kRun; k < std::min(near, (r + 1) * kRun); ++k) {
+          TouchGrain(w, b, static_cast<int>(number), view, k, sums[r]);
         }
       }
+    };
+    const std::size_t size = parts.sink ? 1 : static_cast<std::size_t>(parts.team.size());
+    if (size == 1 || runs < 2 * size) {
+      touch(0, runs);
+    } else {
+      parts.team.Run([&](int part) { touch(runs * part / size, runs * (part + 1) / size); });
     }
-    if (b.body.motion == BodyMotion::kPrescribed) {
-      const Vec3d &v = b.body.velocity_m_per_s, &o = b.body.spin_rad_per_s;
-      b.work_j -= dt * (sum.fx * v[0] + sum.fy * v[1] + sum.fz * v[2] + sum.tx * o[0] +
-                        sum.ty * o[1] + sum.tz * o[2]);
-    } else if (b.body.motion == BodyMotion::kFree) {
-      b.work_j += dt * (DotD(b.body.outer_force_n, b.body.velocity_m_per_s) +
-                        DotD(b.body.outer_moment_n_m, b.body.spin_rad_per_s));
+    b.wrench = Wrench{};
+    for (const Sums& s : sums) {
+      b.wrench.Add(s.wrench);
+      if (w.config_.energy) w.step_energy_.Add(s.energy);
+      if (s.tunnelled) w.fault_ = StepFault::kTunnelled;
+    }
+    BookWork(b, w.config_.dt_s);
+  }
+}
+
+double BodyPass::Stored(const World& w) {
+  double sum = 0;
+  const int words = w.list_.words();
+  float word[kMaxHistoryWords];
+  for (const BodyEntry& b : w.parts_->bodies) {
+    const BodyView view(b.body, w.config_);
+    for (std::size_t k = 0; k < b.slots.near.size(); ++k) {
+      const Grain& g = w.grains_[b.slots.near[k]];
+      if (g.kind & kFrozen) continue;
+      const Touching t(w, b, view, g);
+      for (int s = 0; s < t.n; ++s) {
+        // The words of this point's key, wherever they lie.
+        for (int n = 0; n < b.slots.per_grain; ++n) {
+          const std::size_t slot = k * b.slots.per_grain + n;
+          if (b.slots.key[slot] != t.at[s].key) continue;
+          std::copy_n(&b.slots.words[slot * words], words, word);
+          Vec3f point;
+          float lever;
+          const PairParams& p =
+              w.params_[MaterialOf(g) * w.config_.contacts.materials() + b.body.material];
+          const ContactGeometry c = t.Geometry(b, g, s, &point, &lever);
+          const ContactResult r = w.parts_->contact(w.config_, p, c, word, 0.0f);
+          if (r.active) sum += r.stored;
+        }
+      }
     }
   }
+  return sum;
 }
 
 }  // namespace grouser::dem

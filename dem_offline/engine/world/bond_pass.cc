@@ -24,10 +24,10 @@ Vec3d SpinOfGrain(const Grain& g) { return {g.wx, g.wy, g.wz}; }
 /// Springs and dashpots of one bond at this moment.
 struct Strain {
   Vec3d axis;
-  double u_n;       ///< elongation
-  Vec3d u_t;        ///< shear displacement of b against a
-  double th_t;      ///< twist
-  Vec3d th_b;       ///< bending
+  double u_n;          ///< elongation
+  Vec3d u_t;           ///< shear displacement of b against a
+  double th_t;         ///< twist
+  Vec3d th_b;          ///< bending
   Vec3d arm_a, arm_b;  ///< from the grains' centres to the bond's middle
 };
 
@@ -72,7 +72,8 @@ void BondPass::Add(World& w, const Contents& c) {
     const BondState& s = c.bonds[n];
     for (const std::int32_t id : {s.grain_a, s.grain_b}) {
       if (id < 0 || id >= w.count_) Bad(n, "grain " + std::to_string(id) + ": no such grain");
-      if (w.grains_[w.index_of_[id]].kind & kMember) Bad(n, "member of a clump, expected a single grain");
+      if (w.grains_[w.index_of_[id]].kind & kMember)
+        Bad(n, "member of a clump, expected a single grain");
     }
     if (s.grain_a == s.grain_b) Bad(n, "both ends are one grain, expected two");
     if (s.law < 0 || s.law >= static_cast<int>(c.bond_laws.size())) Bad(n, "law: no such bond law");
@@ -107,7 +108,8 @@ void BondPass::Turn(World& w) {
   World::Parts& parts = *w.parts_;
   for (std::size_t i = 0; i < parts.bonded.size(); ++i) {
     if (parts.bonded[i].empty()) continue;
-    parts.orientation[i] = dem::Turn(parts.orientation[i], SpinOfGrain(w.grains_[i]), w.config_.dt_s);
+    parts.orientation[i] =
+        dem::Turn(parts.orientation[i], SpinOfGrain(w.grains_[i]), w.config_.dt_s);
   }
 }
 
@@ -120,8 +122,8 @@ void BondPass::Forces(World& w) {
     if (!e.intact) continue;
     const BondLaw& law = parts.bond_laws[e.law];
     const Grain &a = w.grains_[e.a], &b = w.grains_[e.b];
-    const Strain s = Measure(e, parts.orientation[e.a], parts.orientation[e.b],
-                             Apart(a, b, w.config_.frame));
+    const Strain s =
+        Measure(e, parts.orientation[e.a], parts.orientation[e.b], Apart(a, b, w.config_.frame));
     const double kn = law.normal_stiffness_n_per_m3 * e.area;
     const double kt = law.shear_stiffness_n_per_m3 * e.area;
     const double kb = law.normal_stiffness_n_per_m3 * e.bending;
@@ -132,8 +134,8 @@ void BondPass::Forces(World& w) {
     e.stored = 0.5 * (kn * s.u_n * s.u_n + kt * DotD(s.u_t, s.u_t) + kb * DotD(s.th_b, s.th_b) +
                       kw * s.th_t * s.th_t);
     const bool torn = pull / e.area + Norm(bend) * e.radius / e.bending > law.tensile_strength_pa;
-    const bool cut = Norm(shear) / e.area + std::abs(twist) * e.radius / e.polar >
-                     law.shear_strength_pa;
+    const bool cut =
+        Norm(shear) / e.area + std::abs(twist) * e.radius / e.polar > law.shear_strength_pa;
     if (torn || cut) {
       e.intact = false;
       --stat.intact;
@@ -157,12 +159,10 @@ void BondPass::Forces(World& w) {
                           dem::Add(VelocityOf(a), CrossD(SpinOfGrain(a), s.arm_a)));
       const Vec3d o = Sub(SpinOfGrain(b), SpinOfGrain(a));
       const double v_n = DotD(v, s.axis), o_n = DotD(o, s.axis);
-      const Vec3d drag =
-          dem::Add(Scale(-z * std::sqrt(kn * m) * v_n, s.axis),
-                   Scale(-z * std::sqrt(kt * m), Sub(v, Scale(v_n, s.axis))));
-      const Vec3d brake =
-          dem::Add(Scale(-z * std::sqrt(kw * inertia) * o_n, s.axis),
-                   Scale(-z * std::sqrt(kb * inertia), Sub(o, Scale(o_n, s.axis))));
+      const Vec3d drag = dem::Add(Scale(-z * std::sqrt(kn * m) * v_n, s.axis),
+                                  Scale(-z * std::sqrt(kt * m), Sub(v, Scale(v_n, s.axis))));
+      const Vec3d brake = dem::Add(Scale(-z * std::sqrt(kw * inertia) * o_n, s.axis),
+                                   Scale(-z * std::sqrt(kb * inertia), Sub(o, Scale(o_n, s.axis))));
       force = dem::Add(force, drag);
       moment = dem::Add(moment, brake);
       stat.damped_j -= dt * (DotD(drag, v) + DotD(brake, o));

@@ -17,7 +17,8 @@ void ClumpPass::Add(World& w, const Contents& c, std::vector<GrainState>* grains
                                   std::to_string(s.shape) + ", expected a template's number");
     }
     if (!(s.density_kg_per_m3 > 0)) {
-      throw std::invalid_argument("clump " + std::to_string(n) + ": density_kg_per_m3: expected > 0");
+      throw std::invalid_argument("clump " + std::to_string(n) +
+                                  ": density_kg_per_m3: expected > 0");
     }
     const ClumpTemplate& shape = c.templates[s.shape];
     ClumpEntry e;
@@ -73,8 +74,8 @@ void ClumpPass::Gather(World& w) {
       const GrainLoad& f = w.loads_[w.index_of_[e.first_id + k]];
       const Vec3d force = {f.fx, f.fy, f.fz};
       e.force = dem::Add(e.force, force);
-      e.moment = dem::Add(e.moment, dem::Add({f.tx, f.ty, f.tz},
-                                             CrossD(turn * shape.members[k].offset_m, force)));
+      e.moment = dem::Add(
+          e.moment, dem::Add({f.tx, f.ty, f.tz}, CrossD(turn * shape.members[k].offset_m, force)));
     }
   }
 }
@@ -109,8 +110,7 @@ void ClumpPass::Move(World& w) {
   const double drag = w.drag_;
   for (ClumpEntry& e : w.parts_->clumps) {
     ClumpState& s = e.state;
-    s.velocity_m_per_s =
-        Scale(drag, dem::Add(s.velocity_m_per_s, Scale(dt / e.mass_kg, e.force)));
+    s.velocity_m_per_s = Scale(drag, dem::Add(s.velocity_m_per_s, Scale(dt / e.mass_kg, e.force)));
     e.angular_momentum = Scale(drag, dem::Add(e.angular_momentum, Scale(dt, e.moment)));
     if (w.config_.planar) {
       s.velocity_m_per_s[1] = 0;
@@ -125,8 +125,7 @@ void ClumpPass::Move(World& w) {
 void ClumpPass::StepBack(World& w) {
   const double half = 0.5 * w.config_.dt_s;
   for (ClumpEntry& e : w.parts_->clumps) {
-    e.state.velocity_m_per_s =
-        Sub(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
+    e.state.velocity_m_per_s = Sub(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
     e.angular_momentum = Sub(e.angular_momentum, Scale(half, e.moment));
   }
 }
@@ -150,7 +149,8 @@ ClumpState World::Clump(std::int64_t c) const {
   ClumpState s = e.state;
   s.position_m = Add(e.state.position_m, config_.origin_m);
   s.velocity_m_per_s = Add(s.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
-  s.spin_rad_per_s = SpinOf(s.orientation, Add(e.angular_momentum, Scale(half, e.moment)), e.inertia);
+  s.spin_rad_per_s =
+      SpinOf(s.orientation, Add(e.angular_momentum, Scale(half, e.moment)), e.inertia);
   return s;
 }
 

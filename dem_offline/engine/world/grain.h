@@ -18,26 +18,23 @@ struct alignas(64) Grain {
   float vx, vy, vz;
   float mass;  ///< [kg]; of its clump
   float wx, wy, wz;
-  std::int32_t kind;       ///< material in the low 16 bits, flags above
+  std::int32_t kind;             ///< material in the low 16 bits, flags above
   float rest_x, rest_y, rest_z;  ///< what rounding left over [quanta]: slow grains never stall
-  std::int32_t id;         ///< persistent
+  std::int32_t id;               ///< persistent
 };
 
 inline constexpr std::int32_t kGlued = 1 << 16;   ///< keeps its velocity
 inline constexpr std::int32_t kMember = 1 << 17;  ///< moved by its clump
+inline constexpr std::int32_t kFrozen = 1 << 18;  ///< at rest and left out of all work
+/// Does not move of itself.
+inline constexpr std::int32_t kHeld = kGlued | kMember | kFrozen;
 inline constexpr std::int32_t MaterialOf(const Grain& g) { return g.kind & 0xffff; }
 
-/// Force and moment of one step.
+/// Force and moment of one step: of a grain, or of one contact on a grain (a
+/// record).
 struct alignas(32) GrainLoad {
   float fx, fy, fz, deepest;   ///< deepest: largest overlap with another grain [m]
   float tx, ty, tz, touching;  ///< touching: number of contacts
-};
-
-/// What rounding left over of velocity and spin: small steps add little to a
-/// fast grain, and always round the same way.
-struct alignas(32) VelocityRest {
-  float vx, vy, vz, unused;
-  float wx, wy, wz, unused_too;
 };
 
 }  // namespace grouser::dem

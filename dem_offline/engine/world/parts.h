@@ -47,8 +47,10 @@ struct BondEntry {
   double stored = 0;
 };
 
-using ContactFn = ContactResult (*)(const World& world, const PairParams&, const ContactGeometry&,
-                                    float* words);
+using ContactFn = ContactResult (*)(const WorldConfig&, const PairParams&, const ContactGeometry&,
+                                    float* words, float dt);
+
+struct BodyView;
 
 struct World::Parts {
   explicit Parts(int threads) : team(threads) {}
@@ -72,16 +74,24 @@ struct BodyPass {
   static void Find(World& w, BodyEntry& b);
   static void FindAll(World& w);
   static void Forces(World& w);
-  static void Move(World& w);          ///< before the forces; searches where needed
-  static void StepBack(World& w);      ///< velocities of time zero to the half step before
+  static double Stored(const World& w);  ///< energy in the contacts' springs [J]
+  static void Renumber(World& w, const std::vector<std::int32_t>& place_of);
+  static void Move(World& w);      ///< before the forces; searches where needed
+  static void StepBack(World& w);  ///< velocities of time zero to the half step before
   static ContactFn ContactOf(int recipe);
+
+ private:
+  struct Touching;
+  struct Sums;
+  static void TouchGrain(World& w, BodyEntry& b, int number, const BodyView& view, std::size_t k,
+                         Sums& sums);
 };
 
 struct ClumpPass {
   static void Add(World& w, const Contents& c, std::vector<GrainState>* grains);
-  static void Index(World& w);      ///< after sorting
-  static void Gather(World& w);     ///< loads of the members to the clumps
-  static void Move(World& w);       ///< kick, drift, members follow
+  static void Index(World& w);   ///< after sorting
+  static void Gather(World& w);  ///< loads of the members to the clumps
+  static void Move(World& w);    ///< kick, drift, members follow
   static void Place(World& w, ClumpEntry& c, const Vec3d& spin);
   static void StepBack(World& w);
   static double Kinetic(const World& w);
@@ -93,8 +103,13 @@ struct BondPass {
   static void Forces(World& w);  ///< adds to the loads
 };
 
-inline std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
-}
+/// Throws std::invalid_argument "grain I: field: got, expected ...".
+void CheckGrain(const GrainState& s, std::size_t i, int materials);
+Grain MakeGrain(const GrainState& s, const WorldConfig& config, std::int32_t id);
+/// Fills the last tile: no size, never moves.
+Grain PaddingGrain();
+/// Places in memory: by class of size (factors of two), in space within each,
+/// so that neighbours lie near one another. Not empty.
+std::vector<std::int32_t> SpatialOrder(const std::vector<Grain>& raw, const Frame& frame);
 
 }  // namespace grouser::dem

@@ -1,6 +1,7 @@
 #include "dem_offline/engine/world/world.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -10,71 +11,27 @@
 namespace grouser::dem {
 namespace {
 
-constexpr int kTilesPerChunk = 32;  // energy is summed chunk by chunk, whatever the threads
+constexpr int kBlocksPerChunk = 64;  // energy is summed chunk by chunk, whatever the threads
+// A near list gives each grain room for so many steps at its present speed, and
+// at least this share of the half skin.
+constexpr float kStepsOfRoom = 40, kLeastRoom = 0.06f, kMostRoom = 0.7f;
 
-void RequireFinite(double value, const char* field, std::size_t i) {
-  if (!std::isfinite(value)) {
-    throw std::invalid_argument("grain " + std::to_string(i) + ": " + field +
-                                ": not finite, expected a number");
+/// Adds the wall time of its life to a phase; nothing when not asked to.
+class Stopwatch {
+ public:
+  Stopwatch(bool on, double& sum) : on_(on), sum_(sum) {
+    if (on_) begin_ = std::chrono::steady_clock::now();
   }
-}
+  ~Stopwatch() {
+    if (!on_) return;
+    sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
 
-void CheckGrain(const GrainState& s, std::size_t i, int materials) {
-  for (const double v : {s.x_m, s.y_m, s.z_m}) RequireFinite(v, "position", i);
-  for (const double v : {s.v_x, s.v_y, s.v_z, s.w_x, s.w_y, s.w_z}) RequireFinite(v, "velocity", i);
-  if (!(s.radius_m > 0) || !std::isfinite(s.radius_m)) {
-    throw std::invalid_argument("grain " + std::to_string(i) + ": radius_m: " +
-                                std::to_string(s.radius_m) + ", expected > 0");
-  }
-  if (!(s.mass_kg > 0 || s.density_kg_per_m3 > 0)) {
-    throw std::invalid_argument("grain " + std::to_string(i) +
-                                ": density_kg_per_m3: expected > 0 (or mass_kg > 0)");
-  }
-  if (s.material < 0 || s.material >= materials) {
-    throw std::invalid_argument("grain " + std::to_string(i) + ": material: " +
-                                std::to_string(s.material) + ", expected 0 to " +
-                                std::to_string(materials - 1));
-  }
-}
-
-Grain MakeGrain(const GrainState& s, const WorldConfig& config, std::int32_t id) {
-  const double r = s.radius_m;
-  Grain g = {};
-  g.x = config.frame.FixX(s.x_m - config.origin_m[0]);
-  g.y = config.frame.FixY(s.y_m - config.origin_m[1]);
-  g.z = config.frame.FixZ(s.z_m - config.origin_m[2]);
-  g.radius = static_cast<float>(r);
-  g.vx = static_cast<float>(s.v_x);
-  g.vy = static_cast<float>(s.v_y);
-  g.vz = static_cast<float>(s.v_z);
-  g.wx = static_cast<float>(s.w_x);
-  g.wy = static_cast<float>(s.w_y);
-  g.wz = static_cast<float>(s.w_z);
-  const double sphere = s.density_kg_per_m3 * 4.0 / 3.0 * M_PI * r * r * r;
-  g.mass = static_cast<float>(s.mass_kg > 0 ? s.mass_kg : sphere);
-  g.kind = s.material | (s.glued ? kGlued : 0);
-  g.id = id;
-  return g;
-}
-
-/// Places in memory: by class of size (factors of two), in space within each,
-/// so that tiles hold neighbours of about the same number of partners.
-std::vector<std::int32_t> Sorted(const std::vector<Grain>& raw, const WorldConfig& config,
-                                 float smallest, float largest) {
-  const double cell = std::min({4.0 * largest, config.frame.length_m / 3.01,
-                                config.frame.width_m / 3.01});
-  const CellGrid grid(raw, static_cast<std::int64_t>(raw.size()), config.frame, cell);
-  std::vector<std::int32_t> order = grid.order();
-  const auto size_class = [&](std::int32_t i) {
-    int c = 0;
-    for (float r = 2 * smallest; raw[i].radius >= r; r *= 2) ++c;
-    return c;
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    return size_class(a) < size_class(b);
-  });
-  return order;
-}
+ private:
+  bool on_;
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_;
+};
 
 void CheckConfig(const WorldConfig& c) {
   if (!(c.dt_s > 0)) throw std::invalid_argument("dt_s: expected > 0");
@@ -89,11 +46,16 @@ void CheckConfig(const WorldConfig& c) {
 
 const char* Explain(StepFault fault) {
   switch (fault) {
-    case StepFault::kNone: return "";
-    case StepFault::kNonFinite: return "a grain became non-finite";
-    case StepFault::kTooFast: return "a grain moved a quarter radius in one step";
-    case StepFault::kTunnelled: return "a grain went through a body";
-    case StepFault::kOverlap: return "two grains overlap by nine tenths of a radius";
+    case StepFault::kNone:
+      return "";
+    case StepFault::kNonFinite:
+      return "a grain became non-finite";
+    case StepFault::kTooFast:
+      return "a grain moved a quarter radius in one step";
+    case StepFault::kTunnelled:
+      return "a grain went through a body";
+    case StepFault::kOverlap:
+      return "two grains overlap by nine tenths of a radius";
   }
   return "";
 }
@@ -130,22 +92,23 @@ void World::Construct(const Contents& contents) {
     if (grains[i].material != 0) recipe_ = -1;
   }
   const std::int64_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
-  grains_.assign(padded, Grain{});
-  for (auto& g : grains_) g.mass = 1.0f, g.id = -1;
+  grains_.assign(padded, PaddingGrain());
   index_of_.assign(count_, 0);
   if (count_ > 0) {
-    const auto order = Sorted(raw, config_, smallest_radius_, largest_radius_);
+    const auto order = SpatialOrder(raw, config_.frame);
     for (std::int64_t i = 0; i < count_; ++i) {
       grains_[i] = raw[order[i]];
       index_of_[order[i]] = static_cast<std::int32_t>(i);
     }
   }
   loads_.assign(padded, GrainLoad{});
-  velocity_rest_.assign(padded, VelocityRest{});
+  kinetics_.assign(padded, Kinetics{});
+  for (std::int64_t i = 0; i < count_; ++i) kinetics_[i] = AtRest(grains_[i]);
   range_ = static_cast<float>(config_.contacts.Range(smallest_radius_, largest_radius_));
   if (!(config_.skin_m > 0)) config_.skin_m = 0.2 * largest_radius_;
   parts_->contact = BodyPass::ContactOf(config_.contacts.recipe());
-  list_.Configure(config_.contacts.layout().words, config_.first_slots);
+  const WordLayout& layout = config_.contacts.layout();
+  list_.Configure(layout.words, layout.vector_words, config_.first_pairs);
   ClumpPass::Index(*this);
   BondPass::Add(*this, contents);
   Rebuild();
@@ -157,10 +120,10 @@ void World::CheckGuard() const {
   if (!(config_.guard_overlap > 0) || count_ == 0) return;
   const double critical = CriticalStep(config_.guard_overlap);
   if (config_.dt_s > critical * (1 + 1e-9)) {
-    throw std::invalid_argument("dt_s: " + std::to_string(config_.dt_s) +
-                                " s, expected at most the critical step 0.2 sqrt(m/K) = " +
-                                std::to_string(critical) + " s at an overlap of " +
-                                std::to_string(config_.guard_overlap) + " radii");
+    throw std::invalid_argument(
+        "dt_s: " + std::to_string(config_.dt_s) +
+        " s, expected at most the critical step 0.2 sqrt(m/K) = " + std::to_string(critical) +
+        " s at an overlap of " + std::to_string(config_.guard_overlap) + " radii");
   }
 }
 
@@ -169,38 +132,89 @@ double World::CriticalStep(double overlap_ratio) const {
   for (std::int64_t i = 0; i < count_; ++i) {
     const Grain& g = grains_[i];
     // The partner that is hardest on it: a rigid body.
-    const double k =
-        config_.contacts.Stiffness(overlap_ratio * g.radius, g.radius, g.mass);
+    const double k = config_.contacts.Stiffness(overlap_ratio * g.radius, g.radius, g.mass);
     step = std::min(step, 0.2 * std::sqrt(g.mass / k));
   }
   return step;
 }
 
-void World::Rebuild() {
-  Exclusions excluded;
-  if (!parts_->clump_of.empty()) excluded.clump_of = parts_->clump_of.data();
-  if (!parts_->bonded.empty()) excluded.bonded = &parts_->bonded;
-  list_.Build(grains_, count_, config_.frame, static_cast<float>(config_.skin_m) + range_, excluded);
-  reference_.resize(3 * count_);
-  for (std::int64_t i = 0; i < count_; ++i) {
-    const Grain& g = grains_[i];
-    reference_[3 * i] = g.x;
-    reference_[3 * i + 1] = g.y;
-    reference_[3 * i + 2] = g.z;
+void World::Rebuild(const std::vector<std::int32_t>* place_of) {
+  {
+    const Stopwatch watch(timing_, phases_.search_s);
+    Exclusions excluded;
+    if (!parts_->clump_of.empty()) excluded.clump_of = parts_->clump_of.data();
+    if (!parts_->bonded.empty()) excluded.bonded = &parts_->bonded;
+    list_.Build(grains_, count_, config_.frame, static_cast<float>(config_.skin_m) + range_,
+                excluded, place_of);
+    found_at_.resize(count_);
+    for (std::int64_t i = 0; i < count_; ++i) {
+      found_at_[i] = {grains_[i].x, grains_[i].y, grains_[i].z, 0.0f};
+    }
+    BodyPass::FindAll(*this);
   }
-  BodyPass::FindAll(*this);
   stale_ = false;
   ++rebuilds_;
+  Refresh();
+}
+
+Kinetics World::AtRest(const Grain& g) const {
+  Kinetics k;
+  k.inverse_mass = 1.0f / g.mass;
+  k.inverse_inertia =
+      1.0f / (static_cast<float>(config_.inertia_factor) * g.mass * g.radius * g.radius);
+  return k;
+}
+
+/// Gives every grain a leash; false where one that ends within the half skin of
+/// the search can not be had.
+bool World::Tie() {
+  const auto q = config_.frame.Quantum();
+  const float half = 0.5f * static_cast<float>(config_.skin_m);
+  const float room = kStepsOfRoom * static_cast<float>(config_.dt_s);
+  reaches_.resize(count_);
+  leashes_.resize(grains_.size(), Leash{0, 0, 0, 0.0f});
+  for (std::int64_t i = 0; i < count_; ++i) {
+    const Grain& g = grains_[i];
+    const float dx = static_cast<float>(WrapDiff(g.x, found_at_[i].x)) * q[0];
+    const float dy = static_cast<float>(WrapDiff(g.y, found_at_[i].y)) * q[1];
+    const float dz = static_cast<float>(WrapDiff(g.z, found_at_[i].z)) * q[2];
+    const float gone = std::sqrt(dx * dx + dy * dy + dz * dz);
+    const float speed = std::sqrt(g.vx * g.vx + g.vy * g.vy + g.vz * g.vz);
+    const float wish = std::min(std::max(speed * room, kLeastRoom * half), kMostRoom * half);
+    if (gone + kLeastRoom * half > half) return false;
+    const float length = std::min(wish, half - gone);
+    leashes_[i] = {g.x, g.y, g.z, length * length};
+    reaches_[i] = g.radius + length;
+  }
+  return true;
+}
+
+void World::Refresh() {
+  if (!Tie()) return Rebuild();
+  const Stopwatch watch(timing_, phases_.refresh_s);
+  near_stale_ = false;
+  list_.Refresh(grains_, reaches_, config_.frame, range_);
+  ++phases_.refreshes;
 }
 
 StepFault World::Step() {
   if (fault_ != StepFault::kNone) return fault_;
   Start();
-  if (fault_ == StepFault::kNone) fault_ = Drift();
+  if (fault_ == StepFault::kNone) {
+    const Stopwatch watch(timing_, phases_.drift_s);
+    fault_ = Drift();
+  }
   if (fault_ != StepFault::kNone) return fault_;
-  BondPass::Turn(*this);
-  BodyPass::Move(*this);
-  if (stale_) Rebuild();
+  {
+    const Stopwatch watch(timing_, phases_.bodies_s);
+    BondPass::Turn(*this);
+    BodyPass::Move(*this);
+  }
+  if (stale_) {
+    Rebuild();
+  } else if (near_stale_) {
+    Refresh();
+  }
   Forces();
   ++steps_;
   const double stored = step_energy_.stored;
@@ -217,38 +231,51 @@ StepFault World::Run(std::int64_t steps) {
   return StepFault::kNone;
 }
 
-void World::Forces() {
-  step_energy_ = EnergySums{};
+PairView World::View(double dt_s) {
   PairView v = {};
   v.grains = grains_.data();
-  v.loads = loads_.data();
-  v.tiles = static_cast<int>(grains_.size() / kLanes);
-  v.first_slot = list_.first_slot().data();
-  v.partner = list_.partner().data();
-  for (int w = 0; w < list_.words(); ++w) v.history[w] = list_.history()[w].data();
-  v.row_touches = list_.row_touches().data();
+  list_.Fill(v);
   const auto q = config_.frame.Quantum();
   std::copy(q.begin(), q.end(), v.quantum);
   v.range = range_;
-  v.dt = static_cast<float>(config_.dt_s);
+  v.dt = static_cast<float>(dt_s);
   v.params = params_.data();
   v.materials = config_.contacts.materials();
   v.laws = config_.contacts.laws();
   v.layout = config_.contacts.layout();
-  const PairKernelFn kernel = PairKernel(recipe_, config_.energy);
-  const int chunks = (v.tiles + kTilesPerChunk - 1) / kTilesPerChunk;
+  return v;
+}
+
+void World::PairForces() {
+  const PairView v = View(config_.dt_s);
+  const Kernels kernels = KernelsFor(nullptr, recipe_, config_.energy);
+  const std::int64_t blocks = list_.blocks();
+  const std::int64_t chunks = (blocks + kBlocksPerChunk - 1) / kBlocksPerChunk;
   auto& energy = parts_->chunk_energy;
   energy.assign(config_.energy ? chunks : 0, EnergySums{});
   const int size = parts_->team.size();
+  {
+    const Stopwatch watch(timing_, phases_.pairs_s);
+    parts_->team.Run([&](int part) {
+      for (std::int64_t c = chunks * part / size; c < chunks * (part + 1) / size; ++c) {
+        const std::int64_t last = std::min(blocks, (c + 1) * kBlocksPerChunk);
+        kernels.pairs(v, c * kBlocksPerChunk, last, config_.energy ? &energy[c] : nullptr);
+      }
+    });
+  }
+  const Stopwatch watch(timing_, phases_.sum_s);
+  const auto tiles = static_cast<std::int64_t>(grains_.size()) / kLanes;
   parts_->team.Run([&](int part) {
-    const int from = static_cast<int>(static_cast<std::int64_t>(chunks) * part / size);
-    const int to = static_cast<int>(static_cast<std::int64_t>(chunks) * (part + 1) / size);
-    for (int c = from; c < to; ++c) {
-      const int last = std::min(v.tiles, (c + 1) * kTilesPerChunk);
-      kernel(v, c * kTilesPerChunk, last, config_.energy ? &energy[c] : nullptr);
-    }
+    kernels.sum(v, idle_.empty() ? nullptr : idle_.data(), loads_.data(), tiles * part / size,
+                tiles * (part + 1) / size);
   });
   for (const auto& e : energy) step_energy_.Add(e);
+}
+
+void World::Forces() {
+  step_energy_ = EnergySums{};
+  PairForces();
+  const Stopwatch watch(timing_, phases_.bodies_s);
   BondPass::Forces(*this);
   BodyPass::Forces(*this);
   ClumpPass::Gather(*this);

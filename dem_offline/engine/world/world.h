@@ -9,28 +9,28 @@
 #include "dem_offline/engine/bodies/body.h"
 #include "dem_offline/engine/bodies/clump.h"
 #include "dem_offline/engine/contact/bond.h"
-#include "dem_offline/engine/contact/neighbour_list.h"
-#include "dem_offline/engine/contact/pair_kernel.h"
+#include "dem_offline/engine/contact/pair_list.h"
+#include "dem_offline/engine/isa/kernels.h"
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/grain.h"
 
 namespace grouser::dem {
 
 struct WorldConfig {
-  Frame frame;                                   ///< x, y periodic; see there
-  Vec3d origin_m = {0, 0, 0};                    ///< of the frame, in the user's coordinates
+  Frame frame;                 ///< x, y periodic; see there
+  Vec3d origin_m = {0, 0, 0};  ///< of the frame, in the user's coordinates
   Vec3d gravity_m_per_s2 = {0, 0, -9.81};
   double dt_s = 1e-4;
-  double skin_m = 0;                             ///< of the Verlet lists; 0: 0.2 largest radius
+  double skin_m = 0;  ///< of the Verlet lists; 0: 0.2 largest radius
   ContactModel contacts;
-  double inertia_factor = 0.4;                   ///< I/(m r^2): 0.4 spheres, 0.5 discs
-  bool planar = false;                           ///< no motion along y, no spin but about y
-  bool energy = false;                           ///< integrate the energy channels
-  int threads = 1;                               ///< same bits for any number
+  double inertia_factor = 0.4;  ///< I/(m r^2): 0.4 spheres, 0.5 discs
+  bool planar = false;          ///< no motion along y, no spin but about y
+  bool energy = false;          ///< integrate the energy channels
+  int threads = 1;              ///< same bits for any number
   /// Refuse steps above the critical one, 0.2 sqrt(m/K) with K the largest
   /// normal stiffness at `guard_overlap` of the radius. 0: no guard.
   double guard_overlap = 0.0;
-  std::int64_t first_slots = 0;                  ///< capacity of the lists to begin with; 0: ample
+  std::int64_t first_pairs = 0;  ///< capacity of the lists to begin with; 0: ample
 };
 
 /// One grain, as somebody outside sees it (SI, user's coordinates).
@@ -56,6 +56,14 @@ struct Contents {
 /// axes; summed in double in a fixed order.
 struct Wrench {
   double fx = 0, fy = 0, fz = 0, tx = 0, ty = 0, tz = 0;
+  void Add(const Wrench& o) {
+    fx += o.fx;
+    fy += o.fy;
+    fz += o.fz;
+    tx += o.tx;
+    ty += o.ty;
+    tz += o.tz;
+  }
 };
 
 /// One contact of a body, for whoever records stresses (world axes).
@@ -72,16 +80,46 @@ enum class StepFault { kNone, kNonFinite, kTooFast, kTunnelled, kOverlap };
 const char* Explain(StepFault fault);
 
 /// Where the energy is [J]. Total = kinetic + potential + stored + dissipated
-/// - body_work is constant but for the integrator's error.
+/// + frozen - body_work is constant but for the integrator's error.
 struct EnergyBalance {
   double kinetic = 0, potential = 0, stored = 0;
   double normal_damping = 0, tangent_damping = 0, slip = 0, rolling = 0, plastic = 0, cohesion = 0,
          bonds = 0;
   double body_work = 0;  ///< done by moving bodies on the grains
+  double frozen = 0;     ///< taken out by Freeze and Exchange (kinetic, potential, stored)
   double Dissipated() const {
     return normal_damping + tangent_damping + slip + rolling + plastic + cohesion + bonds;
   }
-  double Total() const { return kinetic + potential + stored + Dissipated() - body_work; }
+  double Total() const { return kinetic + potential + stored + Dissipated() + frozen - body_work; }
+};
+
+/// Wall time by phase [s], summed over the steps since SetTiming(true).
+struct Phases {
+  double search_s = 0;   ///< far lists and bodies
+  double refresh_s = 0;  ///< near lists
+  double pairs_s = 0, sum_s = 0, drift_s = 0;
+  double bodies_s = 0;  ///< bodies, bonds, clumps
+  std::uint64_t refreshes = 0;
+};
+
+/// Grains out and grains in, between two steps; see World::Exchange.
+struct GrainExchange {
+  std::vector<std::int32_t> out;  ///< ids that leave
+  std::vector<GrainState> in;
+  /// History of a pair as `a` sees it. a, b >= 0: index into `in`; < 0: -1 - id
+  /// of a grain that stays.
+  struct Touch {
+    std::int32_t a = 0, b = 0;
+    std::array<float, kMaxHistoryWords> words = {};
+  };
+  struct BodyTouch {
+    std::int32_t a = 0;  ///< index into `in`
+    int body = 0;
+    std::int32_t key = 0;
+    std::array<float, kMaxHistoryWords> words = {};
+  };
+  std::vector<Touch> touches;
+  std::vector<BodyTouch> body_touches;
 };
 
 /// One independent simulation. Leapfrog: velocities live at half steps.
@@ -113,8 +151,8 @@ class World {
 
   std::int64_t count() const { return count_; }
   double time_s() const { return static_cast<double>(steps_) * config_.dt_s; }
-  GrainState State(std::int64_t i) const;     ///< by place in memory; velocities at the present time
-  GrainState StateOf(std::int32_t id) const;  ///< by id
+  GrainState State(std::int64_t i) const;  ///< by place in memory; velocities at the present time
+  GrainState StateOf(std::int32_t id) const;  ///< by id; throws std::out_of_range
   const std::vector<Grain>& grains() const { return grains_; }
   const std::vector<GrainLoad>& loads() const { return loads_; }
   const GrainLoad& LoadOf(std::int32_t id) const { return loads_[index_of_[id]]; }
@@ -122,8 +160,8 @@ class World {
   ClumpState Clump(std::int64_t c) const;
   const BondStatistics& bond_statistics() const;
   bool BondIntact(std::int64_t b) const;
-  const NeighbourList& list() const { return list_; }
-  NeighbourList& list() { return list_; }
+  const PairList& list() const { return list_; }
+  PairList& list() { return list_; }
   const WorldConfig& config() const { return config_; }
 
   /// History of a grain's contact with a body part, for tiles; null: none.
@@ -137,12 +175,30 @@ class World {
   void SetContacts(const ContactModel& contacts);  ///< same laws, other numbers
   void SetEnergy(bool on) { config_.energy = on; }
 
+  /// Takes grains out and puts grains in (velocities as given; no clumps or
+  /// bonds in the world). Histories of pairs that stay are kept, those given
+  /// are set where the pair is within the skin. Returns the id of the first new
+  /// grain; ids are never used again. Throws std::invalid_argument.
+  std::int32_t Exchange(const GrainExchange& exchange);
+  /// Grains with a flag stop and are left out of all work: pairs of two of them
+  /// keep their history, unevaluated; they hold up others like glued ones. The
+  /// others are awake (from rest, where they were frozen). [count()] by place.
+  void Freeze(const std::vector<std::uint8_t>& frozen);
+  bool Frozen(std::int64_t i) const { return (grains_[i].kind & kFrozen) != 0; }
+
+  void SetTiming(bool on) { timing_ = on; }
+  const Phases& phases() const { return phases_; }
+  /// Bytes that one step reads and writes, each array counted once a pass.
+  double BytesPerStep() const;
+  std::int64_t pairs_listed() const { return list_.near_pairs(); }
+  std::int64_t pairs_touching() const;
+
   double KineticEnergy() const;    ///< [J], grains and clumps, at the present time
   double PotentialEnergy() const;  ///< [J], zero at the frame's origin
   /// Dissipation channels summed since the start; `stored` is the present one.
   const EnergySums& energy() const { return energy_; }
-  EnergyBalance Balance() const;   ///< needs config.energy
-  double MeanContacts() const;     ///< contacts with grains and bodies per grain
+  EnergyBalance Balance() const;  ///< needs config.energy
+  double MeanContacts() const;    ///< contacts with grains and bodies per grain
   /// Overlap over the smaller radius of all present grain-grain contacts.
   std::vector<float> OverlapRatios() const;
   /// 0.2 sqrt(m/K) of the smallest grain, K at this overlap over its radius.
@@ -162,22 +218,35 @@ class World {
   void Construct(const Contents& contents);
   StepFault Drift();
   void Forces();
-  void Rebuild();
+  void PairForces();
+  void Refresh();
+  bool Tie();
+  Kinetics AtRest(const Grain& g) const;
+  void Rebuild(const std::vector<std::int32_t>* place_of = nullptr);
   void CheckGuard() const;
-  void SumEnergy();
+  void Rearrange(const std::vector<Grain>& grains, const std::vector<std::int32_t>& from);
+  void SetTouches(const GrainExchange& exchange, std::int32_t first_id);
+  PairView View(double dt_s);
+  double StoredNow();
+  void RenewLoads(const std::vector<std::uint8_t>& wanted);
 
   WorldConfig config_;
   std::int64_t count_ = 0;
   std::vector<Grain> grains_;
   std::vector<GrainLoad> loads_;
-  std::vector<VelocityRest> velocity_rest_;
-  std::vector<std::int32_t> index_of_;   ///< [id]
-  std::vector<std::int32_t> reference_;  ///< [3 n] positions at the last rebuild
-  NeighbourList list_;
+  std::vector<Kinetics> kinetics_;
+  std::vector<std::int32_t> index_of_;  ///< [id]; -1: gone
+  std::vector<Leash> leashes_;          ///< since the last refresh
+  std::vector<float> reaches_;          ///< radius and length of the leash [m]
+  std::vector<Leash> found_at_;         ///< since the last search; no length
+  std::vector<std::uint8_t> idle_;      ///< [tiles] no grain moves there; empty: none idle
+  PairList list_;
   std::vector<PairParams> params_;
   int recipe_ = -1;  ///< of the pair kernel; -1, the generic path, for several materials of grains
   std::unique_ptr<Parts> parts_;
-  bool started_ = false, stale_ = true;
+  bool started_ = false, stale_ = true, near_stale_ = false, timing_ = false;
+  Phases phases_;
+  double frozen_j_ = 0, parked_j_ = 0;  ///< stored by pairs that are parked
   EnergySums energy_, step_energy_;
   StepFault fault_ = StepFault::kNone;
   float drag_ = 1.0f;

@@ -1,7 +1,6 @@
-#include "dem_offline/scenes/engine_convert.h"
-
 #include <gtest/gtest.h>
 
+#include "dem_offline/scenes/engine_convert.h"
 #include "tests/unit/campaign/fake_backend.h"
 #include "tests/unit/records/throws.h"
 
@@ -82,6 +81,15 @@ TEST(SpecConvert, EveryFieldArrives) {
   rig->set_target_relative_error(22);
   rig->set_stress_bin_rad(23);
   rig->set_width_bins(24);
+  auto* scene = rig->mutable_scene();
+  scene->set_bed(v1alpha1::SCENE_BED_WINDOW);
+  scene->set_freeze(true);
+  scene->set_largest_step(true);
+  scene->set_window_length_m(30);
+  scene->set_window_ahead(31);
+  scene->set_freeze_box(32);
+  scene->set_freeze_speed(33);
+  scene->set_look_steps(34);
   auto* state = spec.mutable_state();
   state->set_mode(v1alpha1::RIG_MODE_FREE_SLIP);
   state->set_slip(25);
@@ -91,18 +99,53 @@ TEST(SpecConvert, EveryFieldArrives) {
   spec.set_seed(29);
   const dem::WheelTestSpec out = ToEngine(spec);
   ASSERT_EQ(out.soil.sizes.size(), 1u);
-  const std::vector<double> got = {
-      out.soil.gravity_m_per_s2, out.soil.density_kg_per_m3, out.soil.youngs_modulus_pa,
-      out.soil.poisson_ratio, out.soil.restitution, out.soil.friction, out.soil.rolling_friction,
-      out.soil.solid_fraction, out.soil.sizes[0].diameter_m, out.soil.sizes[0].mass_fraction,
-      out.wheel.radius_m, out.wheel.width_m, out.wheel.restitution, out.wheel.friction,
-      out.wheel.rolling_friction, out.rig.bed_length_m, out.rig.bed_width_m, out.rig.bed_depth_m,
-      out.rig.speed_m_per_s, out.rig.max_time_s, out.rig.rayleigh_fraction,
-      out.rig.target_relative_error, out.rig.stress_bin_rad,
-      static_cast<double>(out.rig.width_bins), out.state.slip, out.state.attack_angle_rad,
-      out.state.load_n, out.state.drawbar_n, static_cast<double>(out.seed)};
+  const std::vector<double> got = {out.soil.gravity_m_per_s2,
+                                   out.soil.density_kg_per_m3,
+                                   out.soil.youngs_modulus_pa,
+                                   out.soil.poisson_ratio,
+                                   out.soil.restitution,
+                                   out.soil.friction,
+                                   out.soil.rolling_friction,
+                                   out.soil.solid_fraction,
+                                   out.soil.sizes[0].diameter_m,
+                                   out.soil.sizes[0].mass_fraction,
+                                   out.wheel.radius_m,
+                                   out.wheel.width_m,
+                                   out.wheel.restitution,
+                                   out.wheel.friction,
+                                   out.wheel.rolling_friction,
+                                   out.rig.bed_length_m,
+                                   out.rig.bed_width_m,
+                                   out.rig.bed_depth_m,
+                                   out.rig.speed_m_per_s,
+                                   out.rig.max_time_s,
+                                   out.rig.rayleigh_fraction,
+                                   out.rig.target_relative_error,
+                                   out.rig.stress_bin_rad,
+                                   static_cast<double>(out.rig.width_bins),
+                                   out.state.slip,
+                                   out.state.attack_angle_rad,
+                                   out.state.load_n,
+                                   out.state.drawbar_n,
+                                   static_cast<double>(out.seed),
+                                   out.rig.scene.window_length_m,
+                                   out.rig.scene.window_ahead,
+                                   out.rig.scene.freeze_box,
+                                   out.rig.scene.freeze_speed,
+                                   static_cast<double>(out.rig.scene.look_steps)};
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i], static_cast<double>(i + 1));
   EXPECT_EQ(out.state.mode, dem::RigMode::kFreeSlip);
+  EXPECT_EQ(out.rig.scene.bed, dem::SceneBed::kWindow);
+  EXPECT_TRUE(out.rig.scene.freeze);
+  EXPECT_TRUE(out.rig.scene.largest_step);
+}
+
+TEST(SpecConvert, NoSceneMeansTheEnginesOwnDefaults) {
+  const dem::SceneSettings usual, got = ToEngine(v1alpha1::WheelTestSpec()).rig.scene;
+  EXPECT_EQ(got.bed, usual.bed);
+  EXPECT_EQ(got.freeze, usual.freeze);
+  EXPECT_EQ(got.freeze_box, usual.freeze_box);
+  EXPECT_EQ(got.look_steps, usual.look_steps);
 }
 
 TEST(RecordConvert, ResultAndContextArrive) {
@@ -120,6 +163,9 @@ TEST(RecordConvert, ResultAndContextArrive) {
   result.surface.height_m = {7};
   result.surface.nx = 1;
   result.wall_s = 12;
+  result.stopped = dem::StopCause::kPrecise;
+  result.use.awake_particle_steps = 5e6;
+  result.energy.frozen_j = 0.02;
   RunContext context;
   context.spec.set_seed(4);
   context.run_id = "id";
@@ -137,6 +183,9 @@ TEST(RecordConvert, ResultAndContextArrive) {
   EXPECT_EQ(record.bed().tile_sha256(), "hash");
   EXPECT_EQ(record.numerics().engine_version(), "7");
   EXPECT_EQ(record.numerics().wall_s(), 12);
+  EXPECT_EQ(record.stopped_by(), "precise enough");
+  EXPECT_EQ(record.numerics().awake_particle_steps(), 5e6);
+  EXPECT_EQ(record.energy().frozen_j(), 0.02);
   EXPECT_EQ(record.stress().normal_pa(1), 6);
   EXPECT_EQ(record.surface().height_m(0), 7);
   EXPECT_EQ(file.series.at("time_s").size(), 2u);

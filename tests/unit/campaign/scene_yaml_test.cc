@@ -1,11 +1,11 @@
 #include "dem_offline/scenes/scene_yaml.h"
-#include "dem_offline/scenes/engine_convert.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <numbers>
 
+#include "dem_offline/scenes/engine_convert.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "tests/unit/records/temp_folder.h"
@@ -77,6 +77,17 @@ INSTANTIATE_TEST_SUITE_P(
              "LINE: key 'soil.grains.poisson_ratio': got '0.7', expected a number in [0, 0.5]"},
         Edit{"Fraction", "width_bins: 5", "width_bins: 5.5",
              "LINE: key 'rig.width_bins': got '5.5', expected a whole number in [1, 100]"},
+        Edit{"UnknownBed", "width_bins: 5", "width_bins: 5\n  scene: endless",
+             "39: key 'rig.scene': got 'endless', expected one of: periodic, full, window"},
+        Edit{"SceneWithoutBed", "width_bins: 5", "width_bins: 5\n  scene: {freeze: on}",
+             "39: key 'rig.scene.bed': got no such key"},
+        Edit{"BadSwitch", "width_bins: 5", "width_bins: 5\n  scene: {bed: full, freeze: maybe}",
+             "39: key 'rig.scene.freeze': got 'maybe', expected on or off"},
+        Edit{"SmallBox", "width_bins: 5", "width_bins: 5\n  scene: {bed: full, freeze_box: 0.5}",
+             "39: key 'rig.scene.freeze_box': got '0.5', expected a number in [1, 100]"},
+        Edit{"WindowOfNoWindow", "width_bins: 5",
+             "width_bins: 5\n  scene: {bed: full, window_length_m: 1}",
+             "39: key 'rig.scene.window_length_m': got an unknown key"},
         Edit{"Twice", "radius_m: 0.025", "radius_m: 0.025\n  radius_m: 0.030",
              "24: key 'wheel.radius_m': got it twice"},
         Edit{"SizesSum", "mass_fraction: 0.50", "mass_fraction: 0.60",
@@ -85,7 +96,8 @@ INSTANTIATE_TEST_SUITE_P(
              "19: key 'soil.grains.sizes[1].diameter_m': got no such key"},
         Edit{"BulkDensity", "grain_density_kg_per_m3: 2293.1", "grain_density_kg_per_m3: 2650",
              "LINE: key 'soil.grains.grain_density_kg_per_m3': got 2650"},
-        Edit{"UnknownLaw", "rolling_friction: 0.2", "rolling_friction: 0.2\n    contact: {normal: hooke}",
+        Edit{"UnknownLaw", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {normal: hooke}",
              "16: key 'soil.grains.contact': got normal law: 'hooke', expected one of "},
         Edit{"IllegalLaws", "rolling_friction: 0.2",
              "rolling_friction: 0.2\n    contact: {normal: linear_spring, cohesion: jkr}",
@@ -103,9 +115,11 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   const auto after = [&](const std::string& line, const std::string& more) {
     text.insert(text.find(line) + line.size(), "\n" + more);
   };
-  after("    poisson_ratio: 0.3", "    contact: {rolling: none, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
+  after("    poisson_ratio: 0.3",
+        "    contact: {rolling: none, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
         "hertz_restitution: {critical_damping_share: 0.2}}");
-  after("  radius_m: 0.025", "  treads: [{count: 8, height_m: 0.004, root_thickness_m: 0.003, lean_deg: 30}]");
+  after("  radius_m: 0.025",
+        "  treads: [{count: 8, height_m: 0.004, root_thickness_m: 0.003, lean_deg: 30}]");
   const std::string path = folder / "a.scene.yaml";
   records::WriteFileDurably(path, text);
   v1alpha1::WheelTestSpec spec;
@@ -122,6 +136,31 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   ASSERT_EQ(engine.wheel.treads.size(), 1u);
   EXPECT_EQ(engine.wheel.treads[0].count, 8);
   EXPECT_NEAR(engine.wheel.treads[0].lean_rad, std::numbers::pi / 6, 1e-12);
+}
+
+TEST(SceneYaml, SceneChoiceReachesTheEngine) {
+  const records::TempFolder folder;
+  const auto read = [&](const std::string& scene) {
+    std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+    text += scene;
+    records::WriteFileDurably(folder / "a.scene.yaml", text);
+    v1alpha1::WheelTestSpec spec;
+    *spec.mutable_rig() = LoadScene(folder / "a.scene.yaml").rig();
+    return ToEngine(spec).rig.scene;
+  };
+  EXPECT_EQ(read("").bed, dem::SceneBed::kPeriodic);
+  const dem::SceneSettings usual, full = read("  scene: full\n");
+  EXPECT_EQ(full.bed, dem::SceneBed::kFull);
+  EXPECT_FALSE(full.freeze);
+  EXPECT_EQ(full.look_steps, usual.look_steps);
+  const dem::SceneSettings lean = read(
+      "  scene: {bed: window, window_length_m: 0.1, freeze: on, freeze_box: 2, largest_step: "
+      "on}\n");
+  EXPECT_EQ(lean.bed, dem::SceneBed::kWindow);
+  EXPECT_EQ(lean.window_length_m, 0.1);
+  EXPECT_EQ(lean.window_ahead, usual.window_ahead);
+  EXPECT_EQ(lean.freeze_box, 2);
+  EXPECT_TRUE(lean.freeze && lean.largest_step);
 }
 
 TEST(SceneYaml, MissingFileAndFolderAreInputErrors) {

@@ -40,8 +40,8 @@ TEST(OwnSpin, AgainstTheGrainsOwnSpinAndNoFurtherThanRest) {
   c.g.w_own = {w, 0.0f, 0.0f};
   c.Step(1e-4f);
   EXPECT_NEAR(c.last.moment.x * 1e-4 / inertia / -w, 1, 1e-4);
-  // Both grains' halves: all of this grain's spin energy, twice.
-  EXPECT_NEAR(c.last.rolling / (inertia * w * w), 1, 1e-3);
+  // All of this grain's spin energy; the partner's side reports its own.
+  EXPECT_NEAR(c.last.rolling / (0.5 * inertia * w * w), 1, 1e-3);
   c.g.w_own = {0.0f, 0.0f, 0.0f};
   EXPECT_EQ(c.Step(1e-4f).moment.x, 0);
 }

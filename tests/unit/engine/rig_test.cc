@@ -39,6 +39,14 @@ double Mean(const WheelTestResult& r, const std::string& name) {
   return 0;
 }
 
+double Error(const WheelTestResult& r, const std::string& name) {
+  for (const auto& o : r.outputs) {
+    if (o.name == name) return o.standard_error;
+  }
+  ADD_FAILURE() << name << " is missing";
+  return 0;
+}
+
 TEST(Rig, TileIsFlatDenseAndRepeats) {
   const Tile& t = SmallTile();
   EXPECT_GT(t.radius_m.size(), 300u);
@@ -71,7 +79,8 @@ TEST(Rig, CarriesTheLoadAndBooksTheEnergy) {
   const auto& p = r.stress;
   const double area = 0.04 * p.angle_step_rad * 0.04 / p.width_bins;
   for (std::size_t i = 0; i < p.normal_pa.size(); ++i) {
-    const double a = p.first_angle_rad + (static_cast<double>(i / p.width_bins) + 0.5) * p.angle_step_rad;
+    const double a =
+        p.first_angle_rad + (static_cast<double>(i / p.width_bins) + 0.5) * p.angle_step_rad;
     carried += area * (p.normal_pa[i] * std::cos(a) + p.shear_tangential_pa[i] * std::sin(a));
   }
   EXPECT_GT(carried, 0.6 * 6);
@@ -109,7 +118,9 @@ TEST(Rig, LockedWheelBrakesAndTowedWheelRolls) {
   const auto towed = RunWheelTest(s, SmallTile(), nullptr);
   EXPECT_NEAR(Mean(towed, "torque"), 0, 0.3 * 6 * 0.04);
   EXPECT_GT(towed.rim_speed_m_per_s, 0.02);
-  EXPECT_LT(towed.slip, 0);
+  // It is dragged along and lags behind, here within the noise of half a second.
+  EXPECT_LT(Mean(towed, "f_x"), 0);
+  EXPECT_LT(towed.slip, 3 * Error(towed, "slip"));
   s.state.mode = RigMode::kFreeSlip;
   const auto free = RunWheelTest(s, SmallTile(), nullptr);
   EXPECT_GT(free.v_x_m_per_s, 0);  // drives itself
@@ -125,9 +136,8 @@ TEST(Rig, TooHeavyIsOverload) {
 
 TEST(Rig, StopsWhenAsked) {
   int calls = 0;
-  const auto r = RunWheelTest(Small(), SmallTile(), [&](double, const std::string&) {
-    return ++calls < 3;
-  });
+  const auto r =
+      RunWheelTest(Small(), SmallTile(), [&](double, const std::string&) { return ++calls < 3; });
   EXPECT_EQ(r.status, RunStatus::kFailed);
   EXPECT_EQ(r.reason, "stopped by caller");
 }
@@ -145,6 +155,61 @@ TEST(Rig, RefusesBadSpecs) {
   s = Small();
   s.state.load_n = std::nan("");
   EXPECT_THROW(ValidateSpec(s), std::invalid_argument);
+}
+
+TEST(Rig, RefusesBadScenes) {
+  const auto bad = [](void (*change)(SceneSettings*)) {
+    WheelTestSpec s = Small();
+    change(&s.rig.scene);
+    EXPECT_THROW(ValidateSpec(s), std::invalid_argument);
+  };
+  bad([](SceneSettings* s) { s->window_ahead = 0.05; });
+  bad([](SceneSettings* s) { s->freeze_box = 0.9; });
+  bad([](SceneSettings* s) { s->freeze_speed = 0; });
+  bad([](SceneSettings* s) { s->look_steps = 0; });
+  bad([](SceneSettings* s) {
+    s->bed = SceneBed::kWindow;
+    s->window_length_m = 0.1;  // the wheel would stand on the seam
+  });
+  WheelTestSpec s = Small();
+  s.rig.scene = OnlyWhatIsNeeded();
+  ValidateSpec(s);
+  s.rig.scene = EverythingSimulated();
+  ValidateSpec(s);
+}
+
+/// The same wheel test with everything simulated and with what it needs.
+TEST(Rig, WhatIsNeededGivesTheForcesOfTheWhole) {
+  WheelTestSpec s = Small();
+  s.rig.target_relative_error = 1e-6;
+  WheelTestResult r[2];
+  for (const bool lean : {false, true}) {
+    s.rig.scene = lean ? OnlyWhatIsNeeded() : EverythingSimulated();
+    r[lean] = RunWheelTest(s, SmallTile(), nullptr);
+    EXPECT_TRUE(r[lean].status == RunStatus::kSteady || r[lean].status == RunStatus::kUnsteady)
+        << r[lean].reason;
+    EXPECT_EQ(r[lean].stopped, StopCause::kTimeUp);
+    EXPECT_LT(EnergyError(r[lean].energy), 1e-3);
+  }
+  EXPECT_EQ(r[0].use.awake_particle_steps, r[0].use.particle_steps);
+  EXPECT_LT(r[1].use.awake_particle_steps, 0.6 * r[0].use.awake_particle_steps);
+  EXPECT_EQ(r[1].rules.size(), r[0].rules.size() + 1);  // of the seam
+  // Four grains across: two tiles of this bed differ by 0.4 N, 0.01 N m and 1.5 mm.
+  EXPECT_NEAR(Mean(r[1], "f_x"), Mean(r[0], "f_x"), 3 * 0.4);
+  EXPECT_NEAR(Mean(r[1], "torque"), Mean(r[0], "torque"), 3 * 0.01);
+  EXPECT_NEAR(Mean(r[1], "sinkage"), Mean(r[0], "sinkage"), 3 * 1.5e-3);
+}
+
+TEST(Rig, StopsWhenPreciseAndSaysSo) {
+  WheelTestSpec s = Small();
+  s.rig.max_time_s = 3;
+  s.rig.target_relative_error = 0.3;
+  s.rig.scene = OnlyWhatIsNeeded();
+  const WheelTestResult r = RunWheelTest(s, SmallTile(), nullptr);
+  EXPECT_EQ(r.status, RunStatus::kSteady) << r.reason;
+  EXPECT_EQ(r.stopped, StopCause::kPrecise);
+  EXPECT_GE(r.travel_m, r.contact_length_m);
+  EXPECT_LT(r.series.time_s.back(), 2.9);
 }
 
 TEST(EnergyError, IsTheShareThatNobodyAccountsFor) {

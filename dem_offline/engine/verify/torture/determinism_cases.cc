@@ -51,20 +51,14 @@ void Repeats(Rows& rows) {
   rows.Holds("a world run beside two others gives the same bits", mates[0] == first, Hex(mates[0]));
 }
 
-/// One sweep of a kernel over a world's lists as they are.
-std::vector<float> Sweep(World& world, PairKernelFn kernel) {
+/// One sweep of the kernels over a world's lists as they are: loads, then histories.
+std::vector<float> Sweep(World& world, const Kernels& kernels) {
   std::vector<GrainLoad> loads(world.loads().size());
-  auto history = world.list().history();
-  auto touches = world.list().row_touches();
+  PairList list = world.list();
   const std::vector<PairParams> params = world.config().contacts.Table();
   PairView v = {};
   v.grains = world.grains().data();
-  v.loads = loads.data();
-  v.tiles = static_cast<int>(world.grains().size() / kLanes);
-  v.first_slot = world.list().first_slot().data();
-  v.partner = world.list().partner().data();
-  for (int w = 0; w < world.list().words(); ++w) v.history[w] = history[w].data();
-  v.row_touches = touches.data();
+  list.Fill(v);
   const auto q = world.config().frame.Quantum();
   std::copy(q.begin(), q.end(), v.quantum);
   v.dt = static_cast<float>(world.config().dt_s);
@@ -72,12 +66,11 @@ std::vector<float> Sweep(World& world, PairKernelFn kernel) {
   v.materials = world.config().contacts.materials();
   v.laws = world.config().contacts.laws();
   v.layout = world.config().contacts.layout();
-  kernel(v, 0, v.tiles, nullptr);
+  kernels.pairs(v, 0, list.blocks(), nullptr);
+  kernels.sum(v, nullptr, loads.data(), 0, static_cast<std::int64_t>(loads.size()) / kLanes);
   std::vector<float> out(loads.size() * 8);
   std::memcpy(out.data(), loads.data(), out.size() * sizeof(float));
-  for (int w = 0; w < world.list().words(); ++w) {
-    out.insert(out.end(), history[w].begin(), history[w].end());
-  }
+  out.insert(out.end(), list.history().begin(), list.history().end());
   return out;
 }
 
@@ -86,23 +79,23 @@ void InstructionSets(Rows& rows) {
   World world(spec.Config(), Scene(Grid(spec, 0, 0.24, 0, 0.12, 0, 1000), {Floor()}));
   RunOrThrow(world, 1500);
   const int recipe = world.config().contacts.recipe();
-  const std::vector<float> base = Sweep(world, PairKernelFor("baseline", recipe, false));
+  const std::vector<float> base = Sweep(world, KernelsFor("baseline", recipe, false));
   double pushed = 0;
   for (const float f : base) pushed += std::abs(static_cast<double>(f));
   int compared = 0;
   bool equal = true;
   std::string names;
   for (const char* isa : {"avx2", "avx512"}) {
-    const PairKernelFn kernel = PairKernelFor(isa, recipe, false);
-    if (!kernel) continue;
-    const std::vector<float> got = Sweep(world, kernel);
+    const Kernels kernels = KernelsFor(isa, recipe, false);
+    if (!kernels.pairs) continue;
+    const std::vector<float> got = Sweep(world, kernels);
     equal = equal && std::memcmp(got.data(), base.data(), base.size() * sizeof(float)) == 0;
     ++compared;
     names += std::string(" ") + isa;
   }
   rows.Holds("forces and histories of a bed are bitwise equal on every instruction set here",
              equal && pushed > 0, compared == 0 ? "baseline alone" : "baseline" + names);
-  const std::vector<float> generic = Sweep(world, PairKernelFor("baseline", -1, false));
+  const std::vector<float> generic = Sweep(world, KernelsFor("baseline", -1, false));
   rows.Holds("and on the generic path of the same laws",
              std::memcmp(generic.data(), base.data(), base.size() * sizeof(float)) == 0,
              "compared");
@@ -110,7 +103,7 @@ void InstructionSets(Rows& rows) {
 
 /// Changes when results change: EngineVersion() then changes as well. To
 /// renew it run `grouser-verify torture --case pinned_hash` and copy the hash.
-constexpr std::uint64_t kPinned = 0xd4563e15dd4b88f7ull;
+constexpr std::uint64_t kPinned = 0x6a5e149001b8720cull;
 
 void PinnedHash(Rows& rows) {
   const std::uint64_t hash = RunScene(kSand, 1, 500);

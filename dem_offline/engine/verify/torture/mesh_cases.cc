@@ -43,7 +43,7 @@ void Overflow(Rows& rows) {
   int k = 0;
   for (const std::int64_t slots : {0, 32}) {
     WorldConfig c = spec.Config();
-    c.first_slots = slots;
+    c.first_pairs = slots;
     World world(c, Scene(grains, {Floor()}));
     RunOrThrow(world, 3000);
     hashes[k] = world.Hash();

@@ -7,6 +7,7 @@
 
 namespace grouser::dem {
 PairKernelFn GenericPairKernel(bool energy) {
-  return energy ? generic::Tiles<generic::AnyLaws, true> : generic::Tiles<generic::AnyLaws, false>;
+  return energy ? generic::Blocks<generic::AnyLaws, true>
+                : generic::Blocks<generic::AnyLaws, false>;
 }
 }  // namespace grouser::dem

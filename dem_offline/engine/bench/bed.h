@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/world/world.h"
+
+// The beds that every timing, ours and the peers', starts from.
+
+namespace grouser::dem::bench {
+
+/// How a bed is made: radii uniform in mean (1 +- spread), periodic in x and y,
+/// a floor at z = 0. The numbers are those of coarse sand, softened so that the
+/// deepest overlaps (99 %) are about 1 % of a radius.
+struct BedRecipe {
+  std::int64_t grains = 20000;
+  double mean_diameter_m = 0.002;
+  double spread = 0.2;  ///< of the radius over its mean [-], < 1
+  double length_m = 0;  ///< 0: a square of as many diameters as the depth leaves
+  double width_m = 0;
+  double density_kg_per_m3 = 2600;
+  double youngs_modulus_pa = 1e7;
+  double poisson_ratio = 0.3;
+  double restitution = 0.5;
+  double friction = 0.5;
+  double rolling_friction = 0.1;
+  double rolling_damping = 0.3;
+  double preparation_friction = 0.1;  ///< while poured: a denser bed, hardly held up by friction
+  double gravity_m_per_s2 = 9.81;
+  double rayleigh_fraction = 0.2;  ///< dt over the Rayleigh time of the smallest grain [-]
+  std::uint64_t seed = 1;
+};
+
+/// Grains and the box they are in; what a peer reads as well.
+struct Bed {
+  std::string kind;  ///< "bed", "shear" or "wheel"
+  double length_m = 0, width_m = 0;
+  double height_m = 0;  ///< of the volume over which stresses are averaged
+  double dt_s = 0;
+  double shear_rate_per_s = 0;       ///< "shear" only
+  BedRecipe recipe;                  ///< it was made by
+  std::vector<GrainState> grains;    ///< glued ones: the plates of "shear"
+  std::int64_t free_grains() const;  ///< those that move by themselves
+};
+
+/// Grains of one material; floor and wheel of the same, so that a peer needs no
+/// rigid material.
+/// rolling: a rolling law of the menu ("epsd", "constant_torque", "none").
+ContactModel BenchContacts(const BedRecipe& recipe, const std::string& rolling = "epsd");
+double BenchStep(const BedRecipe& recipe);  ///< [s]
+
+/// Poured and at rest, in spatial order. Deterministic. Contact histories are
+/// not part of a bed: it has been let settle without them again and again, so
+/// that it stays quiet when somebody starts from positions alone. Throws
+/// std::runtime_error when it does not come to rest.
+Bed MakeBed(const BedRecipe& recipe);
+
+/// Cell by cell, as a simulation that sorts its grains would have them.
+void SortInSpace(Bed& bed);
+/// The same grains in another order, by seed.
+void Shuffle(Bed& bed, std::uint64_t seed);
+
+/// World of a bed: floor (unless "shear"), gravity, time step, contact laws.
+WorldConfig BenchConfig(const Bed& bed, int threads, const std::string& rolling = "epsd");
+Contents BenchContents(const Bed& bed);
+
+/// Text: `# name=value` lines, a header line, one grain a line with 17 digits.
+/// Throw std::runtime_error with the file's name.
+void SaveBed(const Bed& bed, const std::string& path);
+Bed LoadBed(const std::string& path);
+
+}  // namespace grouser::dem::bench

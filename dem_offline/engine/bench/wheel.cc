@@ -1,0 +1,250 @@
+#include "dem_offline/engine/bench/wheel.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+#include "dem_offline/engine/rig/kinematics.h"
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/scaling.h"
+#include "dem_offline/engine/rig/scene.h"
+#include "dem_offline/engine/rig/steady.h"
+
+namespace grouser::dem::bench {
+namespace {
+
+constexpr double kBedLength = 0.28, kBedWidth = 0.20;  // [m]
+constexpr double kTarget = 0.02;                       // standard error of F_x, F_y over the load
+
+/// Sums over a sample's steps.
+class Sampler {
+ public:
+  Sampler(const WheelBench& bench, double dt_s)
+      : steps_(std::max<long>(1, std::lround(bench.sample_s / dt_s))), dt_(dt_s) {}
+  void Add(const Wrench& f, double sinkage_m, const Motion& motion, double time_s, Series* s) {
+    const double values[] = {f.fx, f.fy, f.fz, -f.ty, sinkage_m};
+    for (int k = 0; k < 5; ++k) sums_[k] += values[k];
+    travel_ += std::max(std::abs(motion.v_x), std::abs(motion.rim)) * dt_;
+    if (++count_ < steps_) return;
+    std::vector<double>* columns[] = {&s->f_x_n, &s->f_y_n, &s->f_z_n, &s->torque_n_m,
+                                      &s->sinkage_m};
+    for (int k = 0; k < 5; ++k) {
+      columns[k]->push_back(sums_[k] / static_cast<double>(count_));
+      sums_[k] = 0;
+    }
+    s->time_s.push_back(time_s);
+    s->travel_m.push_back(travel_);
+    count_ = 0;
+  }
+
+ private:
+  long steps_, count_ = 0;
+  double dt_, sums_[5] = {}, travel_ = 0;
+};
+
+SteadyWindow Look(const Series& series, const WheelBench& bench) {
+  const auto first = std::lower_bound(series.time_s.begin(), series.time_s.end(), bench.settle_s) -
+                     series.time_s.begin();
+  return FindSteady(series, static_cast<std::size_t>(first), bench.load_n, bench.wheel.radius_m,
+                    kTarget);
+}
+
+WheelVerdict VerdictOf(const Series& series, const SteadyWindow& window) {
+  WheelVerdict out;
+  out.stopped = window.Enough();
+  if (window.last > window.first) {
+    out.from_s = series.time_s[window.first];
+    out.time_s = series.time_s[window.last - 1];
+  }
+  out.drifting = window.drifting;
+  out.travel_m = window.travel_m;
+  out.contact_length_m = window.contact_length_m;
+  const auto mean = [&](const std::vector<double>& column, double* value, double* error) {
+    const BlockMean m =
+        AverageBlocks(std::span(column).subspan(window.first, window.last - window.first));
+    *value = m.mean;
+    *error = m.standard_error;
+  };
+  mean(series.f_x_n, &out.f_x_n, &out.se_f_x_n);
+  mean(series.f_y_n, &out.f_y_n, &out.se_f_y_n);
+  mean(series.f_z_n, &out.f_z_n, &out.se_f_z_n);
+  mean(series.torque_n_m, &out.torque_n_m, &out.se_torque_n_m);
+  mean(series.sinkage_m, &out.sinkage_m, &out.se_sinkage_m);
+  return out;
+}
+
+Series Head(const Series& s, std::size_t samples) {
+  Series out;
+  const auto cut = [&](const std::vector<double>& from) {
+    return std::vector<double>(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(samples));
+  };
+  out.time_s = cut(s.time_s);
+  out.f_x_n = cut(s.f_x_n);
+  out.f_y_n = cut(s.f_y_n);
+  out.f_z_n = cut(s.f_z_n);
+  out.torque_n_m = cut(s.torque_n_m);
+  out.sinkage_m = cut(s.sinkage_m);
+  out.travel_m = cut(s.travel_m);
+  return out;
+}
+
+Body Wheel(const WheelBench& bench, double x_m, double y_m) {
+  const Motion motion = MotionAt(bench.slip, 0, bench.speed_m_per_s);
+  Body wheel;
+  wheel.shape = SmoothWheel(bench.wheel.radius_m, bench.wheel.width_m);
+  wheel.material = kWheelMaterial;
+  wheel.motion = BodyMotion::kPrescribed;
+  wheel.position_m = {x_m, y_m, bench.wheel.radius_m + bench.clearance_m};
+  wheel.velocity_m_per_s = {motion.v_x, 0, -bench.load_n / bench.damper_n_s_per_m};
+  wheel.spin_rad_per_s = {0, motion.rim / bench.wheel.radius_m, 0};
+  return wheel;
+}
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+WheelVerdict Judge(const Series& series, const WheelBench& bench) {
+  WheelVerdict verdict;
+  double next = bench.first_look_s;
+  for (std::size_t k = 0; k < series.time_s.size(); ++k) {
+    const bool last = k + 1 == series.time_s.size();
+    if (series.time_s[k] < next && !last) continue;
+    next += bench.look_s;
+    const Series head = Head(series, k + 1);
+    verdict = VerdictOf(head, Look(head, bench));
+    if (verdict.stopped) break;
+  }
+  return verdict;
+}
+
+WheelVerdict Judge(const Series& series, double from_s, double to_s) {
+  const auto at = [&](double time_s) {
+    return static_cast<std::size_t>(
+        std::lower_bound(series.time_s.begin(), series.time_s.end(), time_s) -
+        series.time_s.begin());
+  };
+  SteadyWindow window;
+  window.first = at(from_s);
+  window.last = at(to_s);
+  if (window.last < window.first + 2 * kBlocks) {
+    throw std::invalid_argument("window: expected at least 16 samples");
+  }
+  return VerdictOf(series, window);
+}
+
+Bed MakeWheelBed(const BedRecipe& recipe) {
+  BedRecipe r = recipe;
+  r.length_m = kBedLength;
+  r.width_m = kBedWidth;
+  Bed bed = MakeBed(r);
+  bed.kind = "wheel";
+  // As deep as it can be cut flat everywhere.
+  const double cut = bed.height_m - r.mean_diameter_m;
+  std::erase_if(bed.grains, [&](const GrainState& g) { return g.z_m + g.radius_m > cut; });
+  bed.height_m = cut;
+  return bed;
+}
+
+Tile TileOf(const Bed& bed) {
+  Tile tile;
+  tile.length_m = bed.length_m;
+  tile.width_m = bed.width_m;
+  tile.depth_m = bed.height_m;
+  tile.overlap_p99_over_radius = 0.01;
+  const Frame frame = {bed.length_m, bed.width_m, TileZSpan(bed.height_m)};
+  for (const GrainState& g : bed.grains) {
+    tile.radius_m.push_back(static_cast<float>(g.radius_m));
+    tile.position.push_back(frame.FixX(g.x_m));
+    tile.position.push_back(frame.FixY(g.y_m));
+    tile.position.push_back(frame.FixZ(g.z_m - bed.height_m));
+  }
+  tile.velocity.assign(3 * bed.grains.size(), 0.0f);
+  tile.spin.assign(3 * bed.grains.size(), 0.0f);
+  tile.contact_first.assign(bed.grains.size() + 1, 0);
+  return tile;
+}
+
+WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBench& bench) {
+  const BedRecipe& r = bed.recipe;
+  WheelTestSpec spec;
+  spec.soil.density_kg_per_m3 = r.density_kg_per_m3;
+  spec.soil.youngs_modulus_pa = r.youngs_modulus_pa;
+  spec.soil.poisson_ratio = r.poisson_ratio;
+  spec.soil.restitution = r.restitution;
+  spec.soil.friction = r.friction;
+  spec.soil.rolling_friction = r.rolling_friction;
+  spec.soil.contact.rolling = options.rolling;
+  spec.soil.contact.rolling_damping = r.rolling_damping;
+  spec.soil.gravity_m_per_s2 = r.gravity_m_per_s2;
+  spec.soil.sizes = {{r.mean_diameter_m * (1 - r.spread), 0.5},
+                     {r.mean_diameter_m * (1 + r.spread), 0.5}};
+  spec.wheel = bench.wheel;
+  spec.wheel.friction = r.friction;
+  spec.wheel.rolling_friction = r.rolling_friction;
+  spec.wheel.restitution = r.restitution;
+  spec.state.slip = bench.slip;
+  spec.state.load_n = bench.load_n;
+  spec.rig.bed_length_m = bed.length_m;
+  spec.rig.bed_width_m = bed.width_m;
+  spec.rig.bed_depth_m = bed.height_m;
+  spec.rig.speed_m_per_s = bench.speed_m_per_s;
+  spec.rig.max_time_s = bench.longest_s;
+  if (options.scene == "needed") spec.rig.scene = OnlyWhatIsNeeded();
+  return spec;
+}
+
+void RunWheel(const Bed& bed, BenchResult* out) {
+  const WheelBench bench;
+  const Tile tile = TileOf(bed);
+  const WheelTestSpec spec = SpecOf(out->options, bed, bench);
+  const double dt = spec.rig.scene.largest_step
+                        ? LargestStep(spec.soil, spec.wheel, tile.overlap_p99_over_radius)
+                        : bed.dt_s;
+  RigScene scene(spec, tile, dt);
+  World& world = scene.world();
+  world.SetTiming(true);
+  world.AddBody(Wheel(bench, scene.start_x_m(), 0.5 * bed.width_m));
+  const Motion motion = MotionAt(bench.slip, 0, bench.speed_m_per_s);
+  Sampler sampler(bench, dt);
+  Series series;
+  double next = bench.first_look_s, particle_steps = 0;
+  const double start = Now();
+  const std::clock_t cpu = std::clock();
+  std::uint64_t step = 0;
+  while (static_cast<double>(step) * dt < bench.longest_s) {
+    Body& wheel = world.body(kWheelBody);
+    scene.Follow(step, wheel.position_m);
+    const StepFault fault = world.Step();
+    if (fault != StepFault::kNone)
+      throw std::runtime_error(std::string("wheel: ") + Explain(fault));
+    const Wrench& f = world.wrench(kWheelBody);
+    world.body(kWheelBody).velocity_m_per_s[2] = (f.fz - bench.load_n) / bench.damper_n_s_per_m;
+    particle_steps += static_cast<double>(world.count());
+    const double time = static_cast<double>(++step) * dt;
+    sampler.Add(f, bench.wheel.radius_m - world.body(kWheelBody).position_m[2], motion, time,
+                &series);
+    if (time < next) continue;
+    next += bench.look_s;
+    if (Look(series, bench).Enough()) break;
+  }
+  const double wall = Now() - start;
+  out->dt_s = dt;
+  out->wall_s.push_back(wall);
+  out->cpu_s.push_back(static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC);
+  out->rates.push_back(particle_steps / wall);
+  out->options.steps = static_cast<std::int64_t>(step);
+  out->rebuilds = static_cast<double>(world.rebuilds());
+  out->contacts_per_particle = world.MeanContacts();
+  out->bytes_per_particle_step = world.BytesPerStep() / static_cast<double>(world.count());
+  out->phases = PhasesOf(world.phases());
+  out->wheel = VerdictOf(series, Look(series, bench));
+  out->physics = Measure(world, StressVolume(bed));
+  if (!out->options.series.empty()) SaveSeries(series, out->options.series);
+}
+
+}  // namespace grouser::dem::bench

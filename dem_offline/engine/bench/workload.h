@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/bench/bed.h"
+#include "dem_offline/engine/bench/physics.h"
+#include "dem_offline/engine/world/world.h"
+
+// Timings of the engine that a peer can repeat on the same bed.
+
+namespace grouser::dem::bench {
+
+struct BenchOptions {
+  std::string workload = "bed";  ///< "bed", "shear" or "wheel"
+  std::int64_t particles = 20000;
+  int cores = 1;
+  std::string device = "cpu";
+  std::string rolling = "epsd";  ///< rolling law of the contacts
+  std::string order = "sorted";  ///< or "shuffled": of the grains handed to the engine
+  int worlds = 1;
+  std::int64_t steps = 2000;  ///< timed
+  std::int64_t warmup = 200;  ///< untimed, before
+  int repeat = 3;
+  std::uint64_t seed = 1;
+  double preparation_friction = 0.1;  ///< of a bed that is made: less packs more contacts
+  std::string bed;          ///< file: read if it is there, else made and written. Empty: made
+  int physics_samples = 1;  ///< instants, the last at the end, evenly spread, outside of the clock
+  std::string scene = "full";  ///< "wheel": "full", or "needed": window, freezing, largest step
+  std::string series;          ///< "wheel": file for the forces; empty: none
+  double skin_m = 0;           ///< of the lists; 0: the engine's own choice
+};
+
+/// Where the stopping rule of wheel tests (rig/steady.h) ends a series, and what it says.
+struct WheelVerdict {
+  bool stopped = false;           ///< false: the series ended first
+  double from_s = 0, time_s = 0;  ///< of the window's beginning and end
+  std::string drifting;           ///< what still drifts; empty: nothing
+  double travel_m = 0, contact_length_m = 0;
+  double f_x_n = 0, f_y_n = 0, f_z_n = 0, torque_n_m = 0, sinkage_m = 0;  ///< means
+  double se_f_x_n = 0, se_f_y_n = 0, se_f_z_n = 0, se_torque_n_m = 0, se_sinkage_m = 0;
+};
+
+/// Wall time of a part of the step, summed over worlds and timed steps.
+struct BenchPhase {
+  std::string name;
+  double seconds = 0;
+};
+
+struct BenchResult {
+  BenchOptions options;
+  std::string isa;
+  int threads_per_world = 1;
+  std::int64_t particles = 0, free_particles = 0;  ///< per world
+  double dt_s = 0;
+  std::vector<double> rates;   ///< [repeat] particle-steps/s, all worlds together
+  std::vector<double> cpu_s;   ///< [repeat] of all threads: under cores x wall where others ran
+  std::vector<double> wall_s;  ///< [repeat] of the timed steps
+  double contacts_per_particle = 0;  ///< contacts, with bodies too, that a grain has
+  double rebuilds = 0;               ///< of the lists, per world, while timed
+  std::vector<BenchPhase> phases;
+  double bytes_per_particle_step = 0;
+  double copy_bytes_per_s = 0;  ///< read and written, by as many threads
+  Physics physics;              ///< mean over the samples, of the first world
+  WheelVerdict wheel;           ///< "wheel"
+  double inertial_number = 0;   ///< "shear": rate x d sqrt(density/stress_zz)
+
+  double Rate() const;  ///< median
+  double ShareOfCopyRate() const;
+};
+
+std::vector<BenchPhase> PhasesOf(const Phases& phases);
+
+/// Throws std::invalid_argument by option for what it cannot do ("cuda", say),
+/// std::runtime_error where the simulation fails.
+BenchResult RunBench(const BenchOptions& options);
+void CheckOptions(const BenchOptions& options);
+/// The bed of these options in their order: from the file if there, else made.
+Bed OpenBed(const BenchOptions& options);
+
+/// Bytes read and written per second when `threads` copy arrays far larger than any cache.
+double CopyRate(int threads);
+
+/// One object with the keys of docs/performance.md; and the same for people.
+std::string ToJson(const BenchResult& result);
+std::string ToJson(const WheelVerdict& verdict);
+std::string ToText(const BenchResult& result);
+
+}  // namespace grouser::dem::bench

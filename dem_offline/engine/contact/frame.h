@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace grouser::dem {
+
+/// Periods and quanta of a world. x and y are periodic with `length_m` and
+/// `width_m` (2^32 quanta each); z is not, but shares the integer form.
+struct Frame {
+  double length_m = 0, width_m = 0, z_span_m = 0;
+  std::array<float, 3> Quantum() const;  ///< [m]
+  std::int32_t FixX(double x_m) const;   ///< wraps
+  std::int32_t FixY(double y_m) const;
+  std::int32_t FixZ(double z_m) const;  ///< throws std::out_of_range outside +-z_span/2
+};
+
+/// a - b, the shorter way round the period.
+inline std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
+}
+
+}  // namespace grouser::dem

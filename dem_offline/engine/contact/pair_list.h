@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "dem_offline/engine/contact/cell_grid.h"
+#include "dem_offline/engine/contact/pair_kernel.h"
+
+namespace grouser::dem {
+
+/// Pairs that never make a contact: members of one clump, intact bonds.
+struct Exclusions {
+  const std::int32_t* clump_of = nullptr;  ///< [grains]; -1: none. Null: no clumps
+  /// [grains] sorted partners behind an intact bond. Null: no bonds
+  const std::vector<std::vector<std::int32_t>>* bonded = nullptr;
+  bool Has(std::int32_t i, std::int32_t j) const;
+};
+
+/// Verlet lists in two stages, each pair once, the grain of the lower place
+/// first. The far list comes from a search through cells and lasts long; the
+/// near list, what the kernel evaluates, is filtered from it, in its order, and
+/// renewed whenever a grain came to the end of its leash. The history of
+/// a pair lives with the near list and is parked with the far one where the
+/// pair is not near; both survive every renewal.
+class PairList {
+ public:
+  /// words: of one contact's history; vector_words: bits of those that change
+  /// sign where the two grains swap. capacity: pairs to begin with; 0: as many
+  /// as the first search needs and a quarter more.
+  void Configure(int words, unsigned vector_words, std::int64_t capacity);
+
+  /// Search: all pairs closer than `reach_m` (surface to surface); the near
+  /// list is empty until the next Refresh. Where the pairs outgrow their
+  /// capacity it is regrown: no history is lost. `place_of`: where the grains
+  /// of the old list are now (-1: gone); null: where they were. Throws
+  /// std::invalid_argument when a period is under three search radii.
+  void Build(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
+             float reach_m, const Exclusions& excluded = {},
+             const std::vector<std::int32_t>* place_of = nullptr);
+  /// Near list: far pairs closer than the reaches of both and `range_m` together
+  /// (centre to centre) that are not both frozen.
+  void Refresh(const std::vector<Grain>& grains, const std::vector<float>& reaches,
+               const Frame& frame, float range_m);
+
+  /// Puts a history, as `grain` sees it, to an existing pair; false: no such
+  /// pair. For use between Build and Refresh.
+  bool SetHistory(std::int32_t grain, std::int32_t partner, const float* words);
+
+  /// The list's part of what the kernels need.
+  void Fill(PairView& view);
+  std::int64_t blocks() const { return (near_pairs() + kLanes - 1) / kLanes; }
+
+  int words() const { return words_; }
+  std::int64_t pairs() const { return static_cast<std::int64_t>(far_second_.size()); }
+  std::int64_t near_pairs() const { return static_cast<std::int64_t>(far_of_.size()); }
+  std::uint64_t regrowths() const { return regrowths_; }
+  std::int32_t first(std::int64_t near) const {
+    return blocks_[near / kLanes].first[near % kLanes];
+  }
+  std::int32_t second(std::int64_t near) const {
+    return blocks_[near / kLanes].second[near % kLanes];
+  }
+  /// See PairView; all zero where there is no contact.
+  const std::vector<float>& history() const { return history_; }
+  /// f(i, j, words) for every far pair with a history, words as i (< j) sees it.
+  template <class F>
+  void ForEachHistory(F&& f) const {
+    float words[kMaxHistoryWords];
+    for (std::int64_t p = 0; p < pairs(); ++p) {
+      if (Read(p, words)) f(far_first_[p], far_second_[p], static_cast<const float*>(words));
+    }
+  }
+
+ private:
+  std::int64_t Word(std::int64_t near, int w) const {
+    return (near / kLanes * words_ + w) * kLanes + near % kLanes;
+  }
+  bool Read(std::int64_t pair, float* words) const;
+  std::int64_t Find(std::int32_t i, std::int32_t j) const;
+  void Search(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
+              float reach_m, const Exclusions& excluded);
+  void Carry(const PairList& old, const std::vector<std::int32_t>* place_of);
+  void OrderSides(const std::vector<Grain>& grains, const Frame& frame);
+  void FillBlocks(std::size_t grains);
+
+  int words_ = 0;
+  unsigned vector_words_ = 0;
+  std::int64_t capacity_ = 0;
+  std::uint64_t regrowths_ = 0;
+  // Far pairs, by their first grain.
+  std::vector<std::int64_t> start_;  ///< [grains + 1]
+  std::vector<std::int32_t> far_first_, far_second_;
+  std::vector<std::int32_t> near_of_;  ///< [pairs] place in the near list; -1: parked
+  std::vector<float> parked_;          ///< [pairs x words]
+  /// 2 x pair, + 1: of its second grain; those of a grain together, by gap.
+  std::vector<std::int32_t> sides_;
+  std::vector<std::int32_t> side_start_;  ///< [grains + 1]
+  // Near pairs.
+  std::vector<std::int32_t> far_of_;  ///< [near pairs]
+  std::vector<PairBlock> blocks_;
+  std::vector<float> history_, old_history_;
+  std::vector<std::int32_t> old_near_of_;
+  std::vector<std::int32_t> record_start_;  ///< [grains + 1]
+  std::vector<GrainLoad> records_;
+};
+
+}  // namespace grouser::dem

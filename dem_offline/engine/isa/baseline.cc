@@ -1,0 +1,11 @@
+#include "dem_offline/engine/isa/kernels.h"
+
+#define GROUSER_ISA_NS isa_baseline
+#include "dem_offline/engine/contact/pair_kernel.inl"
+#include "dem_offline/engine/world/drift_kernel.inl"
+
+namespace grouser::dem::isa_baseline {
+Kernels All(int recipe, bool energy) {
+  return {Choose(recipe, energy, Recipes{}), SumTiles, DriftTiles};
+}
+}  // namespace grouser::dem::isa_baseline

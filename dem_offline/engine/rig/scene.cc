@@ -1,0 +1,182 @@
+#include "dem_offline/engine/rig/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+
+#include "dem_offline/engine/rig/materials.h"
+
+namespace grouser::dem {
+namespace {
+
+constexpr double kBandDiameters = 2.5;  // frozen on either side of the seam
+constexpr double kSlabDiameters = 2.0;  // exchanged at a time
+
+/// Whole tiles of a bed that the wheel never leaves nor re-enters.
+int TilesOf(const WheelTestSpec& spec) {
+  if (spec.rig.scene.bed != SceneBed::kFull) return 1;
+  const double travel = spec.rig.speed_m_per_s * spec.rig.max_time_s;
+  return static_cast<int>(std::ceil(travel / spec.rig.bed_length_m)) + 1;
+}
+
+void CheckTile(const RigSettings& rig, const Tile& tile) {
+  if (std::abs(tile.length_m - rig.bed_length_m) > 1e-9 ||
+      std::abs(tile.width_m - rig.bed_width_m) > 1e-9 ||
+      std::abs(tile.depth_m - rig.bed_depth_m) > 1e-9) {
+    throw std::invalid_argument("tile: its size is not that of the rig's bed");
+  }
+}
+
+int HistoryWords(const WheelTestSpec& spec) {
+  return RigContacts(spec.soil, spec.soil.friction, spec.wheel).layout().words;
+}
+
+std::int64_t KeyOf(const Home& h) { return (static_cast<std::int64_t>(h.grain) << 32) + h.copy; }
+
+/// The tile's contact histories, written to a new World. A bed of `copies`
+/// tiles that closes on itself has contacts across its ends; 0: it has none.
+void Restore(const BedPiece& piece, int copies, World* world) {
+  std::vector<std::int32_t> place_of(piece.homes.size());  // in memory
+  for (std::int64_t i = 0; i < world->count(); ++i) {
+    place_of[world->grains()[i].id] = static_cast<std::int32_t>(i);
+  }
+  std::unordered_map<std::int64_t, std::int32_t> by_home;
+  for (std::size_t p = 0; p < piece.homes.size(); ++p) {
+    by_home[KeyOf(piece.homes[p])] = static_cast<std::int32_t>(p);
+  }
+  const auto find = [&](std::int32_t in, Home home) {
+    if (in >= 0 || copies == 0) return in;
+    home.copy = ((home.copy % copies) + copies) % copies;
+    return by_home.at(KeyOf(home));
+  };
+  for (const BedTouch& t : piece.touches) {
+    const std::int32_t a = find(t.in_a, t.a), b = find(t.in_b, t.b);
+    if (a >= 0 && b >= 0) world->list().SetHistory(place_of[a], place_of[b], t.words);
+  }
+  for (const FloorTouch& t : piece.floor) {
+    world->SetBodyHistory(place_of[t.in], kFloorBody, 0, t.words);
+  }
+}
+
+}  // namespace
+
+double YawOf(const WheelTestSpec& spec) {
+  return spec.state.mode == RigMode::kFreeSlip ? 0.0 : -spec.state.attack_angle_rad;
+}
+
+Vec3d HalfExtents(const WheelShape& wheel, double yaw_rad) {
+  double tip = 0;
+  for (const Tread& t : wheel.treads) tip = std::max(tip, t.height_m);
+  const double r = wheel.radius_m + tip, half = 0.5 * wheel.width_m;
+  const double c = std::abs(std::cos(yaw_rad)), s = std::abs(std::sin(yaw_rad));
+  return {r * c + half * s, r * s + half * c, r};
+}
+
+WindowSettings WindowOf(const WheelTestSpec& spec) {
+  const double diameter = LargestDiameter(spec.soil);
+  WindowSettings w;
+  w.ahead = spec.rig.scene.window_ahead;
+  w.band_m = kBandDiameters * diameter;
+  w.slab_m = kSlabDiameters * diameter;
+  w.length_m = spec.rig.scene.window_length_m;
+  if (w.length_m > 0) return w;
+  const double clear = 0.7 * spec.wheel.radius_m + 5 * MeanDiameter(spec.soil);
+  w.length_m = LeastWindow(spec) + clear / std::min(w.ahead, 1 - w.ahead);
+  return w;
+}
+
+double LeastWindow(const WheelTestSpec& spec) {
+  const double ahead = spec.rig.scene.window_ahead;
+  const double frozen = (kBandDiameters + kSlabDiameters) * LargestDiameter(spec.soil);
+  return (HalfExtents(spec.wheel, YawOf(spec))[0] + frozen) / std::min(ahead, 1 - ahead);
+}
+
+RigScene::RigScene(const WheelTestSpec& spec, const Tile& tile, double dt_s)
+    : spec_(spec),
+      dt_(dt_s),
+      diameter_(LargestDiameter(spec.soil)),
+      feed_(tile, spec.soil.density_kg_per_m3, HistoryWords(spec)) {
+  CheckTile(spec.rig, tile);
+  const SceneSettings& scene = spec.rig.scene;
+  start_x_ = 0.5 * tile.length_m;
+  if (scene.bed == SceneBed::kWindow) {
+    const WindowSettings w = WindowOf(spec);
+    window_.emplace(feed_, w, start_x_);
+    length_ = w.length_m;
+    Open(window_->Fill(), length_, dt_s);
+  } else {
+    const int tiles = TilesOf(spec);
+    length_ = tiles * tile.length_m;
+    Open(feed_.Between(0, length_), length_, dt_s);
+  }
+  if (scene.freeze) {
+    FreezerSettings f;
+    const Vec3d half = HalfExtents(spec.wheel, YawOf(spec));
+    for (int a = 0; a < 3; ++a) f.half_m[a] = scene.freeze_box * half[a];
+    f.quiet_m_per_s = scene.freeze_speed * spec.rig.speed_m_per_s;
+    f.wake_m_per_s = 2 * f.quiet_m_per_s;
+    f.cell_m = 1.1 * diameter_;
+    freezer_.emplace(f);
+  }
+}
+
+void RigScene::Open(const BedPiece& piece, double length_m, double dt_s) {
+  WorldConfig c;
+  c.frame = {length_m, spec_.rig.bed_width_m, TileZSpan(spec_.rig.bed_depth_m)};
+  c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
+  c.dt_s = dt_s;
+  c.skin_m = 0.3 * diameter_;  // of the long-lived list; the short one finds its own
+  c.contacts = RigContacts(spec_.soil, spec_.soil.friction, spec_.wheel);
+  world_ = std::make_unique<World>(c, piece.grains);
+  world_->AddBody(FloorBody(spec_.rig.bed_depth_m));
+  Restore(piece, window_ ? 0 : static_cast<int>(std::lround(length_m / feed_.tile_length_m())),
+          world_.get());
+  awake_ = world_->count();
+}
+
+void RigScene::Follow(std::uint64_t step, const Vec3d& hub_m) {
+  if (step % static_cast<std::uint64_t>(spec_.rig.scene.look_steps) == 0) Look(hub_m);
+  use_.particle_steps += static_cast<double>(world_->count());
+  use_.awake_particle_steps += static_cast<double>(awake_);
+  use_.deep_particle_steps += static_cast<double>(deep_);
+}
+
+void RigScene::Look(const Vec3d& hub_m) {
+  if (window_) {
+    while (window_->Due(hub_m[0])) {
+      window_->Advance(*world_);
+      frozen_.assign(world_->count(), 0);
+      for (std::int64_t i = 0; i < world_->count(); ++i) frozen_[i] = Held(world_->grains()[i]);
+    }
+  }
+  const auto held = [this](const Grain& g) { return Held(g); };
+  if (freezer_) {
+    freezer_->Look(*world_, hub_m, spec_.rig.scene.look_steps * dt_, held, &frozen_);
+  } else if (window_) {
+    frozen_.resize(world_->count());
+    for (std::int64_t i = 0; i < world_->count(); ++i) frozen_[i] = Held(world_->grains()[i]);
+  } else {
+    return;
+  }
+  bool changed = false;
+  awake_ = deep_ = 0;
+  const auto half_depth = static_cast<std::int32_t>(
+      -0.5 * spec_.rig.bed_depth_m / TileZSpan(spec_.rig.bed_depth_m) * 4294967296.0);
+  for (std::int64_t i = 0; i < world_->count(); ++i) {
+    changed |= world_->Frozen(i) != (frozen_[i] != 0);
+    if (frozen_[i]) continue;
+    ++awake_;
+    deep_ += world_->grains()[i].z < half_depth;
+  }
+  if (changed) world_->Freeze(frozen_);
+}
+
+bool RigScene::OutOfBed(double hub_x_m, double path_m, double reach_m) const {
+  if (window_) return hub_x_m - reach_m < window_->from_m() + window_->settings().band_m;
+  return path_m > length_ - 2 * reach_m - 2 * diameter_;
+}
+
+}  // namespace grouser::dem
