@@ -36,7 +36,7 @@ MUTATIONS = [
      "restitution_walton_braun"),
     ("tangential spring (mindlin, linear_history, kelvin)", "laws/tangential_spring.h",
      "kept - (kt * dt) * v_t", "kept + (kt * dt) * v_t", "tangential_stiffness"),
-    ("tangential dashpot", "laws/tangential_spring.h", "elastic - (slides", "elastic + (slides",
+    ("tangential dashpot", "laws/tangential_spring.h", "trial - (slides", "trial + (slides",
      "tangential_kelvin"),
     ("mindlin", "laws/tangential_mindlin.h", "kt = p.ratio * normal", "kt = -p.ratio * normal",
      "tangential_stiffness"),
@@ -73,8 +73,10 @@ MUTATIONS = [
      "bond_stiffness"),
     ("bond, tensile strength", "world/bond_pass.cc", "torn = pull / e.area + Norm(bend)",
      "torn = -pull / e.area + Norm(bend)", "bond_strength"),
-    ("pair kernel, torque", "contact/pair_kernel.inl", "r.moment - lever * Cross",
-     "r.moment + lever * Cross", "momentum_pair"),
+    ("pair kernel, torque on the first", "contact/pair_kernel.inl", "r.moment - (g.r_own",
+     "r.moment + (g.r_own", "momentum_pair"),
+    ("pair kernel, torque on the second", "contact/pair_kernel.inl", "moment - (g.r_other",
+     "moment + (g.r_other", "momentum_pair"),
     ("body contact, torque", "world/body_pass.cc", "r.moment - lever * Cross",
      "r.moment + lever * Cross", "slip_to_roll"),
 ]
@@ -96,7 +98,7 @@ def build(folder, log):
     return run(["ninja", "-C", str(folder / "build"), "grouser-verify"], log) == 0
 
 
-EVALUATE = ["contact/pair_kernel_baseline.cc.o", "contact/pair_kernel_generic.cc.o",
+EVALUATE = ["isa/baseline.cc.o", "isa/generic.cc.o",
             "world/body_pass.cc.o", "world/bond_pass.cc.o"]
 
 

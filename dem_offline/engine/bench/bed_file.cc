@@ -2,27 +2,16 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
 #include "dem_offline/engine/bench/bed.h"
+#include "dem_offline/engine/bench/text_file.h"
 
 namespace grouser::dem::bench {
 namespace {
 
 constexpr char kColumns[] = "x_m,y_m,z_m,radius_m,mass_kg,v_x,v_y,v_z,w_x,w_y,w_z,glued";
-
-struct Close {
-  void operator()(std::FILE* f) const { std::fclose(f); }
-};
-using File = std::unique_ptr<std::FILE, Close>;
-
-File Open(const std::string& path, const char* mode) {
-  File file(std::fopen(path.c_str(), mode));
-  if (!file) throw std::runtime_error(path + ": " + std::strerror(errno));
-  return file;
-}
 
 std::vector<std::pair<const char*, double*>> Numbers(Bed& bed) {
   BedRecipe& r = bed.recipe;
@@ -61,7 +50,7 @@ void ReadSetting(const char* line, Bed& bed) {
 void SaveBed(const Bed& bed, const std::string& path) {
   // Under another name until whole: a run that is cut short leaves no bad bed.
   const std::string part = path + ".part";
-  File file = Open(part, "w");
+  File file = OpenFile(part, "w");
   Bed copy = bed;
   std::fprintf(file.get(), "# kind=%s\n# seed=%llu\n", bed.kind.c_str(),
                static_cast<unsigned long long>(bed.recipe.seed));
@@ -81,7 +70,7 @@ void SaveBed(const Bed& bed, const std::string& path) {
 }
 
 Bed LoadBed(const std::string& path) {
-  const File file = Open(path, "r");
+  const File file = OpenFile(path, "r");
   Bed bed;
   char line[512];
   bool columns = false;

@@ -1,10 +1,9 @@
 // The forces on a wheel as text, from us or from a peer.
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 
+#include "dem_offline/engine/bench/text_file.h"
 #include "dem_offline/engine/bench/wheel.h"
 
 namespace grouser::dem::bench {
@@ -12,21 +11,10 @@ namespace {
 
 constexpr char kColumns[] = "time_s,f_x_n,f_y_n,f_z_n,torque_n_m,sinkage_m,travel_m\n";
 
-struct Close {
-  void operator()(std::FILE* f) const { std::fclose(f); }
-};
-using File = std::unique_ptr<std::FILE, Close>;
-
-File Open(const std::string& path, const char* mode) {
-  File file(std::fopen(path.c_str(), mode));
-  if (!file) throw std::runtime_error(path + ": " + std::strerror(errno));
-  return file;
-}
-
 }  // namespace
 
 void SaveSeries(const Series& s, const std::string& path) {
-  File file = Open(path, "w");
+  File file = OpenFile(path, "w");
   std::fputs(kColumns, file.get());
   for (std::size_t k = 0; k < s.time_s.size(); ++k) {
     std::fprintf(file.get(), "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", s.time_s[k], s.f_x_n[k],
@@ -36,7 +24,7 @@ void SaveSeries(const Series& s, const std::string& path) {
 }
 
 Series LoadSeries(const std::string& path) {
-  const File file = Open(path, "r");
+  const File file = OpenFile(path, "r");
   char line[256];
   if (!std::fgets(line, sizeof(line), file.get()) || std::strcmp(line, kColumns) != 0) {
     throw std::runtime_error(path + ": expected the columns " + kColumns);
