@@ -51,7 +51,8 @@ const char* BestIsa() {
 }
 
 Kernels KernelsFor(const char* isa, int recipe, bool energy) {
-  const PickFn pick = PickFor(isa ? isa : BestIsa());
+  static const PickFn best = PickFor(BestIsa());  // a step asks twice
+  const PickFn pick = isa ? PickFor(isa) : best;
   if (!pick) return {};
   Kernels out = pick(recipe < 0 ? 0 : recipe, energy);
   if (recipe < 0) out.pairs = GenericPairKernel(energy);

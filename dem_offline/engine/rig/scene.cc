@@ -146,11 +146,7 @@ void RigScene::Follow(std::uint64_t step, const Vec3d& hub_m) {
 
 void RigScene::Look(const Vec3d& hub_m) {
   if (window_) {
-    while (window_->Due(hub_m[0])) {
-      window_->Advance(*world_);
-      frozen_.assign(world_->count(), 0);
-      for (std::int64_t i = 0; i < world_->count(); ++i) frozen_[i] = Held(world_->grains()[i]);
-    }
+    while (window_->Due(hub_m[0])) window_->Advance(*world_);
   }
   const auto held = [this](const Grain& g) { return Held(g); };
   if (freezer_) {

@@ -1,14 +1,9 @@
 // Bodies of a World: contact forces.
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <utility>
 
 #include "dem_offline/engine/world/body_view.h"
 
 namespace grouser::dem {
-
 namespace {
 
 constexpr std::size_t kRun = 64;  // grains
