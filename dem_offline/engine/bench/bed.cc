@@ -111,8 +111,8 @@ std::int64_t Bed::free_grains() const {
   return std::count_if(grains.begin(), grains.end(), [](const GrainState& g) { return !g.glued; });
 }
 
-ContactModel BenchContacts(const BedRecipe& r, const std::string& rolling) {
-  ContactModel model(LawsByName("hertz_restitution", "mindlin", rolling, "none"));
+ContactModel BenchContacts(const BedRecipe& r, const BenchLaws& laws) {
+  ContactModel model(LawsByName("hertz_restitution", laws.tangential, laws.rolling, "none"));
   const Elastic sand = {r.youngs_modulus_pa, r.poisson_ratio};
   const Interface surfaces = {.restitution = r.restitution,
                               .friction = r.friction,
@@ -131,13 +131,13 @@ double BenchStep(const BedRecipe& r) {
                                             r.poisson_ratio);
 }
 
-WorldConfig BenchConfig(const Bed& bed, int threads, const std::string& rolling) {
+WorldConfig BenchConfig(const Bed& bed, int threads, const BenchLaws& laws) {
   WorldConfig c;
   // The span holds what is poured loosely, twice as high as the bed.
   c.frame = {bed.length_m, bed.width_m, 256 * bed.recipe.mean_diameter_m};
   c.gravity_m_per_s2 = {0, 0, bed.kind == "shear" ? 0.0 : -bed.recipe.gravity_m_per_s2};
   c.dt_s = bed.dt_s;
-  c.contacts = BenchContacts(bed.recipe, rolling);
+  c.contacts = BenchContacts(bed.recipe, laws);
   c.threads = threads;
   return c;
 }

@@ -44,10 +44,15 @@ struct Bed {
   std::int64_t free_grains() const;  ///< those that move by themselves
 };
 
+/// Laws of the menu, by name.
+struct BenchLaws {
+  std::string tangential = "mindlin";  ///< LIGGGHTS's is "mindlin_displacement"
+  std::string rolling = "epsd";        ///< or "constant_torque", "none"
+};
+
 /// Grains of one material; floor and wheel of the same, so that a peer needs no
 /// rigid material.
-/// rolling: a rolling law of the menu ("epsd", "constant_torque", "none").
-ContactModel BenchContacts(const BedRecipe& recipe, const std::string& rolling = "epsd");
+ContactModel BenchContacts(const BedRecipe& recipe, const BenchLaws& laws = {});
 double BenchStep(const BedRecipe& recipe);  ///< [s]
 
 /// Poured and at rest, in spatial order. Deterministic. Contact histories are
@@ -62,7 +67,7 @@ void SortInSpace(Bed& bed);
 void Shuffle(Bed& bed, std::uint64_t seed);
 
 /// World of a bed: floor (unless "shear"), gravity, time step, contact laws.
-WorldConfig BenchConfig(const Bed& bed, int threads, const std::string& rolling = "epsd");
+WorldConfig BenchConfig(const Bed& bed, int threads, const BenchLaws& laws = {});
 Contents BenchContents(const Bed& bed);
 
 /// Text: `# name=value` lines, a header line, one grain a line with 17 digits.

@@ -53,7 +53,7 @@ std::string PhysicsJson(const BenchResult& r) {
 }
 
 /// What a peer needs to do the same.
-std::string SetupJson() {
+std::string SetupJson(int sides) {
   const WheelBench b;
   return Json()
       .Number("radius_m", b.wheel.radius_m)
@@ -66,6 +66,7 @@ std::string SetupJson() {
       .Number("sample_s", b.sample_s)
       .Number("look_s", b.look_s)
       .Number("longest_s", b.longest_s)
+      .Number("sides", sides)
       .Done();
 }
 
@@ -114,13 +115,14 @@ std::string ToJson(const BenchResult& r) {
       .Number("dt_s", r.dt_s)
       .Number("threads_per_world", r.threads_per_world)
       .Number("free_particles", static_cast<double>(r.free_particles))
-      .Text("rolling", o.rolling)
+      .Text("tangential", o.laws.tangential)
+      .Text("rolling", o.laws.rolling)
       .Numbers("wall_s", r.wall_s)
       .Numbers("cpu_s", r.cpu_s)
       .Numbers("rates", r.rates)
       .Raw("physics", PhysicsJson(r));
   if (o.workload == "wheel") {
-    out.Text("scene", o.scene).Raw("wheel", ToJson(r.wheel)).Raw("setup", SetupJson());
+    out.Text("scene", o.scene).Raw("wheel", ToJson(r.wheel)).Raw("setup", SetupJson(o.wheel_sides));
   }
   return out.Done();
 }

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
+#include <numbers>
 #include <stdexcept>
 
 #include "dem_offline/engine/rig/kinematics.h"
@@ -93,7 +95,9 @@ Series Head(const Series& s, std::size_t samples) {
 Body Wheel(const WheelBench& bench, double x_m, double y_m) {
   const Motion motion = MotionAt(bench.slip, 0, bench.speed_m_per_s);
   Body wheel;
-  wheel.shape = SmoothWheel(bench.wheel.radius_m, bench.wheel.width_m);
+  wheel.shape = bench.sides > 0
+                    ? FromMesh(std::make_shared<Mesh>(PrismWheel(bench.wheel, bench.sides)))
+                    : SmoothWheel(bench.wheel.radius_m, bench.wheel.width_m);
   wheel.material = kWheelMaterial;
   wheel.motion = BodyMotion::kPrescribed;
   wheel.position_m = {x_m, y_m, bench.wheel.radius_m + bench.clearance_m};
@@ -107,6 +111,28 @@ double Now() {
 }
 
 }  // namespace
+
+TriangleSoup PrismWheel(const WheelShape& wheel, int sides) {
+  if (sides < 3) throw std::invalid_argument("wheel-sides: expected 0 (round) or at least 3");
+  const double turn = 2 * std::numbers::pi / sides;
+  const double corner = 2 * wheel.radius_m / (1 + std::cos(0.5 * turn)), half = 0.5 * wheel.width_m;
+  TriangleSoup out;
+  for (int k = 0; k < sides; ++k) {
+    const double x = corner * std::sin(k * turn), z = corner * std::cos(k * turn);
+    out.vertices.push_back({x, -half, z});
+    out.vertices.push_back({x, half, z});
+  }
+  out.vertices.push_back({0, -half, 0});
+  out.vertices.push_back({0, half, 0});
+  for (int k = 0; k < sides; ++k) {
+    const int a = 2 * k, b = 2 * ((k + 1) % sides), hub = 2 * sides;
+    out.triangles.push_back({a, b + 1, a + 1});
+    out.triangles.push_back({a, b, b + 1});
+    out.triangles.push_back({hub + 1, a + 1, b + 1});
+    out.triangles.push_back({hub, b, a});
+  }
+  return out;
+}
 
 WheelVerdict Judge(const Series& series, const WheelBench& bench) {
   WheelVerdict verdict;
@@ -178,7 +204,8 @@ WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBen
   spec.soil.restitution = r.restitution;
   spec.soil.friction = r.friction;
   spec.soil.rolling_friction = r.rolling_friction;
-  spec.soil.contact.rolling = options.rolling;
+  spec.soil.contact.tangential = options.laws.tangential;
+  spec.soil.contact.rolling = options.laws.rolling;
   spec.soil.contact.rolling_damping = r.rolling_damping;
   spec.soil.gravity_m_per_s2 = r.gravity_m_per_s2;
   spec.soil.sizes = {{r.mean_diameter_m * (1 - r.spread), 0.5},
@@ -199,7 +226,8 @@ WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBen
 }
 
 void RunWheel(const Bed& bed, BenchResult* out) {
-  const WheelBench bench;
+  WheelBench bench;
+  bench.sides = out->options.wheel_sides;
   const Tile tile = TileOf(bed);
   const WheelTestSpec spec = SpecOf(out->options, bed, bench);
   const double dt = spec.rig.scene.largest_step

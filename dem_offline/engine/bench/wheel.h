@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dem_offline/engine/bench/workload.h"
+#include "dem_offline/engine/bodies/mesh.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 
 namespace grouser::dem::bench {
@@ -18,7 +19,12 @@ struct WheelBench {
   double settle_s = 0.2;                    ///< not looked at: the wheel comes down
   double first_look_s = 0.5, look_s = 0.1;  ///< at the stopping rule
   double longest_s = 1.95;                  ///< the peer's mesh must not leave its box
+  int sides = 0;                            ///< a closed mesh, a prism of so many; 0: round
 };
+
+/// A regular prism about y as a closed mesh, its mean radius that of the wheel: corners stand out
+/// as far as sides fall short; a corner at the top. The same mesh goes to the peer.
+TriangleSoup PrismWheel(const WheelShape& wheel, int sides);
 
 /// Looks at a series as a run does while it grows.
 WheelVerdict Judge(const Series& series, const WheelBench& bench);

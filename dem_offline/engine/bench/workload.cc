@@ -34,7 +34,7 @@ class Worlds {
   Worlds(const BenchOptions& o, const Bed& bed) {
     teams_ = o.worlds >= o.cores ? o.cores : 1;
     threads_ = o.worlds >= o.cores ? 1 : o.cores;
-    WorldConfig config = BenchConfig(bed, threads_, o.rolling);
+    WorldConfig config = BenchConfig(bed, threads_, o.laws);
     config.skin_m = o.skin_m;
     for (int w = 0; w < o.worlds; ++w) {
       worlds_.push_back(std::make_unique<World>(config, BenchContents(bed)));

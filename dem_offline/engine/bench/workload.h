@@ -17,7 +17,7 @@ struct BenchOptions {
   std::int64_t particles = 20000;
   int cores = 1;
   std::string device = "cpu";
-  std::string rolling = "epsd";  ///< rolling law of the contacts
+  BenchLaws laws;
   std::string order = "sorted";  ///< or "shuffled": of the grains handed to the engine
   int worlds = 1;
   std::int64_t steps = 2000;  ///< timed
@@ -29,6 +29,7 @@ struct BenchOptions {
   int physics_samples = 1;  ///< instants, the last at the end, evenly spread, outside of the clock
   std::string scene = "full";  ///< "wheel": "full", or "needed": window, freezing, largest step
   std::string series;          ///< "wheel": file for the forces; empty: none
+  int wheel_sides = 0;         ///< "wheel": of a prism, a closed mesh; 0: round
   double skin_m = 0;           ///< of the lists; 0: the engine's own choice
 };
 

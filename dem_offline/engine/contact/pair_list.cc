@@ -10,7 +10,7 @@ namespace {
 struct Packed {
   std::int32_t x, y, z;
   float radius;
-  std::int32_t place;
+  std::int32_t place, kind;
 };
 
 std::vector<Packed> Pack(const std::vector<Grain>& grains, const CellGrid& grid) {
@@ -18,7 +18,7 @@ std::vector<Packed> Pack(const std::vector<Grain>& grains, const CellGrid& grid)
   out.reserve(grid.order().size());
   for (const std::int32_t j : grid.order()) {
     const Grain& g = grains[j];
-    out.push_back({g.x, g.y, g.z, g.radius, j});
+    out.push_back({g.x, g.y, g.z, g.radius, j, g.kind});
   }
   return out;
 }
@@ -69,7 +69,7 @@ void PairList::Build(const std::vector<Grain>& grains, std::int64_t count, const
   near_of_.assign(pairs(), -1);
   parked_.assign(pairs() * words_, 0.0f);
   OrderSides(grains, frame);
-  Carry(old, place_of);
+  Carry(old, grains, place_of);
 }
 
 void PairList::Search(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
@@ -83,12 +83,18 @@ void PairList::Search(const std::vector<Grain>& grains, std::int64_t count, cons
   const auto q = frame.Quantum();
   const CellGrid grid(grains, count, frame, 2.0 * largest + reach_m);
   const std::vector<Packed> packed = Pack(grains, grid);
+  std::vector<std::int32_t> awake = {0};  // up to a place of the cells' order
+  awake.reserve(packed.size() + 1);
+  for (const Packed& o : packed) awake.push_back(awake.back() + ((o.kind & kFrozen) == 0));
   for (std::int32_t i = 0; i < count; ++i) {
     const Grain& g = grains[i];
+    const bool frozen = (g.kind & kFrozen) != 0;
     grid.ForRunsNear(g, [&](std::int32_t from, std::int32_t to) {
+      if (frozen && awake[from] == awake[to]) return;
       for (std::int32_t k = from; k < to; ++k) {
         const Packed& o = packed[k];
-        if (o.place <= i || !Near(g, o, q, reach_m)) continue;
+        if (o.place <= i || (frozen && (o.kind & kFrozen) != 0)) continue;
+        if (!Near(g, o, q, reach_m)) continue;
         if (excluded.Has(i, o.place)) continue;
         far_first_.push_back(i);
         far_second_.push_back(o.place);
@@ -98,17 +104,21 @@ void PairList::Search(const std::vector<Grain>& grains, std::int64_t count, cons
   }
 }
 
-void PairList::Carry(const PairList& old, const std::vector<std::int32_t>* place_of) {
-  float words[kMaxHistoryWords];
-  for (std::int64_t p = 0; p < old.pairs(); ++p) {
-    if (!old.Read(p, words)) continue;
-    std::int32_t i = old.far_first_[p], j = old.far_second_[p];
+void PairList::Carry(const PairList& old, const std::vector<Grain>& grains,
+                     const std::vector<std::int32_t>* place_of) {
+  old.ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
     if (place_of) {
       i = (*place_of)[i];
       j = (*place_of)[j];
     }
-    if (i >= 0 && j >= 0) SetHistory(i, j, words);
-  }
+    if (i < 0 || j < 0 || SetHistory(i, j, words)) return;
+    if (!(grains[i].kind & grains[j].kind & kFrozen)) return;
+    asleep_.push_back({std::min(i, j), std::max(i, j)});
+    for (int w = 0; w < words_; ++w) {
+      const bool turn = i > j && (vector_words_ >> w & 1u) != 0;
+      asleep_words_.push_back(turn ? -words[w] : words[w]);
+    }
+  });
 }
 
 std::int64_t PairList::Find(std::int32_t i, std::int32_t j) const {

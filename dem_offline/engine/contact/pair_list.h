@@ -30,8 +30,8 @@ class PairList {
   /// as the first search needs and a quarter more.
   void Configure(int words, unsigned vector_words, std::int64_t capacity);
 
-  /// Search: all pairs closer than `reach_m` (surface to surface); the near
-  /// list is empty until the next Refresh. Where the pairs outgrow their
+  /// Search: all pairs closer than `reach_m` (surface to surface) but those of
+  /// two frozen grains; the near list is empty until the next Refresh. Where the pairs outgrow their
   /// capacity it is regrown: no history is lost. `place_of`: where the grains
   /// of the old list are now (-1: gone); null: where they were. Throws
   /// std::invalid_argument when a period is under three search radii.
@@ -43,8 +43,8 @@ class PairList {
   void Refresh(const std::vector<Grain>& grains, const std::vector<float>& reaches,
                const Frame& frame, float range_m);
 
-  /// Puts a history, as `grain` sees it, to an existing pair; false: no such
-  /// pair. For use between Build and Refresh.
+  /// Puts a history, as `grain` sees it, to an existing pair that does not sleep;
+  /// false: no such pair. For use between Build and Refresh.
   bool SetHistory(std::int32_t grain, std::int32_t partner, const float* words);
 
   /// The list's part of what the kernels need.
@@ -63,12 +63,17 @@ class PairList {
   }
   /// See PairView; all zero where there is no contact.
   const std::vector<float>& history() const { return history_; }
-  /// f(i, j, words) for every far pair with a history, words as i (< j) sees it.
+  /// f(i, j, words) for every pair with a history, words as i (< j) sees it.
   template <class F>
   void ForEachHistory(F&& f) const {
     float words[kMaxHistoryWords];
     for (std::int64_t p = 0; p < pairs(); ++p) {
       if (Read(p, words)) f(far_first_[p], far_second_[p], static_cast<const float*>(words));
+    }
+    const float* word = asleep_words_.data();
+    for (const auto& [i, j] : asleep_) {
+      f(i, j, word);
+      word += words_;
     }
   }
 
@@ -80,7 +85,8 @@ class PairList {
   std::int64_t Find(std::int32_t i, std::int32_t j) const;
   void Search(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
               float reach_m, const Exclusions& excluded);
-  void Carry(const PairList& old, const std::vector<std::int32_t>* place_of);
+  void Carry(const PairList& old, const std::vector<Grain>& grains,
+             const std::vector<std::int32_t>* place_of);
   void OrderSides(const std::vector<Grain>& grains, const Frame& frame);
   void FillBlocks(std::size_t grains);
 
@@ -96,6 +102,8 @@ class PairList {
   /// 2 x pair, + 1: of its second grain; those of a grain together, by gap.
   std::vector<std::int32_t> sides_;
   std::vector<std::int32_t> side_start_;  ///< [grains + 1]
+  std::vector<std::array<std::int32_t, 2>> asleep_;  ///< frozen pairs with a history, i < j
+  std::vector<float> asleep_words_;
   // Near pairs.
   std::vector<std::int32_t> far_of_;  ///< [near pairs]
   std::vector<PairBlock> blocks_;

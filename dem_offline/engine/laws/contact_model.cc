@@ -64,7 +64,8 @@ const char* RecipeName(int recipe) {
   static constexpr const char* kNames[] = {
       "hertz_mindlin_epsd", "hertz_mindlin", "hertz_mindlin_torque",
       "wheel_testbed",      "atv_wheel",     "shear_cell",
-      "shear_cell_simple",  "grouser_wheel", "torsion"};
+      "shear_cell_simple",  "grouser_wheel", "torsion",
+      "hertz_mindlin_peer"};
   static_assert(sizeof(kNames) / sizeof(kNames[0]) == Recipes::kSize, "a name for each recipe");
   return recipe >= 0 && recipe < Recipes::kSize ? kNames[recipe] : "generic";
 }

@@ -138,7 +138,7 @@ const char* Explain(StopCause cause) {
   return "";
 }
 
-const char* EngineVersion() { return "3"; }
+const char* EngineVersion() { return "4"; }
 const char* EngineIsa() { return BestIsa(); }
 
 }  // namespace grouser::dem

@@ -15,9 +15,10 @@ using namespace grouser::dem::bench;
 constexpr char kUsage[] =
     "usage: grouser-engine-bench [--workload bed|shear|wheel] [--particles N] [--cores C]\n"
     "         [--device cpu|cuda] [--order sorted|shuffled] [--worlds W] [--steps S] [--warmup S]\n"
-    "         [--repeat R] [--rolling LAW] [--physics-samples K] [--seed S] [--skin M]\n"
+    "         [--repeat R] [--tangential LAW] [--rolling LAW] [--physics-samples K] [--seed S] [--skin M]\n"
     "         [--preparation-friction F]\n"
-    "         [--bed FILE] [--scene full|needed] [--series FILE] [--json]\n"
+    "         [--bed FILE] [--scene full|needed] [--wheel-sides N] [--series FILE]\n"
+    "         [--json]\n"
     "       grouser-engine-bench --export FILE ...   writes the bed in its order, times nothing\n"
     "       grouser-engine-bench --judge FILE [--from S --to S]   the stopping rule's verdict on "
     "a\n"
@@ -49,6 +50,8 @@ int Main(int argc, char** argv) {
       o.scene = value();
     } else if (flag == "--series") {
       o.series = value();
+    } else if (flag == "--wheel-sides") {
+      o.wheel_sides = std::stoi(value());
     } else if (flag == "--judge") {
       judge = value();
     } else if (flag == "--from") {
@@ -56,7 +59,9 @@ int Main(int argc, char** argv) {
     } else if (flag == "--to") {
       to = std::stod(value());
     } else if (flag == "--rolling") {
-      o.rolling = value();
+      o.laws.rolling = value();
+    } else if (flag == "--tangential") {
+      o.laws.tangential = value();
     } else if (flag == "--worlds") {
       o.worlds = std::stoi(value());
     } else if (flag == "--steps") {

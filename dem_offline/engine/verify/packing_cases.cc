@@ -77,11 +77,16 @@ Packing Measure(const World& world, double low, double high, int least) {
   return out;
 }
 
+/// Of the grains over the pressure, kappa = (E/((1 - nu^2) P))^(2/3): overlaps are about d/kappa.
+/// The source's packings are those of its lowest pressure, kappa = 39000.
+constexpr double kSoft = 6000, kStiff = 39000;
+
 /// Thermalised at constant volume, then compressed by a piston that is pushed
 /// by the pressure but no faster than `inertial` allows.
-Packing Compress(double friction, int count, double inertial, std::uint64_t seed) {
-  const double modulus = std::pow(6000.0, 1.5) * 0.91 * kPressure;  // overlap about 3e-4 d
-  const double dt = 1.7e-5;
+Packing Compress(double friction, int count, double inertial, std::uint64_t seed,
+                 double kappa = kSoft) {
+  const double modulus = std::pow(kappa, 1.5) * 0.91 * kPressure;
+  const double dt = 1.7e-5 * std::sqrt(kSoft / kappa);
   ContactModel model = Model({.settings = {{"hertz_restitution", "critical_damping_share", 0.98}}},
                              {modulus, 0.3}, {.restitution = 0.5, .friction = friction});
   WorldConfig c = Cell(model, kSide, dt);
@@ -119,7 +124,7 @@ void Frictionless(Rows& rows) {
 }
 
 void Frictional(Rows& rows) {
-  const Packing p = Compress(0.3, 3000, 3e-3, 1);
+  const Packing p = Compress(0.3, 3000, 3e-3, 1, kStiff);
   rows.Absolute("solid fraction with friction 0.3 [-]", 0.593, p.solid_fraction, 0.01, kSource);
   rows.Absolute("contacts per grain that carries [-]", 4.5, p.coordination, 0.25, kSource);
 }

@@ -1,12 +1,16 @@
 // Bodies of a World: contact forces.
 #include <algorithm>
+#include <cmath>
 
 #include "dem_offline/engine/world/body_view.h"
 
 namespace grouser::dem {
 namespace {
 
-constexpr std::size_t kRun = 64;  // grains
+constexpr std::size_t kRun = 64;     // grains
+constexpr float kLookAhead = 0.5f;   // radii of a grain, for its distance from a body
+constexpr float kLeastClear = 0.02f;  // radii; nearer than this is looked at every step
+constexpr float kSafe = 0.99f;       // of a distance: rounding
 
 void AddTo(GrainLoad& f, Vec3f force, Vec3f torque) {
   f.fx += force.x;
@@ -35,6 +39,19 @@ void BookWork(BodyEntry& b, double dt) {
   } else if (b.body.motion == BodyMotion::kFree) {
     b.work_j += dt * (DotD(b.body.outer_force_n, v) + DotD(b.body.outer_moment_n_m, o));
   }
+}
+
+/// Bound of how far a surface point goes in a step of dt [m]; infinite for a plane that turns.
+float Stride(const Body& b, double dt) {
+  const Vec3d& spin = b.spin_rad_per_s;
+  Vec3d turn = spin;
+  if (b.shape.round) {  // no surface moves with it when it turns about its axle
+    const Vec3d axle = MatrixOf(b.orientation) * Vec3d{0, 1, 0};
+    turn = Sub(spin, Scale(DotD(spin, axle), axle));
+  }
+  const double rate = Norm(turn);
+  return static_cast<float>(
+      dt * (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0)));
 }
 
 Vec3f ToFloat(const Vec3d& a) {
@@ -97,6 +114,7 @@ struct BodyPass::Touching {
   Vec3f rel;  ///< grain from the body's origin, world axes
   SurfacePoint at[kMostSurfacePoints];
   int n = 0;
+  float clear = 0;  ///< the rest of the way to the surface, where it is known; not negative
 
   Touching(const World& w, const BodyEntry& b, const BodyView& view, const Grain& g)
       : rel(view.Relative(g)) {
@@ -104,11 +122,21 @@ struct BodyPass::Touching {
     if (view.plane) {
       const float d = view.PlaneDistance(g);
       if (d < reach) at[n++] = {0, d, view.PlaneNormal(), false};
+      clear = Max(d - reach, 0.0f);
       return;
     }
     n = SurfacePoints(b.body.shape, view.ToBody(rel), reach, at);
+    if (n == 0) clear = Clear(b.body.shape, view.ToBody(rel), reach, kLookAhead * g.radius);
     for (int s = 0; s < n; ++s) at[s].normal = view.ToWorld(at[s].normal);
     n = std::min(n, b.slots.per_grain);
+  }
+
+  static float Clear(const Shape& shape, Vec3f p, float reach, float ahead) {
+    SurfacePoint next[kMostSurfacePoints];
+    const int n = SurfacePoints(shape, p, reach + ahead, next);
+    float nearest = reach + ahead;
+    for (int s = 0; s < n; ++s) nearest = Min(nearest, next[s].distance);
+    return Max(nearest - reach, 0.0f);
   }
 
   /// point: of the contact, from the body's origin.
@@ -138,6 +166,7 @@ struct BodyPass::Touching {
 
 /// What a run of grains did to a body.
 struct BodyPass::Sums {
+  float stride = 0;  ///< of the body in this step [m]
   Wrench wrench;
   EnergySums energy;
   bool tunnelled = false;
@@ -150,9 +179,16 @@ void BodyPass::TouchGrain(World& w, BodyEntry& b, int number, const BodyView& vi
   const std::int32_t i = slots.near[k];
   const Grain& g = w.grains_[i];
   if (g.kind & kFrozen) return;
+  float& clear = slots.clear[k];
+  if (clear > 0.0f) {
+    const float dt = static_cast<float>(w.config_.dt_s);
+    clear -= sums.stride + dt * (std::abs(g.vx) + std::abs(g.vy) + std::abs(g.vz));
+    if (clear > 0.0f) return;
+  }
   std::int32_t* key = &slots.key[k * slots.per_grain];
   float* word = &slots.words[k * slots.per_grain * words];
   const Touching t(w, b, view, g);
+  clear = t.clear > kLeastClear * g.radius ? kSafe * t.clear : 0.0f;
   const bool same = t.n == 1 && key[0] == t.at[0].key && (slots.per_grain == 1 || key[1] < 0);
   if (!same && (t.n > 0 || key[0] >= 0)) {
     MatchSlots(t.at, t.n, slots.per_grain, words, b.body.shape.mesh != nullptr, key, word);
@@ -187,7 +223,9 @@ void BodyPass::Forces(World& w) {
     const BodyView view(b.body, w.config_);
     // Summed run by run, whatever the threads; a recorder is called by one.
     const std::size_t near = b.slots.near.size(), runs = (near + kRun - 1) / kRun;
-    sums.assign(runs, Sums{});
+    Sums none;
+    none.stride = Stride(b.body, w.config_.dt_s);
+    sums.assign(runs, none);
     const auto touch = [&](std::size_t from, std::size_t to) {
       for (std::size_t r = from; r < to; ++r) {
         for (std::size_t k = r * kRun; k < std::min(near, (r + 1) * kRun); ++k) {

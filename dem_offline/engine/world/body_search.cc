@@ -48,6 +48,7 @@ void BodyPass::Find(World& w, BodyEntry& b) {
       now.words.insert(now.words.end(), static_cast<std::size_t>(now.per_grain) * words, 0.0f);
     }
   }
+  now.clear.assign(now.near.size(), 0.0f);
 }
 
 void BodyPass::FindAll(World& w) {
@@ -75,6 +76,7 @@ void BodyPass::Renumber(World& w, const std::vector<std::int32_t>& place_of) {
       const auto word = old.words.begin() + static_cast<std::ptrdiff_t>(k) * old.per_grain * words;
       now.words.insert(now.words.end(), word, word + old.per_grain * words);
     }
+    now.clear.assign(now.near.size(), 0.0f);
   }
 }
 

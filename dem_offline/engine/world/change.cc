@@ -74,7 +74,12 @@ void World::Freeze(const std::vector<std::uint8_t>& frozen) {
   for (std::int64_t i = 0; i < count_; ++i) {
     if (!Frozen(i)) idle_[i / kLanes] = 0;
   }
-  Refresh();
+  // Pairs of two frozen grains are in no list: whoever wakes must be searched for.
+  if (std::find(woken.begin(), woken.end(), 1) == woken.end()) {
+    Refresh();
+  } else {
+    Rebuild();
+  }
   RenewLoads(woken);  // else the first kick of the woken would be by gravity alone
   if (!config_.energy) return;
   frozen_j_ += kinetic - KineticEnergy();

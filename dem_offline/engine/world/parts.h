@@ -14,6 +14,7 @@ struct BodySlots {
   std::vector<std::int32_t> near;
   std::vector<std::int32_t> key;  ///< [near x per_grain]; -1: free
   std::vector<float> words;       ///< [near x per_grain x words]
+  std::vector<float> clear;  ///< [near] way that grain and body may go before they can touch [m]
 };
 
 struct BodyEntry {

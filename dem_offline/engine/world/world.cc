@@ -175,6 +175,11 @@ bool World::Tie() {
   leashes_.resize(grains_.size(), Leash{0, 0, 0, 0.0f});
   for (std::int64_t i = 0; i < count_; ++i) {
     const Grain& g = grains_[i];
+    if (g.kind & kFrozen) {  // goes nowhere
+      leashes_[i] = {g.x, g.y, g.z, half * half};
+      reaches_[i] = g.radius;
+      continue;
+    }
     const float dx = static_cast<float>(WrapDiff(g.x, found_at_[i].x)) * q[0];
     const float dy = static_cast<float>(WrapDiff(g.y, found_at_[i].y)) * q[1];
     const float dz = static_cast<float>(WrapDiff(g.z, found_at_[i].z)) * q[2];

@@ -71,7 +71,7 @@ class Machine:
 
     def ours(self, pair, steps=None, samples=1):
         text, _ = run(self.pin(pair.cores) + [self.bench] + self.bed_options(pair) +
-                      ["--rolling", pair.rolling, "--cores", str(pair.cores), "--worlds",
+                      ["--tangential", pair.tangential, "--rolling", pair.rolling, "--cores", str(pair.cores), "--worlds",
                        str(pair.worlds), "--steps", str(steps or pair.steps), "--warmup",
                        str(pair.warmup), "--repeat", "1", "--physics-samples", str(samples),
                        "--json"], self.work, pair.cores)

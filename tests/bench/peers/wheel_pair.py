@@ -29,7 +29,8 @@ class WheelPeer(Peer):
             g[2] -= self.depth
         write_data(settings, grains, os.path.join(self.folder, "bed.data"),
                    2 * setup["radius_m"] + setup["clearance_m"])
-        write_wheel(setup["radius_m"], setup["width_m"], os.path.join(self.folder, "wheel.stl"))
+        write_wheel(setup["radius_m"], setup["width_m"], os.path.join(self.folder, "wheel.stl"),
+                    setup["sides"])
 
     def _wheel_variables(self):
         s, dt = self.setup, self.settings["dt_s"]
@@ -106,8 +107,8 @@ class WheelPeer(Peer):
 
 def ours(machine, pair, scene):
     text, _ = run(machine.pin(1) + [machine.bench] + machine.bed_options(pair) +
-                  ["--rolling", pair.rolling, "--scene", scene, "--repeat", "1", "--json"],
-                  machine.work, 1)
+                  ["--tangential", pair.tangential, "--rolling", pair.rolling, "--scene", scene, "--wheel-sides", str(pair.sides),
+                   "--repeat", "1", "--json"], machine.work, 1)
     r = json.loads(text)
     return {"rate": r["particle_steps_per_s"], "wall_s": r["wall_s"][0], "verdict": r["wheel"],
             "busy": r["cpu_s"][0] / r["wall_s"][0], "setup": r["setup"], "engine": r}

@@ -1,26 +1,26 @@
 #!/usr/bin/python3
-"""A closed cylinder about y through the origin as STL, for LIGGGHTS.
+"""A regular prism about y through the origin as STL, for LIGGGHTS.
 
-    wheel_stl.py RADIUS WIDTH OUT.stl [SEGMENTS]
+    wheel_stl.py RADIUS WIDTH OUT.stl SIDES
 
-480 sides: with 120, whose corners stand out by a grain's overlap, the wheel pulled about 1 N more.
-The polygon has the cylinder's mean radius: its corners stand out as far as its sides fall short.
+The mesh of PrismWheel in dem_offline/engine/bench/wheel.h: its corners stand out as far as its
+sides fall short.
 """
 import math
 import sys
 
 
-def write_wheel(radius, width, path, segments=480):
-    corner = radius * 2 / (1 + math.cos(math.pi / segments))
-    rim = [(corner * math.sin(2 * math.pi * k / segments),
-            corner * math.cos(2 * math.pi * k / segments)) for k in range(segments)]
+def write_wheel(radius, width, path, sides):
+    corner = radius * 2 / (1 + math.cos(math.pi / sides))
+    rim = [(corner * math.sin(2 * math.pi * k / sides),
+            corner * math.cos(2 * math.pi * k / sides)) for k in range(sides)]
     half = width / 2
     triangles = []
     for (x0, z0), (x1, z1) in zip(rim, rim[1:] + rim[:1]):
-        triangles.append(((x0, -half, z0), (x0, half, z0), (x1, half, z1)))
-        triangles.append(((x0, -half, z0), (x1, half, z1), (x1, -half, z1)))
-        triangles.append(((0, half, 0), (x1, half, z1), (x0, half, z0)))
-        triangles.append(((0, -half, 0), (x0, -half, z0), (x1, -half, z1)))
+        triangles.append(((x0, -half, z0), (x1, half, z1), (x0, half, z0)))
+        triangles.append(((x0, -half, z0), (x1, -half, z1), (x1, half, z1)))
+        triangles.append(((0, half, 0), (x0, half, z0), (x1, half, z1)))
+        triangles.append(((0, -half, 0), (x1, -half, z1), (x0, -half, z0)))
     with open(path, "w", encoding="ascii") as f:
         f.write("solid wheel\n")
         for t in triangles:
@@ -36,7 +36,6 @@ def write_wheel(radius, width, path, segments=480):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (4, 5):
+    if len(sys.argv) != 5:
         sys.exit(__doc__)
-    write_wheel(float(sys.argv[1]), float(sys.argv[2]), sys.argv[3],
-                *(int(s) for s in sys.argv[4:]))
+    write_wheel(float(sys.argv[1]), float(sys.argv[2]), sys.argv[3], int(sys.argv[4]))

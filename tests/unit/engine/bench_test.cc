@@ -175,6 +175,29 @@ TEST_F(BenchTest, WhatItCannotDoIsRefusedByName) {
   EXPECT_THROW(OpenBed(o), std::invalid_argument);
 }
 
+TEST(PrismWheel, IsAClosedMeshAboutTheWheelsRadius) {
+  const WheelShape shape = WheelBench{}.wheel;
+  for (const int sides : {24, 48}) {
+    const Mesh mesh(PrismWheel(shape, sides));
+    EXPECT_TRUE(mesh.closed());
+    const double corner = 2 * shape.radius_m / (1 + std::cos(M_PI / sides));
+    const double side = corner * std::cos(M_PI / sides);
+    EXPECT_NEAR(corner - shape.radius_m, shape.radius_m - side, 1e-12);
+    SurfacePoint at[kMostSurfacePoints];
+    const auto distance = [&](double angle) {  // from 1 mm outside of the radius
+      const double r = shape.radius_m + 1e-3;
+      const Vec3f p = {static_cast<float>(r * std::sin(angle)), 0.003f,
+                       static_cast<float>(r * std::cos(angle))};
+      EXPECT_EQ(mesh.Nearest(p, 5e-3f, at, kMostSurfacePoints), 1);
+      return at[0].distance;
+    };
+    EXPECT_NEAR(distance(0), shape.radius_m + 1e-3 - corner, 1e-7);
+    EXPECT_NEAR(distance(M_PI / sides), shape.radius_m + 1e-3 - side, 1e-7);
+    EXPECT_NEAR(distance(2 * M_PI / sides), shape.radius_m + 1e-3 - corner, 1e-7);
+  }
+  EXPECT_THROW(PrismWheel(shape, 2), std::invalid_argument);
+}
+
 /// Samples of 1 ms: a force that jitters about a mean.
 Series Jitter(double seconds, double noise) {
   Series s;

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/world.h"
@@ -107,6 +110,49 @@ TEST(Freeze, TheWokenAreInEquilibriumStill) {
   EXPECT_LT(world.KineticEnergy(), stir);  // it lost what motion it had and found none
   EXPECT_NEAR(Highest(world), top, 1e-6);
   EXPECT_NEAR(world.MeanContacts(), mean, 0.02);
+}
+
+TEST(Freeze, HistoriesOfFrozenPairsSleepThroughSearches) {
+  World world(Config(), Bed());
+  Settled(world);
+  using Histories = std::map<std::pair<std::int32_t, std::int32_t>, std::vector<float>>;
+  const auto of = [&](const std::vector<std::uint8_t>& flags) {
+    Histories out;
+    world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
+      if (flags[i] && flags[j]) out[{i, j}].assign(words, words + world.list().words());
+    });
+    return out;
+  };
+  std::vector<std::uint8_t> low(world.count());
+  for (std::int64_t i = 0; i < world.count(); ++i) low[i] = world.State(i).z_m < 0.008;
+  const Histories before = of(low);
+  ASSERT_GT(before.size(), 300u);
+  const std::int64_t pairs = world.list().pairs();
+  world.Freeze(std::vector<std::uint8_t>(world.count(), 1));
+  world.Freeze(low);  // the others wake: a search, without the pairs that sleep
+  EXPECT_LT(world.list().pairs(), pairs - static_cast<std::int64_t>(before.size()));
+  EXPECT_EQ(of(low), before);
+  const std::uint64_t searches = world.rebuilds();
+  std::int64_t top = 0;
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    if (world.State(i).z_m > world.State(top).z_m) top = i;
+  }
+  world.SetVelocity(world.grains()[top].id, {0, 0, 0.5}, {0, 0, 0});
+  world.Run(500);
+  ASSERT_GT(world.rebuilds(), searches);
+  EXPECT_EQ(of(low), before);
+  world.Freeze(std::vector<std::uint8_t>(world.count(), 0));
+  const Histories after = of(low);  // evaluated once, which brings slipping springs to their limit
+  ASSERT_EQ(after.size(), before.size());
+  std::size_t same = 0;
+  for (const auto& [pair, words] : before) {
+    bool close = true;
+    for (std::size_t w = 0; w < words.size(); ++w) {
+      close &= std::abs(after.at(pair)[w] - words[w]) <= 1e-3f * std::abs(words[w]) + 1e-9f;
+    }
+    same += close ? 1 : 0;
+  }
+  EXPECT_GT(same, before.size() * 9 / 10);
 }
 
 TEST(Freeze, EnergyIsAccountedFor) {
