@@ -115,7 +115,7 @@ SceneSettings OnlyWhatIsNeeded() {
   s.bed = SceneBed::kWindow;
   s.freeze = true;
   s.freeze_box = 1.25;
-  s.freeze_speed = 0.03;
+  s.freeze_speed = 0.01;
   s.largest_step = true;
   return s;
 }

@@ -116,7 +116,7 @@ std::vector<Row> Rows() {
       {"window + freeze",
        [](WheelTestSpec* s) {
          s->rig.scene.bed = SceneBed::kWindow;
-         FreezeWith(s, 1.25, 0.03);
+         FreezeWith(s, 1.25, 0.01);
        }},
       {"stop at 2 %", [](WheelTestSpec* s) { s->rig.target_relative_error = 0.02; }},
       {"step x0.5", step(0.1)},
