@@ -172,7 +172,9 @@ bool World::Tie() {
   const float half = 0.5f * static_cast<float>(config_.skin_m);
   const float room = kStepsOfRoom * static_cast<float>(config_.dt_s);
   reaches_.resize(count_);
-  leashes_.resize(grains_.size(), Leash{0, 0, 0, 0.0f});
+  leashes_.resize(grains_.size());
+  // Padding goes nowhere, also where grains have been before an exchange.
+  std::fill(leashes_.begin() + count_, leashes_.end(), Leash{0, 0, 0, 0.0f});
   for (std::int64_t i = 0; i < count_; ++i) {
     const Grain& g = grains_[i];
     if (g.kind & kFrozen) {  // goes nowhere
