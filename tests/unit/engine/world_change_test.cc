@@ -225,6 +225,20 @@ TEST(Exchange, WhatLeavesAndComesBackLeavesNoTrace) {
   EXPECT_NEAR(world.Balance().Total(), twin.Balance().Total(), 1e-3 * twin.Balance().stored);
 }
 
+TEST(Exchange, ThePlacesLeftBehindTieNobody) {
+  World world(Config(), Bed());
+  Settled(world);
+  GrainExchange away;  // so few that the same tiles stay
+  for (std::int64_t i = 0; i < world.count() && away.out.size() < 5; ++i) {
+    if (world.State(i).z_m > Highest(world) - 0.003) away.out.push_back(world.grains()[i].id);
+  }
+  ASSERT_EQ(away.out.size(), 5u);
+  world.Exchange(away);
+  const std::uint64_t before = world.phases().refreshes;
+  world.Run(300);
+  EXPECT_LT(world.phases().refreshes - before, 100u);
+}
+
 TEST(Exchange, NewGrainsFallAndOldOnesAreGone) {
   World world(Config(), Bed());
   Settled(world);
