@@ -33,7 +33,8 @@ void AddBenchCommand(CLI::App& app, Action* action) {
   bench->add_option("--worlds", o->worlds, "Worlds at a time")->capture_default_str();
   bench->add_option("--tangential", o->laws.tangential, "Tangential law of the contacts")
       ->capture_default_str();
-  bench->add_option("--rolling", o->laws.rolling, "Rolling law of the contacts")->capture_default_str();
+  bench->add_option("--rolling", o->laws.rolling, "Rolling law of the contacts")
+      ->capture_default_str();
   bench->add_option("--steps", o->steps, "Timed steps")->capture_default_str();
   bench->add_option("--repeat", o->repeat, "Times; the median counts")->capture_default_str();
   bench->add_option("--seed", o->seed, "Of the bed")->capture_default_str();

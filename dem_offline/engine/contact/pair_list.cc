@@ -202,8 +202,7 @@ void PairList::Refresh(const std::vector<Grain>& grains, const std::vector<float
     const std::int32_t i = far_first_[p], j = far_second_[p], was = old_near_of_[p];
     const Grain &a = grains[i], &b = grains[j];
     const float far = reaches[i] + reaches[j] + range_m;
-    const bool near = Distance2(a, b, q) < far * far &&
-                      (a.kind & b.kind & kFrozen) == 0;
+    const bool near = Distance2(a, b, q) < far * far && (a.kind & b.kind & kFrozen) == 0;
     const auto now = static_cast<std::int64_t>(far_of_.size());
     float* const parked = &parked_[p * words_];
     near_of_[p] = near ? static_cast<std::int32_t>(now) : -1;

@@ -31,10 +31,10 @@ class PairList {
   void Configure(int words, unsigned vector_words, std::int64_t capacity);
 
   /// Search: all pairs closer than `reach_m` (surface to surface) but those of
-  /// two frozen grains; the near list is empty until the next Refresh. Where the pairs outgrow their
-  /// capacity it is regrown: no history is lost. `place_of`: where the grains
-  /// of the old list are now (-1: gone); null: where they were. Throws
-  /// std::invalid_argument when a period is under three search radii.
+  /// two frozen grains; the near list is empty until the next Refresh. Where the pairs outgrow
+  /// their capacity it is regrown: no history is lost. `place_of`: where the grains of the old list
+  /// are now (-1: gone); null: where they were. Throws std::invalid_argument when a period is under
+  /// three search radii.
   void Build(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
              float reach_m, const Exclusions& excluded = {},
              const std::vector<std::int32_t>* place_of = nullptr);
@@ -101,7 +101,7 @@ class PairList {
   std::vector<float> parked_;          ///< [pairs x words]
   /// 2 x pair, + 1: of its second grain; those of a grain together, by gap.
   std::vector<std::int32_t> sides_;
-  std::vector<std::int32_t> side_start_;  ///< [grains + 1]
+  std::vector<std::int32_t> side_start_;             ///< [grains + 1]
   std::vector<std::array<std::int32_t, 2>> asleep_;  ///< frozen pairs with a history, i < j
   std::vector<float> asleep_words_;
   // Near pairs.

@@ -36,11 +36,9 @@ using CohesionLaws = LawList<CohesionNone, Jkr, JkrAdded, Capillary>;
 using HertzMindlinEpsd = Recipe<HertzRestitution, MindlinRescaled, RollingEpsd, CohesionNone>;
 using HertzMindlin = Recipe<HertzRestitution, MindlinRescaled, RollingNone, CohesionNone>;
 /// As most codes ship it: with a directional constant torque.
-using HertzMindlinTorque =
-    Recipe<HertzRestitution, MindlinRescaled, RollingConstant, CohesionNone>;
+using HertzMindlinTorque = Recipe<HertzRestitution, MindlinRescaled, RollingConstant, CohesionNone>;
 /// The default as LIGGGHTS computes its tangential spring: what is compared with it.
-using HertzMindlinPeer =
-    Recipe<HertzRestitution, MindlinDisplacement, RollingEpsd, CohesionNone>;
+using HertzMindlinPeer = Recipe<HertzRestitution, MindlinDisplacement, RollingEpsd, CohesionNone>;
 // The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
 // cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
 // torsion in EDEM.
@@ -57,8 +55,9 @@ struct RecipeList {
 };
 /// Compiled specialised, vectorised for each instruction set; named in
 /// RecipeName. The first is the default.
-using Recipes = RecipeList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
-                           ShearCell, ShearCellSimple, GrouserWheel, Torsion, HertzMindlinPeer>;
+using Recipes =
+    RecipeList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
+               ShearCell, ShearCellSimple, GrouserWheel, Torsion, HertzMindlinPeer>;
 
 /// Parameters of one pair of materials, for every law of the menu that the
 /// choice names (the others stay zero).

@@ -7,10 +7,10 @@
 namespace grouser::dem {
 namespace {
 
-constexpr std::size_t kRun = 64;     // grains
-constexpr float kLookAhead = 0.5f;   // radii of a grain, for its distance from a body
+constexpr std::size_t kRun = 64;      // grains
+constexpr float kLookAhead = 0.5f;    // radii of a grain, for its distance from a body
 constexpr float kLeastClear = 0.02f;  // radii; nearer than this is looked at every step
-constexpr float kSafe = 0.99f;       // of a distance: rounding
+constexpr float kSafe = 0.99f;        // of a distance: rounding
 
 void AddTo(GrainLoad& f, Vec3f force, Vec3f torque) {
   f.fx += force.x;
@@ -50,8 +50,8 @@ float Stride(const Body& b, double dt) {
     turn = Sub(spin, Scale(DotD(spin, axle), axle));
   }
   const double rate = Norm(turn);
-  return static_cast<float>(
-      dt * (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0)));
+  return static_cast<float>(dt *
+                            (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0)));
 }
 
 Vec3f ToFloat(const Vec3d& a) {

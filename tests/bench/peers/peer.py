@@ -61,6 +61,10 @@ class Machine:
         return ["--workload", pair.workload, "--particles", str(pair.particles), "--order",
                 pair.order, "--seed", str(pair.seed), "--bed", bed]
 
+    @staticmethod
+    def law_options(pair):
+        return ["--tangential", pair.tangential, "--rolling", pair.rolling]
+
     def export(self, pair):
         """The bed in the pair's order, made if need be: settings and grains."""
         path = os.path.join(self.work, f"{pair.workload}{pair.particles}{seed_of(pair)}-"
@@ -71,10 +75,10 @@ class Machine:
 
     def ours(self, pair, steps=None, samples=1):
         text, _ = run(self.pin(pair.cores) + [self.bench] + self.bed_options(pair) +
-                      ["--tangential", pair.tangential, "--rolling", pair.rolling, "--cores", str(pair.cores), "--worlds",
-                       str(pair.worlds), "--steps", str(steps or pair.steps), "--warmup",
-                       str(pair.warmup), "--repeat", "1", "--physics-samples", str(samples),
-                       "--json"], self.work, pair.cores)
+                      self.law_options(pair) +
+                      ["--cores", str(pair.cores), "--worlds", str(pair.worlds), "--steps",
+                       str(steps or pair.steps), "--warmup", str(pair.warmup), "--repeat", "1",
+                       "--physics-samples", str(samples), "--json"], self.work, pair.cores)
         result = json.loads(text)
         return result, result["cpu_s"][0] / (result["wall_s"][0] * pair.cores)
 

@@ -26,11 +26,12 @@ def bed_rows(rows):
 
 
 def wheel_rows(rows):
-    print("| row | turns | peer, 1e6 particle-steps/s | ours | ratio | peer's wall time to the stop, "
-          "s | ours | SPEED-UP to the stop |")
+    print("| row | turns | peer, 1e6 particle-steps/s | ours | ratio | peer's wall time to the "
+          "stop, s | ours | SPEED-UP to the stop |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for r in rows:
-        print(f"| {r['pair']} | {len(r['stops'])} | {spread(r['peer_particle_steps_per_s'], 1e6)} | "
+        print(f"| {r['pair']} | {len(r['stops'])} | "
+              f"{spread(r['peer_particle_steps_per_s'], 1e6)} | "
               f"{spread(r['particle_steps_per_s'], 1e6)} | **{spread(r['ratio'], 1, 1)}** | "
               f"{spread(r['peer_wall_to_stop_s'], 1, 0)} | {spread(r['wall_to_stop_s'], 1, 0)} | "
               f"**{spread(r['speed_up_to_stop'], 1, 1)}** |")

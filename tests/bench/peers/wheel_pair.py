@@ -107,8 +107,9 @@ class WheelPeer(Peer):
 
 def ours(machine, pair, scene):
     text, _ = run(machine.pin(1) + [machine.bench] + machine.bed_options(pair) +
-                  ["--tangential", pair.tangential, "--rolling", pair.rolling, "--scene", scene, "--wheel-sides", str(pair.sides),
-                   "--repeat", "1", "--json"], machine.work, 1)
+                  machine.law_options(pair) +
+                  ["--scene", scene, "--wheel-sides", str(pair.sides), "--repeat", "1", "--json"],
+                  machine.work, 1)
     r = json.loads(text)
     return {"rate": r["particle_steps_per_s"], "wall_s": r["wall_s"][0], "verdict": r["wheel"],
             "busy": r["cpu_s"][0] / r["wall_s"][0], "setup": r["setup"], "engine": r}

@@ -217,7 +217,8 @@ TEST(Exchange, WhatLeavesAndComesBackLeavesNoTrace) {
   for (std::int64_t i = 0; i < twin.count(); ++i) {
     const std::int32_t id = twin.grains()[i].id;
     const auto back = std::find(e.out.begin(), e.out.end(), id);
-    const auto now = back == e.out.end() ? id : first + static_cast<std::int32_t>(back - e.out.begin());
+    const auto now =
+        back == e.out.end() ? id : first + static_cast<std::int32_t>(back - e.out.begin());
     EXPECT_NEAR(world.StateOf(now).z_m, twin.StateOf(id).z_m, 2e-8);
     off = std::max(off, std::abs(static_cast<double>(world.LoadOf(now).fz - twin.LoadOf(id).fz)));
   }
