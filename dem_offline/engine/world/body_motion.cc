@@ -34,16 +34,17 @@ Vec3d MomentOn(const BodyEntry& b) {
   return Add({b.wrench.tx, b.wrench.ty, b.wrench.tz}, b.body.outer_moment_n_m);
 }
 
-/// Bound of how far a surface point goes in one step [m].
-double Travel(const Body& b, double dt) {
-  const Vec3d axle = MatrixOf(b.orientation) * Vec3d{0, 1, 0};
-  const Vec3d across = Sub(b.spin_rad_per_s, Scale(DotD(b.spin_rad_per_s, axle), axle));
-  const double turn = Norm(across);
-  const double sweep = turn > 0 ? turn * b.shape.reach : 0.0;
-  return dt * (Norm(b.velocity_m_per_s) + sweep);
-}
-
 }  // namespace
+
+double BodyPass::Travel(const Body& b, double dt_s, bool axle) {
+  Vec3d turn = b.spin_rad_per_s;
+  if (!axle) {
+    const Vec3d y = MatrixOf(b.orientation) * Vec3d{0, 1, 0};
+    turn = Sub(turn, Scale(DotD(turn, y), y));
+  }
+  const double rate = Norm(turn);
+  return dt_s * (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0));
+}
 
 int World::AddBody(const Body& body) {
   CheckBody(body, config_.contacts.materials());
@@ -88,7 +89,7 @@ void BodyPass::Move(World& w) {
       body.orientation = Turn(body.orientation, body.spin_rad_per_s, dt);
     }
     body.position_m = Add(body.position_m, Scale(dt, body.velocity_m_per_s));
-    b.moved_m += Travel(body, dt);
+    b.moved_m += Travel(body, dt, false);
     // Grains move at most half a skin between searches.
     const bool starts = !b.turning && DotD(body.spin_rad_per_s, body.spin_rad_per_s) > 0;
     b.left_at = body.position_m;

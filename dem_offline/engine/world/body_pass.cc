@@ -41,19 +41,6 @@ void BookWork(BodyEntry& b, double dt) {
   }
 }
 
-/// Bound of how far a surface point goes in a step of dt [m]; infinite for a plane that turns.
-float Stride(const Body& b, double dt) {
-  const Vec3d& spin = b.spin_rad_per_s;
-  Vec3d turn = spin;
-  if (b.shape.round) {  // no surface moves with it when it turns about its axle
-    const Vec3d axle = MatrixOf(b.orientation) * Vec3d{0, 1, 0};
-    turn = Sub(spin, Scale(DotD(spin, axle), axle));
-  }
-  const double rate = Norm(turn);
-  return static_cast<float>(dt *
-                            (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0)));
-}
-
 Vec3f ToFloat(const Vec3d& a) {
   return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
 }
@@ -224,7 +211,8 @@ void BodyPass::Forces(World& w) {
     // Summed run by run, whatever the threads; a recorder is called by one.
     const std::size_t near = b.slots.near.size(), runs = (near + kRun - 1) / kRun;
     Sums none;
-    none.stride = Stride(b.body, w.config_.dt_s);
+    // Round bodies move no surface by turning about their axle.
+    none.stride = static_cast<float>(Travel(b.body, w.config_.dt_s, !b.body.shape.round));
     sums.assign(runs, none);
     const auto touch = [&](std::size_t from, std::size_t to) {
       for (std::size_t r = from; r < to; ++r) {

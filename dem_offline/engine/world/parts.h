@@ -80,6 +80,9 @@ struct BodyPass {
   static void Move(World& w);      ///< before the forces; searches where needed
   static void StepBack(World& w);  ///< velocities of time zero to the half step before
   static ContactFn ContactOf(int recipe);
+  /// Bound of how far a surface point goes in a step [m]; axle: turning about y counts.
+  /// Infinite for a plane that turns.
+  static double Travel(const Body& b, double dt_s, bool axle);
 
  private:
   struct Touching;
