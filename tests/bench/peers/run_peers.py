@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """Times the engine beside LIGGGHTS (and LAMMPS) on the same beds, in the same run.
 
-    run_peers.py --bench build/.../grouser-engine-bench --pair all [--repeat 5] [--json OUT.json]
+    run_peers.py --bench build/.../grouser-engine-bench --pair targets [--repeat 5] [--json OUT]
 
 Peer and ours take turns (A B A B ...), pinned to the same cores. What is compared is the time of
 the run loop alone: "Loop time" of the peer, the stepping time of ours. For each pair it prints
 medians, spread (least to most) and the ratio of each turn, and checks that both codes agree on the
-physics.
+physics and, of the pairs of `--pair targets`, that the ratio is what the engine promises: exit
+status 3 if not. Of the ten outputs of a wheel, judged at two standard errors, one may differ by
+chance.
 `--install` installs the peers from Debian first (apt-get). Standard library only.
 """
 import argparse
@@ -18,7 +20,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from pairs import ALIASES, PAIRS  # noqa: E402
+from pairs import ALIASES, PAIRS, TARGETS, named  # noqa: E402
 from peer import Failure, Machine, Peer  # noqa: E402
 from physics import compare  # noqa: E402
 from wheel_pair import run_wheel  # noqa: E402
@@ -92,11 +94,20 @@ def show(row):
                               f"ratio by CPU time {by_cpu:.2f}"))
 
 
+def judge_speed(row):
+    """Adds the target and whether the median of the turns reaches it; prints both."""
+    target = TARGETS.get(row["pair"])
+    ratio = row.get("speed_up_to_stop", row["ratio"])["median"]
+    row["target"], row["reaches_target"] = target, None if target is None else ratio >= target
+    if target is not None:
+        print(f"    target {target:g}: {ratio:.2f} {'ok' if ratio >= target else 'MISSED'}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bench", required=True, help="the program grouser-engine-bench")
-    parser.add_argument("--pair", default="all", help=f"all, or of: {', '.join(PAIRS)} (commas)")
+    parser.add_argument("--pair", default="all", help=f"targets, all, or of: {', '.join(PAIRS)} (commas)")
     parser.add_argument("--repeat", type=int, default=5, help="turns of each")
     parser.add_argument("--work", default="peers_work", help="folder for beds and scratch")
     parser.add_argument("--cores", default="0,1", help="cores to pin to, the first for one core")
@@ -105,11 +116,11 @@ def main():
     parser.add_argument("--install", action="store_true", help="apt-get install the peers")
     arguments = parser.parse_args()
     try:
-        asked = list(PAIRS) if arguments.pair == "all" else arguments.pair.split(",")
-        names = list(dict.fromkeys(ALIASES.get(n, n) for n in asked))
-        for name in names:
-            if name not in PAIRS:
-                raise Failure(f"{name}: no such pair, expected of {', '.join(PAIRS)}")
+        try:
+            names = named(arguments.pair.split(","))
+        except KeyError as word:
+            raise Failure(f"{word}: no such pair, expected of "
+                          f"{', '.join([*ALIASES, *PAIRS])}") from None
         chosen = [PAIRS[n].scaled(arguments.share) for n in names]
         check_programs(sorted({p.program for p in chosen} | {"taskset"}), arguments.install)
         machine = Machine(arguments.bench, arguments.work, arguments.cores.split(","))
@@ -123,6 +134,8 @@ def main():
             else:
                 new = [run_pair(name, pair, machine, arguments.repeat)]
                 show(new[0])
+            for row in new:
+                judge_speed(row)
             rows += new
             sys.stdout.flush()
             if arguments.json:
@@ -132,7 +145,8 @@ def main():
         print(f"run_peers.py: {error}", file=sys.stderr)
         return 1
     agree = all(c["agrees"] is not False for r in rows for c in r["physics"].values())
-    return 0 if agree else 3
+    fast = all(r["reaches_target"] is not False for r in rows)
+    return 0 if agree and fast else 3
 
 
 if __name__ == "__main__":
