@@ -110,6 +110,7 @@ std::string ToJson(const BenchResult& r) {
       .Number("bytes_per_particle_step", r.bytes_per_particle_step)
       .Number("share_of_copy_rate", r.ShareOfCopyRate())
       .Number("copy_bytes_per_s", r.copy_bytes_per_s)
+      .Number("device_bytes", r.device_bytes)
       .Number("steps", static_cast<double>(o.steps))
       .Number("warmup", static_cast<double>(o.warmup))
       .Number("dt_s", r.dt_s)

@@ -11,6 +11,7 @@
 
 #include "dem_offline/engine/bench/shear.h"
 #include "dem_offline/engine/bench/wheel.h"
+#include "dem_offline/engine/gpu/device.h"
 
 namespace grouser::dem::bench {
 namespace {
@@ -138,9 +139,10 @@ void CheckOptions(const BenchOptions& o) {
   Expect(o.scene == "full" || o.scene == "needed", "scene", o.scene, "full or needed");
   Expect(o.workload != "wheel" || (o.cores == 1 && o.worlds == 1), "cores and worlds",
          std::to_string(o.cores) + " and " + std::to_string(o.worlds), "1 and 1 for a wheel");
-  Expect(o.device != "cuda", "device", o.device,
-         "cpu: the engine has no CUDA back end yet (docs/performance.md)");
-  Expect(o.device == "cpu", "device", o.device, "cpu or cuda");
+  Expect(o.device == "cpu" || o.device == "cuda" || o.device == "emulated", "device", o.device,
+         "cpu, cuda or emulated");
+  Expect(o.device == "cpu" || o.workload != "wheel", "device", o.device,
+         "cpu for a wheel: this one moves as the peers can, not as the rig");
   Expect(o.order == "sorted" || o.order == "shuffled", "order", o.order, "sorted or shuffled");
   const auto in = [](const char* option, std::int64_t v, std::int64_t least, const char* expected) {
     Expect(v >= least, option, std::to_string(v), expected);
@@ -193,13 +195,20 @@ BenchResult RunBench(const BenchOptions& options) {
   const Bed bed = OpenBed(options);
   BenchResult out;
   out.options = options;
-  out.isa = BestIsa();
+  std::unique_ptr<gpu::Device> device;
+  if (options.device != "cpu") device = gpu::OpenDevice(options.device);
+  out.isa = device ? device->name() : BestIsa();
   out.particles = static_cast<std::int64_t>(bed.grains.size());
   out.free_particles = bed.free_grains();
   out.dt_s = bed.dt_s;
-  out.copy_bytes_per_s = CopyRate(options.cores);
-  for (int r = 0; r < options.repeat; ++r)
-    bed.kind == "wheel" ? RunWheel(bed, &out) : RunOnce(bed, &out);
+  out.copy_bytes_per_s = device ? DeviceCopyRate(*device, options.device) : CopyRate(options.cores);
+  for (int r = 0; r < options.repeat; ++r) {
+    if (device) {
+      RunOnDevice(bed, *device, &out);
+    } else {
+      bed.kind == "wheel" ? RunWheel(bed, &out) : RunOnce(bed, &out);
+    }
+  }
   if (bed.kind == "shear") {
     out.inertial_number = bed.shear_rate_per_s * bed.recipe.mean_diameter_m *
                           std::sqrt(bed.recipe.density_kg_per_m3 / out.physics.stress_zz_pa);

@@ -10,13 +10,17 @@
 
 // Timings of the engine that a peer can repeat on the same bed.
 
+namespace grouser::dem::gpu {
+class Device;
+}
+
 namespace grouser::dem::bench {
 
 struct BenchOptions {
   std::string workload = "bed";  ///< "bed", "shear" or "wheel"
   std::int64_t particles = 20000;
   int cores = 1;
-  std::string device = "cpu";
+  std::string device = "cpu";  ///< "cuda", or "emulated": its bodies on one CPU thread
   BenchLaws laws;
   std::string order = "sorted";  ///< or "shuffled": of the grains handed to the engine
   int worlds = 1;
@@ -62,7 +66,8 @@ struct BenchResult {
   double rebuilds = 0;               ///< of the lists, per world, while timed
   std::vector<BenchPhase> phases;
   double bytes_per_particle_step = 0;
-  double copy_bytes_per_s = 0;  ///< read and written, by as many threads
+  double copy_bytes_per_s = 0;  ///< read and written, by as many threads, or by the device
+  double device_bytes = 0;      ///< of its memory that all worlds take
   Physics physics;              ///< mean over the samples, of the first world
   WheelVerdict wheel;           ///< "wheel"
   double inertial_number = 0;   ///< "shear": rate x d sqrt(density/stress_zz)
@@ -79,6 +84,10 @@ BenchResult RunBench(const BenchOptions& options);
 void CheckOptions(const BenchOptions& options);
 /// The bed of these options in their order: from the file if there, else made.
 Bed OpenBed(const BenchOptions& options);
+
+/// One repetition of "bed" or "shear" on a device.
+void RunOnDevice(const Bed& bed, gpu::Device& device, BenchResult* result);
+double DeviceCopyRate(gpu::Device& device, const std::string& name);
 
 /// Bytes read and written per second when `threads` copy arrays far larger than any cache.
 double CopyRate(int threads);

@@ -4,19 +4,24 @@
 
 #include "dem_offline/engine/bodies/body.h"
 
-// Vectors in double, for bodies, clumps and bonds; + - x / sqrt only.
+// Vectors in double, for bodies, clumps and bonds; + - x / sqrt only. (nvcc takes
+// std::array with --expt-relaxed-constexpr.)
 
 namespace grouser::dem {
 
-inline Vec3d Add(const Vec3d& a, const Vec3d& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Vec3d Sub(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Vec3d Scale(double s, const Vec3d& a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double DotD(const Vec3d& a, const Vec3d& b) {
+GROUSER_HD Vec3d Add(const Vec3d& a, const Vec3d& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+GROUSER_HD Vec3d Sub(const Vec3d& a, const Vec3d& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+GROUSER_HD Vec3d Scale(double s, const Vec3d& a) { return {s * a[0], s * a[1], s * a[2]}; }
+GROUSER_HD double DotD(const Vec3d& a, const Vec3d& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
-inline Vec3d CrossD(const Vec3d& a, const Vec3d& b) {
+GROUSER_HD Vec3d CrossD(const Vec3d& a, const Vec3d& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-inline double Norm(const Vec3d& a) { return std::sqrt(DotD(a, a)); }
+GROUSER_HD double Norm(const Vec3d& a) { return std::sqrt(DotD(a, a)); }
 
 }  // namespace grouser::dem

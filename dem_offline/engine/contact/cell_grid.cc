@@ -10,13 +10,6 @@ namespace {
 
 constexpr double kPeriod = 4294967296.0;  // 2^32
 
-std::int32_t Wrap(double value_m, double period_m) {
-  const double turns = value_m / period_m;
-  const double frac = turns - std::floor(turns);
-  return static_cast<std::int32_t>(
-      static_cast<std::uint32_t>(static_cast<std::uint64_t>(frac * kPeriod) & 0xffffffffu));
-}
-
 int PeriodicCell(std::int32_t v, int n) {
   return static_cast<int>((static_cast<std::uint64_t>(static_cast<std::uint32_t>(v)) * n) >> 32);
 }
@@ -27,14 +20,14 @@ std::array<float, 3> Frame::Quantum() const {
   return {static_cast<float>(length_m / kPeriod), static_cast<float>(width_m / kPeriod),
           static_cast<float>(z_span_m / kPeriod)};
 }
-std::int32_t Frame::FixX(double x_m) const { return Wrap(x_m, length_m); }
-std::int32_t Frame::FixY(double y_m) const { return Wrap(y_m, width_m); }
+std::int32_t Frame::FixX(double x_m) const { return WrapFix(x_m, length_m); }
+std::int32_t Frame::FixY(double y_m) const { return WrapFix(y_m, width_m); }
 std::int32_t Frame::FixZ(double z_m) const {
   if (!(std::abs(z_m) < 0.5 * z_span_m)) {
     throw std::out_of_range("z: " + std::to_string(z_m) + " m, expected within +-" +
                             std::to_string(0.5 * z_span_m) + " m");
   }
-  return static_cast<std::int32_t>(std::llround(z_m / z_span_m * kPeriod));
+  return SpanFix(z_m, z_span_m);
 }
 
 CellGrid::CellGrid(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,

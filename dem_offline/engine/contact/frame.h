@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+
+#include "dem_offline/engine/laws/vec3.h"
 
 namespace grouser::dem {
 
@@ -15,8 +18,19 @@ struct Frame {
   std::int32_t FixZ(double z_m) const;  ///< throws std::out_of_range outside +-z_span/2
 };
 
+/// Fixed point of a coordinate that wraps, and of one within half a span of 0.
+GROUSER_HD std::int32_t WrapFix(double value_m, double period_m) {
+  const double turns = value_m / period_m;
+  const double quanta = (turns - floor(turns)) * 4294967296.0;
+  return static_cast<std::int32_t>(
+      static_cast<std::uint32_t>(static_cast<std::uint64_t>(quanta) & 0xffffffffu));
+}
+GROUSER_HD std::int32_t SpanFix(double value_m, double span_m) {
+  return static_cast<std::int32_t>(llround(value_m / span_m * 4294967296.0));
+}
+
 /// a - b, the shorter way round the period.
-inline std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
+GROUSER_HD std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
 }
 

@@ -2,25 +2,10 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/laws/generic.h"
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/contact/contact_body.h"
+#include "dem_offline/engine/contact/energy_sums.h"
 
 namespace grouser::dem {
-
-/// Energy of one sweep [J].
-struct EnergySums {
-  double stored = 0, normal_damping = 0, tangent_damping = 0, slip = 0, rolling = 0, plastic = 0,
-         cohesion = 0;
-  void Add(const EnergySums& o) {
-    stored += o.stored;
-    normal_damping += o.normal_damping;
-    tangent_damping += o.tangent_damping;
-    slip += o.slip;
-    rolling += o.rolling;
-    plastic += o.plastic;
-    cohesion += o.cohesion;
-  }
-};
 
 /// The kernel asks for the grains and records of a block so many blocks ahead:
 /// indices are padded by as many.

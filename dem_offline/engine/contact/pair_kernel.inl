@@ -16,135 +16,75 @@ struct alignas(64) EnergyLanes {
   float stored[L], normal[L], tangent[L], slip[L], rolling[L], plastic[L], cohesion[L];
 };
 
-/// Distances; the wrapped difference is the minimum image.
 template <bool kRange>
 GROUSER_HD bool Distances(const Lanes& i, const Lanes& j, const float* q, float range, Gap& gap) {
-  const float qx = q[0], qy = q[1], qz = q[2];
+  const float quantum[3] = {q[0], q[1], q[2]};
   std::int32_t any = 0;
 #pragma GCC ivdep
   for (int l = 0; l < L; ++l) {
-    const auto ix = static_cast<std::int32_t>(static_cast<std::uint32_t>(i.x[l]) -
-                                              static_cast<std::uint32_t>(j.x[l]));
-    const auto iy = static_cast<std::int32_t>(static_cast<std::uint32_t>(i.y[l]) -
-                                              static_cast<std::uint32_t>(j.y[l]));
-    const auto iz = static_cast<std::int32_t>(static_cast<std::uint32_t>(i.z[l]) -
-                                              static_cast<std::uint32_t>(j.z[l]));
-    gap.dx[l] = static_cast<float>(ix) * qx;
-    gap.dy[l] = static_cast<float>(iy) * qy;
-    gap.dz[l] = static_cast<float>(iz) * qz;
-    gap.d2[l] = gap.dx[l] * gap.dx[l] + gap.dy[l] * gap.dy[l] + gap.dz[l] * gap.dz[l];
-    gap.reach[l] = i.radius[l] + j.radius[l];
-    const float far = kRange ? gap.reach[l] + range : gap.reach[l];
-    const std::int32_t near = gap.d2[l] < far * far ? 1 : 0;
-    gap.touch[l] = gap.d2[l] > 0.0f ? near : 0;
+    const Separation s =
+        Separate<kRange>(WrapDiff(i.x[l], j.x[l]), WrapDiff(i.y[l], j.y[l]),
+                         WrapDiff(i.z[l], j.z[l]), i.radius[l] + j.radius[l], quantum, range);
+    gap.dx[l] = s.dx;
+    gap.dy[l] = s.dy;
+    gap.dz[l] = s.dz;
+    gap.d2[l] = s.d2;
+    gap.reach[l] = s.reach;
+    gap.touch[l] = s.touch ? 1 : 0;
     any |= gap.touch[l];
   }
   return any != 0;
 }
 
-/// a b/(a + b); the same bits for (b, a), and no product to underflow.
-GROUSER_HD float Harmonic(float a, float b) {
-  const float most = Max(a, b), least = Min(a, b);
-  return most * (least / (least + most));
+GROUSER_HD Side SideAt(const Lanes& of, int l) {
+  return {of.radius[l],
+          of.mass[l],
+          {of.vx[l], of.vy[l], of.vz[l]},
+          {of.wx[l], of.wy[l], of.wz[l]},
+          of.kind[l]};
 }
-
-/// One contact as its first side sees it; a lane that does not touch gets a
-/// harmless geometry and is masked afterwards.
-template <bool kRange>
-GROUSER_HD ContactGeometry Geometry(const Lanes& i, const Lanes& j, const Gap& gap, float range,
-                                    int l) {
-  const bool touch = gap.touch[l] != 0;
-  const float dist = Sqrt(touch ? gap.d2[l] : 1.0f);
-  const float inv = 1.0f / dist;
-  ContactGeometry g;
-  g.n = {gap.dx[l] * inv, gap.dy[l] * inv, gap.dz[l] * inv};
-  g.overlap = touch ? gap.reach[l] - dist : 1e-9f;
-  if (!kRange || range == 0.0f) g.overlap = Max(g.overlap, 1e-12f);
-  g.r_own = i.radius[l];
-  g.r_other = j.radius[l];
-  const float li = g.r_own - 0.5f * g.overlap, lj = g.r_other - 0.5f * g.overlap;
-  const Vec3f wi = {i.wx[l], i.wy[l], i.wz[l]}, wj = {j.wx[l], j.wy[l], j.wz[l]};
-  const Vec3f dv = {i.vx[l] - j.vx[l], i.vy[l] - j.vy[l], i.vz[l] - j.vz[l]};
-  g.v_rel = dv - Cross(li * wi + lj * wj, g.n);
-  g.w_rel = wi - wj;
-  g.w_own = wi;
-  const float mi = i.mass[l], mj = j.mass[l];
-  g.r_eff = Harmonic(g.r_own, g.r_other);
-  g.m_own = mi;
-  g.m_eff = Harmonic(mi, mj);
-  g.roll_inertia =
-      Harmonic(1.4f * mi * g.r_own * g.r_own, 1.4f * mj * g.r_other * g.r_other);
-  g.k_old = 0.0f;
-  return g;
-}
-
-/// The same contact as its second side sees it.
-GROUSER_HD ContactGeometry OtherSide(const ContactGeometry& g, Vec3f w_other, float m_other) {
-  ContactGeometry o = g;
-  o.n = -1.0f * g.n;
-  o.v_rel = -1.0f * g.v_rel;
-  o.w_rel = -1.0f * g.w_rel;
-  o.w_own = w_other;
-  o.r_own = g.r_other;
-  o.r_other = g.r_own;
-  o.m_own = m_other;
-  return o;
-}
-
-GROUSER_HD float Keep(bool keep, float value) { return keep ? value : 0.0f; }
 
 template <class Law, bool kEnergy>
 GROUSER_HD void BlockForces(const PairView& v, const Law& law, const Lanes& i, const Lanes& j,
-                            const Gap& gap, float* history, LoadLanes& on_i,
-                            LoadLanes& on_j, EnergyLanes& energy) {
+                            const Gap& gap, float* history, LoadLanes& on_i, LoadLanes& on_j,
+                            EnergyLanes& energy) {
   float* __restrict__ h[kMaxHistoryWords];
   const int words = law.Words();
   for (int w = 0; w < words; ++w) h[w] = history + w * L;
   const float dt = v.dt;
 #pragma GCC ivdep
   for (int l = 0; l < L; ++l) {
-    const ContactGeometry g = Geometry<Law::kRange>(i, j, gap, v.range, l);
-    float word[Law::kMostWords], other[Law::kMostWords];
-    for (int w = 0; w < words; ++w) other[w] = word[w] = h[w][l];
-    const ContactResult r = law.Evaluate(i.kind[l], j.kind[l], g, word, dt);
-    Vec3f moment = -1.0f * r.moment;
-    float rolling = r.rolling;
-    if (law.OwnSides()) {
-      const ContactGeometry o = OtherSide(g, {j.wx[l], j.wy[l], j.wz[l]}, j.mass[l]);
-      const ContactResult s = law.Evaluate(j.kind[l], i.kind[l], o, other, dt);
-      moment = s.moment;
-      rolling += s.rolling;
-    }
-    const bool touch = gap.touch[l] != 0 && (!Law::kRange || r.active);
-    const Vec3f turn = Cross(g.n, r.force);
-    const Vec3f on_first = r.moment - (g.r_own - 0.5f * g.overlap) * turn;
-    const Vec3f on_second = moment - (g.r_other - 0.5f * g.overlap) * turn;
-    for (int w = 0; w < words; ++w) h[w][l] = Keep(touch, word[w]);
-    on_i.fx[l] = Keep(touch, r.force.x);
-    on_i.fy[l] = Keep(touch, r.force.y);
-    on_i.fz[l] = Keep(touch, r.force.z);
-    on_i.deepest[l] = Keep(touch, g.overlap);
-    on_i.tx[l] = Keep(touch, on_first.x);
-    on_i.ty[l] = Keep(touch, on_first.y);
-    on_i.tz[l] = Keep(touch, on_first.z);
-    on_i.touching[l] = Keep(touch, 1.0f);
-    on_j.fx[l] = -on_i.fx[l];
-    on_j.fy[l] = -on_i.fy[l];
-    on_j.fz[l] = -on_i.fz[l];
-    on_j.deepest[l] = on_i.deepest[l];
-    on_j.tx[l] = Keep(touch, on_second.x);
-    on_j.ty[l] = Keep(touch, on_second.y);
-    on_j.tz[l] = Keep(touch, on_second.z);
-    on_j.touching[l] = on_i.touching[l];
+    const Separation s = {gap.dx[l], gap.dy[l],    gap.dz[l],
+                          gap.d2[l], gap.reach[l], gap.touch[l] != 0};
+    float word[Law::kMostWords];
+    for (int w = 0; w < words; ++w) word[w] = h[w][l];
+    ContactEnergy e;
+    const ContactLoads c = Meet(law, SideAt(i, l), SideAt(j, l), s, v.range, dt, word, &e);
+    for (int w = 0; w < words; ++w) h[w][l] = word[w];
+    on_i.fx[l] = c.force.x;
+    on_i.fy[l] = c.force.y;
+    on_i.fz[l] = c.force.z;
+    on_i.deepest[l] = c.deepest;
+    on_i.tx[l] = c.on_first.x;
+    on_i.ty[l] = c.on_first.y;
+    on_i.tz[l] = c.on_first.z;
+    on_i.touching[l] = c.touching;
+    on_j.fx[l] = -c.force.x;
+    on_j.fy[l] = -c.force.y;
+    on_j.fz[l] = -c.force.z;
+    on_j.deepest[l] = c.deepest;
+    on_j.tx[l] = c.on_second.x;
+    on_j.ty[l] = c.on_second.y;
+    on_j.tz[l] = c.on_second.z;
+    on_j.touching[l] = c.touching;
     if (kEnergy) {
-      energy.stored[l] += Keep(touch, r.stored);
-      energy.normal[l] += Keep(touch, r.normal_damping);
-      energy.tangent[l] += Keep(touch, r.tangent_damping);
-      energy.slip[l] += Keep(touch, r.slip);
-      energy.rolling[l] += Keep(touch, rolling);
-      energy.plastic[l] += Keep(touch, r.plastic);
-      // Breaking a neck or bridge costs in the step in which it goes.
-      energy.cohesion[l] += Keep(gap.touch[l] != 0, r.cohesion);
+      energy.stored[l] += e.stored;
+      energy.normal[l] += e.normal;
+      energy.tangent[l] += e.tangent;
+      energy.slip[l] += e.slip;
+      energy.rolling[l] += e.rolling;
+      energy.plastic[l] += e.plastic;
+      energy.cohesion[l] += e.cohesion;
     }
   }
 }
@@ -178,40 +118,17 @@ GROUSER_HD void Block(const PairView& v, const Law& law, std::int64_t number, En
   Scatter(on_j, block.second_record, v.records);
 }
 
-/// A recipe, one material.
 template <class R>
-struct OneRecipe {
-  static constexpr bool kRange = R::kHasRange;
-  static constexpr int kMostWords = R::kWords;
-  typename R::Params params;
-  explicit OneRecipe(const PairView& v) : params(R::From(v.params[0])) {}
-  static constexpr int Words() { return R::kWords; }
-  static constexpr bool OwnSides() { return R::kOwnSides; }
-  GROUSER_HD ContactResult Evaluate(std::int32_t, std::int32_t, const ContactGeometry& g,
-                                    float* words, float dt) const {
-    return R::Evaluate(params, g, words, dt);
-  }
-};
-
-/// Any laws, any materials.
-struct AnyLaws {
-  static constexpr bool kRange = true;
-  static constexpr int kMostWords = kMaxHistoryWords;
-  const PairView& view;
-  explicit AnyLaws(const PairView& v) : view(v) {}
-  int Words() const { return view.layout.words; }
-  bool OwnSides() const { return view.layout.own_sides; }
-  GROUSER_HD ContactResult Evaluate(std::int32_t kind_i, std::int32_t kind_j,
-                                    const ContactGeometry& g, float* words, float dt) const {
-    const int i = kind_i & 0xffff, j = kind_j & 0xffff;
-    return EvaluateGeneric(view.laws, view.layout, view.params[i * view.materials + j], g, words,
-                           dt);
-  }
-};
+OneRecipe<R> LawOf(const PairView& v, const OneRecipe<R>*) {
+  return {R::From(v.params[0])};
+}
+inline AnyLaws LawOf(const PairView& v, const AnyLaws*) {
+  return {v.laws, v.layout, v.params, v.materials};
+}
 
 template <class Law, bool kEnergy>
 void Blocks(const PairView& view, std::int64_t from, std::int64_t to, EnergySums* total) {
-  const Law law(view);
+  const Law law = LawOf(view, static_cast<const Law*>(nullptr));
   EnergyLanes energy = {};
   for (std::int64_t b = from; b < to; ++b) Block<Law, kEnergy>(view, law, b, energy);
   if (!kEnergy) return;

@@ -146,6 +146,11 @@ bool PairList::SetHistory(std::int32_t grain, std::int32_t partner, const float*
   return true;
 }
 
+void PairList::Forget() {
+  std::fill(parked_.begin(), parked_.end(), 0.0f);
+  std::fill(history_.begin(), history_.end(), 0.0f);
+}
+
 bool PairList::Read(std::int64_t pair, float* words) const {
   const std::int32_t near = near_of_.empty() ? -1 : near_of_[pair];
   bool alive = false;

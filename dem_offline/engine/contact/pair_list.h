@@ -47,6 +47,9 @@ class PairList {
   /// false: no such pair. For use between Build and Refresh.
   bool SetHistory(std::int32_t grain, std::int32_t partner, const float* words);
 
+  /// No pair has a history, but for those that sleep.
+  void Forget();
+
   /// The list's part of what the kernels need.
   void Fill(PairView& view);
   std::int64_t blocks() const { return (near_pairs() + kLanes - 1) / kLanes; }

@@ -7,7 +7,6 @@
 
 namespace grouser::dem {
 PairKernelFn GenericPairKernel(bool energy) {
-  return energy ? generic::Blocks<generic::AnyLaws, true>
-                : generic::Blocks<generic::AnyLaws, false>;
+  return energy ? generic::Blocks<AnyLaws, true> : generic::Blocks<AnyLaws, false>;
 }
 }  // namespace grouser::dem

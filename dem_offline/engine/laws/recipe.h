@@ -8,10 +8,10 @@ namespace grouser::dem {
 /// One step of one contact. History words of a contact: k_old, then those of
 /// the normal, tangential, rolling and cohesion law.
 struct ContactResult {
-  bool active;     ///< false: nothing there; forces and history are zero
-  Vec3f force;     ///< on i, at the contact [N]
-  Vec3f moment;    ///< rolling moment on i [N m]
-  float stored;    ///< recoverable energy [J]
+  bool active;           ///< false: nothing there; forces and history are zero
+  Vec3f force;           ///< on i, at the contact [N]
+  Vec3f moment;          ///< rolling moment on i [N m]
+  float stored;          ///< recoverable energy [J]
   float normal_damping;  ///< dissipated in this step [J]
   float tangent_damping;
   float slip;
@@ -22,8 +22,8 @@ struct ContactResult {
 
 /// What the four laws of a contact said, put together.
 GROUSER_HD ContactResult Together(const NormalTerms& normal, const CohesionTerms& bond,
-                                  const TangentialTerms& tangent, const RollingTerms& roll,
-                                  Vec3f n, float dt) {
+                                  const TangentialTerms& tangent, const RollingTerms& roll, Vec3f n,
+                                  float dt) {
   ContactResult out;
   out.active = bond.active;
   out.force = normal.force * n + tangent.force;
@@ -45,8 +45,8 @@ struct Recipe {
   using Tangential = T;
   using Rolling = R;
   using Cohesion = C;
-  static constexpr int kN = 1, kT = kN + kWordsOf<N>, kR = kT + kWordsOf<T>,
-                       kC = kR + kWordsOf<R>, kWords = kC + kWordsOf<C>;
+  static constexpr int kN = 1, kT = kN + kWordsOf<N>, kR = kT + kWordsOf<T>, kC = kR + kWordsOf<R>,
+                       kWords = kC + kWordsOf<C>;
   static constexpr bool kHasRange = C::kHasRange;
   static constexpr bool kOwnSides = R::kOwnSides;
 
@@ -57,7 +57,7 @@ struct Recipe {
     typename C::Params cohesion;
   };
   template <class All>
-  static Params From(const All& all) {
+  static GROUSER_HD Params From(const All& all) {
     return {ParamsOf<N>(all), ParamsOf<T>(all), ParamsOf<R>(all), ParamsOf<C>(all)};
   }
 

@@ -6,48 +6,50 @@
 
 namespace grouser::dem {
 
-StressRecorder::StressRecorder(const WheelShape& wheel, const RigSettings& rig)
-    : wheel_(wheel),
-      angles_(static_cast<int>(std::lround(2 * M_PI / rig.stress_bin_rad))),
-      widths_(rig.width_bins),
-      step_rad_(2 * M_PI / angles_) {
+StressRecorder::StressRecorder(const WheelShape& wheel, const RigSettings& rig, double yaw_rad)
+    : wheel_(wheel) {
+  grid_.angles = static_cast<int>(std::lround(2 * M_PI / rig.stress_bin_rad));
+  grid_.widths = rig.width_bins;
+  grid_.step_rad = 2 * M_PI / grid_.angles;
+  grid_.width_m = wheel.width_m;
+  grid_.cos_yaw = static_cast<float>(std::cos(yaw_rad));
+  grid_.sin_yaw = static_cast<float>(std::sin(yaw_rad));
   NextChunk(0);
 }
 
 void StressRecorder::NextChunk(double time_s) {
   Chunk c;
   c.time_s = time_s;
-  c.normal.assign(angles_ * widths_, 0.0);
+  c.normal.assign(grid_.bins(), 0.0);
   c.tangential = c.axial = c.normal;
   chunks_.push_back(std::move(c));
 }
 
-void StressRecorder::Add(const BodyContact& contact, double yaw_rad) {
+void StressRecorder::Add(const BodyContact& contact) {
   if (!contact.rim) return;
-  const float cy = static_cast<float>(std::cos(yaw_rad)), sy = static_cast<float>(std::sin(yaw_rad));
-  const auto to_wheel = [&](const Vec3f& a) {
-    return Vec3f{cy * a.x + sy * a.y, -sy * a.x + cy * a.y, a.z};
-  };
-  const Vec3f point = to_wheel(contact.point);
-  const double x = point.x, z = point.z;
-  const double angle = std::atan2(x, -z);  // from straight down, forward positive
-  const int a = std::clamp(static_cast<int>((angle + M_PI) / step_rad_), 0, angles_ - 1);
-  const double across = point.y / wheel_.width_m + 0.5;
-  const int w = std::clamp(static_cast<int>(across * widths_), 0, widths_ - 1);
+  const StressPart part = StressOf(grid_, contact.point, contact.force);
   Chunk& c = chunks_.back();
-  const double s = std::sin(angle), k = std::cos(angle);
-  const Vec3f f = to_wheel(contact.force);
-  c.normal[a * widths_ + w] += -(f.x * s - f.z * k);
-  c.tangential[a * widths_ + w] += f.x * k + f.z * s;
-  c.axial[a * widths_ + w] += f.y;
+  c.normal[part.bin] += part.normal;
+  c.tangential[part.bin] += part.tangential;
+  c.axial[part.bin] += part.axial;
+}
+
+void StressRecorder::AddSums(long steps, const std::vector<double>& sums) {
+  Chunk& c = chunks_.back();
+  c.steps += steps;
+  for (int i = 0; i < grid_.bins(); ++i) {
+    c.normal[i] += sums[3 * i];
+    c.tangential[i] += sums[3 * i + 1];
+    c.axial[i] += sums[3 * i + 2];
+  }
 }
 
 StressProfile StressRecorder::Average(double from_s, double to_s) const {
   StressProfile out;
   out.first_angle_rad = -M_PI;
-  out.angle_step_rad = step_rad_;
-  out.width_bins = widths_;
-  out.normal_pa.assign(angles_ * widths_, 0.0);
+  out.angle_step_rad = grid_.step_rad;
+  out.width_bins = grid_.widths;
+  out.normal_pa.assign(grid_.angles * grid_.widths, 0.0);
   out.shear_tangential_pa = out.shear_axial_pa = out.normal_pa;
   long steps = 0;
   for (const Chunk& c : chunks_) {
@@ -59,22 +61,22 @@ StressProfile StressRecorder::Average(double from_s, double to_s) const {
       out.shear_axial_pa[i] += c.axial[i];
     }
   }
-  const double area = wheel_.radius_m * step_rad_ * wheel_.width_m / widths_;
+  const double area = wheel_.radius_m * grid_.step_rad * wheel_.width_m / grid_.widths;
   const double scale = steps > 0 ? 1.0 / (static_cast<double>(steps) * area) : 0.0;
-  std::vector<double> mean(angles_, 0.0);
-  for (int i = 0; i < angles_ * widths_; ++i) {
+  std::vector<double> mean(grid_.angles, 0.0);
+  for (int i = 0; i < grid_.angles * grid_.widths; ++i) {
     out.normal_pa[i] *= scale;
     out.shear_tangential_pa[i] *= scale;
     out.shear_axial_pa[i] *= scale;
-    mean[i / widths_] += out.normal_pa[i] / widths_;
+    mean[i / grid_.widths] += out.normal_pa[i] / grid_.widths;
   }
   const int peak = static_cast<int>(std::max_element(mean.begin(), mean.end()) - mean.begin());
   int low = peak, high = peak;
   while (low > 0 && mean[low - 1] > 0.05 * mean[peak]) --low;
-  while (high + 1 < angles_ && mean[high + 1] > 0.05 * mean[peak]) ++high;
+  while (high + 1 < grid_.angles && mean[high + 1] > 0.05 * mean[peak]) ++high;
   if (mean[peak] > 0) {
-    out.exit_angle_rad = -M_PI + low * step_rad_;
-    out.entry_angle_rad = -M_PI + (high + 1) * step_rad_;
+    out.exit_angle_rad = -M_PI + low * grid_.step_rad;
+    out.entry_angle_rad = -M_PI + (high + 1) * grid_.step_rad;
   }
   return out;
 }

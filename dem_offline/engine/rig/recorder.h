@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "dem_offline/engine/rig/stress_bin.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -11,9 +12,14 @@ namespace grouser::dem {
 /// chosen afterwards.
 class StressRecorder {
  public:
-  StressRecorder(const WheelShape& wheel, const RigSettings& rig);
-  /// A contact of the wheel; yaw: of its x axis from the world's.
-  void Add(const BodyContact& contact, double yaw_rad);
+  /// yaw: of the wheel's x axis from the world's.
+  StressRecorder(const WheelShape& wheel, const RigSettings& rig, double yaw_rad);
+  const StressGrid& grid() const { return grid_; }
+  /// A contact of the wheel.
+  void Add(const BodyContact& contact);
+  /// What somebody else has summed over so many steps: [bins x 3] normal,
+  /// tangential, axial.
+  void AddSums(long steps, const std::vector<double>& sums);
   /// One more sampled step of the present chunk.
   void CountStep() { ++chunks_.back().steps; }
   void NextChunk(double time_s);
@@ -29,8 +35,7 @@ class StressRecorder {
     std::vector<double> normal, tangential, axial;  // sums of forces [N]
   };
   WheelShape wheel_;
-  int angles_, widths_;
-  double step_rad_;
+  StressGrid grid_;
   std::vector<Chunk> chunks_;
 };
 

@@ -138,15 +138,24 @@ void RigScene::Open(const BedPiece& piece, double length_m, double dt_s) {
 }
 
 void RigScene::Follow(std::uint64_t step, const Vec3d& hub_m) {
-  if (step % static_cast<std::uint64_t>(spec_.rig.scene.look_steps) == 0) Look(hub_m);
-  use_.particle_steps += static_cast<double>(world_->count());
-  use_.awake_particle_steps += static_cast<double>(awake_);
-  use_.deep_particle_steps += static_cast<double>(deep_);
+  if (LookDue(step)) Look(hub_m);
+  CountSteps(1);
 }
 
-void RigScene::Look(const Vec3d& hub_m) {
+bool RigScene::LookDue(std::uint64_t step) const {
+  return Looks() && step % static_cast<std::uint64_t>(spec_.rig.scene.look_steps) == 0;
+}
+
+void RigScene::CountSteps(double steps) {
+  use_.particle_steps += steps * static_cast<double>(world_->count());
+  use_.awake_particle_steps += steps * static_cast<double>(awake_);
+  use_.deep_particle_steps += steps * static_cast<double>(deep_);
+}
+
+bool RigScene::Look(const Vec3d& hub_m) {
+  bool changed = false;
   if (window_) {
-    while (window_->Due(hub_m[0])) window_->Advance(*world_);
+    for (; window_->Due(hub_m[0]); changed = true) window_->Advance(*world_);
   }
   const auto held = [this](const Grain& g) { return Held(g); };
   if (freezer_) {
@@ -155,24 +164,25 @@ void RigScene::Look(const Vec3d& hub_m) {
     frozen_.resize(world_->count());
     for (std::int64_t i = 0; i < world_->count(); ++i) frozen_[i] = Held(world_->grains()[i]);
   } else {
-    return;
+    return false;
   }
-  bool changed = false;
+  bool other = false;
   awake_ = deep_ = 0;
   const auto half_depth = static_cast<std::int32_t>(
       -0.5 * spec_.rig.bed_depth_m / TileZSpan(spec_.rig.bed_depth_m) * 4294967296.0);
   for (std::int64_t i = 0; i < world_->count(); ++i) {
-    changed |= world_->Frozen(i) != (frozen_[i] != 0);
+    other |= world_->Frozen(i) != (frozen_[i] != 0);
     if (frozen_[i]) continue;
     ++awake_;
     deep_ += world_->grains()[i].z < half_depth;
   }
-  if (changed) world_->Freeze(frozen_);
+  if (other) world_->Freeze(frozen_);
+  return changed || other;
 }
 
-bool RigScene::OutOfBed(double hub_x_m, double path_m, double reach_m) const {
-  if (window_) return hub_x_m - reach_m < window_->from_m() + window_->settings().band_m;
-  return path_m > length_ - 2 * reach_m - 2 * diameter_;
+BedLimit RigScene::Limit() const {
+  if (window_) return {true, window_->from_m() + window_->settings().band_m, 0};
+  return {false, 0, length_ - 2 * diameter_};
 }
 
 }  // namespace grouser::dem

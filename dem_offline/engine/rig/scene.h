@@ -6,6 +6,7 @@
 
 #include "dem_offline/engine/rig/bed_feed.h"
 #include "dem_offline/engine/rig/freezer.h"
+#include "dem_offline/engine/rig/wheel_step.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/rig/window.h"
 #include "dem_offline/engine/world/world.h"
@@ -39,16 +40,21 @@ class RigScene {
   double start_x_m() const { return start_x_; }  ///< of the hub
   /// Before each step: the window follows, grains freeze and wake.
   void Follow(std::uint64_t step, const Vec3d& hub_m);
-  /// Whether the wheel, `reach` long on either side of the hub, comes to ground
-  /// that it has disturbed, or leaves the window. `path`: of the hub so far.
-  bool OutOfBed(double hub_x_m, double path_m, double reach_m) const;
+  /// The same for whoever makes the steps elsewhere: does the scene look at its
+  /// grains, is a look due before this step; the look itself (true: something
+  /// changed); so many steps were made since.
+  bool Looks() const { return window_.has_value() || freezer_.has_value(); }
+  bool LookDue(std::uint64_t step) const;
+  bool Look(const Vec3d& hub_m);
+  void CountSteps(double steps);
+  /// Where the wheel comes to ground that it has disturbed, or leaves the window.
+  BedLimit Limit() const;
 
   const Window* window() const { return window_ ? &*window_ : nullptr; }
   const SceneUse& use() const { return use_; }
 
  private:
   void Open(const BedPiece& piece, double length_m, double dt_s);
-  void Look(const Vec3d& hub_m);
   bool Held(const Grain& g) const { return window_ && window_->InBand(g.x); }
 
   WheelTestSpec spec_;

@@ -14,7 +14,8 @@ using namespace grouser::dem::bench;
 
 constexpr char kUsage[] =
     "usage: grouser-engine-bench [--workload bed|shear|wheel] [--particles N] [--cores C]\n"
-    "         [--device cpu|cuda] [--order sorted|shuffled] [--worlds W] [--steps S] [--warmup S]\n"
+    "         [--device cpu|cuda|emulated] [--order sorted|shuffled] [--worlds W] [--steps S] "
+    "[--warmup S]\n"
     "         [--repeat R] [--tangential LAW] [--rolling LAW] [--physics-samples K] [--seed S] "
     "[--skin M]\n"
     "         [--preparation-friction F]\n"

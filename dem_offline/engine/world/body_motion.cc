@@ -23,27 +23,10 @@ void CheckBody(const Body& b, int materials) {
   }
 }
 
-Vec3d ForceOn(const World& w, const BodyEntry& b) {
-  const Vec3d& g = w.config().gravity_m_per_s2;
-  const double m = b.body.mass_kg;
-  return {b.wrench.fx + m * g[0] + b.body.outer_force_n[0],
-          b.wrench.fy + m * g[1] + b.body.outer_force_n[1],
-          b.wrench.fz + m * g[2] + b.body.outer_force_n[2]};
-}
-Vec3d MomentOn(const BodyEntry& b) {
-  return Add({b.wrench.tx, b.wrench.ty, b.wrench.tz}, b.body.outer_moment_n_m);
-}
-
 }  // namespace
 
-double BodyPass::Travel(const Body& b, double dt_s, bool axle) {
-  Vec3d turn = b.spin_rad_per_s;
-  if (!axle) {
-    const Vec3d y = MatrixOf(b.orientation) * Vec3d{0, 1, 0};
-    turn = Sub(turn, Scale(DotD(turn, y), y));
-  }
-  const double rate = Norm(turn);
-  return dt_s * (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * b.shape.reach : 0.0));
+BodySurroundings BodyPass::Around(const World& w) {
+  return {w.config_.gravity_m_per_s2, w.config_.dt_s, w.config_.skin_m, w.config_.planar};
 }
 
 int World::AddBody(const Body& body) {
@@ -66,46 +49,15 @@ int World::AddBody(const Body& body) {
 }
 
 void BodyPass::Move(World& w) {
-  const double dt = w.config_.dt_s;
+  const BodySurroundings around = Around(w);
   for (BodyEntry& b : w.parts_->bodies) {
-    Body& body = b.body;
-    const bool put = body.position_m != b.left_at || body.orientation != b.left_turned;
-    if (body.motion == BodyMotion::kFixed) {
-      if (put && !w.stale_) Find(w, b);
-      b.left_at = body.position_m;
-      b.left_turned = body.orientation;
-      continue;
-    }
-    if (body.motion == BodyMotion::kFree) {
-      body.velocity_m_per_s = Add(body.velocity_m_per_s, Scale(dt / body.mass_kg, ForceOn(w, b)));
-      b.angular_momentum = Add(b.angular_momentum, Scale(dt, MomentOn(b)));
-      if (w.config_.planar) {
-        body.velocity_m_per_s[1] = 0;
-        b.angular_momentum[0] = b.angular_momentum[2] = 0;
-      }
-      body.orientation = TurnFreely(body.orientation, b.angular_momentum, body.inertia_kg_m2, dt,
-                                    &body.spin_rad_per_s);
-    } else if (DotD(body.spin_rad_per_s, body.spin_rad_per_s) > 0) {
-      body.orientation = Turn(body.orientation, body.spin_rad_per_s, dt);
-    }
-    body.position_m = Add(body.position_m, Scale(dt, body.velocity_m_per_s));
-    b.moved_m += Travel(body, dt, false);
-    // Grains move at most half a skin between searches.
-    const bool starts = !b.turning && DotD(body.spin_rad_per_s, body.spin_rad_per_s) > 0;
-    b.left_at = body.position_m;
-    b.left_turned = body.orientation;
-    if (!w.stale_ && (put || starts || b.moved_m + 0.5 * w.config_.skin_m > b.margin_m)) Find(w, b);
+    if (MoveBody(around, b.body.shape.reach, &b.body, &b) && !w.stale_) Find(w, b);
   }
 }
 
 void BodyPass::StepBack(World& w) {
-  const double half = 0.5 * w.config_.dt_s;
-  for (BodyEntry& b : w.parts_->bodies) {
-    if (b.body.motion != BodyMotion::kFree) continue;
-    b.body.velocity_m_per_s =
-        Sub(b.body.velocity_m_per_s, Scale(half / b.body.mass_kg, ForceOn(w, b)));
-    b.angular_momentum = Sub(b.angular_momentum, Scale(half, MomentOn(b)));
-  }
+  const BodySurroundings around = Around(w);
+  for (BodyEntry& b : w.parts_->bodies) StepBodyBack(around, &b.body, &b);
 }
 
 Body& World::body(int b) { return parts_->bodies.at(b).body; }

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "dem_offline/engine/world/body_view.h"
+#include "dem_offline/engine/world/touch_view.h"
 
 namespace grouser::dem {
 namespace {
@@ -17,7 +17,7 @@ int SlotsPerGrain(const Shape& s) {
 }  // namespace
 
 void BodyPass::Find(World& w, BodyEntry& b) {
-  const BodyView view(b.body, w.config_);
+  const BodyView view = BodyViewOf(w.config_, b.body);
   BodySlots old = std::move(b.slots);
   BodySlots& now = b.slots;
   now = BodySlots{};

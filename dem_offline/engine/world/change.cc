@@ -18,12 +18,15 @@ void Stop(Grain& g) {
 }  // namespace
 
 /// Forces on the grains with a flag, at the present positions: a step of no
-/// length, which leaves every history where it is. All others keep theirs.
+/// length, which leaves every history where it is. All others keep theirs, and so do
+/// bodies their wrenches.
 void World::RenewLoads(const std::vector<std::uint8_t>& wanted) {
   if (std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) return;
   const std::vector<GrainLoad> before = loads_;
   const double dt = config_.dt_s;
   const bool energy = config_.energy;
+  std::vector<Wrench> wrenches;
+  for (const BodyEntry& b : parts_->bodies) wrenches.push_back(b.wrench);
   const auto sink = std::move(parts_->sink);
   parts_->sink = nullptr;
   config_.dt_s = 0;
@@ -32,6 +35,7 @@ void World::RenewLoads(const std::vector<std::uint8_t>& wanted) {
   config_.dt_s = dt;
   config_.energy = energy;
   parts_->sink = sink;
+  for (std::size_t b = 0; b < wrenches.size(); ++b) parts_->bodies[b].wrench = wrenches[b];
   for (std::int64_t i = 0; i < count_; ++i) {
     if (!wanted[i]) loads_[i] = before[i];
   }

@@ -1,4 +1,5 @@
 // Kick and drift of a World's grains, and the start of its leapfrog.
+#include "dem_offline/engine/world/drift_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {
@@ -48,19 +49,13 @@ void World::Start() {
   energy_ = EnergySums{};
   energy_.stored = step_energy_.stored;
   const float half = 0.5f * static_cast<float>(config_.dt_s);
-  const auto& gravity = config_.gravity_m_per_s2;
+  float gravity[3];
+  for (int a = 0; a < 3; ++a) gravity[a] = static_cast<float>(config_.gravity_m_per_s2[a]);
   for (std::int64_t i = 0; i < count_; ++i) {
     Grain& g = grains_[i];
     if (g.kind & kHeld) continue;
-    const GrainLoad& f = loads_[i];
-    const float inertia = static_cast<float>(config_.inertia_factor) * g.mass * g.radius * g.radius;
-    g.vx -= half * (f.fx / g.mass + static_cast<float>(gravity[0]));
-    g.vy -= half * (f.fy / g.mass + static_cast<float>(gravity[1]));
-    g.vz -= half * (f.fz / g.mass + static_cast<float>(gravity[2]));
-    g.wx -= half * f.tx / inertia;
-    g.wy -= half * f.ty / inertia;
-    g.wz -= half * f.tz / inertia;
-    if (config_.planar) g.vy = g.wx = g.wz = 0.0f;
+    StepBack(gravity, half, static_cast<float>(config_.inertia_factor), config_.planar, loads_[i],
+             &g);
   }
   ClumpPass::StepBack(*this);
   BodyPass::StepBack(*this);

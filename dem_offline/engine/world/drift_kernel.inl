@@ -2,6 +2,7 @@
 // (v m | w kind) and (x y z r), and stays in them: turning tiles into lanes and
 // back costs more than the arithmetic. Instantiates nothing from the standard
 // library.
+#include "dem_offline/engine/world/drift_body.h"
 
 namespace grouser::dem::GROUSER_ISA_NS {
 namespace {
@@ -35,14 +36,12 @@ GROUSER_HD void DriftGrain(const DriftView& v, std::int64_t i, F8 gravity_dt, F4
                            F4 quantum, I8 may_turn, Faults& faults) {
   Grain& g = v.grains[i];
   const I8 held = (g.kind & kHeld) != 0 ? I8{} : may_turn;
-  // Kick: v + by exactly, what rounding took into the rests (Knuth's two-sum).
   F8& motion = *reinterpret_cast<F8*>(&g.vx);
   F8& rests = *reinterpret_cast<F8*>(v.kinetics + i);
   const F8 load = As<F8>(v.loads + i);
   const F8 inverse = __builtin_shuffle(rests, I8{3, 3, 3, 3, 7, 7, 7, 7});
-  const F8 y = load * (inverse * Splat8(v.dt)) + gravity_dt + rests;
-  const F8 sum = motion + y, back = sum - motion;
-  const F8 left = (motion - (sum - back)) + (y - back);
+  F8 left;
+  const F8 sum = Kick<F8>(motion, rests, load, inverse * Splat8(v.dt), gravity_dt, &left);
   const F8 fresh = held ? sum * Splat8(v.drag) : motion;
   rests = held ? left : rests;
   motion = fresh;

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "dem_offline/engine/world/rotation.h"
 #include "dem_offline/engine/world/team.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -17,15 +16,8 @@ struct BodySlots {
   std::vector<float> clear;  ///< [near] way that grain and body may go before they can touch [m]
 };
 
-struct BodyEntry {
+struct BodyEntry : BodyTrack {
   Body body;
-  Vec3d angular_momentum = {0, 0, 0};  ///< kFree: of the half step
-  Wrench wrench;
-  double work_j = 0;
-  double margin_m = 0, moved_m = 0;  ///< search margin; motion since the last search
-  Vec3d left_at = {0, 0, 0};         ///< pose after the last step: who is put elsewhere
-  Quatd left_turned = {1, 0, 0, 0};  ///< by hand is searched for anew
-  bool turning = false;              ///< was the last search for a body that may turn?
   BodySlots slots;
 };
 
@@ -51,7 +43,7 @@ struct BondEntry {
 using ContactFn = ContactResult (*)(const WorldConfig&, const PairParams&, const ContactGeometry&,
                                     float* words, float dt);
 
-struct BodyView;
+struct TouchView;
 
 struct World::Parts {
   explicit Parts(int threads) : team(threads) {}
@@ -80,14 +72,11 @@ struct BodyPass {
   static void Move(World& w);      ///< before the forces; searches where needed
   static void StepBack(World& w);  ///< velocities of time zero to the half step before
   static ContactFn ContactOf(int recipe);
-  /// Bound of how far a surface point goes in a step [m]; axle: turning about y counts.
-  /// Infinite for a plane that turns.
-  static double Travel(const Body& b, double dt_s, bool axle);
+  static BodySurroundings Around(const World& w);
 
  private:
-  struct Touching;
   struct Sums;
-  static void TouchGrain(World& w, BodyEntry& b, int number, const BodyView& view, std::size_t k,
+  static void TouchEntry(World& w, BodyEntry& b, int number, const TouchView& view, std::size_t k,
                          Sums& sums);
 };
 

@@ -6,15 +6,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "dem_offline/engine/contact/leash_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {
 namespace {
 
 constexpr int kBlocksPerChunk = 64;  // energy is summed chunk by chunk, whatever the threads
-// A near list gives each grain room for so many steps at its present speed, and
-// at least this share of the half skin.
-constexpr float kStepsOfRoom = 40, kLeastRoom = 0.06f, kMostRoom = 0.7f;
 
 /// Adds the wall time of its life to a phase; nothing when not asked to.
 class Stopwatch {
@@ -176,22 +174,10 @@ bool World::Tie() {
   // Padding goes nowhere, also where grains have been before an exchange.
   std::fill(leashes_.begin() + count_, leashes_.end(), Leash{0, 0, 0, 0.0f});
   for (std::int64_t i = 0; i < count_; ++i) {
-    const Grain& g = grains_[i];
-    if (g.kind & kFrozen) {  // goes nowhere
-      leashes_[i] = {g.x, g.y, g.z, half * half};
-      reaches_[i] = g.radius;
-      continue;
+    const auto& at = found_at_[i];
+    if (!TieGrain(grains_[i], at.x, at.y, at.z, q.data(), half, room, &leashes_[i], &reaches_[i])) {
+      return false;
     }
-    const float dx = static_cast<float>(WrapDiff(g.x, found_at_[i].x)) * q[0];
-    const float dy = static_cast<float>(WrapDiff(g.y, found_at_[i].y)) * q[1];
-    const float dz = static_cast<float>(WrapDiff(g.z, found_at_[i].z)) * q[2];
-    const float gone = std::sqrt(dx * dx + dy * dy + dz * dz);
-    const float speed = std::sqrt(g.vx * g.vx + g.vy * g.vy + g.vz * g.vz);
-    const float wish = std::min(std::max(speed * room, kLeastRoom * half), kMostRoom * half);
-    if (gone + kLeastRoom * half > half) return false;
-    const float length = std::min(wish, half - gone);
-    leashes_[i] = {g.x, g.y, g.z, length * length};
-    reaches_[i] = g.radius + length;
   }
   return true;
 }
@@ -224,10 +210,7 @@ StepFault World::Step() {
   }
   Forces();
   ++steps_;
-  const double stored = step_energy_.stored;
-  step_energy_.stored = 0;
-  energy_.Add(step_energy_);
-  energy_.stored = stored;
+  energy_.AddStep(step_energy_);
   return fault_;
 }
 

@@ -13,8 +13,14 @@
 #include "dem_offline/engine/isa/kernels.h"
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/world/handover.h"
+#include "dem_offline/engine/world/rigid_body.h"
 
 namespace grouser::dem {
+
+namespace gpu {
+class Ensemble;
+}
 
 struct WorldConfig {
   Frame frame;                 ///< x, y periodic; see there
@@ -50,20 +56,6 @@ struct Contents {
   std::vector<BondLaw> bond_laws;
   std::vector<BondState> bonds;
   std::vector<Body> bodies;
-};
-
-/// Force and moment of the grains on a body, at its origin [N, N m], world
-/// axes; summed in double in a fixed order.
-struct Wrench {
-  double fx = 0, fy = 0, fz = 0, tx = 0, ty = 0, tz = 0;
-  void Add(const Wrench& o) {
-    fx += o.fx;
-    fy += o.fy;
-    fz += o.fz;
-    tx += o.tx;
-    ty += o.ty;
-    tz += o.tz;
-  }
 };
 
 /// One contact of a body, for whoever records stresses (world axes).
@@ -186,6 +178,11 @@ class World {
   void Freeze(const std::vector<std::uint8_t>& frozen);
   bool Frozen(std::int64_t i) const { return (grains_[i].kind & kFrozen) != 0; }
 
+  /// The state for another back end, and back from it with the same grains and
+  /// bodies; then a search. Throws std::invalid_argument.
+  Handover HandOver() const;
+  void TakeBack(const Handover& state);
+
   void SetTiming(bool on) { timing_ = on; }
   const Phases& phases() const { return phases_; }
   /// Bytes that one step reads and writes, each array counted once a pass.
@@ -211,6 +208,7 @@ class World {
 
  private:
   struct Parts;  // bodies, clumps, bonds and threads, in files of their own
+  friend class gpu::Ensemble;
   friend struct BodyPass;
   friend struct ClumpPass;
   friend struct BondPass;

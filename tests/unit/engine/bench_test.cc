@@ -155,7 +155,8 @@ TEST_F(BenchTest, WhatItCannotDoIsRefusedByName) {
   EXPECT_EQ(message(Small()), "");
   BenchOptions o = Small();
   o.device = "cuda";
-  EXPECT_NE(message(o).find("CUDA"), std::string::npos);
+  o.workload = "wheel";
+  EXPECT_NE(message(o).find("device: cuda, expected cpu for a wheel"), std::string::npos);
   o = Small();
   o.device = "tpu";
   EXPECT_NE(message(o).find("device"), std::string::npos);

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "dem_offline/engine/contact/frame.h"
+#include "dem_offline/engine/world/drift_kernel.h"
+
+// How far each grain may go before the near lists are renewed. Shared by all
+// back ends.
+
+namespace grouser::dem {
+
+// A near list gives each grain room for so many steps at its present speed, and
+// at least this share of the half skin.
+inline constexpr float kStepsOfRoom = 40, kLeastRoom = 0.06f, kMostRoom = 0.7f;
+
+/// Index body: the leash of one grain that was at (x, y, z) at the last search;
+/// false where one that ends within the half skin of the search can not be had.
+/// q: quanta [m]; half: of the skin [m]; room: kStepsOfRoom dt [s].
+GROUSER_HD bool TieGrain(const Grain& g, std::int32_t x, std::int32_t y, std::int32_t z,
+                         const float* q, float half, float room, Leash* leash, float* reach) {
+  if (g.kind & kFrozen) {  // goes nowhere
+    *leash = {g.x, g.y, g.z, half * half};
+    *reach = g.radius;
+    return true;
+  }
+  const float dx = static_cast<float>(WrapDiff(g.x, x)) * q[0];
+  const float dy = static_cast<float>(WrapDiff(g.y, y)) * q[1];
+  const float dz = static_cast<float>(WrapDiff(g.z, z)) * q[2];
+  const float gone = Sqrt(dx * dx + dy * dy + dz * dz);
+  const float speed = Sqrt(g.vx * g.vx + g.vy * g.vy + g.vz * g.vz);
+  const float wish = Min(Max(speed * room, kLeastRoom * half), kMostRoom * half);
+  if (gone + kLeastRoom * half > half) return false;
+  const float length = Min(wish, half - gone);
+  *leash = {g.x, g.y, g.z, length * length};
+  *reach = g.radius + length;
+  return true;
+}
+
+}  // namespace grouser::dem

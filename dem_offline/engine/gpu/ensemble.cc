@@ -1,0 +1,231 @@
+#include "dem_offline/engine/gpu/ensemble.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/contact/leash_body.h"
+#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/world/parts.h"
+
+namespace grouser::dem::gpu {
+namespace {
+
+constexpr int kBatch = 64;       // steps between checkpoints
+constexpr double kGrowth = 1.5;  // of lists that are too short
+constexpr int kLayersAbove = 4;  // of cells, for grains that are thrown up
+
+[[noreturn]] void Refuse(std::size_t world, const std::string& what) {
+  throw std::invalid_argument("ensemble: world " + std::to_string(world) + ": " + what);
+}
+
+std::int32_t Grown(std::int32_t n) { return static_cast<std::int32_t>(std::ceil(n * kGrowth)); }
+
+std::string Megabytes(std::size_t bytes) {
+  return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB";
+}
+
+}  // namespace
+
+void Ensemble::CheckWorld(std::size_t number) const {
+  const World& w = *worlds_[number];
+  const WorldConfig &c = w.config_, &first = worlds_[0]->config_;
+  if (!(c.contacts.laws() == first.contacts.laws()) ||
+      c.contacts.materials() != first.contacts.materials()) {
+    Refuse(number, "laws or materials, expected those of world 0");
+  }
+  if (w.count_ == 0) Refuse(number, "no grain, expected one or more");
+  if (!w.parts_->clumps.empty()) Refuse(number, "clumps, expected none: not on the device yet");
+  if (!w.parts_->bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
+  if (w.fault_ != StepFault::kNone) Refuse(number, std::string("has failed: ") + Explain(w.fault_));
+  if (w.parts_->bodies.size() > kMostBodies) {
+    Refuse(number, std::to_string(w.parts_->bodies.size()) + " bodies, expected at most " +
+                       std::to_string(kMostBodies));
+  }
+  for (const BodyEntry& b : w.parts_->bodies) {
+    if (b.body.shape.mesh) Refuse(number, "a mesh, expected parts: not on the device yet");
+  }
+  if (w.recipe_ != recipe_ || w.params_.size() != params_.size() ||
+      std::memcmp(w.params_.data(), params_.data(), params_.size() * sizeof(PairParams)) != 0) {
+    Refuse(number, "parameters of the contacts, expected those of world 0");
+  }
+}
+
+WorldView Ensemble::ViewOfWorld(std::size_t number) const {
+  const World& w = *worlds_[number];
+  const WorldConfig& c = w.config_;
+  WorldView v = {};
+  v.count = static_cast<std::int32_t>(w.count_);
+  const auto q = c.frame.Quantum();
+  v.drift.dt = static_cast<float>(c.dt_s);
+  v.drift.drag = w.drag_;
+  v.drift.planar = c.planar;
+  for (int a = 0; a < 3; ++a) {
+    v.drift.quantum[a] = q[a];
+    v.drift.per_quantum[a] = v.drift.dt / q[a];
+    v.gravity[a] = static_cast<float>(c.gravity_m_per_s2[a]);
+    v.drift.gravity_dt[a] = v.gravity[a] * v.drift.dt;
+  }
+  v.energy = c.energy;
+  v.inertia_factor = static_cast<float>(c.inertia_factor);
+  v.range = w.range_;
+  v.half_skin = 0.5f * static_cast<float>(c.skin_m);
+  v.room = kStepsOfRoom * static_cast<float>(c.dt_s);
+  v.search_reach = static_cast<float>(c.skin_m) + w.range_;
+  const double cell = 2.0 * w.largest_radius_ + v.search_reach;
+  v.nx = static_cast<std::int32_t>(c.frame.length_m / cell);
+  v.ny = static_cast<std::int32_t>(c.frame.width_m / cell);
+  std::int32_t low = w.grains_[0].z, high = low;
+  for (std::int64_t i = 0; i < w.count_; ++i) {
+    low = std::min(low, w.grains_[i].z);
+    high = std::max(high, w.grains_[i].z);
+  }
+  v.z_low = low;
+  v.z_scale = c.frame.z_span_m / 4294967296.0 / cell;
+  v.nz =
+      static_cast<std::int32_t>((static_cast<double>(high) - low) * v.z_scale) + 1 + kLayersAbove;
+  return v;
+}
+
+Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const ListSizes& sizes)
+    : device_(device), worlds_(worlds) {
+  if (worlds_.empty()) throw std::invalid_argument("ensemble: no world, expected one or more");
+  recipe_ = worlds_[0]->recipe_;
+  words_ = worlds_[0]->config_.contacts.layout().words;
+  params_ = worlds_[0]->params_;
+  layout_.sizes = sizes;
+  for (std::size_t n = 0; n < worlds_.size(); ++n) {
+    CheckWorld(n);
+    views_.push_back(ViewOfWorld(n));
+    const WorldView& v = views_.back();
+    layout_.tiles.push_back(TilesFor(v.count));
+    layout_.cells.push_back(static_cast<std::int64_t>(v.nx) * v.ny * v.nz);
+  }
+  AddBodies();
+  layout_.Place();
+  const MemoryPlan plan = PlanOf(layout_, words_);
+  if (plan.Total() > device_.FreeBytes()) {
+    throw std::runtime_error("ensemble: " + std::to_string(layout_.grains()) + " grains need " +
+                             Megabytes(plan.Total()) + " (" + Megabytes(plan.checkpoint) +
+                             " of it for the checkpoint), expected at most " +
+                             Megabytes(device_.FreeBytes()) + " on " + device_.name());
+  }
+  states_.assign(worlds_.size(), WorldState{});
+  sent_energy_.assign(worlds_.size(), EnergySums{});
+  Begin();
+}
+
+void Ensemble::AddBodies() {
+  for (int number = 0; number < kMostBodies; ++number) {
+    for (std::size_t w = 0; w < worlds_.size(); ++w) {
+      const auto& bodies = worlds_[w]->parts_->bodies;
+      if (number >= static_cast<int>(bodies.size())) continue;
+      const BodySlots& slots = bodies[number].slots;
+      layout_.bodies.push_back({static_cast<int>(w), number});
+      layout_.per_grain.push_back(slots.per_grain);
+      layout_.entries.push_back(RunsFor(Grown(static_cast<std::int32_t>(slots.near.size()))) +
+                                kRun);
+    }
+  }
+}
+
+bool Ensemble::Overflowed(std::int32_t* bits) {
+  states_ = memory_.states.now.Download();
+  *bits = 0;
+  for (const WorldState& s : states_) *bits |= s.overflow;
+  return *bits != 0;
+}
+
+void Ensemble::Begin() {
+  for (;;) {
+    memory_.Allocate(device_, layout_, words_);
+    SendShapes();
+    SendTables();
+    for (int w = 0; w < size(); ++w) SendWorld(w);
+    device_.Start(View(), recipe_, params_[0]);
+    std::int32_t bits;
+    if (!Overflowed(&bits)) return;
+    ++regrowths_;
+    Regrow(bits);
+  }
+}
+
+/// Wider lists where these bits ask for them.
+void Ensemble::Regrow(std::int32_t bits) {
+  Layout next = layout_;
+  ListSizes& s = next.sizes;
+  if (bits & kCellsFull) s.cell_slots = Grown(s.cell_slots);
+  if (bits & kFarFull) {
+    if (s.far_slots >= kMostFar) {
+      throw std::runtime_error("ensemble: a grain has more than " + std::to_string(kMostFar) +
+                               " neighbours");
+    }
+    s.far_slots = std::min<std::int32_t>(Grown(s.far_slots), kMostFar);
+  }
+  if (bits & kNearFull) s.near_slots = Grown(s.near_slots);
+  if (bits & kBodyFull) {
+    for (std::size_t b = 0; b < next.bodies.size(); ++b) {
+      if (states_[next.bodies[b].world].overflow & kBodyFull) {
+        next.entries[b] = RunsFor(Grown(next.entries[b]));
+      }
+    }
+  }
+  Relayout(next);
+}
+
+void Ensemble::Run(std::int64_t steps) {
+  std::vector<std::int64_t> until;
+  for (const WorldState& s : states_) until.push_back(s.steps + steps);
+  RunTo(until);
+}
+
+void Ensemble::RunTo(const std::vector<std::int64_t>& until) {
+  for (int w = 0; w < size(); ++w) states_[w].until = until.at(w);
+  memory_.states.now.Upload(states_);
+  for (;;) {
+    std::int64_t steps = 0;
+    for (const WorldState& s : states_) {
+      if (!s.halted) steps = std::max(steps, s.until - s.steps);
+    }
+    if (steps <= 0) return;
+    memory_.Checkpoint();
+    device_.Steps(View(), recipe_, params_[0],
+                  static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
+    std::int32_t bits;
+    if (!Overflowed(&bits)) continue;
+    ++regrowths_;
+    memory_.Restore();
+    Regrow(bits);
+  }
+}
+
+double Ensemble::BytesPerStep() const {
+  double grains = 0, listed = 0;
+  for (int w = 0; w < size(); ++w) {
+    const std::int32_t n = views_[w].count;
+    grains += n;
+    for (const std::int32_t k :
+         memory_.near_count[states_[w].turn].now.Download(layout_.first[w], n)) {
+      listed += k;
+    }
+  }
+  const double word = sizeof(float);
+  // Drift: grain and kinetics both ways, load, leash. Forces: grain, load, count;
+  // of every listed contact partner, and history both ways.
+  const double per_grain =
+      3 * sizeof(Grain) + 2 * sizeof(Kinetics) + 2 * sizeof(GrainLoad) + sizeof(Leash) + word;
+  return grains * per_grain + listed * (1 + 2 * words_) * word;
+}
+
+StepFault Ensemble::fault(int world) const {
+  const std::int32_t f = states_[world].fault;
+  if (f & (kInfiniteGrain | kBodyAway)) return StepFault::kNonFinite;
+  if (f & kDeepGrain) return StepFault::kOverlap;
+  if (f & kFastGrain) return StepFault::kTooFast;
+  if (f & kThroughBody) return StepFault::kTunnelled;
+  return StepFault::kNone;
+}
+
+}  // namespace grouser::dem::gpu

@@ -1,0 +1,136 @@
+#include "dem_offline/engine/gpu/ensemble_memory.h"
+
+#include <type_traits>
+
+namespace grouser::dem::gpu {
+
+template <class F>
+void EnsembleMemory::ForEachKept(F&& f) {
+  f(states);
+  f(grains);
+  f(loads);
+  f(kinetics);
+  f(leashes);
+  f(found);
+  f(far_count);
+  f(far_partner);
+  f(bodies);
+  f(tile_energy);
+  f(clear);
+  f(wheels);
+  f(stress);
+  for (int k = 0; k < 2; ++k) {
+    f(near_count[k]);
+    f(near_partner[k]);
+    f(history[k]);
+    f(near_body[k]);
+    f(key[k]);
+    f(word[k]);
+  }
+}
+
+void EnsembleMemory::Allocate(Device& device, const Layout& l, int words) {
+  const auto both = [&](auto& kept, std::int64_t count) {
+    using B = std::decay_t<decltype(kept.now)>;
+    kept.now = B();
+    kept.then = B();
+    kept.now = B(device, static_cast<std::size_t>(count));
+    kept.then = B(device, static_cast<std::size_t>(count));
+  };
+  const auto one = [&](auto& buffer, std::int64_t count) {
+    using B = std::decay_t<decltype(buffer)>;
+    buffer = B();
+    buffer = B(device, static_cast<std::size_t>(count));
+  };
+  const ListSizes& s = l.sizes;
+  const std::int64_t n = l.grains(), worlds_count = static_cast<std::int64_t>(l.tiles.size());
+  one(worlds, worlds_count);
+  one(world_of_tile, n / kTile);
+  one(world_of_cell, l.all_cells());
+  one(body_of_tile, l.body_tiles());
+  one(body_of_run, l.all_entries() / kRun);
+  one(cell_count, l.all_cells());
+  one(cell_items, l.all_cells() * s.cell_slots);
+  one(tile_near, l.body_tiles());
+  one(touches, l.all_entries());
+  one(reach, n);
+  one(records, l.slots());
+  one(run_sums, l.all_entries() / kRun);
+  both(states, worlds_count);
+  both(grains, n);
+  both(loads, n);
+  both(kinetics, n);
+  both(leashes, n);
+  both(found, n);
+  both(far_count, n);
+  both(far_partner, n * s.far_slots);
+  one(grain_energy, n);
+  both(tile_energy, n / kTile);
+  both(bodies, static_cast<std::int64_t>(l.bodies.size()));
+  both(clear, l.all_entries());
+  for (int k = 0; k < 2; ++k) {
+    both(near_count[k], n);
+    both(near_partner[k], n * s.near_slots);
+    both(history[k], n * s.near_slots * words);
+    both(near_body[k], l.all_entries());
+    both(key[k], l.slots());
+    both(word[k], l.slots() * words);
+  }
+}
+
+MemoryPlan PlanOf(const Layout& l, int words) {
+  const auto n = static_cast<std::size_t>(l.grains());
+  const auto cells = static_cast<std::size_t>(l.all_cells());
+  const auto entries = static_cast<std::size_t>(l.all_entries());
+  const auto slots = static_cast<std::size_t>(l.slots());
+  const ListSizes& s = l.sizes;
+  const std::size_t word = sizeof(float);
+  const std::size_t state =
+      n * (sizeof(Grain) + sizeof(GrainLoad) + sizeof(Kinetics) + sizeof(Leash) + sizeof(Found)) +
+      n / kTile * sizeof(EnergySums);
+  const std::size_t bodies =
+      l.bodies.size() * sizeof(BodyRecord) + entries * 3 * word + 2 * slots * (1 + words) * word;
+  MemoryPlan p;
+  p.grains = state + n * (word + sizeof(ContactEnergy)) + n / kTile * word;
+  p.lists = n * (3 + s.far_slots + 2 * s.near_slots) * word;
+  p.histories = 2 * n * s.near_slots * words * word;
+  p.cells = cells * (2 + s.cell_slots) * word;
+  p.bodies = bodies + entries * word + slots * sizeof(TouchRecord) +
+             entries / kRun * (sizeof(RunSum) + word) + 2 * l.body_tiles() * word;
+  p.checkpoint = state + p.lists + p.histories + bodies;
+  return p;
+}
+
+MemoryPlan EnsembleMemory::Plan() const {
+  MemoryPlan p;
+  const std::size_t state = grains.now.Bytes() + loads.now.Bytes() + kinetics.now.Bytes() +
+                            leashes.now.Bytes() + found.now.Bytes() + tile_energy.now.Bytes();
+  const std::size_t bodies_bytes =
+      bodies.now.Bytes() + clear.now.Bytes() +
+      2 * (near_body[0].now.Bytes() + key[0].now.Bytes() + word[0].now.Bytes());
+  p.grains = state + reach.Bytes() + world_of_tile.Bytes() + grain_energy.Bytes();
+  p.lists = far_count.now.Bytes() + far_partner.now.Bytes() +
+            2 * (near_count[0].now.Bytes() + near_partner[0].now.Bytes());
+  p.histories = 2 * history[0].now.Bytes();
+  p.cells = cell_count.Bytes() + cell_items.Bytes() + world_of_cell.Bytes();
+  p.bodies = bodies_bytes + touches.Bytes() + records.Bytes() + run_sums.Bytes() +
+             body_of_run.Bytes() + tile_near.Bytes() + body_of_tile.Bytes();
+  p.checkpoint = state + p.lists + p.histories + bodies_bytes;
+  return p;
+}
+
+void EnsembleMemory::AllocateWheels(Device& device, std::size_t worlds_count, std::size_t bins) {
+  wheels.now = Buffer<WheelRecord>(device, worlds_count);
+  wheels.then = Buffer<WheelRecord>(device, worlds_count);
+  stress.now = Buffer<double>(device, 3 * bins);
+  stress.then = Buffer<double>(device, 3 * bins);
+}
+
+void EnsembleMemory::Checkpoint() {
+  ForEachKept([](auto& a) { a.then.CopyFrom(a.now); });
+}
+void EnsembleMemory::Restore() {
+  ForEachKept([](auto& a) { a.now.CopyFrom(a.then); });
+}
+
+}  // namespace grouser::dem::gpu

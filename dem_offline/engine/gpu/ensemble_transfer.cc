@@ -1,0 +1,384 @@
+// Between an ensemble's worlds and its device.
+#include <algorithm>
+
+#include "dem_offline/engine/gpu/ensemble.h"
+#include "dem_offline/engine/world/parts.h"
+
+namespace grouser::dem::gpu {
+namespace {
+
+/// Elements of one slot array at grain i (place within its world).
+std::int64_t At(std::int64_t i, std::int64_t s, std::int64_t slots) {
+  return EnsembleView::At(i, s, slots);
+}
+
+}  // namespace
+
+/// Parts of all bodies, for good.
+void Ensemble::SendShapes() {
+  std::vector<Part> parts;
+  std::vector<Shape::Ring> rings;
+  for (const BodyHome& home : layout_.bodies) {
+    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+    parts.insert(parts.end(), s.parts.begin(), s.parts.end());
+    rings.insert(rings.end(), s.rings.begin(), s.rings.end());
+  }
+  memory_.parts = Buffer<Part>(device_, parts.size());
+  memory_.parts.Upload(parts);
+  memory_.rings = Buffer<Shape::Ring>(device_, rings.size());
+  memory_.rings.Upload(rings);
+  memory_.params = Buffer<PairParams>(device_, params_.size());
+  memory_.params.Upload(params_);
+  shapes_.clear();
+  std::size_t part = 0, ring = 0;
+  for (const BodyHome& home : layout_.bodies) {
+    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+    shapes_.push_back({memory_.parts.data() + part, memory_.rings.data() + ring,
+                       static_cast<std::int32_t>(s.parts.size()),
+                       static_cast<std::int32_t>(s.rings.size())});
+    part += s.parts.size();
+    ring += s.rings.size();
+  }
+}
+
+/// Worlds with the addresses of this allocation, and who owns what.
+void Ensemble::SendTables() {
+  std::vector<WorldView> views = views_;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    WorldView& v = views[n];
+    v.first = layout_.first[n];
+    v.first_cell = layout_.first_cell[n];
+    v.drift.grains = memory_.grains.now.data() + v.first;
+    v.drift.loads = memory_.loads.now.data() + v.first;
+    v.drift.kinetics = memory_.kinetics.now.data() + v.first;
+    v.drift.leashes = memory_.leashes.now.data() + v.first;
+  }
+  memory_.worlds.Upload(views);
+  memory_.world_of_tile.Upload(WorldOfTile(layout_));
+  memory_.world_of_cell.Upload(WorldOfCell(layout_));
+  memory_.body_of_tile.Upload(BodyOfTile(layout_));
+  memory_.body_of_run.Upload(BodyOfRun(layout_));
+}
+
+/// A world's state out of its World; its lists are to be searched for.
+void Ensemble::SendWorld(int world) {
+  const Handover h = worlds_[world]->HandOver();
+  const std::int64_t first = layout_.first[world];
+  const auto room = static_cast<std::size_t>(layout_.first[world + 1] - first);
+  const auto filled = [room](auto values, const auto& with) {
+    values.resize(room, with);
+    return values;
+  };
+  memory_.grains.now.Upload(filled(h.grains, PaddingGrain()), first);
+  memory_.loads.now.Upload(filled(h.loads, GrainLoad{}), first);
+  memory_.kinetics.now.Upload(filled(h.kinetics, Kinetics{}), first);
+  std::vector<Found> found;
+  for (const Grain& g : h.grains) found.push_back({g.x, g.y, g.z});
+  memory_.found.now.Upload(filled(found, Found{}), first);
+  sent_energy_[world] = h.energy;
+  std::vector<EnergySums> energy(room / kTile);
+  energy[0].stored = h.energy.stored;  // until the next step
+  memory_.tile_energy.now.Upload(energy, first / kTile);
+  SendLists(world, h);
+  SendBodies(world, h);
+  WorldState& s = states_[world];
+  s.turn = 0;
+  s.stale = s.search = 1;
+  s.overflow = 0;
+  s.started = h.started;
+  s.steps = s.until = static_cast<std::int64_t>(h.steps);
+  memory_.states.now.Upload(std::vector<WorldState>{s}, world);
+}
+
+/// The pairs with a history as a near list of before the search.
+void Ensemble::SendLists(int world, const Handover& h) {
+  const std::int64_t first = layout_.first[world], room = layout_.first[world + 1] - first;
+  std::vector<std::int32_t> count(room, 0);
+  for (const auto& p : h.pairs) {
+    ++count[p.first];
+    ++count[p.second];
+  }
+  const std::int32_t most = *std::max_element(count.begin(), count.end());
+  if (most > layout_.sizes.near_slots) {
+    Layout next = layout_;
+    next.sizes.near_slots = most;
+    Relayout(next);
+    return SendLists(world, h);
+  }
+  const std::int64_t slots = layout_.sizes.near_slots;
+  std::vector<std::int32_t> partner(room * slots, 0);
+  std::vector<float> history(room * slots * words_, 0.0f);
+  std::fill(count.begin(), count.end(), 0);
+  for (std::size_t n = 0; n < h.pairs.size(); ++n) {
+    const auto& p = h.pairs[n];
+    for (const bool turned : {false, true}) {
+      const std::int32_t own = turned ? p.second : p.first, other = turned ? p.first : p.second;
+      const std::int64_t k = count[own]++;
+      partner[At(own, k, slots)] = other;
+      for (int w = 0; w < words_; ++w) {
+        history[At(own, k * words_ + w, slots * words_)] = h.words[n * words_ + w];
+      }
+    }
+  }
+  memory_.near_count[0].now.Upload(count, first);
+  memory_.near_partner[0].now.Upload(partner, first * slots);
+  memory_.history[0].now.Upload(history, first * slots * words_);
+}
+
+BodyRecord Ensemble::RecordOf(std::size_t number, const BodyHandover& h) const {
+  const BodyHome home = layout_.bodies[number];
+  const World& w = *worlds_[home.world];
+  const BodyEntry& entry = w.parts_->bodies[home.number];
+  BodyRecord b = {};
+  b.body = h.body;
+  b.track = h.track;
+  b.shape = shapes_[number];
+  b.around = BodyPass::Around(w);
+  b.frame = w.config_.frame;
+  b.origin_m = w.config_.origin_m;
+  b.reach = entry.body.shape.reach;
+  b.round = entry.body.shape.round;
+  b.world = home.world;
+  b.per_grain = layout_.per_grain[number];
+  b.capacity = layout_.entries[number];
+  b.count[0] = static_cast<std::int32_t>(h.near.size());
+  b.search = 1;
+  b.first_entry = layout_.first_entry[number];
+  b.first_slot = layout_.first_slot[number];
+  b.first_tile = layout_.first_tile[number];
+  TouchView& t = b.touch;
+  const bool free = h.body.motion == BodyMotion::kFree;
+  t.free_mass = free ? static_cast<float>(h.body.mass_kg) : 0.0f;
+  t.range = w.range_;
+  t.dt = static_cast<float>(w.config_.dt_s);
+  t.per_grain = b.per_grain;
+  t.words = words_;
+  t.material = h.body.material;
+  t.materials = w.config_.contacts.materials();
+  return b;
+}
+
+void Ensemble::SendBodies(int world, const Handover& h) {
+  for (std::size_t k = 0; k < h.bodies.size(); ++k) {
+    const BodyHandover& from = h.bodies[k];
+    const std::size_t b = IndexOf(world, static_cast<int>(k));
+    const auto near = static_cast<std::int32_t>(from.near.size());
+    if (near > layout_.entries[b]) {
+      Layout next = layout_;
+      next.entries[b] = RunsFor(near);
+      Relayout(next);
+    }
+    memory_.bodies.now.Upload(std::vector<BodyRecord>{RecordOf(b, from)},
+                              static_cast<std::int64_t>(b));
+    memory_.near_body[0].now.Upload(from.near, layout_.first_entry[b]);
+    memory_.key[0].now.Upload(from.key, layout_.first_slot[b]);
+    memory_.word[0].now.Upload(from.words, layout_.first_slot[b] * words_);
+  }
+}
+
+std::size_t Ensemble::IndexOf(int world, int body) const {
+  for (std::size_t b = 0; b < layout_.bodies.size(); ++b) {
+    if (layout_.bodies[b].world == world && layout_.bodies[b].number == body) return b;
+  }
+  throw std::out_of_range("ensemble: body " + std::to_string(body) + " of world " +
+                          std::to_string(world));
+}
+
+/// The same state in arrays of another layout, to the bit.
+void Ensemble::Relayout(const Layout& layout) {
+  Layout next = layout;
+  next.Place();
+  const Layout& old = layout_;
+  EnsembleMemory fresh;
+  fresh.Allocate(device_, next, words_);
+  const auto move = [&](auto& to, const auto& from, std::int64_t wide_from, std::int64_t wide_to) {
+    to.Upload(MoveTiles(from.Download(), old, next, wide_from, wide_to));
+  };
+  const ListSizes &a = old.sizes, &b = next.sizes;
+  move(fresh.grains.now, memory_.grains.now, 1, 1);
+  move(fresh.loads.now, memory_.loads.now, 1, 1);
+  move(fresh.kinetics.now, memory_.kinetics.now, 1, 1);
+  move(fresh.leashes.now, memory_.leashes.now, 1, 1);
+  move(fresh.found.now, memory_.found.now, 1, 1);
+  fresh.tile_energy.now.Upload(MoveWhole(memory_.tile_energy.now.Download(), old, next));
+  move(fresh.reach, memory_.reach, 1, 1);
+  move(fresh.far_count.now, memory_.far_count.now, 1, 1);
+  move(fresh.far_partner.now, memory_.far_partner.now, a.far_slots, b.far_slots);
+  std::vector<WorldState> states = memory_.states.now.Download();
+  for (WorldState& s : states) s.overflow = 0;
+  fresh.states.now.Upload(states);
+  std::vector<BodyRecord> bodies = memory_.bodies.now.Download();
+  for (std::size_t n = 0; n < bodies.size(); ++n) {
+    bodies[n].capacity = next.entries[n];
+    bodies[n].first_entry = next.first_entry[n];
+    bodies[n].first_slot = next.first_slot[n];
+    bodies[n].first_tile = next.first_tile[n];
+  }
+  fresh.bodies.now.Upload(bodies);
+  fresh.clear.now.Upload(
+      MoveBodies(memory_.clear.now.Download(), old.first_entry, next.first_entry, 1));
+  for (int k = 0; k < 2; ++k) {
+    move(fresh.near_count[k].now, memory_.near_count[k].now, 1, 1);
+    move(fresh.near_partner[k].now, memory_.near_partner[k].now, a.near_slots, b.near_slots);
+    move(fresh.history[k].now, memory_.history[k].now, a.near_slots * words_,
+         b.near_slots * words_);
+    fresh.near_body[k].now.Upload(
+        MoveBodies(memory_.near_body[k].now.Download(), old.first_entry, next.first_entry, 1));
+    fresh.key[k].now.Upload(
+        MoveBodies(memory_.key[k].now.Download(), old.first_slot, next.first_slot, 1));
+    fresh.word[k].now.Upload(
+        MoveBodies(memory_.word[k].now.Download(), old.first_slot, next.first_slot, words_));
+  }
+  fresh.wheels = std::move(memory_.wheels);
+  fresh.stress = std::move(memory_.stress);
+  fresh.parts = std::move(memory_.parts);
+  fresh.rings = std::move(memory_.rings);
+  fresh.params = std::move(memory_.params);
+  memory_ = std::move(fresh);
+  layout_ = next;
+  SendTables();
+}
+
+void Ensemble::Pull(int world) {
+  const WorldState& s = states_[world];
+  const std::int64_t first = layout_.first[world], room = layout_.first[world + 1] - first;
+  const std::int64_t slots = layout_.sizes.near_slots;
+  Handover h;
+  h.steps = static_cast<std::uint64_t>(s.steps);
+  h.started = s.started != 0;
+  const std::int32_t count = views_[world].count;
+  h.grains = memory_.grains.now.Download(first, count);
+  h.loads = memory_.loads.now.Download(first, count);
+  h.kinetics = memory_.kinetics.now.Download(first, count);
+  const auto near = memory_.near_count[s.turn].now.Download(first, room);
+  const auto partner = memory_.near_partner[s.turn].now.Download(first * slots, room * slots);
+  const auto history =
+      memory_.history[s.turn].now.Download(first * slots * words_, room * slots * words_);
+  std::vector<float> word(words_);
+  for (std::int32_t i = 0; i < count; ++i) {
+    for (std::int32_t k = 0; k < near[i]; ++k) {
+      const std::int32_t j = partner[At(i, k, slots)];
+      if (j < i) continue;
+      bool alive = false;
+      for (int n = 0; n < words_; ++n) {
+        word[n] = history[At(i, k * words_ + n, slots * words_)];
+        alive |= word[n] != 0.0f;
+      }
+      if (!alive) continue;
+      h.pairs.push_back({i, j});
+      h.words.insert(h.words.end(), word.begin(), word.end());
+    }
+  }
+  h.energy = sent_energy_[world];
+  EnergySums since;
+  for (const EnergySums& e : memory_.tile_energy.now.Download(first / kTile, room / kTile)) {
+    since.Add(e);
+  }
+  for (int k = 0; k < worlds_[world]->bodies(); ++k) {
+    const std::size_t b = IndexOf(world, k);
+    const BodyRecord r = memory_.bodies.now.Download(static_cast<std::int64_t>(b), 1)[0];
+    const std::int32_t n = r.count[r.turn];
+    since.Add(r.energy);
+    h.bodies.push_back(
+        {r.body, r.track, r.per_grain, memory_.near_body[r.turn].now.Download(r.first_entry, n),
+         memory_.key[r.turn].now.Download(r.first_slot, n * r.per_grain),
+         memory_.word[r.turn].now.Download(r.first_slot * words_, n * r.per_grain * words_)});
+  }
+  h.energy.AddStep(since);
+  worlds_[world]->TakeBack(h);
+}
+
+void Ensemble::Push(int world) {
+  CheckWorld(world);
+  views_[world] = ViewOfWorld(world);
+  const WorldView& v = views_[world];
+  Layout next = layout_;
+  next.tiles[world] = std::max(next.tiles[world], TilesFor(v.count) - 2);
+  next.cells[world] = std::max(next.cells[world], static_cast<std::int64_t>(v.nx) * v.ny * v.nz);
+  if (next.tiles != layout_.tiles || next.cells != layout_.cells) {
+    Relayout(next);
+  } else {
+    SendTables();
+  }
+  SendWorld(world);
+  for (;;) {
+    memory_.Checkpoint();
+    device_.Start(View(), recipe_, params_[0]);
+    std::int32_t bits;
+    if (!Overflowed(&bits)) return;
+    ++regrowths_;
+    memory_.Restore();
+    Regrow(bits);
+  }
+}
+
+std::vector<Grain> Ensemble::Grains(int world) const {
+  return memory_.grains.now.Download(layout_.first[world], views_[world].count);
+}
+std::vector<GrainLoad> Ensemble::Loads(int world) const {
+  return memory_.loads.now.Download(layout_.first[world], views_[world].count);
+}
+RigidBody Ensemble::BodyOf(int world, int body) const {
+  return memory_.bodies.now.Download(static_cast<std::int64_t>(IndexOf(world, body)), 1)[0].body;
+}
+BodyTrack Ensemble::TrackOf(int world, int body) const {
+  return memory_.bodies.now.Download(static_cast<std::int64_t>(IndexOf(world, body)), 1)[0].track;
+}
+
+EnsembleView Ensemble::View() {
+  EnsembleMemory& m = memory_;
+  EnsembleView v = {};
+  v.worlds = m.worlds.data();
+  v.states = m.states.now.data();
+  v.world_count = size();
+  v.grains = layout_.grains();
+  v.cells = layout_.all_cells();
+  v.world_of_tile = m.world_of_tile.data();
+  v.world_of_cell = m.world_of_cell.data();
+  v.grain = m.grains.now.data();
+  v.load = m.loads.now.data();
+  v.found = m.found.now.data();
+  v.leash = m.leashes.now.data();
+  v.reach = m.reach.data();
+  v.cell_count = m.cell_count.data();
+  v.cell_items = m.cell_items.data();
+  v.cell_slots = layout_.sizes.cell_slots;
+  v.far_count = m.far_count.now.data();
+  v.far_partner = m.far_partner.now.data();
+  v.far_slots = layout_.sizes.far_slots;
+  v.near_slots = layout_.sizes.near_slots;
+  v.words = words_;
+  v.grain_energy = m.grain_energy.data();
+  v.tile_energy = m.tile_energy.now.data();
+  v.params = m.params.data();
+  const ContactModel& contacts = worlds_[0]->config_.contacts;
+  v.materials = contacts.materials();
+  v.laws = contacts.laws();
+  v.layout = contacts.layout();
+  v.bodies = m.bodies.now.data();
+  v.body_count = static_cast<std::int32_t>(layout_.bodies.size());
+  v.rounds = layout_.rounds();
+  for (int r = 0; r <= v.rounds; ++r) v.round_entry[r] = layout_.RoundEntry(r);
+  v.body_tiles = layout_.body_tiles();
+  v.runs = layout_.all_entries() / kRun;
+  v.body_of_tile = m.body_of_tile.data();
+  v.body_of_run = m.body_of_run.data();
+  v.tile_near = m.tile_near.data();
+  v.clear = m.clear.now.data();
+  v.touches = m.touches.data();
+  v.records = m.records.data();
+  v.run_sums = m.run_sums.data();
+  v.wheels = m.wheels.now.data();  // null: none
+  v.stress = m.stress.now.data();
+  for (int k = 0; k < 2; ++k) {
+    v.near_count[k] = m.near_count[k].now.data();
+    v.near_partner[k] = m.near_partner[k].now.data();
+    v.history[k] = m.history[k].now.data();
+    v.near_body[k] = m.near_body[k].now.data();
+    v.key[k] = m.key[k].now.data();
+    v.word[k] = m.word[k].now.data();
+  }
+  return v;
+}
+
+}  // namespace grouser::dem::gpu

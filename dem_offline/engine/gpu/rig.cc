@@ -1,0 +1,211 @@
+#include "dem_offline/engine/gpu/rig.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "dem_offline/engine/gpu/ensemble.h"
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/wheel_run.h"
+
+namespace grouser::dem::gpu {
+namespace {
+
+constexpr std::int64_t kVisitSteps = 1000;  // between looks at worlds that call for nothing
+
+/// Tests that run together.
+class Batch {
+ public:
+  Batch(const std::vector<WheelJob>& jobs, const std::vector<std::size_t>& chosen, Device& device)
+      : jobs_(jobs), numbers_(chosen) {
+    std::vector<World*> worlds;
+    for (const std::size_t n : chosen) {
+      runs_.push_back(std::make_unique<WheelRun>(jobs[n].spec, *jobs[n].tile));
+      worlds.push_back(&runs_.back()->world());
+    }
+    all_ = std::make_unique<Ensemble>(worlds, device);
+    std::vector<Ensemble::WheelSetup> setups;
+    for (const auto& run : runs_) {
+      setups.push_back(
+          {run->drive(), run->Limit(), run->state(), run->recorder().grid(), kStressStride});
+    }
+    all_->AddWheels(setups, kWheelBody);
+    running_.assign(runs_.size(), true);
+    results_.resize(runs_.size());
+  }
+
+  /// Until all have ended, or keep_on says no.
+  template <class KeepOn, class Done>
+  void Run(KeepOn&& keep_on, Done&& done) {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::find(running_.begin(), running_.end(), true) != running_.end()) {
+      for (int w = 0; w < all_->size(); ++w) {
+        if (running_[w] && runs_[w]->scene().LookDue(Step(w))) Look(w);
+      }
+      Advance();
+      for (int w = 0; w < all_->size(); ++w) {
+        if (!running_[w] || Take(w)) continue;
+        End(w, begin);
+        done(numbers_[w], results_[w]);
+      }
+      if (keep_on(Share())) continue;
+      for (int w = 0; w < all_->size(); ++w) {
+        if (!running_[w]) continue;
+        runs_[w]->Fail("stopped by caller", StopCause::kCaller);
+        End(w, begin);
+      }
+    }
+  }
+  const WheelTestResult& result(std::size_t w) const { return results_[w]; }
+
+ private:
+  std::uint64_t Step(int w) const { return static_cast<std::uint64_t>(all_->steps(w)); }
+
+  /// Each to its next look, or a good way on; worlds that call wait by themselves.
+  void Advance() {
+    std::vector<std::int64_t> until;
+    std::vector<std::int64_t> before;
+    for (int w = 0; w < all_->size(); ++w) {
+      const std::int64_t now = all_->steps(w);
+      const std::int64_t look = jobs_[numbers_[w]].spec.rig.scene.look_steps;
+      before.push_back(now);
+      if (!running_[w]) {
+        until.push_back(now);
+      } else if (runs_[w]->scene().Looks()) {
+        until.push_back((now / look + 1) * look);
+      } else {
+        until.push_back(now + kVisitSteps);
+      }
+    }
+    all_->RunTo(until);
+    for (int w = 0; w < all_->size(); ++w) {
+      if (running_[w]) {
+        runs_[w]->scene().CountSteps(static_cast<double>(all_->steps(w) - before[w]));
+      }
+    }
+  }
+
+  void Look(int w) {
+    all_->Pull(w);
+    if (runs_[w]->scene().Look(runs_[w]->wheel().position_m)) {
+      all_->Push(w);
+      all_->SetLimit(w, runs_[w]->Limit());
+    }
+  }
+
+  /// False: the run has ended.
+  bool Take(int w) {
+    WheelRun& run = *runs_[w];
+    const Ensemble::WheelNews news = all_->Visit(w);
+    for (const WheelSample& sample : news.samples) run.Take(sample);
+    run.state() = news.state;
+    if (all_->fault(w) != StepFault::kNone) return run.Fail(Explain(all_->fault(w)));
+    if (news.events & (kLedgerOpens | kDriveBegins)) all_->Pull(w);
+    if (news.events & kChunkEnds) TakeStress(w);
+    const bool on = run.Take(news.events);
+    if (news.events & kDriveBegins) all_->SetEnergy(w, true);
+    return on;
+  }
+
+  void TakeStress(int w) {
+    const Ensemble::WheelStress stress = all_->TakeStress(w);
+    runs_[w]->recorder().AddSums(stress.steps, stress.sums);
+  }
+
+  void End(int w, std::chrono::steady_clock::time_point begin) {
+    running_[w] = false;
+    TakeStress(w);
+    all_->Pull(w);
+    results_[w] = runs_[w]->Finish(Step(w));
+    // Of the whole batch so far: worlds of a batch share the device.
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    results_[w].wall_s = took.count();
+  }
+
+  double Share() const {
+    double sum = 0;
+    for (std::size_t w = 0; w < runs_.size(); ++w) sum += running_[w] ? runs_[w]->Fraction() : 1;
+    return sum / static_cast<double>(runs_.size());
+  }
+
+  const std::vector<WheelJob>& jobs_;
+  std::vector<std::size_t> numbers_;
+  std::vector<std::unique_ptr<WheelRun>> runs_;
+  std::unique_ptr<Ensemble> all_;
+  std::vector<bool> running_;
+  std::vector<WheelTestResult> results_;
+};
+
+/// Contacts that one ensemble can share.
+bool SameContacts(const WheelTestSpec& a, const WheelTestSpec& b) {
+  const auto table = [](const WheelTestSpec& s) {
+    return RigContacts(s.soil, s.soil.friction, s.wheel);
+  };
+  const ContactModel x = table(a), y = table(b);
+  if (!(x.laws() == y.laws())) return false;
+  const auto p = x.Table(), q = y.Table();
+  return p.size() == q.size() &&
+         std::memcmp(p.data(), q.data(), p.size() * sizeof(PairParams)) == 0;
+}
+
+/// Grains that fit: a quarter of the memory stays for lists that grow.
+std::int64_t GrainsThatFit(const Device& device) {
+  constexpr double kBytesPerGrain = 4000;  // with checkpoint; see PlanOf
+  return static_cast<std::int64_t>(0.75 * static_cast<double>(device.FreeBytes()) / kBytesPerGrain);
+}
+
+std::vector<std::size_t> NextBatch(const std::vector<WheelJob>& jobs,
+                                   std::vector<std::size_t>* left, std::int64_t most_grains) {
+  std::vector<std::size_t> chosen, rest;
+  std::int64_t grains = 0;
+  for (const std::size_t n : *left) {
+    const auto own = static_cast<std::int64_t>(jobs[n].tile->radius_m.size());
+    const bool fits = chosen.empty() || (grains + own <= most_grains &&
+                                         SameContacts(jobs[chosen[0]].spec, jobs[n].spec));
+    (fits ? chosen : rest).push_back(n);
+    if (fits) grains += own;
+  }
+  *left = rest;
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<WheelTestResult> RunWheelTests(
+    const std::vector<WheelJob>& jobs, Device& device, const ProgressFn& progress,
+    const std::function<void(std::size_t, const WheelTestResult&)>& done) {
+  std::vector<std::size_t> left;
+  for (std::size_t n = 0; n < jobs.size(); ++n) {
+    try {
+      ValidateSpec(jobs[n].spec);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("wheel test " + std::to_string(n) + ": " + error.what());
+    }
+    left.push_back(n);
+  }
+  std::vector<WheelTestResult> out(jobs.size());
+  std::size_t finished = 0;
+  while (!left.empty()) {
+    const std::vector<std::size_t> chosen = NextBatch(jobs, &left, GrainsThatFit(device));
+    Batch batch(jobs, chosen, device);
+    const std::size_t before = finished;
+    batch.Run(
+        [&](double share) {
+          if (!progress) return true;
+          const double all = (static_cast<double>(before) + share * chosen.size()) / jobs.size();
+          return progress(all, std::to_string(finished) + " of " + std::to_string(jobs.size()) +
+                                   " done on " + device.name());
+        },
+        [&](std::size_t n, const WheelTestResult& result) {
+          ++finished;
+          if (done) done(n, result);
+        });
+    for (std::size_t w = 0; w < chosen.size(); ++w) out[chosen[w]] = batch.result(w);
+  }
+  return out;
+}
+
+}  // namespace grouser::dem::gpu

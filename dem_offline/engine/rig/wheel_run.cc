@@ -1,0 +1,201 @@
+#include "dem_offline/engine/rig/wheel_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/report.h"
+#include "dem_offline/engine/rig/scaling.h"
+
+namespace grouser::dem {
+namespace {
+
+constexpr double kSetDownSpeed = 0.05;  // [m/s] of the descending hub
+constexpr double kSettleTime = 0.12;    // [s] at rest under load before driving
+constexpr double kRampTime = 0.1;       // [s] from rest to full speed
+constexpr double kSampleTime = 1e-3;    // [s]
+constexpr double kFirstCheck = 0.4;     // [s] the first look at the stopping rule
+constexpr double kCheckTime = 0.1;      // [s] between looks
+constexpr double kOverloadShare = 0.7;  // of the radius
+
+Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
+  Body w;
+  w.shape = spec.wheel.treads.empty()
+                ? SmoothWheel(spec.wheel.radius_m, spec.wheel.width_m)
+                : TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
+  w.material = kWheelMaterial;
+  w.motion = BodyMotion::kPrescribed;
+  w.position_m = {x_m, 0.5 * spec.rig.bed_width_m,
+                  HalfExtents(spec.wheel, 0)[2] + 0.1 * LargestDiameter(spec.soil)};
+  w.orientation = {std::cos(0.5 * yaw_rad), 0, 0, std::sin(0.5 * yaw_rad)};
+  return w;
+}
+
+Motion TargetOf(const WheelTestSpec& spec, double beta) {
+  const double speed = spec.rig.speed_m_per_s;
+  switch (spec.state.mode) {
+    case RigMode::kTowed:
+      return {speed * std::cos(beta), speed * std::sin(beta), 0};
+    case RigMode::kFreeSlip:
+      return {0, 0, speed};
+    case RigMode::kRimSpeed:
+      break;
+  }
+  return MotionAt(spec.state.slip, beta, speed);
+}
+
+double StepOf(const WheelTestSpec& spec, double rayleigh_time_s) {
+  if (!spec.rig.scene.largest_step) return spec.rig.rayleigh_fraction * rayleigh_time_s;
+  return LargestStep(spec.soil, spec.wheel,
+                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
+}
+
+WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta, double yaw,
+                   double dt) {
+  WheelDrive d = {};
+  d.mode = spec.state.mode;
+  d.dt_s = dt;
+  d.load_n = spec.state.load_n;
+  d.drawbar_n = spec.state.drawbar_n;
+  d.mass_kg = spec.state.load_n / spec.soil.gravity_m_per_s2;
+  d.inertia_kg_m2 = 0.5 * d.mass_kg * spec.wheel.radius_m * spec.wheel.radius_m;
+  d.radius_m = spec.wheel.radius_m;
+  d.width_m = spec.wheel.width_m;
+  d.cos_yaw = std::cos(yaw);
+  d.sin_yaw = std::sin(yaw);
+  d.cos_beta = std::abs(std::cos(beta));
+  d.sin_beta = std::abs(std::sin(beta));
+  d.travel_m_per_s = std::hypot(target.v_x, target.v_y);
+  d.rim_m_per_s = target.rim;
+  d.set_down_m_per_s = kSetDownSpeed;
+  d.settle_s = kSettleTime;
+  d.ramp_s = kRampTime;
+  d.sample_s = kSampleTime;
+  d.first_check_s = kFirstCheck;
+  d.check_s = kCheckTime;
+  d.chunk_s = kStressChunk;
+  d.most_sinkage_m = kOverloadShare * spec.wheel.radius_m;
+  d.most_time_s = spec.rig.max_time_s;
+  d.most_lift_m = 2 * LargestDiameter(spec.soil);
+  return d;
+}
+
+}  // namespace
+
+WheelRun::WheelRun(const WheelTestSpec& spec, const Tile& tile)
+    : spec_(spec), tile_(tile), recorder_(spec.wheel, spec.rig, YawOf(spec)) {
+  out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
+                                      spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
+  out_.dt_s = StepOf(spec, out_.rayleigh_time_s);
+  beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
+  // The bed's x axis is the direction of travel: the wheel is turned in it.
+  const double yaw = YawOf(spec);
+  scene_ = std::make_unique<RigScene>(spec, tile, out_.dt_s);
+  world().AddBody(WheelBody(spec, scene_->start_x_m(), yaw));
+  target_ = TargetOf(spec, beta_);
+  drive_ = DriveOf(spec, target_, beta_, yaw, out_.dt_s);
+}
+
+Body& WheelRun::wheel() { return world().body(kWheelBody); }
+
+const char* WheelRun::Stage() const {
+  return state_.stage == WheelStage::kDrive ? "drive" : "set down";
+}
+
+double WheelRun::Fraction() const {
+  return std::clamp(state_.time_s / spec_.rig.max_time_s, 0.0, 1.0);
+}
+
+bool WheelRun::Fail(const std::string& reason, StopCause cause) {
+  out_.status = RunStatus::kFailed;
+  out_.reason = reason;
+  out_.stopped = cause;
+  driven_ = false;
+  return false;
+}
+
+bool WheelRun::Overload() {
+  out_.status = RunStatus::kOverload;
+  out_.stopped = StopCause::kOverload;
+  out_.reason = "sinkage beyond 0.7 of the radius";
+  return false;
+}
+
+bool WheelRun::Stop(StopCause cause) {
+  out_.stopped = cause;
+  driven_ = true;
+  return false;
+}
+
+void WheelRun::Take(const WheelSample& sample) {
+  Series& s = out_.series;
+  std::vector<double>* columns[kSampleChannels] = {
+      &s.f_x_n,   &s.f_y_n,     &s.f_z_n,       &s.torque_n_m,
+      &s.m_z_n_m, &s.sinkage_m, &s.v_x_m_per_s, &s.rim_speed_m_per_s};
+  for (int k = 0; k < kSampleChannels; ++k) columns[k]->push_back(sample.mean[k]);
+  s.time_s.push_back(sample.time_s);
+  s.travel_m.push_back(sample.travel_m);
+}
+
+bool WheelRun::Take(std::int32_t events) {
+  if (events & kDriveBegins) {
+    world().SetEnergy(true);
+    balance_0_ = world().Balance();
+  }
+  if (events & kChunkEnds) recorder_.NextChunk(state_.time_s);
+  if (events & kLedgerOpens) balance_0_ = world().Balance();
+  if (events & kSampled) Take(state_.sample);
+  if (events & kOverloaded) return Overload();
+  if (events & kLifted) return Fail("the wheel left the ground");
+  if ((events & kCheckDue) && LookSteady().Enough()) return Stop(StopCause::kPrecise);
+  if (events & kOutOfBed) return Stop(StopCause::kBedEnd);
+  if (events & kTimeIsUp) return Stop(StopCause::kTimeUp);
+  return true;
+}
+
+const SteadyWindow& WheelRun::LookSteady() {
+  const auto ramp =
+      std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(), kRampTime) -
+      out_.series.time_s.begin();
+  window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), spec_.state.load_n,
+                       spec_.wheel.radius_m, spec_.rig.target_relative_error);
+  return window_;
+}
+
+void WheelRun::Judge() {
+  LookSteady();
+  if (!window_.travelled) {
+    out_.status = RunStatus::kUnsteady;
+    out_.reason = "less than one contact length travelled in the steady window";
+  } else if (!window_.drift_free) {
+    out_.status = RunStatus::kUnsteady;
+    out_.reason = window_.drifting + " still drifts";
+  } else {
+    out_.status = RunStatus::kSteady;
+    if (!window_.precise) out_.reason = "standard error above the target of the stopping rule";
+  }
+}
+
+WheelTestResult WheelRun::Finish(std::uint64_t steps) {
+  if (driven_) Judge();
+  if (out_.series.time_s.size() >= 2 * kBlocks && window_.last == 0) LookSteady();
+  FillMeans(spec_, window_, target_, beta_, out_);
+  out_.energy.input_j = state_.input_j;
+  FillEnergy(balance_0_, world().Balance(), out_.energy);
+  const double error = EnergyError(out_.energy);
+  const bool ran = out_.status == RunStatus::kSteady || out_.status == RunStatus::kUnsteady;
+  if (ran && !(error <= kLargestEnergyError)) {
+    Fail("energy: " + std::to_string(100 * error) +
+         " % of it is unaccounted for, expected at most 2 %: the time step is too long");
+  }
+  out_.steps = steps;
+  out_.use = scene_->use();
+  out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
+  out_.surface =
+      MeasureSurface(world(), wheel().position_m, YawOf(spec_), LargestDiameter(spec_.soil));
+  FillBedAndRules(spec_, tile_, world(), out_);
+  FillSceneRules(spec_, *scene_, out_);
+  return std::move(out_);
+}
+
+}  // namespace grouser::dem
