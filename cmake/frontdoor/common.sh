@@ -27,6 +27,11 @@ shipped_dir() { printf '%s\n' "$GROUSER_ROOT/surrogate/shipped"; }
 model_files() { find "$@" -maxdepth 1 -name '*.model' 2>/dev/null || true; }
 program_path() { printf '%s\n' "$GROUSER_ROOT/build/release/bin/$1"; }
 
+# Path of the CUDA compiler; fails where there is none.
+find_nvcc() {
+  command -v nvcc || { [ -x /usr/local/cuda/bin/nvcc ] && echo /usr/local/cuda/bin/nvcc; }
+}
+
 # Package names of the given groups of cmake/packages.debian.
 package_list() {
   awk -v groups=" $* " '

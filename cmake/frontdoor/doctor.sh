@@ -34,8 +34,9 @@ check_build() {
 }
 
 check_gpu() {
-  if command -v nvcc >/dev/null || [ -x /usr/local/cuda/bin/nvcc ]; then
-    finding ok nvcc "$(PATH="$PATH:/usr/local/cuda/bin" nvcc --version | sed -n 's/.*release \([0-9.]*\).*/CUDA \1/p')"
+  local nvcc
+  if nvcc="$(find_nvcc)"; then
+    finding ok nvcc "$("$nvcc" --version | sed -n 's/.*release \([0-9.]*\).*/CUDA \1/p')"
   else
     finding absent nvcc "not found" "no GPU back end; everything else builds" "install the CUDA Toolkit"
   fi

@@ -7,6 +7,7 @@ Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "unit", under AddressSanitizer and UBSan
+  cuda      where nvcc is: every kernel compiled for sm_80 and sm_90 (run by tests/gpu/run)
 With --full also:
   asan      tests labelled "verify" as well
   slow      tests labelled "slow"
@@ -49,6 +50,15 @@ run_tsan() {
     --no-tests=error --parallel 2 --label-regex tsan
 }
 
+# Kernels are compiled; only a card can run them.
+run_cuda() {
+  local nvcc
+  nvcc="$(find_nvcc)" || { echo "no nvcc: kernels not compiled"; return; }
+  CUDACXX="$nvcc" cmake -S "$GROUSER_ROOT/dem_offline/engine" -B "$GROUSER_ROOT/build/cuda" \
+    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' &&
+    cmake --build "$GROUSER_ROOT/build/cuda" --target grouser_cuda grouser-gpu-law-check
+}
+
 run_tidy() {
   build_preset release || return 1
   cd "$GROUSER_ROOT" || return
@@ -74,6 +84,7 @@ word_test() {
     record_stage release run_ctest release --label-exclude slow
     # The suites of the engine take minutes under ASan: with --full only.
     record_stage asan run_ctest asan --label-regex "unit${full:+|verify}"
+    record_stage cuda run_cuda
     if [ -n "$full" ]; then
       record_stage slow run_ctest release --label-regex slow
       record_stage tsan run_tsan

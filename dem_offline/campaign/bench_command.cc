@@ -27,7 +27,7 @@ void AddBenchCommand(CLI::App& app, Action* action) {
   bench->add_option("--particles", o->particles, "Grains of a world")->capture_default_str();
   bench->add_option("--cores", o->cores, "Threads, of one world or one a world")
       ->capture_default_str();
-  bench->add_option("--device", o->device, "cpu or cuda")->capture_default_str();
+  bench->add_option("--device", o->device, "cpu, cuda, or emulated")->capture_default_str();
   bench->add_option("--order", o->order, "Of the grains handed over: sorted or shuffled")
       ->capture_default_str();
   bench->add_option("--worlds", o->worlds, "Worlds at a time")->capture_default_str();

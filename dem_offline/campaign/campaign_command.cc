@@ -23,7 +23,7 @@ constexpr char kExamples[] = R"(Examples:
   grouser-dem campaign reindex out/demo)";
 
 struct CampaignArguments {
-  std::string file, folder;
+  std::string file, folder, device = "cpu";
   int jobs = 0;
   bool json = false;
 };
@@ -39,7 +39,8 @@ void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
 }
 
 int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
-  const Backend backend = EngineBackend();
+  const Backend backend = EngineBackend(arguments.device);
+  if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
   CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
   const auto status = RunCampaign(campaign, {.folder = arguments.folder, .jobs = arguments.jobs},
@@ -82,7 +83,7 @@ int Status(const CampaignArguments& arguments) {
   // If all cores of this machine worked on it at the pace so far.
   const double left = status.total() - status.done();
   const double cores = std::max(1u, std::thread::hardware_concurrency());
-  status.set_eta_s(left == 0          ? 0.0
+  status.set_eta_s(left == 0           ? 0.0
                    : status.done() > 0 ? left * wall_s / status.done() / cores
                                        : std::nan(""));
   PrintStatus(status, arguments.json);
@@ -98,11 +99,12 @@ void PrintRow(const v1alpha1::PlannedRun& planned, const IndexedRun* run) {
   }
   const auto& summary = run->summary;
   fmt::print("{:8}", v1alpha1::RunStatus_Name(summary.status()).substr(sizeof("RUN_STATUS_") - 1));
-  fmt::print(" f_x {:7.2f}±{:.2f} N f_y {:7.2f}±{:.2f} N torque {:6.3f}±{:.3f} N m"
-             " sinkage {:5.1f}±{:.1f} mm {}\n",
-             summary.mean(0), summary.standard_error(0), summary.mean(1), summary.standard_error(1),
-             summary.mean(3), summary.standard_error(3), 1000 * summary.mean(5),
-             1000 * summary.standard_error(5), run->reason);
+  fmt::print(
+      " f_x {:7.2f}±{:.2f} N f_y {:7.2f}±{:.2f} N torque {:6.3f}±{:.3f} N m"
+      " sinkage {:5.1f}±{:.1f} mm {}\n",
+      summary.mean(0), summary.standard_error(0), summary.mean(1), summary.standard_error(1),
+      summary.mean(3), summary.standard_error(3), 1000 * summary.mean(5),
+      1000 * summary.standard_error(5), run->reason);
 }
 
 int List(const CampaignArguments& arguments) {
@@ -146,6 +148,10 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   run->add_option("--out", arguments->folder, "Campaign folder")->required();
   run->add_option("--jobs", arguments->jobs, "Runs at a time; default: all cores")
       ->check(CLI::Range(1, 4096));
+  run->add_option("--device", arguments->device,
+                  "cpu (default: one run a core), cuda (all runs side by side on the card), auto, "
+                  "or emulated")
+      ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
   run->add_flag("--json", arguments->json, "The final status as JSON on stdout");
   run->callback([=] {
     *action = [arguments](const StopSignals& signals) { return RunIt(*arguments, signals); };
@@ -157,9 +163,8 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
     command->footer(kExamples);
     command->add_option("folder", arguments->folder, "Campaign folder")->required();
     if (json) command->add_flag("--json", arguments->json, "JSON on stdout");
-    command->callback([=] {
-      *action = [arguments, work](const StopSignals&) { return work(*arguments); };
-    });
+    command->callback(
+        [=] { *action = [arguments, work](const StopSignals&) { return work(*arguments); }; });
   };
   add("status", "Counts and expected time to go", Status, true);
   add("list", "Every planned run and its means", List, true);

@@ -92,6 +92,7 @@ class Executor {
       for (int i = 0; i < jobs; ++i) workers.emplace_back([this] { Work(); });
     }
     if (error_) std::rethrow_exception(error_);
+    if (backend_.run_many && !Stopping()) RunTogether();
   }
 
  private:
@@ -123,15 +124,45 @@ class Executor {
     };
     const auto tile = tiles_.Get(task.spec, watch("tile"));
     queue_.TileReady(task.tile_key);
+    if (backend_.run_many) {
+      const std::lock_guard lock(mutex_);
+      together_.push_back({task, tile});
+      return;
+    }
     const auto file = RunOnTile(backend_, task.spec, *tile, watch("run"));
-    if (!file) return;
-    const std::string path = folder_.RunPath(id);
-    records::WriteRunFile(path, *file);
+    if (file) Keep(task, *file);
+  }
+
+  void Keep(const Task& task, const records::RunFile& file) {
+    const std::string path = folder_.RunPath(task.run.run_id());
+    records::WriteRunFile(path, file);
     {
       const std::lock_guard lock(mutex_);
       index_.Put(IndexRunFile(path));
     }
-    progress_.Finished(task.run, file->record);
+    progress_.Finished(task.run, file.record);
+  }
+
+  /// On a device: all runs whose tiles are settled, side by side.
+  void RunTogether() {
+    std::vector<dem::gpu::WheelJob> jobs;
+    for (const auto& [task, tile] : together_) jobs.push_back({ToEngine(task.spec), &tile->tile});
+    if (jobs.empty()) return;
+    double finished = 0;
+    const auto all = static_cast<double>(jobs.size());
+    backend_.run_many(
+        jobs,
+        [&](double fraction, const std::string&) {
+          progress_.Working("device", fraction * all - finished, "run");  // runs' worth under way
+          return !Stopping();
+        },
+        [&](std::size_t n, const dem::WheelTestResult& result) {
+          // What was cut short is no result.
+          if (result.stopped == dem::StopCause::kCaller) return;
+          ++finished;
+          const auto& [task, tile] = together_[n];
+          Keep(task, FileOf(backend_, task.spec, *tile, result));
+        });
   }
 
   const RunFolder& folder_;
@@ -143,6 +174,7 @@ class Executor {
   TaskQueue queue_;
   std::mutex mutex_;  // error_, index_
   std::exception_ptr error_;
+  std::vector<std::pair<Task, std::shared_ptr<const StoredTile>>> together_;
   std::atomic<bool> failed_{false};
 };
 

@@ -33,7 +33,7 @@ or FAILED run; its status says which.)";
 struct RunArguments {
   std::string scene, spec, out, tiles;
   double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
-  std::string mode = "rim";
+  std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
   bool json = false, progress_lines = false;
 };
@@ -113,15 +113,16 @@ void CheckOutFolder(const std::string& out) {
     throw InputError(fmt::format("--out {}: got a folder, expected the name of a file", out));
   }
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw InputError(fmt::format("--out {}: folder '{}': {}", out, folder.string(),
-                                 std::strerror(errno)));
+    throw InputError(
+        fmt::format("--out {}: folder '{}': {}", out, folder.string(), std::strerror(errno)));
   }
 }
 
 int Run(const RunArguments& arguments, const StopSignals& signals) {
   const v1alpha1::WheelTestSpec spec =
       arguments.spec.empty() ? SpecFromScene(arguments) : SpecFromJson(arguments.spec);
-  const Backend backend = EngineBackend();
+  const Backend backend = EngineBackend(arguments.device);
+  if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   backend.validate(ToEngine(spec));
   CheckOutFolder(arguments.out);
   ProgressPrinter printer(arguments.progress_lines);
@@ -175,6 +176,9 @@ void AddRunCommand(CLI::App& app, Action* action) {
       ->excludes(spec);
   for (auto* option : {slip, load, drawbar}) option->excludes(spec);
   run->add_option("--out", arguments->out, "Run file to write (*.run.h5)")->required();
+  run->add_option("--device", arguments->device,
+                  "cpu (default), cuda, auto (a card where there is one), or emulated")
+      ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
   run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
   run->add_flag("--json", arguments->json, "The record as JSON on stdout");
   run->add_flag("--progress-lines", arguments->progress_lines,

@@ -7,18 +7,8 @@
 
 namespace grouser::campaign {
 
-std::optional<records::RunFile> RunOnTile(const Backend& backend,
-                                          const v1alpha1::WheelTestSpec& spec,
-                                          const StoredTile& tile,
-                                          const dem::ProgressFn& progress) {
-  bool stopped = false;
-  const dem::ProgressFn watched = [&](double fraction, const std::string& stage) {
-    stopped = stopped || !progress(fraction, stage);
-    return !stopped;
-  };
-  const dem::WheelTestResult result = backend.run(ToEngine(spec), tile.tile, watched);
-  // FAILED "stopped by caller" says nothing about the soil: it is not a result.
-  if (stopped && result.status == dem::RunStatus::kFailed) return std::nullopt;
+records::RunFile FileOf(const Backend& backend, const v1alpha1::WheelTestSpec& spec,
+                        const StoredTile& tile, const dem::WheelTestResult& result) {
   RunContext context;
   context.spec = spec;
   context.run_id = RunId(spec, backend.engine_version);
@@ -28,6 +18,20 @@ std::optional<records::RunFile> RunOnTile(const Backend& backend,
   context.created_unix_s =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   return ToRunFile(context, tile.tile, result);
+}
+
+std::optional<records::RunFile> RunOnTile(const Backend& backend,
+                                          const v1alpha1::WheelTestSpec& spec,
+                                          const StoredTile& tile, const dem::ProgressFn& progress) {
+  bool stopped = false;
+  const dem::ProgressFn watched = [&](double fraction, const std::string& stage) {
+    stopped = stopped || !progress(fraction, stage);
+    return !stopped;
+  };
+  const dem::WheelTestResult result = backend.run(ToEngine(spec), tile.tile, watched);
+  // FAILED "stopped by caller" says nothing about the soil: it is not a result.
+  if (stopped && result.status == dem::RunStatus::kFailed) return std::nullopt;
+  return FileOf(backend, spec, tile, result);
 }
 
 }  // namespace grouser::campaign

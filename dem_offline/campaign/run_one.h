@@ -9,6 +9,10 @@
 
 namespace grouser::campaign {
 
+/// A result with all that belongs into its file.
+records::RunFile FileOf(const Backend& backend, const v1alpha1::WheelTestSpec& spec,
+                        const StoredTile& tile, const dem::WheelTestResult& result);
+
 /// Runs one wheel test on a settled tile. Nothing when `progress` asked to
 /// stop before the run had ended.
 std::optional<records::RunFile> RunOnTile(const Backend& backend,

@@ -50,6 +50,11 @@ void Describe(CLI::App& app, Settings& s) {
   app.add_option("--workers", s.jobs.scheduler.workers, "Worker processes at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
+  app.add_option("--device", s.jobs.scheduler.device,
+                 "Of DEM runs: cpu, cuda, or auto (a card where there is one). Without a bound of "
+                 "address space but for cpu, since CUDA maps all memory there is")
+      ->check(CLI::IsMember({"cpu", "cuda", "auto"}))
+      ->capture_default_str();
   app.add_option("--max-queued", s.jobs.max_queued, "Waiting jobs before new ones are refused")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
@@ -88,7 +93,9 @@ int Serve(Settings settings) {
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
   scheduler.bin_dir =
       scheduler.bin_dir.empty() ? here.string() : fs::absolute(scheduler.bin_dir).string();
-  scheduler.limits.memory_bytes = static_cast<std::uint64_t>(settings.memory_gib * (1 << 30));
+  const bool bounded = scheduler.device == "cpu";
+  scheduler.limits.memory_bytes =
+      bounded ? static_cast<std::uint64_t>(settings.memory_gib * (1 << 30)) : 0;
   if (!settings.jobs.shipped_dir.empty()) {
     settings.jobs.shipped_dir = fs::absolute(settings.jobs.shipped_dir).string();
   }

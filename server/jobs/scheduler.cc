@@ -115,7 +115,8 @@ void Scheduler::LaunchRun(const JobRow& row) {
   records::WriteFileDurably(files_.Spec(id), SpecJson(row.spec));
   Launch(row,
          {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
-          files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json"},
+          files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json", "--device",
+          options_.device},
          options_.dem_timeout_s);
 }
 

@@ -13,8 +13,9 @@
 namespace grouser::server {
 
 struct SchedulerOptions {
-  std::string bin_dir;  ///< holds grouser-dem and grouser-fit; absolute
-  int workers = 1;      ///< processes at a time
+  std::string bin_dir;         ///< holds grouser-dem and grouser-fit; absolute
+  int workers = 1;             ///< processes at a time
+  std::string device = "cpu";  ///< of DEM runs: cpu, cuda, auto
   WorkerLimits limits;
   double dem_timeout_s = 6 * 3600;
   double fit_timeout_s = 3600;

@@ -104,8 +104,8 @@ TEST_F(ExecutorTest, RecordNamesItsTileFile) {
   Run(campaign);
   const auto record =
       records::ReadRunFile(RunFolder(Path()).RunPath(campaign.runs(0).run_id())).record;
-  const std::string tile = Path() + "/tiles/" +
-                           TileKey(SpecOf(campaign, campaign.runs(0)), "fake-1") + ".tile.h5";
+  const std::string tile =
+      Path() + "/tiles/" + TileKey(SpecOf(campaign, campaign.runs(0)), "fake-1") + ".tile.h5";
   EXPECT_EQ(record.bed().tile_sha256(), records::Sha256OfFile(tile));
   EXPECT_EQ(record.numerics().engine_version(), "fake-1");
 }
@@ -200,6 +200,39 @@ TEST_F(ExecutorTest, KilledAtAnyMomentItResumesAndRepeatsNothing) {
   EXPECT_EQ(log_.runs, 30 - static_cast<int>(before));
   ExpectOnlyWholeFiles(campaign);
   EXPECT_EQ(RunIndex(RunFolder(Path())).All().size(), 30u);
+}
+
+/// A backend that takes all runs at once, as a card does.
+Backend Together(FakeLog* log, int stop_after = 1000) {
+  Backend backend = FakeBackend(log);
+  const auto one = backend.run;
+  backend.run_many = [one, stop_after](const std::vector<dem::gpu::WheelJob>& jobs,
+                                       const dem::ProgressFn& progress, const Backend::Done& done) {
+    int n = 0;
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
+      dem::WheelTestResult result =
+          one(jobs[k].spec, *jobs[k].tile, [](double, const std::string&) { return true; });
+      if (++n > stop_after || !progress(static_cast<double>(k) / jobs.size(), "device")) {
+        result.status = dem::RunStatus::kFailed;
+        result.stopped = dem::StopCause::kCaller;
+      }
+      done(k, result);
+    }
+  };
+  return backend;
+}
+
+TEST_F(ExecutorTest, ADeviceTakesAllRunsTogetherAndResumes) {
+  const auto campaign = SomeCampaign(9, 3);
+  auto status = RunOn(Together(&log_, 5), campaign, 2);
+  EXPECT_EQ(status.done(), 5u);  // those cut short are no results
+  ExpectOnlyWholeFiles(campaign);
+  EXPECT_EQ(log_.tiles, 3);
+  log_.runs = 0;
+  status = RunOn(Together(&log_), campaign, 2);
+  EXPECT_EQ(status.done(), 9u);
+  EXPECT_EQ(log_.runs, 4);
+  ExpectOnlyWholeFiles(campaign);
 }
 
 TEST_F(ExecutorTest, LeftOversOfAKilledWriterAreRemoved) {
