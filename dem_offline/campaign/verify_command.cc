@@ -15,7 +15,7 @@ The table goes to stdout, progress to stderr. Exit code: 0 all rows pass, 1 one 
 
 struct VerifyArguments {
   bool quick = false, full = false, json = false, markdown = false, quiet = false;
-  std::string only;
+  std::string only, device = "cpu";
   int threads = 2;
 };
 
@@ -25,7 +25,8 @@ int Run(const dem::verify::Suite& suite, const VerifyArguments& a) {
   dem::verify::SuiteOptions options;
   options.level = a.full ? Level::kFull : a.quick ? Level::kQuick : Level::kDefault;
   options.only = a.only;
-  options.threads = a.threads;
+  options.device = a.device;
+  options.threads = a.device == "cpu" ? a.threads : 1;
   options.progress = !a.quiet;
   const Output output = a.json ? Output::kJson : a.markdown ? Output::kMarkdown : Output::kTable;
   std::string command = "./grouser dem " + suite.name;
@@ -48,6 +49,9 @@ void AddSuite(CLI::App& app, Action* action, const char* name, const char* about
   command->add_option("--case", arguments->only, "This case alone, whatever its class");
   command->add_option("--threads", arguments->threads, "Cases at a time")
       ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_option("--device", arguments->device, "Where worlds are stepped")
+      ->check(CLI::IsMember({"cpu", "cuda", "emulated"}))
       ->capture_default_str();
   command->add_flag("--quiet", arguments->quiet, "No progress on stderr");
   command->callback(

@@ -18,7 +18,7 @@ constexpr double kGrowth = 1.5;  // of lists that are too short
 constexpr int kLayersAbove = 4;  // of cells, for grains that are thrown up
 
 [[noreturn]] void Refuse(std::size_t world, const std::string& what) {
-  throw std::invalid_argument("ensemble: world " + std::to_string(world) + ": " + what);
+  throw NotElsewhere("ensemble: world " + std::to_string(world) + ": " + what);
 }
 
 std::int32_t Grown(std::int32_t n) { return static_cast<std::int32_t>(std::ceil(n * kGrowth)); }
@@ -39,6 +39,7 @@ void Ensemble::CheckWorld(std::size_t number) const {
   if (w.count_ == 0) Refuse(number, "no grain, expected one or more");
   if (!w.parts_->clumps.empty()) Refuse(number, "clumps, expected none: not on the device yet");
   if (!w.parts_->bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
+  if (w.parts_->sink) Refuse(number, "a recorder of contacts, expected none: not on the device yet");
   if (w.fault_ != StepFault::kNone) Refuse(number, std::string("has failed: ") + Explain(w.fault_));
   if (w.parts_->bodies.size() > kMostBodies) {
     Refuse(number, std::to_string(w.parts_->bodies.size()) + " bodies, expected at most " +

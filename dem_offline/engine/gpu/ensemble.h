@@ -13,8 +13,8 @@ namespace grouser::dem::gpu {
 /// Forces are summed in the order of the CPU's engine, by the same bodies.
 class Ensemble {
  public:
-  /// Takes the worlds' state; they must outlive the ensemble. Throws
-  /// std::invalid_argument naming the world and what it has that is not on the
+  /// Takes the worlds' state; they must outlive the ensemble. Throws NotElsewhere
+  /// naming the world and what it has that is not on the
   /// device: clumps, bonds, meshes, more than kMostBodies bodies, laws other than the first
   /// world's; std::runtime_error with sizes where it does not fit the device.
   Ensemble(const std::vector<World*>& worlds, Device& device, const ListSizes& sizes = {});

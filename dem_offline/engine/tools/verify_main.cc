@@ -13,6 +13,7 @@ using namespace grouser::dem::verify;
 
 constexpr char kUsage[] =
     "usage: grouser-verify verify|torture [--quick|--full] [--case NAME] [--threads N]\n"
+    "                      [--device cpu|cuda|emulated]\n"
     "                      [--json|--markdown] [--quiet]\n"
     "The table goes to stdout, progress to stderr. Exit status: 0 all rows pass, 1 one fails,\n"
     "2 bad usage.\n";
@@ -40,6 +41,11 @@ int Main(int argc, char** argv) {
       options.only = value();
     } else if (flag == "--threads") {
       options.threads = std::stoi(value());
+    } else if (flag == "--device") {
+      options.device = value();
+      options.threads = 1;
+      command += " --device " + options.device;
+      continue;
     } else if (flag == "--json") {
       output = Output::kJson;
     } else if (flag == "--markdown") {

@@ -1,5 +1,8 @@
 #include "dem_offline/engine/verify/scenes.h"
 
+#include "dem_offline/engine/gpu/rig.h"
+#include "dem_offline/engine/gpu/stepper.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -7,6 +10,33 @@
 #include "dem_offline/engine/laws/material.h"
 
 namespace grouser::dem::verify {
+namespace {
+
+thread_local std::shared_ptr<gpu::Device> placed;
+
+WorldConfig Placed(WorldConfig config) {
+  if (placed) config.stepper = gpu::StepperOn(placed);
+  return config;
+}
+
+}  // namespace
+
+Placement::Placement(std::shared_ptr<gpu::Device> device) { placed = std::move(device); }
+Placement::~Placement() { placed = nullptr; }
+
+void ExpectCores() {
+  if (placed) throw NotElsewhere("about the bits of a CPU; grouser-gpu-check looks at a device's");
+}
+
+WheelTestResult RunWheel(const WheelTestSpec& spec, const Tile& tile) {
+  if (placed) return gpu::RunWheelTests({{spec, &tile}}, *placed)[0];
+  return RunWheelTest(spec, tile, nullptr);
+}
+
+World::World(const WorldConfig& config, const Contents& contents)
+    : dem::World(Placed(config), contents) {}
+World::World(const WorldConfig& config, const std::vector<GrainState>& grains)
+    : dem::World(Placed(config), grains) {}
 namespace {
 
 template <class List>

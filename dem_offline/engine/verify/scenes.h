@@ -2,14 +2,41 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "dem_offline/engine/gpu/device.h"
+#include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/world/world.h"
 
 // Small scenes that several cases share.
 
 namespace grouser::dem::verify {
+
+/// While it lives, the Worlds that this thread's cases make are stepped on a
+/// device (null: by these cores). A case is a plain function, whose thread knows
+/// where it runs.
+class Placement {
+ public:
+  explicit Placement(std::shared_ptr<gpu::Device> device);
+  ~Placement();
+  Placement(const Placement&) = delete;
+  Placement& operator=(const Placement&) = delete;
+};
+
+/// For cases about the bits of these cores; throws NotElsewhere on a device.
+void ExpectCores();
+
+/// A wheel test of a case.
+WheelTestResult RunWheel(const WheelTestSpec& spec, const Tile& tile);
+
+/// A World of a case.
+class World : public dem::World {
+ public:
+  World(const WorldConfig& config, const Contents& contents);
+  World(const WorldConfig& config, const std::vector<GrainState>& grains);
+};
 
 /// One setting of one law, by name.
 struct Setting {

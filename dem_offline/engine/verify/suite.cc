@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "dem_offline/engine/verify/scenes.h"
+
 namespace grouser::dem::verify {
 namespace {
 
@@ -26,11 +28,20 @@ std::vector<Case> Chosen(const Suite& suite, const SuiteOptions& options) {
   return out;
 }
 
+/// A case that a device does not take.
+Rows Refused(const char* name, const char* why) {
+  Rows rows(name);
+  rows.Note(std::string("not run here: ") + why);
+  return rows;
+}
+
 Rows RunCase(const Case& c) {
   Rows rows(c.name);
   try {
     c.run(rows);
     if (rows.rows().empty()) throw std::logic_error("the case made no row");
+  } catch (const NotElsewhere& refused) {
+    return Refused(c.name, refused.what());
   } catch (const std::exception& error) {
     rows.Holds("runs to its end", false, std::string("threw: ") + error.what());
   } catch (...) {
@@ -53,6 +64,8 @@ int SuiteResult::Failed() const {
 SuiteResult RunSuite(const Suite& suite, const SuiteOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<Case> cases = Chosen(suite, options);
+  std::shared_ptr<gpu::Device> device;
+  if (options.device != "cpu") device = gpu::OpenDevice(options.device);
   std::vector<Rows> done(cases.size(), Rows(""));
   // Long ones first, so that the threads end together; tables end with theirs.
   std::vector<std::size_t> order(cases.size());
@@ -63,6 +76,7 @@ SuiteResult RunSuite(const Suite& suite, const SuiteOptions& options) {
   std::mutex speak;
   std::size_t finished = 0;
   const auto work = [&] {
+    const Placement placement(device);
     for (std::size_t k = next++; k < order.size(); k = next++) {
       const auto start = std::chrono::steady_clock::now();
       Rows rows = RunCase(cases[order[k]]);

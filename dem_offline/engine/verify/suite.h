@@ -32,6 +32,9 @@ struct SuiteOptions {
   std::string only;  ///< this case alone, whatever its level
   int threads = 2;
   bool progress = true;  ///< on stderr
+  /// Where the worlds of the cases are stepped: "cpu", or a device of gpu/device.h,
+  /// which takes one case at a time. What it refuses by name makes no row but a note.
+  std::string device = "cpu";
 };
 
 struct SuiteResult {

@@ -192,6 +192,7 @@ void World::Refresh() {
 
 StepFault World::Step() {
   if (fault_ != StepFault::kNone) return fault_;
+  if (config_.stepper) return fault_ = config_.stepper->Run(*this, 1);
   Start();
   if (fault_ == StepFault::kNone) {
     const Stopwatch watch(timing_, phases_.drift_s);
@@ -215,6 +216,9 @@ StepFault World::Step() {
 }
 
 StepFault World::Run(std::int64_t steps) {
+  if (config_.stepper && fault_ == StepFault::kNone && steps > 0) {
+    return fault_ = config_.stepper->Run(*this, steps);
+  }
   for (std::int64_t s = 0; s < steps; ++s) {
     if (Step() != StepFault::kNone) return fault_;
   }

@@ -14,6 +14,7 @@
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/grain.h"
 #include "dem_offline/engine/world/handover.h"
+#include "dem_offline/engine/world/stepper.h"
 #include "dem_offline/engine/world/rigid_body.h"
 
 namespace grouser::dem {
@@ -37,6 +38,8 @@ struct WorldConfig {
   /// normal stiffness at `guard_overlap` of the radius. 0: no guard.
   double guard_overlap = 0.0;
   std::int64_t first_pairs = 0;  ///< capacity of the lists to begin with; 0: ample
+  /// Makes the steps of Step and Run; null: these cores do.
+  std::shared_ptr<Stepper> stepper;
 };
 
 /// One grain, as somebody outside sees it (SI, user's coordinates).
@@ -68,7 +71,7 @@ struct BodyContact {
 };
 
 /// What went wrong in a step; the world stops there.
-enum class StepFault { kNone, kNonFinite, kTooFast, kTunnelled, kOverlap };
+enum class StepFault : int { kNone, kNonFinite, kTooFast, kTunnelled, kOverlap };
 const char* Explain(StepFault fault);
 
 /// Where the energy is [J]. Total = kinetic + potential + stored + dissipated

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "dem_offline/engine/world/world.h"
+#include "dem_offline/engine/verify/scenes.h"
 
 namespace grouser::dem::verify {
 

@@ -35,6 +35,7 @@ std::string Hex(std::uint64_t hash) {
 const Laws kSand = {.rolling = "epsd"};
 
 void Repeats(Rows& rows) {
+  ExpectCores();
   const std::uint64_t first = RunScene(kSand, 1, 1500);
   rows.Holds("a run repeated gives the same bits", RunScene(kSand, 1, 1500) == first, Hex(first));
   const std::uint64_t two = RunScene(kSand, 2, 1500), three = RunScene(kSand, 3, 1500);
@@ -75,6 +76,7 @@ std::vector<float> Sweep(World& world, const Kernels& kernels) {
 }
 
 void InstructionSets(Rows& rows) {
+  ExpectCores();
   BedSpec spec;
   World world(spec.Config(), Scene(Grid(spec, 0, 0.24, 0, 0.12, 0, 1000), {Floor()}));
   RunOrThrow(world, 1500);
@@ -106,6 +108,7 @@ void InstructionSets(Rows& rows) {
 constexpr std::uint64_t kPinned = 0x6a5e149001b8720cull;
 
 void PinnedHash(Rows& rows) {
+  ExpectCores();
   const std::uint64_t hash = RunScene(kSand, 1, 500);
   rows.Holds("a short run ends with the hash committed in determinism_cases.cc", hash == kPinned,
              Hex(hash));

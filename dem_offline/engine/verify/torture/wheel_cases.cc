@@ -54,7 +54,7 @@ WheelTestResult At(double slip, double degrees) {
   WheelTestSpec s = SmallSpec();
   s.state.slip = slip;
   s.state.attack_angle_rad = degrees * M_PI / 180;
-  return RunWheelTest(s, SmallTile(), nullptr);
+  return RunWheel(s, SmallTile());
 }
 
 bool Carries(const WheelTestResult& r, double load) {
@@ -97,13 +97,13 @@ void Loads(Rows& rows) {
   WheelTestSpec s = SmallSpec();
   s.state.slip = 0.2;
   s.state.load_n = 0.05;
-  const WheelTestResult light = RunWheelTest(s, SmallTile(), nullptr);
+  const WheelTestResult light = RunWheel(s, SmallTile());
   rows.Holds("barely touching, load of three grains: runs, or fails with a reason in words",
              (Ran(light) && Mean(light, "sinkage") < 0.01) ||
                  (light.status == RunStatus::kFailed && !light.reason.empty()),
              Words(light));
   s.state.load_n = 400;
-  const WheelTestResult heavy = RunWheelTest(s, SmallTile(), nullptr);
+  const WheelTestResult heavy = RunWheel(s, SmallTile());
   rows.Holds("far too heavy: OVERLOAD, with the reason",
              heavy.status == RunStatus::kOverload && !heavy.reason.empty(), Words(heavy));
 }
