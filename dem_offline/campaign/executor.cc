@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <exception>
 #include <filesystem>
@@ -148,18 +149,24 @@ class Executor {
     std::vector<dem::gpu::WheelJob> jobs;
     for (const auto& [task, tile] : together_) jobs.push_back({ToEngine(task.spec), &tile->tile});
     if (jobs.empty()) return;
-    double finished = 0;
+    double finished = 0, under_way = 0;  // runs' worth
+    const auto tell = [&](double work) {
+      under_way = std::max(0.0, work);
+      progress_.Working("device", under_way, "run");
+    };
     const auto all = static_cast<double>(jobs.size());
     backend_.run_many(
         jobs,
-        [&](double fraction, const std::string&) {
-          progress_.Working("device", fraction * all - finished, "run");  // runs' worth under way
+        [&](double fraction, const std::string& stage) {
+          if (stage.rfind(dem::gpu::kMemoryStage, 0) == 0) progress_.Say(stage);
+          tell(fraction * all - finished);
           return !Stopping();
         },
         [&](std::size_t n, const dem::WheelTestResult& result) {
           // What was cut short is no result.
           if (result.stopped == dem::StopCause::kCaller) return;
           ++finished;
+          tell(under_way - 1);
           const auto& [task, tile] = together_[n];
           Keep(task, FileOf(backend_, task.spec, *tile, result));
         });

@@ -27,7 +27,22 @@ struct PoseBody {
     t.hub = ToFloat(b.body.velocity_m_per_s);
     t.spin = ToFloat(b.body.spin_rad_per_s);
     t.stride = static_cast<float>(TravelOf(b.body, b.reach, b.around.dt_s, !b.round));
-    t.params = v.params;
+    t.params = v.ParamsOf(b.world);
+  }
+};
+
+/// The laws of a world: a recipe of the menu, or any.
+template <class R>
+struct RecipeOf {
+  using Law = OneRecipe<R>;
+  static GROUSER_HD Law Of(const EnsembleView& v, std::int32_t world) {
+    return {R::From(v.ParamsOf(world)[0])};
+  }
+};
+struct AnyOf {
+  using Law = AnyLaws;
+  static GROUSER_HD Law Of(const EnsembleView& v, std::int32_t world) {
+    return {v.laws, v.layout, v.ParamsOf(world), v.materials};
   }
 };
 
@@ -38,10 +53,9 @@ struct PartsOf {
 };
 
 /// Index body: an entry of a round; one grain near one body.
-template <class Law>
+template <class Laws>
 struct TouchEntry {
   EnsembleView v;
-  Law law;
   std::int64_t first;  ///< entry of the round
   bool starting;
   GROUSER_HD void operator()(std::int64_t n) const {
@@ -52,6 +66,7 @@ struct TouchEntry {
     if (k >= b.count[b.turn] || (starting ? s.started != 0 || s.overflow : BodiesWait(s))) return;
     const std::int64_t at = v.worlds[b.world].first + v.near_body[b.turn][entry];
     const std::int64_t slot = b.first_slot + k * b.per_grain;
+    const typename Laws::Law law = Laws::Of(v, b.world);
     bool through = false;
     v.touches[entry] = TouchGrain(b.touch, v.grain[at], Evaluate{law}, PartsOf{},
                                   v.key[b.turn] + slot, v.word[b.turn] + slot * v.words,
@@ -59,7 +74,7 @@ struct TouchEntry {
     if (through) Raise(&s.fault, kThroughBody);
   }
   struct Evaluate {
-    const Law& law;
+    const typename Laws::Law& law;
     GROUSER_HD ContactResult operator()(const PairParams& p, const ContactGeometry& g, float* words,
                                         float dt) const {
       return law.With(p, g, words, dt);

@@ -1,4 +1,5 @@
 // Launches of the ensemble's bodies on a CUDA card, and nothing else.
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -23,11 +24,52 @@ __global__ void Run(std::int64_t count, Body body) {
 }
 
 struct Threads {
+  cudaStream_t stream;
   template <class Body>
   void operator()(std::int64_t count, const Body& body) const {
     if (count == 0) return;
-    Run<<<static_cast<unsigned>((count + kThreads - 1) / kThreads), kThreads>>>(count, body);
+    const auto blocks = static_cast<unsigned>((count + kThreads - 1) / kThreads);
+    Run<<<blocks, kThreads, 0, stream>>>(count, body);
   }
+};
+
+/// The launches of one step as a graph, as long as nothing moves in memory.
+class StepGraph {
+ public:
+  StepGraph() = default;
+  StepGraph(const StepGraph&) = delete;
+  StepGraph& operator=(const StepGraph&) = delete;
+  ~StepGraph() { Drop(); }
+
+  void Launch(cudaStream_t stream, const EnsembleView& v, int recipe, int steps) {
+    if (!graph_ || recipe != recipe_ || std::memcmp(&v, &view_, sizeof(v)) != 0) {
+      Record(stream, v, recipe);
+    }
+    for (int s = 0; s < steps; ++s) Check(cudaGraphLaunch(graph_, stream), "graph launch");
+  }
+
+ private:
+  void Drop() {
+    if (graph_) cudaGraphExecDestroy(graph_);
+    graph_ = nullptr;
+  }
+  void Record(cudaStream_t stream, const EnsembleView& v, int recipe) {
+    Drop();
+    cudaGraph_t recorded = nullptr;
+    Check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
+    WithRecipe(recipe, Recipes{},
+               [&](auto laws) { gpu::Step<decltype(laws)>(Threads{stream}, v); });
+    Check(cudaStreamEndCapture(stream, &recorded), "end of capture");
+    const cudaError_t made = cudaGraphInstantiate(&graph_, recorded, 0);
+    cudaGraphDestroy(recorded);
+    Check(made, "graph");
+    std::memcpy(&view_, &v, sizeof(v));
+    recipe_ = recipe;
+  }
+
+  cudaGraphExec_t graph_ = nullptr;
+  EnsembleView view_ = {};
+  int recipe_ = -1;
 };
 
 class Cuda : public Device {
@@ -36,7 +78,11 @@ class Cuda : public Device {
     cudaDeviceProp properties;
     Check(cudaGetDeviceProperties(&properties, 0), "no device");
     name_ = properties.name;
+    Check(cudaStreamCreate(&stream_), "stream");
   }
+  ~Cuda() override { cudaStreamDestroy(stream_); }
+  Cuda(const Cuda&) = delete;
+  Cuda& operator=(const Cuda&) = delete;
   const char* name() const override { return name_.c_str(); }
   void* Allocate(std::size_t bytes) override {
     void* p = nullptr;
@@ -59,21 +105,21 @@ class Cuda : public Device {
     Check(cudaMemGetInfo(&free, &total), "memory");
     return free;
   }
-  void Start(const EnsembleView& v, int recipe, const PairParams& first) override {
-    WithRecipe(recipe, v, first, Recipes{},
-               [&](const auto& law) { gpu::Start(Threads{}, v, law); });
-    Check(cudaDeviceSynchronize(), "start");
-  }
-  void Steps(const EnsembleView& v, int recipe, const PairParams& first, int steps) override {
-    WithRecipe(recipe, v, first, Recipes{}, [&](const auto& law) {
-      for (int s = 0; s < steps; ++s) gpu::Step(Threads{}, v, law);
-    });
+  void Start(const EnsembleView& v, int recipe) override {
+    WithRecipe(recipe, Recipes{},
+               [&](auto laws) { gpu::Start<decltype(laws)>(Threads{stream_}, v); });
     Check(cudaGetLastError(), "launch");
-    Check(cudaDeviceSynchronize(), "steps");
+    Check(cudaStreamSynchronize(stream_), "start");
+  }
+  void Steps(const EnsembleView& v, int recipe, int steps) override {
+    step_.Launch(stream_, v, recipe, steps);
+    Check(cudaStreamSynchronize(stream_), "steps");
   }
 
  private:
   std::string name_;
+  cudaStream_t stream_ = nullptr;
+  StepGraph step_;
 };
 
 }  // namespace

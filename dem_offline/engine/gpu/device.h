@@ -23,10 +23,11 @@ class Device {
   virtual void Copy(void* to, const void* from, std::size_t bytes) = 0;  ///< within the device
   virtual void Finish() = 0;                  ///< waits for all that was asked for
   virtual std::size_t FreeBytes() const = 0;  ///< that can still be had
-  /// Lists and forces at the present positions, velocities set back by half a
-  /// step. recipe: of the menu, or -1; first: parameters of materials (0, 0).
-  virtual void Start(const EnsembleView& v, int recipe, const PairParams& first) = 0;
-  virtual void Steps(const EnsembleView& v, int recipe, const PairParams& first, int steps) = 0;
+  /// Lists where they are stale; of worlds that have not started also forces at
+  /// the present positions, and velocities set back by half a step. recipe: of
+  /// the menu, or -1.
+  virtual void Start(const EnsembleView& v, int recipe) = 0;
+  virtual void Steps(const EnsembleView& v, int recipe, int steps) = 0;
 };
 
 /// memory_bytes: what it may take.

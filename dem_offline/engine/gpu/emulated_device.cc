@@ -43,13 +43,12 @@ class Emulated : public Device {
   }
   void Download(void* to, const void* from, std::size_t bytes) override { Upload(to, from, bytes); }
   void Copy(void* to, const void* from, std::size_t bytes) override { Upload(to, from, bytes); }
-  void Start(const EnsembleView& v, int recipe, const PairParams& first) override {
-    WithRecipe(recipe, v, first, Recipes{},
-               [&](const auto& law) { gpu::Start(OneThread{}, v, law); });
+  void Start(const EnsembleView& v, int recipe) override {
+    WithRecipe(recipe, Recipes{}, [&](auto laws) { gpu::Start<decltype(laws)>(OneThread{}, v); });
   }
-  void Steps(const EnsembleView& v, int recipe, const PairParams& first, int steps) override {
-    WithRecipe(recipe, v, first, Recipes{}, [&](const auto& law) {
-      for (int s = 0; s < steps; ++s) gpu::Step(OneThread{}, v, law);
+  void Steps(const EnsembleView& v, int recipe, int steps) override {
+    WithRecipe(recipe, Recipes{}, [&](auto laws) {
+      for (int s = 0; s < steps; ++s) gpu::Step<decltype(laws)>(OneThread{}, v);
     });
   }
 

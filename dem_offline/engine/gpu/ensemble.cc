@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
 #include "dem_offline/engine/bodies/mesh.h"
@@ -23,10 +22,6 @@ constexpr int kLayersAbove = 4;  // of cells, for grains that are thrown up
 
 std::int32_t Grown(std::int32_t n) { return static_cast<std::int32_t>(std::ceil(n * kGrowth)); }
 
-std::string Megabytes(std::size_t bytes) {
-  return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB";
-}
-
 }  // namespace
 
 void Ensemble::CheckWorld(std::size_t number) const {
@@ -39,7 +34,8 @@ void Ensemble::CheckWorld(std::size_t number) const {
   if (w.count_ == 0) Refuse(number, "no grain, expected one or more");
   if (!w.parts_->clumps.empty()) Refuse(number, "clumps, expected none: not on the device yet");
   if (!w.parts_->bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
-  if (w.parts_->sink) Refuse(number, "a recorder of contacts, expected none: not on the device yet");
+  if (w.parts_->sink)
+    Refuse(number, "a recorder of contacts, expected none: not on the device yet");
   if (w.fault_ != StepFault::kNone) Refuse(number, std::string("has failed: ") + Explain(w.fault_));
   if (w.parts_->bodies.size() > kMostBodies) {
     Refuse(number, std::to_string(w.parts_->bodies.size()) + " bodies, expected at most " +
@@ -48,10 +44,7 @@ void Ensemble::CheckWorld(std::size_t number) const {
   for (const BodyEntry& b : w.parts_->bodies) {
     if (b.body.shape.mesh) Refuse(number, "a mesh, expected parts: not on the device yet");
   }
-  if (w.recipe_ != recipe_ || w.params_.size() != params_.size() ||
-      std::memcmp(w.params_.data(), params_.data(), params_.size() * sizeof(PairParams)) != 0) {
-    Refuse(number, "parameters of the contacts, expected those of world 0");
-  }
+  if (w.recipe_ != recipe_) Refuse(number, "kinds of grains, expected as many as world 0 has");
 }
 
 WorldView Ensemble::ViewOfWorld(std::size_t number) const {
@@ -95,7 +88,6 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
   if (worlds_.empty()) throw std::invalid_argument("ensemble: no world, expected one or more");
   recipe_ = worlds_[0]->recipe_;
   words_ = worlds_[0]->config_.contacts.layout().words;
-  params_ = worlds_[0]->params_;
   layout_.sizes = sizes;
   for (std::size_t n = 0; n < worlds_.size(); ++n) {
     CheckWorld(n);
@@ -109,9 +101,9 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
   const MemoryPlan plan = PlanOf(layout_, words_);
   if (plan.Total() > device_.FreeBytes()) {
     throw std::runtime_error("ensemble: " + std::to_string(layout_.grains()) + " grains need " +
-                             Megabytes(plan.Total()) + " (" + Megabytes(plan.checkpoint) +
-                             " of it for the checkpoint), expected at most " +
-                             Megabytes(device_.FreeBytes()) + " on " + device_.name());
+                             ToText(plan) + "; expected at most " +
+                             std::to_string(device_.FreeBytes() >> 20) + " MiB on " +
+                             device_.name());
   }
   states_.assign(worlds_.size(), WorldState{});
   sent_energy_.assign(worlds_.size(), EnergySums{});
@@ -145,7 +137,7 @@ void Ensemble::Begin() {
     SendShapes();
     SendTables();
     for (int w = 0; w < size(); ++w) SendWorld(w);
-    device_.Start(View(), recipe_, params_[0]);
+    device_.Start(View(), recipe_);
     std::int32_t bits;
     if (!Overflowed(&bits)) return;
     ++regrowths_;
@@ -192,8 +184,7 @@ void Ensemble::RunTo(const std::vector<std::int64_t>& until) {
     }
     if (steps <= 0) return;
     memory_.Checkpoint();
-    device_.Steps(View(), recipe_, params_[0],
-                  static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
+    device_.Steps(View(), recipe_, static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
     std::int32_t bits;
     if (!Overflowed(&bits)) continue;
     ++regrowths_;

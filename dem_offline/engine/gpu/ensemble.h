@@ -71,7 +71,7 @@ class Ensemble {
   /// A body as it is now, and what the last step did to it.
   RigidBody BodyOf(int world, int body) const;
   BodyTrack TrackOf(int world, int body) const;
-  MemoryPlan Plan() const { return memory_.Plan(); }
+  MemoryPlan Plan() const { return PlanOf(layout_, words_); }
   /// Bytes that one step reads and writes at least, each array counted once a
   /// pass: neighbours, whose lines lie in caches, are not counted again.
   double BytesPerStep() const;
@@ -102,7 +102,6 @@ class Ensemble {
   std::vector<EnergySums> sent_energy_;  ///< [worlds] when they were sent
   std::vector<ShapeView> shapes_;        ///< [bodies] in the device's memory
   int recipe_ = -1, words_ = 0, regrowths_ = 0;
-  std::vector<PairParams> params_;
 };
 
 }  // namespace grouser::dem::gpu

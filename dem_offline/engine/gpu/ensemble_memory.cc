@@ -101,22 +101,11 @@ MemoryPlan PlanOf(const Layout& l, int words) {
   return p;
 }
 
-MemoryPlan EnsembleMemory::Plan() const {
-  MemoryPlan p;
-  const std::size_t state = grains.now.Bytes() + loads.now.Bytes() + kinetics.now.Bytes() +
-                            leashes.now.Bytes() + found.now.Bytes() + tile_energy.now.Bytes();
-  const std::size_t bodies_bytes =
-      bodies.now.Bytes() + clear.now.Bytes() +
-      2 * (near_body[0].now.Bytes() + key[0].now.Bytes() + word[0].now.Bytes());
-  p.grains = state + reach.Bytes() + world_of_tile.Bytes() + grain_energy.Bytes();
-  p.lists = far_count.now.Bytes() + far_partner.now.Bytes() +
-            2 * (near_count[0].now.Bytes() + near_partner[0].now.Bytes());
-  p.histories = 2 * history[0].now.Bytes();
-  p.cells = cell_count.Bytes() + cell_items.Bytes() + world_of_cell.Bytes();
-  p.bodies = bodies_bytes + touches.Bytes() + records.Bytes() + run_sums.Bytes() +
-             body_of_run.Bytes() + tile_near.Bytes() + body_of_tile.Bytes();
-  p.checkpoint = state + p.lists + p.histories + bodies_bytes;
-  return p;
+std::string ToText(const MemoryPlan& p) {
+  const auto mib = [](std::size_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20); };
+  return mib(p.Total()) + " MiB: grains " + mib(p.grains) + ", lists " + mib(p.lists) +
+         ", histories " + mib(p.histories) + ", cells " + mib(p.cells) + ", bodies " +
+         mib(p.bodies) + ", checkpoint " + mib(p.checkpoint);
 }
 
 void EnsembleMemory::AllocateWheels(Device& device, std::size_t worlds_count, std::size_t bins) {

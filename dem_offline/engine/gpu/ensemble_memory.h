@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "dem_offline/engine/gpu/device.h"
 #include "dem_offline/engine/gpu/layout.h"
 #include "dem_offline/engine/gpu/wheel_body.h"
@@ -13,6 +15,7 @@ struct MemoryPlan {
 };
 /// Before anything is allocated. words: of one contact's history.
 MemoryPlan PlanOf(const Layout& layout, int words);
+std::string ToText(const MemoryPlan& plan);
 
 /// An array, and its copy of the last checkpoint.
 template <class T>
@@ -24,7 +27,6 @@ struct Kept {
 struct EnsembleMemory {
   void Allocate(Device& device, const Layout& layout, int words);
   void AllocateWheels(Device& device, std::size_t worlds_count, std::size_t bins);
-  MemoryPlan Plan() const;
   void Checkpoint();
   void Restore();
 

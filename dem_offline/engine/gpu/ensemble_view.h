@@ -102,7 +102,7 @@ struct EnsembleView {
   std::int32_t *near_count[2], *near_partner[2];
   float* history[2];  ///< [slot x words] as the lower place sees it
   std::int32_t near_slots, words;
-  const PairParams* params;  ///< of all worlds [materials x materials]
+  const PairParams* params;  ///< [worlds x materials x materials]
   std::int32_t materials;
   LawChoice laws;
   WordLayout layout;
@@ -125,6 +125,9 @@ struct EnsembleView {
   WheelRecord* wheels;                  ///< [worlds]; null: no wheel tests
   double* stress;                       ///< [bins x 3] of each world
 
+  GROUSER_HD const PairParams* ParamsOf(std::int32_t world) const {
+    return params + static_cast<std::int64_t>(world) * materials * materials;
+  }
   /// Slot s of grain i of `slots` a grain.
   static GROUSER_HD std::int64_t At(std::int64_t i, std::int64_t s, std::int64_t slots) {
     return (i / kTile * slots + s) * kTile + i % kTile;

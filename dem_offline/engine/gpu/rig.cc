@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -58,6 +57,9 @@ class Batch {
         End(w, begin);
       }
     }
+  }
+  std::string Memory() const {
+    return std::to_string(runs_.size()) + " worlds, " + ToText(all_->Plan());
   }
   const WheelTestResult& result(std::size_t w) const { return results_[w]; }
 
@@ -139,16 +141,8 @@ class Batch {
   std::vector<WheelTestResult> results_;
 };
 
-/// Contacts that one ensemble can share.
-bool SameContacts(const WheelTestSpec& a, const WheelTestSpec& b) {
-  const auto table = [](const WheelTestSpec& s) {
-    return RigContacts(s.soil, s.soil.friction, s.wheel);
-  };
-  const ContactModel x = table(a), y = table(b);
-  if (!(x.laws() == y.laws())) return false;
-  const auto p = x.Table(), q = y.Table();
-  return p.size() == q.size() &&
-         std::memcmp(p.data(), q.data(), p.size() * sizeof(PairParams)) == 0;
+bool SameLaws(const WheelTestSpec& a, const WheelTestSpec& b) {
+  return LawsOf(a.soil.contact) == LawsOf(b.soil.contact);
 }
 
 /// Grains that fit: a quarter of the memory stays for lists that grow.
@@ -163,8 +157,8 @@ std::vector<std::size_t> NextBatch(const std::vector<WheelJob>& jobs,
   std::int64_t grains = 0;
   for (const std::size_t n : *left) {
     const auto own = static_cast<std::int64_t>(jobs[n].tile->radius_m.size());
-    const bool fits = chosen.empty() || (grains + own <= most_grains &&
-                                         SameContacts(jobs[chosen[0]].spec, jobs[n].spec));
+    const bool fits = chosen.empty() ||
+                      (grains + own <= most_grains && SameLaws(jobs[chosen[0]].spec, jobs[n].spec));
     (fits ? chosen : rest).push_back(n);
     if (fits) grains += own;
   }
@@ -192,6 +186,10 @@ std::vector<WheelTestResult> RunWheelTests(
     const std::vector<std::size_t> chosen = NextBatch(jobs, &left, GrainsThatFit(device));
     Batch batch(jobs, chosen, device);
     const std::size_t before = finished;
+    if (progress) {
+      progress(static_cast<double>(before) / jobs.size(),
+               std::string(kMemoryStage) + batch.Memory() + " on " + device.name());
+    }
     batch.Run(
         [&](double share) {
           if (!progress) return true;

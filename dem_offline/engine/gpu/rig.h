@@ -14,10 +14,13 @@ struct WheelJob {
   const Tile* tile = nullptr;  ///< outlives the call
 };
 
+/// A stage of the progress that begins so says what the next batch takes.
+inline constexpr const char* kMemoryStage = "memory: ";
+
 /// Many wheel tests at once on a device, each as RunWheelTest would do it: same
 /// motion, same rules, a result of its own whoever is beside it. Tests whose
-/// soil and wheel surfaces differ go one group after the other, and so do those
-/// that do not fit the device's memory together. progress: of all; its stage
+/// laws differ go one group after the other, and so do those that do not fit the
+/// device's memory together. progress: of all; its stage
 /// says how many are done. done: called with the number of a job as soon as its
 /// result is there. Throws std::invalid_argument on a bad spec, with its number.
 std::vector<WheelTestResult> RunWheelTests(

@@ -24,16 +24,17 @@ struct Drift {
 /// Forces on one grain: of all its contacts, in their order. Both grains of a
 /// contact evaluate it, from the lower place's side, and keep a history each,
 /// which are equal.
-template <class Law>
+template <class Laws>
 struct Forces {
+  using Law = typename Laws::Law;
   EnsembleView v;
-  Law law;
   bool starting;
   GROUSER_HD void operator()(std::int64_t i) const {
     const Member m = MemberAt(v, i);
     const WorldState& s = v.states[m.world];
     if (m.place < 0 || (starting ? s.started != 0 || s.overflow : Waits(s))) return;
     const WorldView& w = v.worlds[m.world];
+    const Law law = Laws::Of(v, m.world);
     const Grain own = v.grain[i];
     const std::int64_t slots = static_cast<std::int64_t>(v.near_slots) * v.words;
     float* const history = v.history[s.turn];
@@ -147,13 +148,13 @@ void RenewLists(const Launch& launch, const EnsembleView& v) {
   launch(v.world_count, Settle{v});
 }
 
-template <class Launch, class Law>
-void AllForces(const Launch& launch, const EnsembleView& v, const Law& law, bool starting) {
-  launch(v.grains, Forces<Law>{v, law, starting});
+template <class Laws, class Launch>
+void AllForces(const Launch& launch, const EnsembleView& v, bool starting) {
+  launch(v.grains, Forces<Laws>{v, starting});
   launch(v.grains / kTile, SumTile{v, starting});
   for (int r = 0; r < v.rounds; ++r) {
     const std::int64_t first = v.round_entry[r];
-    launch(v.round_entry[r + 1] - first, TouchEntry<Law>{v, law, first, starting});
+    launch(v.round_entry[r + 1] - first, TouchEntry<Laws>{v, first, starting});
   }
   launch(v.runs, SumRun{v});
   launch(v.body_count, SumBody{v, starting});
@@ -162,24 +163,24 @@ void AllForces(const Launch& launch, const EnsembleView& v, const Law& law, bool
 /// Lists of all worlds where they are stale; of those that have not started
 /// also the forces at the present positions, and then velocities half a step
 /// back.
-template <class Launch, class Law>
-void Start(const Launch& launch, const EnsembleView& v, const Law& law) {
+template <class Laws, class Launch>
+void Start(const Launch& launch, const EnsembleView& v) {
   launch(v.body_count, PoseBody{v, false});
   RenewLists(launch, v);
-  AllForces(launch, v, law, true);
+  AllForces<Laws>(launch, v, true);
   launch(v.grains, SetBack{v});
   launch(v.body_count, SetBodyBack{v});
   launch(v.world_count, Begun{v});
 }
 
 /// One step of every world: drift, lists where they are stale, forces.
-template <class Launch, class Law>
-void Step(const Launch& launch, const EnsembleView& v, const Law& law) {
+template <class Laws, class Launch>
+void Step(const Launch& launch, const EnsembleView& v) {
   if (v.wheels) launch(v.world_count, SteerWheel{v});
   launch(v.grains, Drift{v});
   launch(v.body_count, PoseBody{v, true});
   RenewLists(launch, v);
-  AllForces(launch, v, law, false);
+  AllForces<Laws>(launch, v, false);
   if (v.wheels) {
     launch(v.world_count, RecordStress{v});
     launch(v.world_count, WatchWheel{v});
@@ -187,14 +188,13 @@ void Step(const Launch& launch, const EnsembleView& v, const Law& law) {
   launch(v.world_count, Tick{v});
 }
 
-/// A function of each recipe, and of any laws for -1: calls f(law).
+/// Calls f(laws) for the laws of a recipe of the menu, or of any for -1.
 template <class F, class... R>
-void WithRecipe(int recipe, const EnsembleView& v, const PairParams& first, RecipeList<R...>,
-                F&& f) {
+void WithRecipe(int recipe, RecipeList<R...>, F&& f) {
   int k = 0;
   bool done = false;
-  ((k++ == recipe ? (f(OneRecipe<R>{R::From(first)}), done = true) : false), ...);
-  if (!done) f(AnyLaws{v.laws, v.layout, v.params, v.materials});
+  ((k++ == recipe ? (f(RecipeOf<R>{}), done = true) : false), ...);
+  if (!done) f(AnyOf{});
 }
 
 }  // namespace grouser::dem::gpu

@@ -1,12 +1,11 @@
 #include "dem_offline/engine/verify/scenes.h"
 
-#include "dem_offline/engine/gpu/rig.h"
-#include "dem_offline/engine/gpu/stepper.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "dem_offline/engine/gpu/rig.h"
+#include "dem_offline/engine/gpu/stepper.h"
 #include "dem_offline/engine/laws/material.h"
 
 namespace grouser::dem::verify {

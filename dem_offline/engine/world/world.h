@@ -14,8 +14,8 @@
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/grain.h"
 #include "dem_offline/engine/world/handover.h"
-#include "dem_offline/engine/world/stepper.h"
 #include "dem_offline/engine/world/rigid_body.h"
+#include "dem_offline/engine/world/stepper.h"
 
 namespace grouser::dem {
 

@@ -44,6 +44,23 @@ TEST(Ensemble, AWorldDoesNotSeeItsBatchMates) {
   ExpectSame(all.Grains(1), alone.Grains(0));
 }
 
+TEST(Ensemble, EveryWorldHasItsOwnParameters) {
+  Worlds worlds;
+  for (const double friction : {0.1, 0.5, 0.9}) {
+    WorldConfig c = Config();
+    c.contacts = OneMaterial({2e7 * friction, 0.3}, {0.5, friction, 0.1});
+    worlds.push_back(std::make_unique<World>(c, Sheared(4)));
+  }
+  const auto device = EmulatedDevice();
+  Ensemble all = Together(worlds, *device);
+  all.Run(400);
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_EQ(worlds[k]->Run(400), StepFault::kNone);
+    ExpectSame(all.Grains(k), Of(*worlds[k]));
+  }
+  EXPECT_NE(all.Grains(0)[200].vx, all.Grains(2)[200].vx);
+}
+
 TEST(Ensemble, ShortListsAreRegrownWithoutATrace) {
   Worlds worlds, same;
   worlds.push_back(Make(7));
@@ -104,8 +121,8 @@ TEST(Ensemble, RefusesByNameWhatIsNotOnTheDevice) {
   Contents contents;
   contents.grains = Sheared(2);
   WorldConfig other = Config();
-  other.contacts = OneMaterial({1e7, 0.3}, {0.5, 0.3, 0.1});
-  EXPECT_NE(refused(other, contents).find("world 1: parameters"), std::string::npos);
+  other.contacts = OneMaterial({1e7, 0.3}, {0.5, 0.5, 0.1}, ChoiceOf<HertzMindlin>());
+  EXPECT_NE(refused(other, contents).find("world 1: laws"), std::string::npos);
   const double up[3] = {0, 0, 1};
   Body floor;
   floor.shape = HalfSpace(up);

@@ -79,18 +79,20 @@ void HardStates(Rows& rows) {
                Words(r));
   }
   const WheelTestResult counter = At(-2, 0);
-  rows.Holds("counter-rotating, lambda -2: carries the load, brakes, negative torque; or overload is "
-             "named",
-             counter.status == RunStatus::kOverload ||
-                 (Ran(counter) && Carries(counter, 6) && Mean(counter, "f_x") < 0 &&
-                  Mean(counter, "torque") < 0),
-             Words(counter));
+  rows.Holds(
+      "counter-rotating, lambda -2: carries the load, brakes, negative torque; or overload is "
+      "named",
+      counter.status == RunStatus::kOverload ||
+          (Ran(counter) && Carries(counter, 6) && Mean(counter, "f_x") < 0 &&
+           Mean(counter, "torque") < 0),
+      Words(counter));
   const WheelTestResult side = At(0.5, 90);
-  rows.Holds("sideways at 90 degrees, spinning: carries the load, side force against motion; or "
-             "overload is named",
-             side.status == RunStatus::kOverload ||
-                 (Ran(side) && Carries(side, 6) && Mean(side, "f_y") < 0),
-             Words(side));
+  rows.Holds(
+      "sideways at 90 degrees, spinning: carries the load, side force against motion; or "
+      "overload is named",
+      side.status == RunStatus::kOverload ||
+          (Ran(side) && Carries(side, 6) && Mean(side, "f_y") < 0),
+      Words(side));
 }
 
 void Loads(Rows& rows) {

@@ -1,0 +1,172 @@
+// Where an ensemble's arrays lie: tables of it for the device, and the move to
+// another layout.
+#include "dem_offline/engine/gpu/ensemble.h"
+#include "dem_offline/engine/world/parts.h"
+
+namespace grouser::dem::gpu {
+
+/// Parts of all bodies, for good.
+void Ensemble::SendShapes() {
+  std::vector<Part> parts;
+  std::vector<Shape::Ring> rings;
+  for (const BodyHome& home : layout_.bodies) {
+    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+    parts.insert(parts.end(), s.parts.begin(), s.parts.end());
+    rings.insert(rings.end(), s.rings.begin(), s.rings.end());
+  }
+  memory_.parts = Buffer<Part>(device_, parts.size());
+  memory_.parts.Upload(parts);
+  memory_.rings = Buffer<Shape::Ring>(device_, rings.size());
+  memory_.rings.Upload(rings);
+  memory_.params = Buffer<PairParams>(device_, worlds_.size() * worlds_[0]->params_.size());
+  shapes_.clear();
+  std::size_t part = 0, ring = 0;
+  for (const BodyHome& home : layout_.bodies) {
+    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+    shapes_.push_back({memory_.parts.data() + part, memory_.rings.data() + ring,
+                       static_cast<std::int32_t>(s.parts.size()),
+                       static_cast<std::int32_t>(s.rings.size())});
+    part += s.parts.size();
+    ring += s.rings.size();
+  }
+}
+
+/// Worlds with the addresses of this allocation, and who owns what.
+void Ensemble::SendTables() {
+  std::vector<WorldView> views = views_;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    WorldView& v = views[n];
+    v.first = layout_.first[n];
+    v.first_cell = layout_.first_cell[n];
+    v.drift.grains = memory_.grains.now.data() + v.first;
+    v.drift.loads = memory_.loads.now.data() + v.first;
+    v.drift.kinetics = memory_.kinetics.now.data() + v.first;
+    v.drift.leashes = memory_.leashes.now.data() + v.first;
+  }
+  memory_.worlds.Upload(views);
+  memory_.world_of_tile.Upload(WorldOfTile(layout_));
+  memory_.world_of_cell.Upload(WorldOfCell(layout_));
+  memory_.body_of_tile.Upload(BodyOfTile(layout_));
+  memory_.body_of_run.Upload(BodyOfRun(layout_));
+}
+
+std::size_t Ensemble::IndexOf(int world, int body) const {
+  for (std::size_t b = 0; b < layout_.bodies.size(); ++b) {
+    if (layout_.bodies[b].world == world && layout_.bodies[b].number == body) return b;
+  }
+  throw std::out_of_range("ensemble: body " + std::to_string(body) + " of world " +
+                          std::to_string(world));
+}
+
+/// The same state in arrays of another layout, to the bit.
+void Ensemble::Relayout(const Layout& layout) {
+  Layout next = layout;
+  next.Place();
+  const Layout& old = layout_;
+  EnsembleMemory fresh;
+  fresh.Allocate(device_, next, words_);
+  const auto move = [&](auto& to, const auto& from, std::int64_t wide_from, std::int64_t wide_to) {
+    to.Upload(MoveTiles(from.Download(), old, next, wide_from, wide_to));
+  };
+  const ListSizes &a = old.sizes, &b = next.sizes;
+  move(fresh.grains.now, memory_.grains.now, 1, 1);
+  move(fresh.loads.now, memory_.loads.now, 1, 1);
+  move(fresh.kinetics.now, memory_.kinetics.now, 1, 1);
+  move(fresh.leashes.now, memory_.leashes.now, 1, 1);
+  move(fresh.found.now, memory_.found.now, 1, 1);
+  fresh.tile_energy.now.Upload(MoveWhole(memory_.tile_energy.now.Download(), old, next));
+  move(fresh.reach, memory_.reach, 1, 1);
+  move(fresh.far_count.now, memory_.far_count.now, 1, 1);
+  move(fresh.far_partner.now, memory_.far_partner.now, a.far_slots, b.far_slots);
+  std::vector<WorldState> states = memory_.states.now.Download();
+  for (WorldState& s : states) s.overflow = 0;
+  fresh.states.now.Upload(states);
+  std::vector<BodyRecord> bodies = memory_.bodies.now.Download();
+  for (std::size_t n = 0; n < bodies.size(); ++n) {
+    bodies[n].capacity = next.entries[n];
+    bodies[n].first_entry = next.first_entry[n];
+    bodies[n].first_slot = next.first_slot[n];
+    bodies[n].first_tile = next.first_tile[n];
+  }
+  fresh.bodies.now.Upload(bodies);
+  fresh.clear.now.Upload(
+      MoveBodies(memory_.clear.now.Download(), old.first_entry, next.first_entry, 1));
+  for (int k = 0; k < 2; ++k) {
+    move(fresh.near_count[k].now, memory_.near_count[k].now, 1, 1);
+    move(fresh.near_partner[k].now, memory_.near_partner[k].now, a.near_slots, b.near_slots);
+    move(fresh.history[k].now, memory_.history[k].now, a.near_slots * words_,
+         b.near_slots * words_);
+    fresh.near_body[k].now.Upload(
+        MoveBodies(memory_.near_body[k].now.Download(), old.first_entry, next.first_entry, 1));
+    fresh.key[k].now.Upload(
+        MoveBodies(memory_.key[k].now.Download(), old.first_slot, next.first_slot, 1));
+    fresh.word[k].now.Upload(
+        MoveBodies(memory_.word[k].now.Download(), old.first_slot, next.first_slot, words_));
+  }
+  fresh.wheels = std::move(memory_.wheels);
+  fresh.stress = std::move(memory_.stress);
+  fresh.parts = std::move(memory_.parts);
+  fresh.rings = std::move(memory_.rings);
+  fresh.params = std::move(memory_.params);
+  memory_ = std::move(fresh);
+  layout_ = next;
+  SendTables();
+}
+
+EnsembleView Ensemble::View() {
+  EnsembleMemory& m = memory_;
+  EnsembleView v = {};
+  v.worlds = m.worlds.data();
+  v.states = m.states.now.data();
+  v.world_count = size();
+  v.grains = layout_.grains();
+  v.cells = layout_.all_cells();
+  v.world_of_tile = m.world_of_tile.data();
+  v.world_of_cell = m.world_of_cell.data();
+  v.grain = m.grains.now.data();
+  v.load = m.loads.now.data();
+  v.found = m.found.now.data();
+  v.leash = m.leashes.now.data();
+  v.reach = m.reach.data();
+  v.cell_count = m.cell_count.data();
+  v.cell_items = m.cell_items.data();
+  v.cell_slots = layout_.sizes.cell_slots;
+  v.far_count = m.far_count.now.data();
+  v.far_partner = m.far_partner.now.data();
+  v.far_slots = layout_.sizes.far_slots;
+  v.near_slots = layout_.sizes.near_slots;
+  v.words = words_;
+  v.grain_energy = m.grain_energy.data();
+  v.tile_energy = m.tile_energy.now.data();
+  v.params = m.params.data();
+  const ContactModel& contacts = worlds_[0]->config_.contacts;
+  v.materials = contacts.materials();
+  v.laws = contacts.laws();
+  v.layout = contacts.layout();
+  v.bodies = m.bodies.now.data();
+  v.body_count = static_cast<std::int32_t>(layout_.bodies.size());
+  v.rounds = layout_.rounds();
+  for (int r = 0; r <= v.rounds; ++r) v.round_entry[r] = layout_.RoundEntry(r);
+  v.body_tiles = layout_.body_tiles();
+  v.runs = layout_.all_entries() / kRun;
+  v.body_of_tile = m.body_of_tile.data();
+  v.body_of_run = m.body_of_run.data();
+  v.tile_near = m.tile_near.data();
+  v.clear = m.clear.now.data();
+  v.touches = m.touches.data();
+  v.records = m.records.data();
+  v.run_sums = m.run_sums.data();
+  v.wheels = m.wheels.now.data();  // null: none
+  v.stress = m.stress.now.data();
+  for (int k = 0; k < 2; ++k) {
+    v.near_count[k] = m.near_count[k].now.data();
+    v.near_partner[k] = m.near_partner[k].now.data();
+    v.history[k] = m.history[k].now.data();
+    v.near_body[k] = m.near_body[k].now.data();
+    v.key[k] = m.key[k].now.data();
+    v.word[k] = m.word[k].now.data();
+  }
+  return v;
+}
+
+}  // namespace grouser::dem::gpu
