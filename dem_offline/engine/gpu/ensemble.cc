@@ -32,7 +32,6 @@ void Ensemble::CheckWorld(std::size_t number) const {
     Refuse(number, "laws or materials, expected those of world 0");
   }
   if (w.count_ == 0) Refuse(number, "no grain, expected one or more");
-  if (!w.parts_->clumps.empty()) Refuse(number, "clumps, expected none: not on the device yet");
   if (!w.parts_->bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
   if (w.parts_->sink)
     Refuse(number, "a recorder of contacts, expected none: not on the device yet");
@@ -95,6 +94,13 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
     const WorldView& v = views_.back();
     layout_.tiles.push_back(TilesFor(v.count));
     layout_.cells.push_back(static_cast<std::int64_t>(v.nx) * v.ny * v.nz);
+    const World::Parts& parts = *worlds_[n]->parts_;
+    first_clump_.push_back(layout_.clumps);
+    layout_.clumps += static_cast<std::int64_t>(parts.clumps.size());
+    for (const ClumpEntry& e : parts.clumps) {
+      layout_.clump_members +=
+          static_cast<std::int64_t>(parts.templates[e.state.shape].members.size());
+    }
   }
   AddBodies();
   layout_.Place();
@@ -135,6 +141,7 @@ void Ensemble::Begin() {
   for (;;) {
     memory_.Allocate(device_, layout_, words_);
     SendShapes();
+    SendMembers();
     SendTables();
     for (int w = 0; w < size(); ++w) SendWorld(w);
     device_.Start(View(), recipe_);

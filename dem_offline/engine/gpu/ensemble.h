@@ -15,7 +15,7 @@ class Ensemble {
  public:
   /// Takes the worlds' state; they must outlive the ensemble. Throws NotElsewhere
   /// naming the world and what it has that is not on the
-  /// device: clumps, bonds, meshes, more than kMostBodies bodies, laws other than the first
+  /// device: bonds, meshes, more than kMostBodies bodies, laws other than the first
   /// world's; std::runtime_error with sizes where it does not fit the device.
   Ensemble(const std::vector<World*>& worlds, Device& device, const ListSizes& sizes = {});
 
@@ -82,6 +82,8 @@ class Ensemble {
   void AddBodies();
   void SendShapes();
   void SendTables();
+  void SendMembers();
+  void SendClumpOf();
   void SendWorld(int world);
   void SendLists(int world, const Handover& h);
   void SendBodies(int world, const Handover& h);
@@ -99,8 +101,10 @@ class Ensemble {
   EnsembleMemory memory_;
   std::vector<WorldView> views_;
   std::vector<WorldState> states_;
-  std::vector<EnergySums> sent_energy_;  ///< [worlds] when they were sent
-  std::vector<ShapeView> shapes_;        ///< [bodies] in the device's memory
+  std::vector<std::int64_t> first_clump_;  ///< [worlds]
+  std::vector<ClumpRecord> clumps_;        ///< as they were sent at first
+  std::vector<EnergySums> sent_energy_;    ///< [worlds] when they were sent
+  std::vector<ShapeView> shapes_;          ///< [bodies] in the device's memory
   int recipe_ = -1, words_ = 0, regrowths_ = 0;
 };
 

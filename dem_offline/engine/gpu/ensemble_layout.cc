@@ -31,6 +31,49 @@ void Ensemble::SendShapes() {
   }
 }
 
+/// Clumps, and who belongs to them, for good: no world of an ensemble gains,
+/// loses or sorts grains while it has clumps.
+void Ensemble::SendMembers() {
+  std::vector<ClumpTemplate::Member> members;
+  std::vector<std::int32_t> place;
+  std::vector<ClumpSurroundings> around;
+  clumps_.clear();
+  for (int n = 0; n < size(); ++n) {
+    const World& w = *worlds_[n];
+    const World::Parts& parts = *w.parts_;
+    around.push_back(ClumpPass::Around(w));
+    std::vector<std::int64_t> first_of;
+    for (const ClumpTemplate& t : parts.templates) {
+      first_of.push_back(static_cast<std::int64_t>(members.size()));
+      members.insert(members.end(), t.members.begin(), t.members.end());
+    }
+    for (const ClumpEntry& e : parts.clumps) {
+      const auto count = static_cast<std::int32_t>(parts.templates[e.state.shape].members.size());
+      clumps_.push_back(
+          {e, n, count, first_of[e.state.shape], static_cast<std::int64_t>(place.size())});
+      for (std::int32_t k = 0; k < count; ++k) place.push_back(w.index_of_[e.first_id + k]);
+    }
+  }
+  memory_.members = Buffer<ClumpTemplate::Member>(device_, members.size());
+  memory_.members.Upload(members);
+  memory_.clump_around = Buffer<ClumpSurroundings>(device_, around.size());
+  memory_.clump_around.Upload(around);
+  memory_.member_place.Upload(place);
+  memory_.clumps.now.Upload(clumps_);
+}
+
+void Ensemble::SendClumpOf() {
+  if (layout_.clumps == 0) return;
+  std::vector<std::int32_t> clump_of(layout_.grains(), -1);
+  for (int n = 0; n < size(); ++n) {
+    const auto& own = worlds_[n]->parts_->clump_of;
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(own.size()); ++i) {
+      if (i < views_[n].count) clump_of[layout_.first[n] + i] = own[i];
+    }
+  }
+  memory_.clump_of.Upload(clump_of);
+}
+
 /// Worlds with the addresses of this allocation, and who owns what.
 void Ensemble::SendTables() {
   std::vector<WorldView> views = views_;
@@ -48,6 +91,7 @@ void Ensemble::SendTables() {
   memory_.world_of_cell.Upload(WorldOfCell(layout_));
   memory_.body_of_tile.Upload(BodyOfTile(layout_));
   memory_.body_of_run.Upload(BodyOfRun(layout_));
+  SendClumpOf();
 }
 
 std::size_t Ensemble::IndexOf(int world, int body) const {
@@ -105,6 +149,10 @@ void Ensemble::Relayout(const Layout& layout) {
   }
   fresh.wheels = std::move(memory_.wheels);
   fresh.stress = std::move(memory_.stress);
+  fresh.clumps.now.Upload(memory_.clumps.now.Download());
+  fresh.member_place = std::move(memory_.member_place);
+  fresh.members = std::move(memory_.members);
+  fresh.clump_around = std::move(memory_.clump_around);
   fresh.parts = std::move(memory_.parts);
   fresh.rings = std::move(memory_.rings);
   fresh.params = std::move(memory_.params);
@@ -143,6 +191,12 @@ EnsembleView Ensemble::View() {
   v.materials = contacts.materials();
   v.laws = contacts.laws();
   v.layout = contacts.layout();
+  v.clumps = m.clumps.now.data();
+  v.clump_count = layout_.clumps;
+  v.clump_around = m.clump_around.data();
+  v.members = m.members.data();
+  v.member_place = m.member_place.data();
+  v.clump_of = layout_.clumps > 0 ? m.clump_of.data() : nullptr;
   v.bodies = m.bodies.now.data();
   v.body_count = static_cast<std::int32_t>(layout_.bodies.size());
   v.rounds = layout_.rounds();

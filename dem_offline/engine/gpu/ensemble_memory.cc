@@ -15,6 +15,7 @@ void EnsembleMemory::ForEachKept(F&& f) {
   f(far_count);
   f(far_partner);
   f(bodies);
+  f(clumps);
   f(tile_energy);
   f(clear);
   f(wheels);
@@ -66,6 +67,9 @@ void EnsembleMemory::Allocate(Device& device, const Layout& l, int words) {
   both(far_partner, n * s.far_slots);
   one(grain_energy, n);
   both(tile_energy, n / kTile);
+  both(clumps, l.clumps);
+  one(member_place, l.clump_members);
+  one(clump_of, l.clumps > 0 ? n : 0);
   both(bodies, static_cast<std::int64_t>(l.bodies.size()));
   both(clear, l.all_entries());
   for (int k = 0; k < 2; ++k) {
@@ -97,7 +101,9 @@ MemoryPlan PlanOf(const Layout& l, int words) {
   p.cells = cells * (2 + s.cell_slots) * word;
   p.bodies = bodies + entries * word + slots * sizeof(TouchRecord) +
              entries / kRun * (sizeof(RunSum) + word) + 2 * l.body_tiles() * word;
-  p.checkpoint = state + p.lists + p.histories + bodies;
+  const std::size_t clumps = static_cast<std::size_t>(l.clumps) * sizeof(ClumpRecord);
+  p.grains += clumps + l.clump_members * word + (l.clumps > 0 ? n * word : 0);
+  p.checkpoint = clumps + state + p.lists + p.histories + bodies;
   return p;
 }
 

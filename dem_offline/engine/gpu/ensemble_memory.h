@@ -41,6 +41,9 @@ struct EnsembleMemory {
   Buffer<TouchRecord> records;
   Buffer<RunSum> run_sums;
   Buffer<ContactEnergy> grain_energy;
+  Buffer<ClumpSurroundings> clump_around;
+  Buffer<ClumpTemplate::Member> members;
+  Buffer<std::int32_t> member_place, clump_of;
   // The state.
   Kept<WorldState> states;
   Kept<Grain> grains;
@@ -51,6 +54,7 @@ struct EnsembleMemory {
   Kept<std::int32_t> far_count, far_partner, near_count[2], near_partner[2];
   Kept<float> history[2];
   Kept<BodyRecord> bodies;
+  Kept<ClumpRecord> clumps;
   Kept<EnergySums> tile_energy;
   Kept<std::int32_t> near_body[2], key[2];
   Kept<float> word[2], clear;

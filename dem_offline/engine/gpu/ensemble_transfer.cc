@@ -35,6 +35,12 @@ void Ensemble::SendWorld(int world) {
   memory_.tile_energy.now.Upload(energy, first / kTile);
   const std::vector<PairParams>& params = worlds_[world]->params_;
   memory_.params.Upload(params, world * static_cast<std::int64_t>(params.size()));
+  std::vector<ClumpRecord> clumps;
+  for (std::size_t k = 0; k < h.clumps.size(); ++k) {
+    clumps.push_back(clumps_[first_clump_[world] + static_cast<std::int64_t>(k)]);
+    clumps.back().entry = h.clumps[k];
+  }
+  memory_.clumps.now.Upload(clumps, first_clump_[world]);
   SendLists(world, h);
   SendBodies(world, h);
   WorldState& s = states_[world];
@@ -161,6 +167,10 @@ void Ensemble::Pull(int world) {
       h.pairs.push_back({i, j});
       h.words.insert(h.words.end(), word.begin(), word.end());
     }
+  }
+  for (const ClumpRecord& c :
+       memory_.clumps.now.Download(first_clump_[world], worlds_[world]->clumps())) {
+    h.clumps.push_back(c.entry);
   }
   h.energy = sent_energy_[world];
   EnergySums since;

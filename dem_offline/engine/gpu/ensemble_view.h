@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "dem_offline/engine/contact/contact_body.h"
+#include "dem_offline/engine/world/clump_body.h"
 #include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/touch_body.h"
 
@@ -70,6 +71,14 @@ struct BodyRecord {
   std::int64_t first_entry, first_slot, first_tile;  ///< into the arrays of entries, slots, tiles
 };
 
+/// One clump of one world.
+struct ClumpRecord {
+  ClumpEntry entry;
+  std::int32_t world, members;
+  std::int64_t first_shape;   ///< into EnsembleView::members: of its template
+  std::int64_t first_member;  ///< into EnsembleView::member_place
+};
+
 /// What a run of grains did to a body.
 struct RunSum {
   Wrench wrench;
@@ -108,6 +117,13 @@ struct EnsembleView {
   WordLayout layout;
   ContactEnergy* grain_energy;  ///< [grains] of contacts whose lower place it is, in this step
   EnergySums* tile_energy;      ///< [grains / kTile] since the world was sent
+  // Clumps.
+  ClumpRecord* clumps;
+  std::int64_t clump_count;
+  const ClumpSurroundings* clump_around;  ///< [worlds]
+  const ClumpTemplate::Member* members;
+  const std::int32_t* member_place;  ///< of each clump's members, within its world
+  const std::int32_t* clump_of;      ///< [grains] -1: none; null: no clumps at all
   // Bodies, those of the same number in their worlds together: two bodies of one
   // world touch its grains one after the other.
   BodyRecord* bodies;

@@ -21,11 +21,12 @@ struct BodyHome {
 /// Where everything of an ensemble lies in its arrays.
 struct Layout {
   ListSizes sizes;
-  std::vector<std::int32_t> tiles;      ///< [worlds] room of each
-  std::vector<std::int64_t> cells;      ///< [worlds]
-  std::vector<BodyHome> bodies;         ///< by number in their worlds, then by world
-  std::vector<std::int32_t> entries;    ///< [bodies] room for near grains, whole runs
-  std::vector<std::int32_t> per_grain;  ///< [bodies]
+  std::vector<std::int32_t> tiles;             ///< [worlds] room of each
+  std::vector<std::int64_t> cells;             ///< [worlds]
+  std::vector<BodyHome> bodies;                ///< by number in their worlds, then by world
+  std::vector<std::int32_t> entries;           ///< [bodies] room for near grains, whole runs
+  std::vector<std::int32_t> per_grain;         ///< [bodies]
+  std::int64_t clumps = 0, clump_members = 0;  ///< of all worlds
   // Derived by Place(): sums of the above, one longer.
   std::vector<std::int64_t> first, first_cell;                    ///< [worlds + 1] grains, cells
   std::vector<std::int64_t> first_entry, first_slot, first_tile;  ///< [bodies + 1]

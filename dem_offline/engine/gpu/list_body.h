@@ -119,6 +119,7 @@ struct FindFar {
     if (m.place < 0 || !s.search || s.fault || s.overflow) return;
     const WorldView& w = v.worlds[m.world];
     const Grain g = v.grain[i];
+    const std::int32_t clump = v.clump_of ? v.clump_of[i] : -1;
     const int cx = CellAlong(g.x, w.nx), cy = CellAlong(g.y, w.ny), cz = CellUp(w, g.z);
     float gap[kMostFar], up[kMostFar];
     std::int32_t found[kMostFar];
@@ -132,6 +133,7 @@ struct FindFar {
         if (j == m.place) continue;
         const Grain& h = v.grain[w.first + j];
         if (g.kind & h.kind & kFrozen) continue;
+        if (clump >= 0 && clump == v.clump_of[w.first + j]) continue;
         float dz;
         const float d2 = Square(g, h, w.drift.quantum, &dz);
         const float sum = g.radius + h.radius, most = sum + w.search_reach;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dem_offline/engine/gpu/clump_step_body.h"
 #include "dem_offline/engine/gpu/wheel_body.h"
 #include "dem_offline/engine/world/drift_body.h"
 
@@ -158,6 +159,7 @@ void AllForces(const Launch& launch, const EnsembleView& v, bool starting) {
   }
   launch(v.runs, SumRun{v});
   launch(v.body_count, SumBody{v, starting});
+  launch(v.clump_count, LoadClump{v, starting});
 }
 
 /// Lists of all worlds where they are stale; of those that have not started
@@ -170,6 +172,7 @@ void Start(const Launch& launch, const EnsembleView& v) {
   AllForces<Laws>(launch, v, true);
   launch(v.grains, SetBack{v});
   launch(v.body_count, SetBodyBack{v});
+  launch(v.clump_count, SetClumpBack{v});
   launch(v.world_count, Begun{v});
 }
 
@@ -177,6 +180,7 @@ void Start(const Launch& launch, const EnsembleView& v) {
 template <class Laws, class Launch>
 void Step(const Launch& launch, const EnsembleView& v) {
   if (v.wheels) launch(v.world_count, SteerWheel{v});
+  launch(v.clump_count, DriftClump{v});
   launch(v.grains, Drift{v});
   launch(v.body_count, PoseBody{v, true});
   RenewLists(launch, v);

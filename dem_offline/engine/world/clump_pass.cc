@@ -62,72 +62,35 @@ void ClumpPass::Index(World& w) {
   }
 }
 
-void ClumpPass::Gather(World& w) {
-  World::Parts& parts = *w.parts_;
-  const auto& g = w.config_.gravity_m_per_s2;
-  for (ClumpEntry& e : parts.clumps) {
-    const ClumpTemplate& shape = parts.templates[e.state.shape];
-    const Mat3d turn = MatrixOf(e.state.orientation);
-    e.force = Scale(e.mass_kg, g);
-    e.moment = {0, 0, 0};
-    for (std::size_t k = 0; k < shape.members.size(); ++k) {
-      const GrainLoad& f = w.loads_[w.index_of_[e.first_id + k]];
-      const Vec3d force = {f.fx, f.fy, f.fz};
-      e.force = dem::Add(e.force, force);
-      e.moment = dem::Add(
-          e.moment, dem::Add({f.tx, f.ty, f.tz}, CrossD(turn * shape.members[k].offset_m, force)));
-    }
-  }
+ClumpSurroundings ClumpPass::Around(const World& w) {
+  return {w.config_.gravity_m_per_s2, w.config_.dt_s, w.drag_, w.config_.planar, w.config_.frame};
 }
 
-void ClumpPass::Place(World& w, ClumpEntry& e, const Vec3d& spin) {
-  const ClumpTemplate& shape = w.parts_->templates[e.state.shape];
-  const Mat3d turn = MatrixOf(e.state.orientation);
-  const Frame& frame = w.config_.frame;
-  for (std::size_t k = 0; k < shape.members.size(); ++k) {
-    Grain& g = w.grains_[w.index_of_[e.first_id + k]];
-    const Vec3d off = turn * shape.members[k].offset_m;
-    const Vec3d at = dem::Add(e.state.position_m, off);
-    const Vec3d v = dem::Add(e.state.velocity_m_per_s, CrossD(spin, off));
-    if (!(std::abs(at[2]) < 0.5 * frame.z_span_m) || !std::isfinite(at[0] + at[1])) {
-      w.fault_ = StepFault::kNonFinite;
-      return;
-    }
-    g.x = frame.FixX(at[0]);
-    g.y = frame.FixY(at[1]);
-    g.z = frame.FixZ(at[2]);
-    g.vx = static_cast<float>(v[0]);
-    g.vy = static_cast<float>(v[1]);
-    g.vz = static_cast<float>(v[2]);
-    g.wx = static_cast<float>(spin[0]);
-    g.wy = static_cast<float>(spin[1]);
-    g.wz = static_cast<float>(spin[2]);
+void ClumpPass::Gather(World& w) {
+  const ClumpSurroundings around = Around(w);
+  for (ClumpEntry& e : w.parts_->clumps) {
+    const auto& members = w.parts_->templates[e.state.shape].members;
+    GatherClump(
+        around, members.data(), static_cast<int>(members.size()),
+        [&](int k) -> const GrainLoad& { return w.loads_[w.index_of_[e.first_id + k]]; }, &e);
   }
 }
 
 void ClumpPass::Move(World& w) {
-  const double dt = w.config_.dt_s;
-  const double drag = w.drag_;
+  const ClumpSurroundings around = Around(w);
   for (ClumpEntry& e : w.parts_->clumps) {
-    ClumpState& s = e.state;
-    s.velocity_m_per_s = Scale(drag, dem::Add(s.velocity_m_per_s, Scale(dt / e.mass_kg, e.force)));
-    e.angular_momentum = Scale(drag, dem::Add(e.angular_momentum, Scale(dt, e.moment)));
-    if (w.config_.planar) {
-      s.velocity_m_per_s[1] = 0;
-      e.angular_momentum[0] = e.angular_momentum[2] = 0;
-    }
-    s.position_m = dem::Add(s.position_m, Scale(dt, s.velocity_m_per_s));
-    s.orientation = TurnFreely(s.orientation, e.angular_momentum, e.inertia, dt, &s.spin_rad_per_s);
-    Place(w, e, s.spin_rad_per_s);
+    const auto& members = w.parts_->templates[e.state.shape].members;
+    MoveClump(around, &e);
+    const bool there = PlaceClump(
+        around, members.data(), static_cast<int>(members.size()),
+        [&](int k) -> Grain& { return w.grains_[w.index_of_[e.first_id + k]]; }, e);
+    if (!there) w.fault_ = StepFault::kNonFinite;
   }
 }
 
 void ClumpPass::StepBack(World& w) {
-  const double half = 0.5 * w.config_.dt_s;
-  for (ClumpEntry& e : w.parts_->clumps) {
-    e.state.velocity_m_per_s = Sub(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
-    e.angular_momentum = Sub(e.angular_momentum, Scale(half, e.moment));
-  }
+  const ClumpSurroundings around = Around(w);
+  for (ClumpEntry& e : w.parts_->clumps) StepClumpBack(around, &e);
 }
 
 double ClumpPass::Kinetic(const World& w) {

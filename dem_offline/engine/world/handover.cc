@@ -21,6 +21,7 @@ Handover World::HandOver() const {
   for (const BodyEntry& b : parts_->bodies) {
     h.bodies.push_back({b.body, b, b.slots.per_grain, b.slots.near, b.slots.key, b.slots.words});
   }
+  h.clumps = parts_->clumps;
   h.energy = energy_;
   h.steps = steps_;
   h.started = started_;
@@ -49,6 +50,7 @@ void World::TakeBack(const Handover& h) {
     to.slots.words = from.words;
     to.slots.clear.assign(from.near.size(), 0.0f);
   }
+  parts_->clumps = h.clumps;
   energy_ = h.energy;
   steps_ = h.steps;
   started_ = h.started;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/world/clump_body.h"
 #include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/rigid_body.h"
 
@@ -20,7 +21,7 @@ struct BodyHandover {
 };
 
 /// All of a world that changes as it runs, for another back end to go on with
-/// (clumps and bonds are not in it). Grains by place.
+/// (bonds are not in it). Grains by place.
 struct Handover {
   std::vector<Grain> grains;
   std::vector<GrainLoad> loads;
@@ -31,6 +32,7 @@ struct Handover {
   std::vector<Pair> pairs;   ///< those with a history, but of two frozen grains
   std::vector<float> words;  ///< [pairs x words] as the first sees it
   std::vector<BodyHandover> bodies;
+  std::vector<ClumpEntry> clumps;
   EnergySums energy;  ///< channels since the start
   std::uint64_t steps = 0;
   bool started = false;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "dem_offline/engine/world/clump_body.h"
 #include "dem_offline/engine/world/team.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -19,15 +20,6 @@ struct BodySlots {
 struct BodyEntry : BodyTrack {
   Body body;
   BodySlots slots;
-};
-
-struct ClumpEntry {
-  ClumpState state;  ///< position relative to the world's origin
-  Vec3d angular_momentum = {0, 0, 0};
-  Vec3d force = {0, 0, 0}, moment = {0, 0, 0};
-  double mass_kg = 0;
-  Vec3d inertia = {0, 0, 0};
-  std::int32_t first_id = 0;  ///< members follow one another
 };
 
 struct BondEntry {
@@ -85,7 +77,7 @@ struct ClumpPass {
   static void Index(World& w);   ///< after sorting
   static void Gather(World& w);  ///< loads of the members to the clumps
   static void Move(World& w);    ///< kick, drift, members follow
-  static void Place(World& w, ClumpEntry& c, const Vec3d& spin);
+  static ClumpSurroundings Around(const World& w);
   static void StepBack(World& w);
   static double Kinetic(const World& w);
 };

@@ -155,6 +155,59 @@ std::vector<std::uint8_t> Lower(const World& w, double height_m) {
   return out;
 }
 
+/// Clumps of three kinds that fall on a bed of single grains, some spinning.
+Contents Rubble(int seed) {
+  Contents c;
+  c.grains = Bed(seed);
+  c.bodies = {Floor()};
+  c.templates.push_back(MakeClump({{{0, 0, 0}, 1e-3}, {{1.2e-3, 0, 0}, 1e-3}}));
+  c.templates.push_back(
+      MakeClump({{{0, 0, 0}, 1e-3}, {{1e-3, 0, 0}, 8e-4}, {{0, 1e-3, 3e-4}, 9e-4}}));
+  for (int k = 0; k < 60; ++k) {
+    ClumpState s;
+    s.shape = k % 2;
+    s.density_kg_per_m3 = 2600;
+    s.position_m = {0.002 + 0.0045 * (k % 6), 0.002 + 0.0045 * (k / 6 % 5),
+                    0.0185 + 0.004 * (k / 30)};
+    s.orientation = {1, 0.1 * k, 0.3, -0.05 * k};
+    s.velocity_m_per_s = {0.05, 0, -0.4};
+    s.spin_rad_per_s = {3.0 * (k % 5), 0, -20};
+    c.clumps.push_back(s);
+  }
+  return c;
+}
+
+TEST(EnsembleClumps, MoveAsOnTheCpu) {
+  Worlds worlds, same;
+  for (Worlds* all : {&worlds, &same}) {
+    all->push_back(std::make_unique<World>(OnFloor(), Rubble(11)));
+    all->push_back(WithBodies(12, {Floor(), Wheel(true)}));
+    all->push_back(std::make_unique<World>(OnFloor(), Rubble(13)));
+  }
+  const auto device = EmulatedDevice();
+  Ensemble all = Together(worlds, *device, {2, 6, 3});  // they have to be regrown
+  all.Run(900);
+  EXPECT_GT(all.regrowths(), 0);
+  for (const int k : {0, 2}) {
+    World& cpu = *same[k];
+    ASSERT_EQ(cpu.Run(900), StepFault::kNone);
+    EXPECT_EQ(all.fault(k), StepFault::kNone);
+    ExpectSame(all.Grains(k), Of(cpu));
+    all.Pull(k);
+    const ClumpState a = worlds[k]->Clump(7), b = cpu.Clump(7);
+    EXPECT_EQ(a.position_m, b.position_m);
+    EXPECT_EQ(a.orientation, b.orientation);
+    EXPECT_EQ(worlds[k]->KineticEnergy(), cpu.KineticEnergy());
+    EXPECT_GT(std::abs(a.position_m[2] - 0.0185), 1e-3);  // it moved
+  }
+  all.Push(0);
+  same[0]->TakeBack(same[0]->HandOver());
+  same[0]->TakeBack(same[0]->HandOver());
+  all.Run(200);
+  ASSERT_EQ(same[0]->Run(200), StepFault::kNone);
+  ExpectSame(all.Grains(0), Of(*same[0]));
+}
+
 TEST(EnsembleTransfer, AWorldThatIsChangedOnTheWayGoesOnAsOnTheCpu) {
   Worlds worlds, same;
   for (Worlds* all : {&worlds, &same}) {

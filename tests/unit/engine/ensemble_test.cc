@@ -131,12 +131,9 @@ TEST(Ensemble, RefusesByNameWhatIsNotOnTheDevice) {
   for (Body& b : contents.bodies) b.material = 0;
   EXPECT_NE(refused(Config(), contents).find("world 1: 9 bodies"), std::string::npos);
   contents.bodies.clear();
-  contents.templates.push_back(MakeClump({{{0, 0, 0}, 1e-3}, {{1e-3, 0, 0}, 1e-3}}));
-  ClumpState clump;
-  clump.density_kg_per_m3 = 2600;
-  clump.position_m = {0.01, 0.01, 0.05};
-  contents.clumps.push_back(clump);
-  EXPECT_NE(refused(Config(), contents).find("world 1: clumps"), std::string::npos);
+  contents.bond_laws.push_back({});
+  contents.bonds.push_back({.grain_a = 0, .grain_b = 1, .radius_m = 1e-3});
+  EXPECT_NE(refused(Config(), contents).find("world 1: bonds"), std::string::npos);
 }
 
 }  // namespace

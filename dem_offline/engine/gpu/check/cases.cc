@@ -200,6 +200,9 @@ std::vector<Row> RunChecks(Device& device, bool quick) {
   Worlds wheels;
   wheels.push_back(UnderWheel(3, layers));
   Steps(device, "100 steps, floor and wheel", std::move(wheels), 100, kHundredSteps, &out);
+  Worlds rubble;
+  rubble.push_back(UnderRubble(4, layers));
+  Steps(device, "100 steps, floor and clumps", std::move(rubble), 100, kHundredSteps, &out);
   SettledBed(device, quick, &out);
   Wheel(device, quick, &out);
   Batch(device, quick, &out);

@@ -24,6 +24,8 @@ using Worlds = std::vector<std::unique_ptr<World>>;
 std::unique_ptr<World> Jostling(std::uint64_t seed, const ContactModel& contacts, int layers);
 /// A bed on a floor, under a treaded wheel that rolls at slip.
 std::unique_ptr<World> UnderWheel(std::uint64_t seed, int layers);
+/// The same bed under falling clumps of three spheres.
+std::unique_ptr<World> UnderRubble(std::uint64_t seed, int layers);
 /// Two grains that meet head on (at = 0), or glancing.
 std::unique_ptr<World> TwoGrains(double at, const ContactModel& contacts);
 

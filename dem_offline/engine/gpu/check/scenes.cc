@@ -53,6 +53,27 @@ void AddRecipes(RecipeList<R...>, std::vector<NamedContacts>* out) {
   (out->push_back({RecipeName(number++), Contacts(ChoiceOf<R>(), 0.02)}), ...);
 }
 
+/// A bed on a floor.
+Contents OnFloor(std::uint64_t seed, int layers) {
+  Contents in;
+  in.grains = Layers(seed, layers);
+  const double up[3] = {0, 0, 1};
+  Body floor;
+  floor.shape = HalfSpace(up);
+  in.bodies = {floor};
+  return in;
+}
+WorldConfig FloorConfig() {
+  ContactModel contacts;
+  contacts.AddMaterial(kSand);
+  contacts.AddMaterial({kRigid, 0.0});
+  contacts.SetInterface(0, 0, {0.5, 0.5, 0.1});
+  contacts.SetInterface(0, 1, {0.4, 0.3, 0.1});
+  WorldConfig c = Config(contacts);
+  c.gravity_m_per_s2 = {0, 0, -9.81};
+  return c;
+}
+
 }  // namespace
 
 std::unique_ptr<World> Jostling(std::uint64_t seed, const ContactModel& contacts, int layers) {
@@ -70,19 +91,7 @@ std::unique_ptr<World> Jostling(std::uint64_t seed, const ContactModel& contacts
 }
 
 std::unique_ptr<World> UnderWheel(std::uint64_t seed, int layers) {
-  WorldConfig c = Config(ContactModel());
-  c.gravity_m_per_s2 = {0, 0, -9.81};
-  ContactModel contacts;
-  contacts.AddMaterial(kSand);
-  contacts.AddMaterial({kRigid, 0.0});
-  contacts.SetInterface(0, 0, {0.5, 0.5, 0.1});
-  contacts.SetInterface(0, 1, {0.4, 0.3, 0.1});
-  c.contacts = contacts;
-  Contents in;
-  in.grains = Layers(seed, layers);
-  const double up[3] = {0, 0, 1};
-  Body floor;
-  floor.shape = HalfSpace(up);
+  Contents in = OnFloor(seed, layers);
   Tread t;
   t.count = 9;
   t.height_m = 0.0015;
@@ -93,8 +102,23 @@ std::unique_ptr<World> UnderWheel(std::uint64_t seed, int layers) {
   wheel.position_m = {0.01, 0.5 * kAcross * kPitch, 0.00197 * layers + 0.0095};
   wheel.velocity_m_per_s = {0.25, 0, -0.1};
   wheel.spin_rad_per_s = {0, 45, 0};
-  in.bodies = {floor, wheel};
-  return std::make_unique<World>(c, in);
+  in.bodies.push_back(wheel);
+  return std::make_unique<World>(FloorConfig(), in);
+}
+
+std::unique_ptr<World> UnderRubble(std::uint64_t seed, int layers) {
+  Contents in = OnFloor(seed, layers);
+  in.templates = {MakeClump({{{0, 0, 0}, 1e-3}, {{1e-3, 0, 0}, 8e-4}, {{0, 1e-3, 3e-4}, 9e-4}})};
+  for (int k = 0; k < 40; ++k) {
+    ClumpState s;
+    s.density_kg_per_m3 = 2600;
+    s.position_m = {0.002 + 0.004 * (k % 8), 0.002 + 0.0045 * (k / 8), 0.00197 * layers + 0.0022};
+    s.orientation = {1, 0.1 * k, 0.3, -0.05 * k};
+    s.velocity_m_per_s = {0.05, 0, -0.4};
+    s.spin_rad_per_s = {3.0 * (k % 5), 0, -20};
+    in.clumps.push_back(s);
+  }
+  return std::make_unique<World>(FloorConfig(), in);
 }
 
 std::unique_ptr<World> TwoGrains(double at, const ContactModel& contacts) {
