@@ -36,12 +36,10 @@ void Ensemble::SendShapes() {
 void Ensemble::SendMembers() {
   std::vector<ClumpTemplate::Member> members;
   std::vector<std::int32_t> place;
-  std::vector<ClumpSurroundings> around;
   clumps_.clear();
   for (int n = 0; n < size(); ++n) {
     const World& w = *worlds_[n];
     const World::Parts& parts = *w.parts_;
-    around.push_back(ClumpPass::Around(w));
     std::vector<std::int64_t> first_of;
     for (const ClumpTemplate& t : parts.templates) {
       first_of.push_back(static_cast<std::int64_t>(members.size()));
@@ -56,8 +54,7 @@ void Ensemble::SendMembers() {
   }
   memory_.members = Buffer<ClumpTemplate::Member>(device_, members.size());
   memory_.members.Upload(members);
-  memory_.clump_around = Buffer<ClumpSurroundings>(device_, around.size());
-  memory_.clump_around.Upload(around);
+  memory_.clump_around = Buffer<ClumpSurroundings>(device_, worlds_.size());
   memory_.member_place.Upload(place);
   memory_.clumps.now.Upload(clumps_);
 }

@@ -41,6 +41,8 @@ void Ensemble::SendWorld(int world) {
     clumps.back().entry = h.clumps[k];
   }
   memory_.clumps.now.Upload(clumps, first_clump_[world]);
+  memory_.clump_around.Upload(std::vector<ClumpSurroundings>{ClumpPass::Around(*worlds_[world])},
+                              world);
   SendLists(world, h);
   SendBodies(world, h);
   WorldState& s = states_[world];
