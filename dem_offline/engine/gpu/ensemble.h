@@ -42,8 +42,9 @@ class Ensemble {
     int stress_stride = 1;
   };
   void AddWheels(const std::vector<WheelSetup>& setups, int wheel_body);
-  /// What a wheel has to tell since the last visit: its samples and events,
-  /// and, once asked for, its stresses.
+  /// What a wheel has to tell since the last visit; stresses (sums of forces [N]
+  /// by StressGrid's bins, as StressRecorder::AddSums takes them) are asked for
+  /// apart, and begin anew.
   struct WheelNews {
     WheelState state;
     std::int32_t events = 0;
