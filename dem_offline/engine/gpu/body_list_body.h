@@ -79,7 +79,8 @@ struct ListNear {
     ForNear(v, b, t - b.first_tile, [&](std::int32_t place) {
       v.near_body[to][b.first_entry + k] = place;
       v.clear[b.first_entry + k] = 0.0f;
-      const std::int32_t was = Find(v.near_body[from] + b.first_entry, b.count[from], place);
+      const std::int32_t before = v.was ? v.was[v.worlds[b.world].first + place] : place;
+      const std::int32_t was = Find(v.near_body[from] + b.first_entry, b.count[from], before);
       for (int s = 0; s < b.per_grain; ++s) {
         const std::int64_t new_slot = b.first_slot + k * b.per_grain + s;
         const std::int64_t old_slot = b.first_slot + was * b.per_grain + s;

@@ -1,9 +1,11 @@
 // Launches of the ensemble's bodies on a CUDA card, and nothing else.
 #include <cstring>
+#include <cub/device/device_radix_sort.cuh>
 #include <stdexcept>
 #include <string>
 
 #include "dem_offline/engine/gpu/device.h"
+#include "dem_offline/engine/gpu/sort_body.h"
 #include "dem_offline/engine/gpu/step_body.h"
 
 namespace grouser::dem::gpu {
@@ -114,6 +116,23 @@ class Cuda : public Device {
   void Steps(const EnsembleView& v, int recipe, int steps) override {
     step_.Launch(stream_, v, recipe, steps);
     Check(cudaStreamSynchronize(stream_), "steps");
+  }
+  void Sort(const EnsembleView& v, const SortArrays& a) override {
+    const auto radix = [&](const SortArrays& s, std::int64_t n) {
+      std::size_t bytes = 0;
+      const auto pass = [&](void* room) {
+        Check(cub::DeviceRadixSort::SortPairs(room, bytes, s.key, s.key_sorted, s.place,
+                                              s.place_sorted, n, 0, 64, stream_),
+              "sort");
+      };
+      pass(nullptr);
+      void* room = nullptr;
+      Check(cudaMallocAsync(&room, bytes, stream_), "room to sort in");
+      pass(room);
+      Check(cudaFreeAsync(room, stream_), "room to sort in");
+    };
+    SortGrains(Threads{stream_}, radix, v, a);
+    Check(cudaStreamSynchronize(stream_), "sort");
   }
 
  private:

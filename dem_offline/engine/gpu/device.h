@@ -10,6 +10,8 @@
 
 namespace grouser::dem::gpu {
 
+struct SortArrays;
+
 /// Where an ensemble lives and is worked on: a card, or this process, where one
 /// thread runs the same bodies index by index.
 class Device {
@@ -28,6 +30,9 @@ class Device {
   /// the menu, or -1.
   virtual void Start(const EnsembleView& v, int recipe) = 0;
   virtual void Steps(const EnsembleView& v, int recipe, int steps) = 0;
+  /// Grains of the wanted worlds in the order of space; see sort_body.h. A start
+  /// with EnsembleView::was must follow.
+  virtual void Sort(const EnsembleView& v, const SortArrays& a) = 0;
 };
 
 /// memory_bytes: what it may take.

@@ -1,11 +1,15 @@
 // The ensemble's bodies, index by index, by one thread: what every machine can
 // test.
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <numeric>
 #include <unordered_map>
+#include <vector>
 
 #include "dem_offline/engine/gpu/device.h"
+#include "dem_offline/engine/gpu/sort_body.h"
 #include "dem_offline/engine/gpu/step_body.h"
 
 namespace grouser::dem::gpu {
@@ -50,6 +54,19 @@ class Emulated : public Device {
     WithRecipe(recipe, Recipes{}, [&](auto laws) {
       for (int s = 0; s < steps; ++s) gpu::Step<decltype(laws)>(OneThread{}, v);
     });
+  }
+  void Sort(const EnsembleView& v, const SortArrays& a) override {
+    const auto stable = [](const SortArrays& s, std::int64_t n) {
+      std::vector<std::int64_t> order(static_cast<std::size_t>(n));
+      std::iota(order.begin(), order.end(), 0);
+      std::stable_sort(order.begin(), order.end(),
+                       [&](std::int64_t x, std::int64_t y) { return s.key[x] < s.key[y]; });
+      for (std::int64_t i = 0; i < n; ++i) {
+        s.key_sorted[i] = s.key[order[i]];
+        s.place_sorted[i] = s.place[order[i]];
+      }
+    };
+    SortGrains(OneThread{}, stable, v, a);
   }
 
  private:

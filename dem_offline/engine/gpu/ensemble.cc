@@ -12,7 +12,6 @@
 namespace grouser::dem::gpu {
 namespace {
 
-constexpr int kBatch = 64;       // steps between checkpoints
 constexpr double kGrowth = 1.5;  // of lists that are too short
 constexpr int kLayersAbove = 4;  // of cells, for grains that are thrown up
 
@@ -62,6 +61,7 @@ WorldView Ensemble::ViewOfWorld(std::size_t number) const {
     v.drift.gravity_dt[a] = v.gravity[a] * v.drift.dt;
   }
   v.energy = c.energy;
+  v.sort = w.GridForSort();
   v.inertia_factor = static_cast<float>(c.inertia_factor);
   v.range = w.range_;
   v.half_skin = 0.5f * static_cast<float>(c.skin_m);
@@ -113,6 +113,7 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
   }
   states_.assign(worlds_.size(), WorldState{});
   sent_energy_.assign(worlds_.size(), EnergySums{});
+  sorted_at_.assign(worlds_.size(), -1);
   Begin();
 }
 
@@ -173,31 +174,6 @@ void Ensemble::Regrow(std::int32_t bits) {
     }
   }
   Relayout(next);
-}
-
-void Ensemble::Run(std::int64_t steps) {
-  std::vector<std::int64_t> until;
-  for (const WorldState& s : states_) until.push_back(s.steps + steps);
-  RunTo(until);
-}
-
-void Ensemble::RunTo(const std::vector<std::int64_t>& until) {
-  for (int w = 0; w < size(); ++w) states_[w].until = until.at(w);
-  memory_.states.now.Upload(states_);
-  for (;;) {
-    std::int64_t steps = 0;
-    for (const WorldState& s : states_) {
-      if (!s.halted) steps = std::max(steps, s.until - s.steps);
-    }
-    if (steps <= 0) return;
-    memory_.Checkpoint();
-    device_.Steps(View(), recipe_, static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
-    std::int32_t bits;
-    if (!Overflowed(&bits)) continue;
-    ++regrowths_;
-    memory_.Restore();
-    Regrow(bits);
-  }
 }
 
 double Ensemble::BytesPerStep() const {

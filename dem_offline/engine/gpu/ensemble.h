@@ -22,7 +22,8 @@ class Ensemble {
   /// Advances every world that has not failed. Lists that are too short are
   /// regrown and the steps since the last checkpoint done again.
   void Run(std::int64_t steps);
-  /// Each world to its own step; those that are there wait.
+  /// Each world to its own step; those that are there wait. Worlds with
+  /// WorldConfig::sort_steps are sorted on the way, as World does it.
   void RunTo(const std::vector<std::int64_t>& until);
 
   /// Brings the state of a world to its World, where anything may be done to it
@@ -42,7 +43,7 @@ class Ensemble {
     int stress_stride = 1;
   };
   void AddWheels(const std::vector<WheelSetup>& setups, int wheel_body);
-  /// What a wheel has to tell since the last visit; stresses (sums of forces [N]
+  /// What the wheels have to tell since the last visit, of all in one transfer; stresses (sums of forces [N]
   /// by StressGrid's bins, as StressRecorder::AddSums takes them) are asked for
   /// apart, and begin anew.
   struct WheelNews {
@@ -50,7 +51,7 @@ class Ensemble {
     std::int32_t events = 0;
     std::vector<WheelSample> samples;
   };
-  WheelNews Visit(int world);
+  std::vector<WheelNews> Visit();
   struct WheelStress {
     long steps = 0;
     std::vector<double> sums;  ///< [bins x 3]
@@ -65,6 +66,7 @@ class Ensemble {
   StepFault fault(int world) const;
   std::int32_t rebuilds(int world) const { return states_[world].rebuilds; }
   std::int32_t refreshes(int world) const { return states_[world].refreshes; }
+  int sorts() const { return sorts_; }
   int regrowths() const { return regrowths_; }  ///< of lists that were too short
   /// Grains and loads of a world as they are now, in the order of its memory.
   std::vector<Grain> Grains(int world) const;
@@ -91,6 +93,9 @@ class Ensemble {
   BodyRecord RecordOf(std::size_t body, const BodyHandover& h) const;
   void Begin();
   void Regrow(std::int32_t overflow);
+  void Advance();
+  void SortDue(const std::vector<std::int64_t>& until);
+  std::int64_t NextStop(int world, std::int64_t until) const;
   void Relayout(const Layout& next);
   bool Overflowed(std::int32_t* bits);
   EnsembleView View();
@@ -106,7 +111,8 @@ class Ensemble {
   std::vector<ClumpRecord> clumps_;        ///< as they were sent at first
   std::vector<EnergySums> sent_energy_;    ///< [worlds] when they were sent
   std::vector<ShapeView> shapes_;          ///< [bodies] in the device's memory
-  int recipe_ = -1, words_ = 0, regrowths_ = 0;
+  std::vector<std::int64_t> sorted_at_;    ///< [worlds] step of the last sort
+  int recipe_ = -1, words_ = 0, regrowths_ = 0, sorts_ = 0;
 };
 
 }  // namespace grouser::dem::gpu

@@ -66,6 +66,11 @@ void EnsembleMemory::Allocate(Device& device, const Layout& l, int words) {
   both(far_count, n);
   both(far_partner, n * s.far_slots);
   one(grain_energy, n);
+  for (int k = 0; k < 2; ++k) {
+    one(sort_key[k], n);
+    one(sort_place[k], n);
+  }
+  one(sort_wanted, worlds_count);
   both(tile_energy, n / kTile);
   both(clumps, l.clumps);
   one(member_place, l.clump_members);
@@ -95,7 +100,8 @@ MemoryPlan PlanOf(const Layout& l, int words) {
   const std::size_t bodies =
       l.bodies.size() * sizeof(BodyRecord) + entries * 3 * word + 2 * slots * (1 + words) * word;
   MemoryPlan p;
-  p.grains = state + n * (word + sizeof(ContactEnergy)) + n / kTile * word;
+  const std::size_t sorting = 2 * n * (sizeof(std::uint64_t) + word);
+  p.grains = state + sorting + n * (word + sizeof(ContactEnergy)) + n / kTile * word;
   p.lists = n * (3 + s.far_slots + 2 * s.near_slots) * word;
   p.histories = 2 * n * s.near_slots * words * word;
   p.cells = cells * (2 + s.cell_slots) * word;

@@ -44,6 +44,10 @@ struct EnsembleMemory {
   Buffer<ClumpSurroundings> clump_around;
   Buffer<ClumpTemplate::Member> members;
   Buffer<std::int32_t> member_place, clump_of;
+  // Of a sort.
+  Buffer<std::uint64_t> sort_key[2];
+  Buffer<std::int32_t> sort_place[2];
+  Buffer<std::uint8_t> sort_wanted;
   // The state.
   Kept<WorldState> states;
   Kept<Grain> grains;

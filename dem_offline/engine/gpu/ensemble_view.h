@@ -5,6 +5,7 @@
 #include "dem_offline/engine/contact/contact_body.h"
 #include "dem_offline/engine/world/clump_body.h"
 #include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/world/sort_key.h"
 #include "dem_offline/engine/world/touch_body.h"
 
 // Many independent worlds side by side, as plain arrays: what the bodies of
@@ -31,6 +32,7 @@ struct WorldView {
   float gravity[3], inertia_factor;
   bool energy;  ///< books its channels
   std::int64_t first_cell;
+  SortGrid sort;
   std::int32_t nx, ny, nz, z_low;
   double z_scale;  ///< [cells per quantum]
 };
@@ -50,6 +52,7 @@ struct WorldState {
   std::int32_t turn;      ///< which of the two near lists is in use
   std::int32_t started;   ///< velocities are of the half step
   std::int32_t rebuilds, refreshes;
+  std::int32_t called;        ///< for the host; waits until it has looked
   std::int64_t steps, until;  ///< waits there
 };
 
@@ -138,8 +141,11 @@ struct EnsembleView {
   std::int32_t* touches;                ///< [entries] records written in this step
   TouchRecord* records;                 ///< [slots]
   RunSum* run_sums;                     ///< [runs]
-  WheelRecord* wheels;                  ///< [worlds]; null: no wheel tests
-  double* stress;                       ///< [bins x 3] of each world
+  /// [grains] place that a grain had when its world was sorted just now, for the
+  /// lists of before; null: where it is.
+  const std::int32_t* was;
+  WheelRecord* wheels;  ///< [worlds]; null: no wheel tests
+  double* stress;       ///< [bins x 3] of each world
 
   GROUSER_HD const PairParams* ParamsOf(std::int32_t world) const {
     return params + static_cast<std::int64_t>(world) * materials * materials;

@@ -24,17 +24,21 @@ void Ensemble::AddWheels(const std::vector<WheelSetup>& setups, int wheel_body) 
   memory_.stress.now.Upload(std::vector<double>(3 * bins, 0.0));
 }
 
-Ensemble::WheelNews Ensemble::Visit(int world) {
-  std::vector<WheelRecord> r = memory_.wheels.now.Download(world, 1);
-  WheelNews news;
-  news.state = r[0].state;
-  news.events = r[0].events;
-  news.samples.assign(r[0].sample, r[0].sample + r[0].samples);
-  if (r[0].events != 0 || r[0].samples != 0) {
-    r[0].events = r[0].samples = 0;
-    memory_.wheels.now.Upload(r, world);
+std::vector<Ensemble::WheelNews> Ensemble::Visit() {
+  std::vector<WheelRecord> records = memory_.wheels.now.Download();
+  std::vector<WheelNews> out;
+  bool told = false;
+  for (WheelRecord& r : records) {
+    WheelNews news;
+    news.state = r.state;
+    news.events = r.events;
+    news.samples.assign(r.sample, r.sample + r.samples);
+    told |= r.events != 0 || r.samples != 0;
+    r.events = r.samples = 0;
+    out.push_back(news);
   }
-  return news;
+  if (told) memory_.wheels.now.Upload(records);
+  return out;
 }
 
 Ensemble::WheelStress Ensemble::TakeStress(int world) {

@@ -171,7 +171,9 @@ struct FindNear {
     WorldState& s = v.states[m.world];
     if (m.place < 0 || !s.stale || s.fault || s.overflow) return;
     const WorldView& w = v.worlds[m.world];
-    const int from = s.turn, to = 1 - s.turn, old = v.near_count[from][i];
+    const std::int32_t was_own = v.was ? v.was[i] : m.place;
+    const std::int64_t row = w.first + was_own;
+    const int from = s.turn, to = 1 - s.turn, old = v.near_count[from][row];
     const Grain g = v.grain[i];
     int n = 0;
     for (int k = 0; k < v.far_count[i]; ++k) {
@@ -186,13 +188,21 @@ struct FindNear {
         Raise(&s.overflow, kNearFull);
         return;
       }
+      const std::int32_t was_its = v.was ? v.was[w.first + j] : j;
+      const bool swapped = (m.place < j) != (was_own < was_its);
       int was = 0;
-      while (was < old && v.near_partner[from][EnsembleView::At(i, was, v.near_slots)] != j) ++was;
+      while (was < old &&
+             v.near_partner[from][EnsembleView::At(row, was, v.near_slots)] != was_its) {
+        ++was;
+      }
       for (int word = 0; word < v.words; ++word) {
-        v.history[to][EnsembleView::At(i, n * v.words + word, v.near_slots * v.words)] =
-            was < old
-                ? v.history[from][EnsembleView::At(i, was * v.words + word, v.near_slots * v.words)]
-                : 0.0f;
+        float value = 0.0f;
+        if (was < old) {
+          value =
+              v.history[from][EnsembleView::At(row, was * v.words + word, v.near_slots * v.words)];
+        }
+        if (swapped && (v.layout.vector_words >> word & 1u) != 0) value = -value;
+        v.history[to][EnsembleView::At(i, n * v.words + word, v.near_slots * v.words)] = value;
       }
       v.near_partner[to][EnsembleView::At(i, n, v.near_slots)] = j;
       ++n;

@@ -45,8 +45,9 @@ class Batch {
         if (running_[w] && runs_[w]->scene().LookDue(Step(w))) Look(w);
       }
       Advance();
+      const std::vector<Ensemble::WheelNews> news = all_->Visit();
       for (int w = 0; w < all_->size(); ++w) {
-        if (!running_[w] || Take(w)) continue;
+        if (!running_[w] || Take(w, news[w])) continue;
         End(w, begin);
         done(numbers_[w], results_[w]);
       }
@@ -99,9 +100,8 @@ class Batch {
   }
 
   /// False: the run has ended.
-  bool Take(int w) {
+  bool Take(int w, const Ensemble::WheelNews& news) {
     WheelRun& run = *runs_[w];
-    const Ensemble::WheelNews news = all_->Visit(w);
     for (const WheelSample& sample : news.samples) run.Take(sample);
     run.state() = news.state;
     if (all_->fault(w) != StepFault::kNone) return run.Fail(Explain(all_->fault(w)));

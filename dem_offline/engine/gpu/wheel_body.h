@@ -73,7 +73,9 @@ struct WatchWheel {
         wheel_step::After(r.drive, r.limit, b.body, b.track.wrench, &r.state);
     if (events & kSampled) r.sample[r.samples++] = r.state.sample;
     r.events |= events & ~kSampled;
-    if (r.events != 0 || r.samples == kWheelSamples) s.until = s.steps + 1;
+    if (r.events == 0 && r.samples < kWheelSamples) return;
+    s.called = 1;
+    s.until = s.steps + 1;
   }
 };
 

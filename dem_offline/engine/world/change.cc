@@ -1,7 +1,9 @@
 // Grains of a World that freeze, wake, leave and come.
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "dem_offline/engine/world/parts.h"
 
@@ -127,6 +129,42 @@ void World::Rearrange(const std::vector<Grain>& grains, const std::vector<std::i
   }
   BodyPass::Renumber(*this, place_of);
   Rebuild(&place_of);
+}
+
+bool World::MaySort() const {
+  return count_ > 0 && parts_->clumps.empty() && parts_->bonds.empty() && idle_.empty();
+}
+
+bool World::SortDue() const {
+  return config_.sort_steps > 0 && steps_ > 0 &&
+         steps_ % static_cast<std::uint64_t>(config_.sort_steps) == 0 && MaySort();
+}
+
+SortGrid World::GridForSort() const {
+  const Frame& f = config_.frame;
+  const double cell = 4.0 * largest_radius_;
+  const double most = std::min(16383.0, 4 * (8 + std::sqrt(static_cast<double>(count_))));
+  const auto along = [&](double length) {
+    return static_cast<std::int32_t>(std::max(1.0, std::min(length / cell, most)));
+  };
+  return {along(f.length_m), along(f.width_m), f.z_span_m / 4294967296.0 / cell, smallest_radius_};
+}
+
+void World::Sort() {
+  if (!MaySort()) return;
+  const SortGrid grid = GridForSort();
+  std::vector<std::pair<std::uint64_t, std::int32_t>> order;
+  for (std::int64_t i = 0; i < count_; ++i) {
+    order.push_back({SortKey(grid, grains_[i]), static_cast<std::int32_t>(i)});
+  }
+  std::sort(order.begin(), order.end());  // equal keys: by place
+  std::vector<Grain> grains;
+  std::vector<std::int32_t> from;
+  for (const auto& [key, place] : order) {
+    grains.push_back(grains_[place]);
+    from.push_back(place);
+  }
+  Rearrange(grains, from);
 }
 
 std::int32_t World::Exchange(const GrainExchange& e) {

@@ -39,6 +39,10 @@ void World::TakeBack(const Handover& h) {
   std::copy(h.grains.begin(), h.grains.end(), grains_.begin());
   std::copy(h.loads.begin(), h.loads.end(), loads_.begin());
   std::copy(h.kinetics.begin(), h.kinetics.end(), kinetics_.begin());
+  // It may have sorted them.
+  for (std::int64_t i = 0; i < count_; ++i) {
+    index_of_[grains_[i].id] = static_cast<std::int32_t>(i);
+  }
   for (std::size_t n = 0; n < h.bodies.size(); ++n) {
     const BodyHandover& from = h.bodies[n];
     BodyEntry& to = parts_->bodies[n];

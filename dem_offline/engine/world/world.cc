@@ -194,6 +194,7 @@ StepFault World::Step() {
   if (fault_ != StepFault::kNone) return fault_;
   if (config_.stepper) return fault_ = config_.stepper->Run(*this, 1);
   Start();
+  if (SortDue()) Sort();
   if (fault_ == StepFault::kNone) {
     const Stopwatch watch(timing_, phases_.drift_s);
     fault_ = Drift();

@@ -15,6 +15,7 @@
 #include "dem_offline/engine/world/grain.h"
 #include "dem_offline/engine/world/handover.h"
 #include "dem_offline/engine/world/rigid_body.h"
+#include "dem_offline/engine/world/sort_key.h"
 #include "dem_offline/engine/world/stepper.h"
 
 namespace grouser::dem {
@@ -38,6 +39,9 @@ struct WorldConfig {
   /// normal stiffness at `guard_overlap` of the radius. 0: no guard.
   double guard_overlap = 0.0;
   std::int64_t first_pairs = 0;  ///< capacity of the lists to begin with; 0: ample
+  /// Every so many steps grains are put in the order of space again, as World::Sort
+  /// does: worth it where soil mixes. 0: never.
+  std::int64_t sort_steps = 0;
   /// Makes the steps of Step and Run; null: these cores do.
   std::shared_ptr<Stepper> stepper;
 };
@@ -181,6 +185,13 @@ class World {
   void Freeze(const std::vector<std::uint8_t>& frozen);
   bool Frozen(std::int64_t i) const { return (grains_[i].kind & kFrozen) != 0; }
 
+  /// Memory in the order of space; ends with a search. No forces change, sums
+  /// over bodies and energies may be rounded otherwise after it. Worlds with clumps,
+  /// bonds or frozen grains keep their order.
+  void Sort();
+  /// Whether a sort is due before the step that follows.
+  bool SortDue() const;
+
   /// The state for another back end, and back from it with the same grains and
   /// bodies; then a search. Throws std::invalid_argument.
   Handover HandOver() const;
@@ -230,6 +241,8 @@ class World {
   PairView View(double dt_s);
   double StoredNow();
   void RenewLoads(const std::vector<std::uint8_t>& wanted);
+  bool MaySort() const;
+  SortGrid GridForSort() const;
 
   WorldConfig config_;
   std::int64_t count_ = 0;

@@ -148,6 +148,43 @@ TEST(EnsembleBodies, WorldsWaitAtTheirStep) {
   for (int k = 0; k < 2; ++k) ExpectSame(all.Grains(k), Of(*worlds[k]));
 }
 
+TEST(EnsembleBodies, SortsOnTheWayAreThoseOfTheCpu) {
+  Worlds worlds;
+  for (const int every : {150, 0, 130}) {
+    Contents contents;
+    contents.grains = Bed(3 + every);
+    // Listed from all over the bed, so that a sort has much to do.
+    for (GrainState& g : contents.grains) g.v_x += 0.15 * std::sin(400 * g.z_m);
+    contents.bodies = {Floor(), Wheel(every == 130)};
+    WorldConfig config = OnFloor();
+    config.energy = every != 130;
+    config.sort_steps = every;
+    worlds.push_back(std::make_unique<World>(config, contents));
+  }
+  const auto device = EmulatedDevice();
+  Ensemble all = Together(worlds, *device, {4, 8, 7});  // sorts that overflow, too
+  const std::vector<Grain> before = all.Grains(0);
+  all.RunTo({450, 500, 70});
+  all.RunTo({901, 900, 900});
+  EXPECT_GT(all.sorts(), 6);
+  EXPECT_GT(all.regrowths(), 0);
+  ASSERT_EQ(worlds[0]->Run(901), StepFault::kNone);
+  for (const int k : {1, 2}) ASSERT_EQ(worlds[k]->Run(900), StepFault::kNone);
+  for (int k = 0; k < 3; ++k) {
+    ExpectSame(all.Grains(k), Of(*worlds[k]));
+    ExpectSameBodies(all, k, *worlds[k]);
+    EXPECT_EQ(all.rebuilds(k), static_cast<std::int32_t>(worlds[k]->rebuilds()));
+  }
+  std::size_t moved = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) moved += before[i].id != all.Grains(0)[i].id;
+  EXPECT_GT(moved, 20u);
+  const EnergyBalance cpu = worlds[0]->Balance();
+  all.Pull(0);
+  const EnergyBalance device_balance = worlds[0]->Balance();
+  EXPECT_NEAR(device_balance.Total(), cpu.Total(), 1e-6 * cpu.kinetic);
+  EXPECT_GT(cpu.slip, 0);
+}
+
 /// Grains in the lower half stop; some of them wake later.
 std::vector<std::uint8_t> Lower(const World& w, double height_m) {
   std::vector<std::uint8_t> out(w.count());
