@@ -32,9 +32,11 @@ struct WheelStatesView {
   std::span<const std::uint32_t> pass_number;
 };
 
-/// Where one output goes; an empty span is not written.
+/// Where one output goes; an empty span is not written. d_*: derivatives of the
+/// value with respect to v_x, v_y, rim speed [unit s/m] and load [unit/N].
 struct OutputView {
   std::span<double> value, sd_fit, sd_patch, low, high;
+  std::span<double> d_v_x, d_v_y, d_rim_speed, d_load;
 };
 
 struct ResponsesView {
