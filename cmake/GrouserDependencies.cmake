@@ -7,6 +7,7 @@ find_package(yaml-cpp REQUIRED)
 find_package(SQLite3 REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
+find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
 find_package(CLI11 REQUIRED)
 find_package(spdlog REQUIRED)
 if(GROUSER_SERVICES)

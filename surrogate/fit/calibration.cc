@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 namespace grouser::surrogate {
 namespace {
@@ -13,13 +12,6 @@ constexpr double kPriorRepeats = 4;  // weight of the standard errors among repe
 constexpr std::size_t kLeaveOneOut = 24;
 constexpr std::size_t kFolds = 12;
 constexpr std::size_t kConformalFrom = 30;
-
-using StateKey = std::tuple<long, long, long>;
-
-StateKey KeyOf(const Row& row) {
-  return {std::lround(row.slip * 1e3), std::lround(row.attack_angle_rad * 1e3),
-          std::lround(row.load_n * 1e3)};
-}
 
 double ConformalQuantile(std::vector<double> scores, double level) {
   std::sort(scores.begin(), scores.end());

@@ -150,9 +150,9 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, v1alpha1:
 v1alpha1::Model FitModel(const FitRequest& request) {
   if (request.name.empty()) throw std::runtime_error("model name: expected one");
   CheckScene(request.set.scene);
-  const std::vector<Row> training = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
-  const std::vector<Row> held_out = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_TEST);
-  const std::vector<Row> repeats = SteadyRows(request.set.runs, v1alpha1::RUN_ROLE_PATCH);
+  const std::vector<Row> training = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Row> held_out = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TEST);
+  const std::vector<Row> repeats = PatchRows(request.set.runs);
   if (static_cast<int>(training.size()) < kFewestRuns) {
     throw std::runtime_error("cannot fit: " + StatusCounts(request.set.runs));
   }
@@ -163,6 +163,7 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   TrainOptions options;
   options.wheel = {radius, scene.wheel().width_m()};
   options.with_residual = request.rung != v1alpha1::RUNG_BEKKER;
+  options.with_physics = request.rung != v1alpha1::RUNG_LOOKUP;
   options.physics.unit_weight =
       scene.soil().bulk_density_kg_per_m3() * scene.soil().gravity_m_per_s2();
   options.physics.patch = patch.sd;

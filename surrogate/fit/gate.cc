@@ -66,7 +66,7 @@ GateResult SelfTest(const v1alpha1::Model& candidate, const HybridModel& model) 
 std::vector<Row> SharedHeldOut(const v1alpha1::Model& candidate,
                                std::vector<v1alpha1::RunSummary>* keep) {
   keep->assign(candidate.provenance().runs().begin(), candidate.provenance().runs().end());
-  return SteadyRows(*keep, v1alpha1::RUN_ROLE_TEST);
+  return RowsOf(*keep, v1alpha1::RUN_ROLE_TEST);
 }
 
 std::vector<GateResult> HeldOut(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
@@ -156,12 +156,12 @@ GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
   std::set<std::string> known;
   for (const v1alpha1::RunSummary& run : old_runs) known.insert(run.run_id());
   std::vector<FieldPoint> fresh;
-  for (const Row& row : SteadyRows(new_runs, v1alpha1::RUN_ROLE_TRAIN)) {
+  for (const Row& row : RowsOf(new_runs, v1alpha1::RUN_ROLE_TRAIN)) {
     if (known.count(row.source->run_id()) == 0) fresh.push_back(PointOf(row));
   }
   int checked = 0, outside = 0;
   std::string first;
-  for (const Row& row : SteadyRows(old_runs, v1alpha1::RUN_ROLE_TRAIN)) {
+  for (const Row& row : RowsOf(old_runs, v1alpha1::RUN_ROLE_TRAIN)) {
     const FieldPoint point = PointOf(row);
     if (std::any_of(fresh.begin(), fresh.end(), [&](const auto& f) { return Near(point, f); })) {
       continue;

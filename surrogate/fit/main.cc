@@ -1,7 +1,7 @@
 // grouser-fit: run files to model files, and what a model says.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -82,14 +82,26 @@ int FitAndWrite(FitRequest request, const Arguments& a) {
 int Fit(const Arguments& a) {
   FitRequest request;
   request.name = a.name;
-  request.rung = a.rung == "bekker" ? v1alpha1::RUNG_BEKKER : v1alpha1::RUNG_HYBRID;
+  request.rung = a.rung == "bekker"   ? v1alpha1::RUNG_BEKKER
+                 : a.rung == "lookup" ? v1alpha1::RUNG_LOOKUP
+                                      : v1alpha1::RUNG_HYBRID;
   request.reason = a.reason.empty() ? "campaign" : a.reason;
-  request.set = ReadCampaign(a.run_dirs.front());
+  request.set = ReadRuns(a.run_dirs.front());
   for (std::size_t i = 1; i < a.run_dirs.size(); ++i) {
-    Merge(ReadCampaign(a.run_dirs[i]), &request.set);
+    Merge(ReadRuns(a.run_dirs[i]), &request.set);
   }
   if (!a.measured.empty()) request.measured = ReadMeasured(a.measured);
   return FitAndWrite(std::move(request), a);
+}
+
+int Summarise(const Arguments& a) {
+  TrainingSet set = ReadRuns(a.run_dirs.front());
+  for (std::size_t i = 1; i < a.run_dirs.size(); ++i) Merge(ReadRuns(a.run_dirs[i]), &set);
+  LogNotes(set.notes);
+  WriteSummary(a.out, set);
+  Log(fmt::format("wrote {}: {} runs, {} planned and not there", a.out, set.runs.size(),
+                  set.notes.size()));
+  return kOk;
 }
 
 int Refit(const Arguments& a) {
@@ -130,7 +142,7 @@ int Compare(const Arguments& a) {
   if (!a.run_dirs.empty()) {
     runs.clear();
     for (const std::string& directory : a.run_dirs) {
-      const TrainingSet set = ReadCampaign(directory);
+      const TrainingSet set = ReadRuns(directory);
       LogNotes(set.notes);
       runs.insert(runs.end(), set.runs.begin(), set.runs.end());
     }
@@ -160,14 +172,18 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
     return sub;
   };
   CLI::App* fit = add("fit", "Fit a model to the runs of one or more campaigns", Fit);
-  fit->add_option("--runs", a->run_dirs, "campaign folder (campaign.json, runs/)")->required();
+  fit->add_option("--runs", a->run_dirs, "campaign folder, or its summary file")->required();
   fit->add_option("--name", a->name, "name of the model")->required();
   fit->add_option("--out", a->out, "model file to write")->required();
   fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
-  fit->add_option("--rung", a->rung, "hybrid, or bekker: physics alone")
-      ->check(CLI::IsMember({"hybrid", "bekker"}))
+  fit->add_option("--rung", a->rung, "hybrid; bekker: physics alone; lookup: table alone")
+      ->check(CLI::IsMember({"hybrid", "bekker", "lookup"}))
       ->capture_default_str();
   fit->add_option("--reason", a->reason, "kept in the provenance");
+  CLI::App* summarise =
+      add("summarise", "Keep of campaigns what fits need, in one file", Summarise);
+  summarise->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  summarise->add_option("--out", a->out, "summary file to write (*.runs.json)")->required();
   CLI::App* refit = add("refit", "Fit a model's own runs and a new one", Refit);
   refit->add_option("--base", a->base, "model file")->required();
   refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
@@ -179,9 +195,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   eval->add_option("model", a->model, "model file")->required();
   eval->add_option("--slip", a->slip, "(r w - v_x)/max(|r w|, V)")->required();
   eval->add_option("--angle-deg", a->angle_deg, "attack angle [deg]")->capture_default_str();
-  eval->add_option("--load", a->load, "vertical load [N]")
-      ->required()
-      ->check(CLI::PositiveNumber);
+  eval->add_option("--load", a->load, "vertical load [N]")->required()->check(CLI::PositiveNumber);
   eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
       ->check(CLI::PositiveNumber);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);

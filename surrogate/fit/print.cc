@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -22,26 +23,36 @@ struct FlagName {
   Flag flag;
   const char* name;
 };
-constexpr std::array kFlagNames = {
-    FlagName{kInvalid, "INVALID"},
-    FlagName{kClamped, "CLAMPED"},
-    FlagName{kExtrapolated, "EXTRAPOLATED"},
-    FlagName{kStatic, "STATIC"},
-    FlagName{kNoEquilibrium, "NO_EQUILIBRIUM"},
-    FlagName{kRate, "RATE"},
-    FlagName{kSlope, "SLOPE"},
-    FlagName{kRigidAssumed, "RIGID_ASSUMED"},
-    FlagName{kVirginAssumed, "VIRGIN_ASSUMED"},
-    FlagName{kFormUnknown, "FORM_UNKNOWN"},
-    FlagName{kToleranceUnmet, "TOLERANCE_UNMET"}};
+constexpr std::array kFlagNames = {FlagName{kInvalid, "INVALID"},
+                                   FlagName{kClamped, "CLAMPED"},
+                                   FlagName{kExtrapolated, "EXTRAPOLATED"},
+                                   FlagName{kStatic, "STATIC"},
+                                   FlagName{kNoEquilibrium, "NO_EQUILIBRIUM"},
+                                   FlagName{kRate, "RATE"},
+                                   FlagName{kSlope, "SLOPE"},
+                                   FlagName{kRigidAssumed, "RIGID_ASSUMED"},
+                                   FlagName{kVirginAssumed, "VIRGIN_ASSUMED"},
+                                   FlagName{kFormUnknown, "FORM_UNKNOWN"},
+                                   FlagName{kToleranceUnmet, "TOLERANCE_UNMET"}};
 
-int Count(const v1alpha1::Model& model, v1alpha1::RunRole role, bool steady) {
-  int count = 0;
-  for (const v1alpha1::RunSummary& run : model.provenance().runs()) {
-    const bool is_steady = run.status() == v1alpha1::RUN_STATUS_STEADY;
-    count += run.role() == role && is_steady == steady ? 1 : 0;
-  }
-  return count;
+/// "40 training (12 of them drift), 10 held out, ...".
+std::string RunsText(const v1alpha1::Model& model) {
+  const std::vector<v1alpha1::RunSummary> runs(model.provenance().runs().begin(),
+                                               model.provenance().runs().end());
+  std::size_t used = 0;
+  std::string text;
+  const auto add = [&](v1alpha1::RunRole role, const char* name) {
+    const std::vector<Row> rows = RowsOf(runs, role);
+    const auto drift =
+        std::count_if(rows.begin(), rows.end(), [](const Row& r) { return !r.steady; });
+    used += rows.size();
+    text += fmt::format("{} {}{}, ", rows.size(), name,
+                        drift > 0 ? fmt::format(" ({} still drifting at their end)", drift) : "");
+  };
+  add(v1alpha1::RUN_ROLE_TRAIN, "training");
+  add(v1alpha1::RUN_ROLE_TEST, "held out");
+  add(v1alpha1::RUN_ROLE_PATCH, "repeats");
+  return text + fmt::format("{} of no use (overload, failed)", runs.size() - used);
 }
 
 }  // namespace
@@ -50,20 +61,18 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
   const v1alpha1::Domain& d = m.domain();
   std::string text = fmt::format(
       "{}@sha256:{}\nwheel {} (radius {} m, width {} m) on {}\n"
-      "runs: {} training, {} held out, {} repeats; {} training runs not steady, left out\n"
+      "runs: {}\n"
       "domain: slip {:.3g} to {:.3g}, attack angle to {:.3g} deg, load {:.3g} to {:.3g} N, "
       "Froude number to {:.2g}\n",
       m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
-      m.soil().name(), Count(m, v1alpha1::RUN_ROLE_TRAIN, true),
-      Count(m, v1alpha1::RUN_ROLE_TEST, true), Count(m, v1alpha1::RUN_ROLE_PATCH, true),
-      Count(m, v1alpha1::RUN_ROLE_TRAIN, false), d.slip_min(), d.slip_max(),
-      d.attack_angle_max_rad() * kDegrees, d.load_min_n(), d.load_max_n(), d.froude_max());
+      m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(), d.attack_angle_max_rad() * kDegrees,
+      d.load_min_n(), d.load_max_n(), d.froude_max());
   text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>12}\n", "output", "sd_fit in", "growth",
                       "sd_patch", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {
     text += fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>12.3g}\n", kOutputNames[o],
-                        m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
-                        m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
+                        m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o), m.interval_factor(o),
+                        o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
   text += fmt::format("\n{:<15}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");
@@ -95,14 +104,15 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
 }
 
 std::string AnswerText(const Query& q, const HybridModel::Answer& a) {
-  std::string text = fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n",
-                                 q.slip, q.attack_angle_rad * kDegrees, q.load_n, q.speed_m_per_s);
+  std::string text =
+      fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n", q.slip,
+                  q.attack_angle_rad * kDegrees, q.load_n, q.speed_m_per_s);
   text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "output", "value", "low", "high",
                       "sd_fit", "sd_patch");
   for (int o = 0; o < kOutputs; ++o) {
-    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n",
-                        kOutputNames[o], a.value[o], a.value[o] - a.half_width[o],
-                        a.value[o] + a.half_width[o], a.sd_fit[o], a.sd_patch[o], kUnits[o]);
+    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n", kOutputNames[o],
+                        a.value[o], a.value[o] - a.half_width[o], a.value[o] + a.half_width[o],
+                        a.sd_fit[o], a.sd_patch[o], kUnits[o]);
   }
   text += "flags:";
   for (const FlagName& f : kFlagNames) {
@@ -111,8 +121,7 @@ std::string AnswerText(const Query& q, const HybridModel::Answer& a) {
   return text + "\n";
 }
 
-std::string AnswerJson(const Query& q, const HybridModel::Answer& a,
-                       const std::string& reference) {
+std::string AnswerJson(const Query& q, const HybridModel::Answer& a, const std::string& reference) {
   Json out;
   out.Open('{').Key("model").Value(reference);
   out.Key("slip").Value(q.slip).Key("attack_angle_rad").Value(q.attack_angle_rad);
@@ -139,10 +148,9 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
     for (const Output o : kMeasurable) {
       if (std::isnan(p.value(o))) continue;
       const double value = row.model.value[o], half = row.model.half_width[o];
-      const std::string dem =
-          row.dem == nullptr
-              ? "-"
-              : fmt::format("{:.4g} +- {:.2g}", row.dem->mean(o), row.dem->standard_error(o));
+      const std::string dem = row.dem == nullptr ? "-"
+                                                 : fmt::format("{:.4g} +- {:.2g}", row.dem->mean(o),
+                                                               row.dem->standard_error(o));
       text += fmt::format("{:>7.3f}{:>7.1f}{:>7.2f}  {:<9}{:>18}{:>30}{:>20}\n", p.slip(),
                           p.attack_angle_rad() * kDegrees, p.load_n(), kOutputNames[o],
                           fmt::format("{:.4g} +- {:.2g}", p.value(o), p.sd(o)),
@@ -150,12 +158,12 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
                           dem);
     }
   }
-  text += fmt::format("\nrms difference to the measurement\n{:<10}{:<10}{:>4}{:>14}{:>12}{:>14}{:>8}\n",
-                      "region", "output", "n", "mean measured", "surrogate", "DEM", "n DEM");
+  text +=
+      fmt::format("\nrms difference to the measurement\n{:<10}{:<10}{:>4}{:>14}{:>12}{:>14}{:>8}\n",
+                  "region", "output", "n", "mean measured", "surrogate", "DEM", "n DEM");
   for (const MeasuredError& e : MeasuredErrors(rows)) {
-    text += fmt::format("{:<10}{:<10}{:>4}{:>14.4g}{:>12.4g}{:>14.4g}{:>8}\n",
-                        RegionName(e.region), kOutputNames[e.output], e.n, e.mean_measured, e.rmse,
-                        e.rmse_dem, e.n_dem);
+    text += fmt::format("{:<10}{:<10}{:>4}{:>14.4g}{:>12.4g}{:>14.4g}{:>8}\n", RegionName(e.region),
+                        kOutputNames[e.output], e.n, e.mean_measured, e.rmse, e.rmse_dem, e.n_dem);
   }
   return text;
 }

@@ -47,8 +47,11 @@ double SmoothStep(double x) {
 
 Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm) {
   Trained result;
-  result.physics =
-      FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
+  result.with_physics = options.with_physics;
+  if (options.with_physics) {
+    result.physics =
+        FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
+  }
   const BekkerModel model(result.physics, options.wheel);
   const auto n = static_cast<Eigen::Index>(rows.size());
   std::vector<FieldPoint> points;
@@ -57,19 +60,21 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
     const Row& row = rows[i];
     const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
     points.push_back(PointOf(row));
-    const BekkerModel::Answer answer = model.SolveCanonical(state, row.load_n);
+    BekkerModel::Answer answer{};
+    if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
     for (int o = 0; o < kOutputs; ++o) {
       const double scale = OutputScale(o, row.load_n, options.wheel.radius_m);
       rest(i, o) = (CanonicalSign(o, state) * row.mean[o] - answer.value[o]) / scale;
+      if (o == kFz && !options.with_physics) rest(i, o) = 0;
       noise(i, o) = std::hypot(row.standard_error[o] / scale, options.physics.patch[o]);
     }
   }
   std::vector<double> lengths, load_lengths;
   for (const Output o : kResidualOutputs) {
     if (!options.with_residual) break;
-    result.settings[o] = warm ? warm->settings[o]
-                              : SelectField(points, rest.col(o), noise.col(o),
-                                            ResidualTable::ParityOf(o));
+    result.settings[o] =
+        warm ? warm->settings[o]
+             : SelectField(points, rest.col(o), noise.col(o), ResidualTable::ParityOf(o));
     if (result.settings[o].amplitude == 0) continue;
     lengths.push_back(result.settings[o].length);
     load_lengths.push_back(result.settings[o].load_length);
@@ -87,11 +92,15 @@ Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row
   const Canonical state = ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed);
   const FieldPoint point = MakeFieldPoint(state, at.load_n);
   Prediction result;
-  result.physics = BekkerModel(trained.physics, wheel).SolveCanonical(state, at.load_n).value;
+  result.physics = {};
+  if (trained.with_physics) {
+    result.physics = BekkerModel(trained.physics, wheel).SolveCanonical(state, at.load_n).value;
+  } else {
+    result.physics[kFz] = at.load_n;
+  }
   result.value = result.physics;
   for (int o = 0; o < kOutputs; ++o) {
-    result.value[o] +=
-        OutputScale(o, at.load_n, wheel.radius_m) * trained.fields[o].Mean(point);
+    result.value[o] += OutputScale(o, at.load_n, wheel.radius_m) * trained.fields[o].Mean(point);
   }
   ApplyMirrors(state, &result.physics);
   ApplyMirrors(state, &result.value);
@@ -101,29 +110,34 @@ Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row
 
 Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
   const double low = std::log(load_min_n), high = std::log(load_max_n);
-  const double margin = std::log(kLoadMargin);
+  const double margin = trained.with_physics ? std::log(kLoadMargin) : 0;
   Table table;
   table.axes.direction = 30;  // 6 degrees: a slip of 0.2 near slip 0
   table.axes.lateral = 9;     // 10 degrees
-  table.axes.load = std::clamp(static_cast<int>(std::ceil((high - low + 2 * margin) / 0.45)), 4, 16);
+  table.axes.load =
+      std::clamp(static_cast<int>(std::ceil((high - low + 2 * margin) / 0.45)), 4, 16);
   table.axes.log_load_min = low - margin;
   table.axes.log_load_max = high + margin;
   const std::vector<TableNode> nodes = TableNodes(table.axes);
   std::array<std::vector<double>, ResidualTable::kChannels> values;
   for (const TableNode& node : nodes) {
     const FieldPoint point = MakeFieldPoint(node.chart, node.log_load);
-    const double fade = SmoothStep((node.log_load - table.axes.log_load_min) / margin) *
-                        SmoothStep((table.axes.log_load_max - node.log_load) / margin);
-    for (int o = 0; o < kOutputs; ++o) values[o].push_back(fade * trained.fields[o].Mean(point));
+    const double fade = margin == 0
+                            ? 1
+                            : SmoothStep((node.log_load - table.axes.log_load_min) / margin) *
+                                  SmoothStep((table.axes.log_load_max - node.log_load) / margin);
+    for (int o = 0; o < kOutputs; ++o) {
+      const bool load = o == kFz && !trained.with_physics;
+      values[o].push_back(load ? 1 : fade * trained.fields[o].Mean(point));
+    }
     const double distance = trained.distance->At(point);
     values[ResidualTable::kDistance].push_back(1 - fade * (1 - distance));
   }
   for (int c = 0; c < ResidualTable::kChannels; ++c) {
-    const bool zero = std::all_of(values[c].begin(), values[c].end(),
-                                  [](double v) { return v == 0; });
+    const bool zero =
+        std::all_of(values[c].begin(), values[c].end(), [](double v) { return v == 0; });
     if (zero) continue;  // an empty channel
-    table.coefficients[c] =
-        InterpolateTable(table.axes, ResidualTable::ParityOf(c), values[c]);
+    table.coefficients[c] = InterpolateTable(table.axes, ResidualTable::ParityOf(c), values[c]);
   }
   return table;
 }

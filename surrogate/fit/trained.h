@@ -13,15 +13,17 @@ namespace grouser::surrogate {
 /// Residuals are over OutputScale.
 struct Trained {
   BekkerParameters physics;
+  bool with_physics = true;  ///< else the fields are the whole answer
   std::array<FieldSettings, kOutputs> settings;
-  std::vector<ResidualField> fields;            ///< one an output
+  std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
 };
 
 struct TrainOptions {
   WheelGeometry wheel;
-  BekkerFitOptions physics;      ///< its `patch` is the noise of the fields too
-  bool with_residual = true;     ///< false: the bekker rung
+  BekkerFitOptions physics;   ///< its `patch` is the noise of the fields too
+  bool with_residual = true;  ///< false: the bekker rung
+  bool with_physics = true;   ///< false: the lookup rung
 };
 
 /// Fits physics, then the fields to what it leaves. `warm`: start from its
@@ -35,7 +37,8 @@ struct Prediction {
 Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row& at);
 
 /// The table of the fields over [load_min/3, load_max 3]; beyond the training
-/// loads it fades to 0 (and the hull distance to 1).
+/// loads it fades to 0 (and the hull distance to 1). Without physics it ends at
+/// the training loads, and f_z is the load.
 struct Table {
   TableAxes axes;
   TableCoefficients coefficients;

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
+#include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::surrogate {
@@ -21,16 +25,56 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   throw std::invalid_argument(where + ": " + what);
 }
 
-v1alpha1::Campaign ReadCampaignFile(const std::string& path) {
+/// expected: what the file should be, for the message.
+template <class Message>
+Message ReadJson(const std::string& path, const std::string& expected) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) Fail(path, "cannot be read, expected a campaign folder with campaign.json");
+  if (!file) Fail(path, "cannot be read, expected " + expected);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  v1alpha1::Campaign campaign;
+  Message message;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;
-  const auto status = google::protobuf::util::JsonStringToMessage(text, &campaign, options);
-  if (!status.ok()) Fail(path, "not the JSON of a campaign: " + status.ToString());
-  return campaign;
+  const auto status = google::protobuf::util::JsonStringToMessage(text, &message, options);
+  if (!status.ok()) Fail(path, "not the JSON of " + expected + ": " + status.ToString());
+  return message;
+}
+
+v1alpha1::StressSummary SummariseStress(const v1alpha1::StressProfile& p) {
+  v1alpha1::StressSummary s;
+  const int width = std::max(1, static_cast<int>(p.width_bins()));
+  s.set_first_angle_rad(p.first_angle_rad());
+  s.set_angle_step_rad(p.angle_step_rad());
+  const auto mean = [&](const google::protobuf::RepeatedField<double>& all, int angle) {
+    double sum = 0;
+    for (int k = 0; k < width; ++k) sum += all[angle * width + k] / width;
+    return sum;
+  };
+  for (int a = 0; (a + 1) * width <= p.normal_pa_size(); ++a) {
+    s.add_normal_pa(mean(p.normal_pa(), a));
+    s.add_shear_tangential_pa(mean(p.shear_tangential_pa(), a));
+  }
+  return s;
+}
+
+/// Summaries of before this was kept have none: such runs are only known as not
+/// steady. Nor is a run of use that never came to a window.
+bool HasDrift(const v1alpha1::RunSummary& s) {
+  if (s.drift_size() != kOutputs || s.mean_size() != kOutputs) return false;
+  for (const double m : s.mean()) {
+    if (!std::isfinite(m)) return false;
+  }
+  return s.travel_m() > 0;
+}
+
+/// To 7 digits: far below the noise of any run.
+double Rounded(double x) {
+  if (x == 0 || !std::isfinite(x)) return x;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.7g", x);
+  return std::strtod(text, nullptr);
+}
+void Round(google::protobuf::RepeatedField<double>* values) {
+  for (double& v : *values) v = Rounded(v);
 }
 
 }  // namespace
@@ -55,24 +99,31 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
                                std::hypot(record.v_x_m_per_s(), record.v_y_m_per_s())));
   s.set_seed(record.spec().seed());
   s.set_travel_m(record.travel_m());
+  s.set_reason(record.reason());
+  s.set_wall_s(record.numerics().wall_s());
+  s.set_grains(record.bed().grains());
+  if (record.has_stress()) *s.mutable_stress() = SummariseStress(record.stress());
   for (int o = 0; o < kOutputs; ++o) {
-    double mean = kNaN, error = kNaN;
+    double mean = kNaN, error = kNaN, drift = 0;
     for (const v1alpha1::OutputMean& output : record.outputs()) {
       if (output.name() != kOutputNames[o]) continue;
       mean = output.mean();
       error = output.standard_error();
+      drift = output.drift();
     }
     s.add_mean(mean);
     s.add_standard_error(error);
+    s.add_drift(drift);
   }
   return s;
 }
 
 TrainingSet ReadCampaign(const std::string& directory) {
   namespace fs = std::filesystem;
-  const v1alpha1::Campaign campaign =
-      ReadCampaignFile((fs::path(directory) / "campaign.json").string());
+  const auto campaign = ReadJson<v1alpha1::Campaign>(
+      (fs::path(directory) / "campaign.json").string(), "a campaign (a folder with campaign.json)");
   TrainingSet set;
+  set.name = campaign.name();
   set.scene = campaign.scene();
   for (const v1alpha1::PlannedRun& planned : campaign.runs()) {
     const fs::path file = fs::path(directory) / "runs" / (planned.run_id() + ".run.h5");
@@ -88,6 +139,63 @@ TrainingSet ReadCampaign(const std::string& directory) {
   return set;
 }
 
+TrainingSet ReadRuns(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return ReadCampaign(path);
+  const auto summary = ReadJson<v1alpha1::CampaignSummary>(path, "a campaign's summary");
+  if (summary.runs().empty()) Fail(path, "no run, expected a campaign's summary");
+  TrainingSet set;
+  set.name = summary.name();
+  set.scene = summary.scene();
+  set.runs.assign(summary.runs().begin(), summary.runs().end());
+  set.notes.assign(summary.notes().begin(), summary.notes().end());
+  return set;
+}
+
+void WriteSummary(const std::string& path, const TrainingSet& set) {
+  v1alpha1::CampaignSummary summary;
+  summary.set_name(set.name);
+  *summary.mutable_scene() = set.scene;
+  for (v1alpha1::RunSummary run : set.runs) {
+    run.set_wall_s(Rounded(run.wall_s()));
+    for (auto* values : {run.mutable_mean(), run.mutable_standard_error(), run.mutable_drift()}) {
+      Round(values);
+    }
+    if (run.has_stress()) {
+      Round(run.mutable_stress()->mutable_normal_pa());
+      Round(run.mutable_stress()->mutable_shear_tangential_pa());
+    }
+    *summary.add_runs() = run;
+  }
+  for (const std::string& note : set.notes) {
+    // Not the folder it lay in.
+    summary.add_notes(std::filesystem::path(note).filename().string());
+  }
+  std::string text;
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  google::protobuf::util::JsonPrintOptions lines = options;
+  lines.add_whitespace = true;
+  // A line a run: small, and a change shows where it is.
+  v1alpha1::CampaignSummary head = summary;
+  head.clear_runs();
+  if (!google::protobuf::util::MessageToJsonString(head, &text, lines).ok()) {
+    Fail(path, "the summary cannot be written as JSON");
+  }
+  text.erase(text.rfind('}'));
+  text.erase(text.find_last_not_of("\n ,") + 1);
+  text += ",\n \"runs\": [";
+  const char* separator = "\n";
+  for (const v1alpha1::RunSummary& run : summary.runs()) {
+    std::string row;
+    if (!google::protobuf::util::MessageToJsonString(run, &row, options).ok()) {
+      Fail(path, "run " + run.run_id() + " cannot be written as JSON");
+    }
+    text += separator + row;
+    separator = ",\n";
+  }
+  records::WriteFileDurably(path, text + "\n]}\n");
+}
+
 void Merge(const TrainingSet& more, TrainingSet* set) {
   const auto require = [](bool same, const std::string& what) {
     if (!same) Fail("campaigns", what + " differ: one model is of one wheel on one soil");
@@ -97,9 +205,8 @@ void Merge(const TrainingSet& more, TrainingSet* set) {
   require(a.wheel().width_m() == b.wheel().width_m(), "scene.wheel.width_m");
   require(a.soil().SerializeAsString() == b.soil().SerializeAsString(), "scene.soil");
   for (const v1alpha1::RunSummary& run : more.runs) {
-    const bool known = std::any_of(set->runs.begin(), set->runs.end(), [&](const auto& r) {
-      return r.run_id() == run.run_id();
-    });
+    const bool known = std::any_of(set->runs.begin(), set->runs.end(),
+                                   [&](const auto& r) { return r.run_id() == run.run_id(); });
     if (!known) set->runs.push_back(run);
   }
   set->notes.insert(set->notes.end(), more.notes.begin(), more.notes.end());
@@ -114,8 +221,9 @@ Row MakeRow(const v1alpha1::RunSummary& s) {
   row.slip = s.slip();
   row.attack_angle_rad = s.attack_angle_rad();
   row.load_n = s.load_n();
-  row.motion = FromSlip(s.slip(), s.attack_angle_rad(),
-                        s.speed_m_per_s() > 0 ? s.speed_m_per_s() : 1.0);
+  row.motion =
+      FromSlip(s.slip(), s.attack_angle_rad(), s.speed_m_per_s() > 0 ? s.speed_m_per_s() : 1.0);
+  row.steady = s.status() == v1alpha1::RUN_STATUS_STEADY;
   row.source = &s;
   if (!std::isfinite(row.motion.v_x)) Fail(where, "slip and attack angle that no motion has");
   if (!(row.load_n > 0)) Fail(where, "load_n: expected a positive load");
@@ -129,15 +237,31 @@ Row MakeRow(const v1alpha1::RunSummary& s) {
   return row;
 }
 
-std::vector<Row> SteadyRows(const std::vector<v1alpha1::RunSummary>& runs,
-                            v1alpha1::RunRole role) {
+std::vector<Row> RowsOf(const std::vector<v1alpha1::RunSummary>& runs, v1alpha1::RunRole role) {
   std::vector<Row> rows;
   for (const v1alpha1::RunSummary& run : runs) {
     const bool train = run.role() == v1alpha1::RUN_ROLE_UNSPECIFIED;
     const v1alpha1::RunRole its = train ? v1alpha1::RUN_ROLE_TRAIN : run.role();
-    if (run.status() == v1alpha1::RUN_STATUS_STEADY && its == role) rows.push_back(MakeRow(run));
+    const bool usable = run.status() == v1alpha1::RUN_STATUS_STEADY ||
+                        (run.status() == v1alpha1::RUN_STATUS_UNSTEADY && HasDrift(run));
+    if (usable && its == role) rows.push_back(MakeRow(run));
   }
   return rows;
+}
+
+std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs) {
+  std::vector<Row> rows = RowsOf(runs, v1alpha1::RUN_ROLE_PATCH);
+  std::set<StateKey> states;
+  for (const Row& row : rows) states.insert(KeyOf(row));
+  for (const Row& row : RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN)) {
+    if (states.contains(KeyOf(row))) rows.push_back(row);
+  }
+  return rows;
+}
+
+StateKey KeyOf(const Row& row) {
+  return {std::lround(row.slip * 1e3), std::lround(row.attack_angle_rad * 1e3),
+          std::lround(row.load_n * 1e3)};
 }
 
 }  // namespace grouser::surrogate

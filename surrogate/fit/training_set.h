@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "grouser/v1alpha1/campaign.pb.h"
@@ -12,16 +13,21 @@ namespace grouser::surrogate {
 
 /// What a fit is made of: the runs of one wheel on one soil.
 struct TrainingSet {
-  v1alpha1::Scene scene;                       ///< soil, wheel, rig
-  std::vector<v1alpha1::RunSummary> runs;      ///< every status and role
-  std::vector<std::string> notes;              ///< planned runs without a file, ...
+  std::string name;
+  v1alpha1::Scene scene;                   ///< soil, wheel, rig
+  std::vector<v1alpha1::RunSummary> runs;  ///< every status and role
+  std::vector<std::string> notes;          ///< planned runs without a file, ...
 };
 
-/// One steady run, ready to compare with a model.
+/// One run, ready to compare with a model. A run that still drifted when its time
+/// was up counts with the mean over its window, the last 55 % of its travel: what
+/// another run over the same ground gives again (repeats show it), not what a
+/// longer one would come to.
 struct Row {
   VelocityState motion;
   double slip, attack_angle_rad, load_n;
   std::array<double, kOutputs> mean, standard_error;
+  bool steady;
   const v1alpha1::RunSummary* source;  ///< not owned
 };
 
@@ -29,6 +35,13 @@ struct Row {
 /// std::invalid_argument with path and cause; a planned run without a file
 /// becomes a note.
 TrainingSet ReadCampaign(const std::string& directory);
+
+/// A campaign folder, or the summary file of one. Throws as ReadCampaign.
+TrainingSet ReadRuns(const std::string& path);
+
+/// Writes a summary file (JSON of CampaignSummary, numbers to 7 digits), aside and
+/// renamed.
+void WriteSummary(const std::string& path, const TrainingSet& set);
 
 /// Adds another campaign of the same wheel, soil and rig; throws
 /// std::invalid_argument naming what differs.
@@ -41,9 +54,17 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
 /// summary without six outputs or with an impossible motion.
 Row MakeRow(const v1alpha1::RunSummary& summary);
 
-/// The steady runs of a role (UNSPECIFIED counts as TRAIN).
-std::vector<Row> SteadyRows(const std::vector<v1alpha1::RunSummary>& runs,
-                            v1alpha1::RunRole role);
+/// The runs of a role (UNSPECIFIED counts as TRAIN) that are steady or drifted to
+/// their end.
+std::vector<Row> RowsOf(const std::vector<v1alpha1::RunSummary>& runs, v1alpha1::RunRole role);
+
+/// The PATCH runs, and the training runs of their states: repeats of one state on
+/// several tiles.
+std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs);
+
+/// Equal for all seeds of one state.
+using StateKey = std::tuple<long, long, long>;
+StateKey KeyOf(const Row& row);
 
 /// Unit of a deviation: load, load r or r; by which outputs become comparable.
 double OutputScale(int output, double load_n, double radius_m);

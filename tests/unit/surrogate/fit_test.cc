@@ -41,7 +41,7 @@ TEST(BekkerFit, RecoversParametersFromNoisyRuns) {
   Truth truth;
   truth.noise = 0.005;
   const auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 7, 12, 30);
-  const std::vector<Row> rows = SteadyRows(runs, v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Row> rows = RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN);
   BekkerFitOptions options;
   options.unit_weight = truth.physics.unit_weight;
   const BekkerParameters p = FitBekker(rows, {0.0625, 0.05}, options, nullptr).parameters;
@@ -225,7 +225,7 @@ TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {
     runs.push_back(MakeRun(truth, "repeat-" + std::to_string(i), 0.2, 0.1, 24,
                            v1alpha1::RUN_ROLE_PATCH, 900 + i));
   }
-  const auto rows = SteadyRows(runs, v1alpha1::RUN_ROLE_PATCH);
+  const auto rows = RowsOf(runs, v1alpha1::RUN_ROLE_PATCH);
   const PatchNoise measured = EstimatePatch(rows, {}, 0.0625);
   EXPECT_EQ(measured.repeats, 49);
   EXPECT_NEAR(measured.sd[kFx], 0.02, 0.006);

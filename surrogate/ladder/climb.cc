@@ -1,0 +1,294 @@
+// The rungs of the ladder, timed and judged on the test states of a pair.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <random>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+#include "surrogate/fit/calibration.h"
+#include "surrogate/fit/fit_model.h"
+#include "surrogate/fit/measured.h"
+#include "surrogate/ladder/kriging.h"
+#include "surrogate/ladder/ladder.h"
+#include "surrogate/model_io/load_model.h"
+
+namespace grouser::surrogate {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTwoSided90 = 1.6448536269514722;
+constexpr std::size_t kBatch = 10000;
+
+struct Answer {
+  std::array<double, kOutputs> value, half_width;
+};
+using Answerer = std::function<Answer(const Row&)>;
+
+/// What a pair's rows are judged by.
+struct Ground {
+  std::string pair;
+  double radius_m;
+  std::vector<Row> train, test, repeats;
+  PatchNoise patch;
+};
+
+/// A batch of states in structure-of-arrays form, and room for the answers.
+class Batch {
+ public:
+  explicit Batch(std::size_t n)
+      : v_x(n), v_y(n), rim(n), load(n), flags(n), out(4 * kOutputs * n) {}
+  void Set(std::size_t i, const VelocityState& v, double load_n) {
+    v_x[i] = v.v_x;
+    v_y[i] = v.v_y;
+    rim[i] = v.rim_speed;
+    load[i] = load_n;
+  }
+  void Run(const WheelModel& model) {
+    WheelStatesView in;
+    in.v_x = v_x;
+    in.v_y = v_y;
+    in.rim_speed = rim;
+    in.load = load;
+    ResponsesView to;
+    for (int o = 0; o < kOutputs; ++o) {
+      to.output[o].value = Part(o, 0);
+      to.output[o].sd_fit = Part(o, 1);
+      to.output[o].low = Part(o, 2);
+      to.output[o].high = Part(o, 3);
+    }
+    to.flags = flags;
+    model.Evaluate(in, to);
+  }
+  std::span<double> Part(int output, int part) {
+    const std::size_t n = load.size();
+    return std::span<double>(out).subspan((static_cast<std::size_t>(output) * 4 + part) * n, n);
+  }
+
+ private:
+  std::vector<double> v_x, v_y, rim, load;
+  std::vector<std::uint32_t> flags;
+  std::vector<double> out;
+};
+
+double SecondsOf(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Median time of a call that answers `n` states [ns a state].
+double TimeOf(const std::function<void()>& call, double n, double seconds) {
+  call();
+  std::vector<double> times;
+  for (double spent = 0; spent < seconds || times.size() < 3;) {
+    times.push_back(SecondsOf(call));
+    spent += times.back();
+  }
+  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
+  return times[times.size() / 2] / n * 1e9;
+}
+
+double TimeOfModel(const WheelModel& model, const Ground& ground, double seconds) {
+  Batch batch(kBatch);
+  std::mt19937_64 random(1);
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    const Row& row = ground.test[random() % ground.test.size()];
+    batch.Set(i, row.motion, row.load_n);
+  }
+  return TimeOf([&] { batch.Run(model); }, kBatch, seconds);
+}
+
+Answer AnswerOf(const WheelModel& model, const VelocityState& motion, double load) {
+  Batch one(1);
+  one.Set(0, motion, load);
+  one.Run(model);
+  Answer a;
+  for (int o = 0; o < kOutputs; ++o) {
+    a.value[o] = one.Part(o, 0)[0];
+    a.half_width[o] = 0.5 * (one.Part(o, 3)[0] - one.Part(o, 2)[0]);
+  }
+  return a;
+}
+
+std::vector<Judged> OnTests(const Ground& ground, const Answerer& answer) {
+  std::vector<Judged> out;
+  for (const Row& row : ground.test) {
+    const Answer a = answer(row);
+    out.push_back({row.slip, row.attack_angle_rad, row.load_n, row.mean, a.value, a.half_width});
+  }
+  return out;
+}
+
+std::vector<Judged> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& points,
+                               const WheelModel& model, double speed) {
+  std::vector<Judged> out;
+  for (const auto& p : points) {
+    const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
+    const Answer a = AnswerOf(model, v, p.load_n());
+    Judged j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
+    for (int o = 0; o < kOutputs; ++o) j.truth[o] = o < p.value_size() ? p.value(o) : kNaN;
+    out.push_back(j);
+  }
+  return out;
+}
+
+void Append(const std::vector<LadderRow>& more, std::vector<LadderRow>* rows) {
+  rows->insert(rows->end(), more.begin(), more.end());
+}
+
+LadderRow Head(const Ground& ground, const std::string& rung, const char* reference, double ns) {
+  LadderRow head;
+  head.pair = ground.pair;
+  head.rung = rung;
+  head.reference = reference;
+  head.ns_per_answer = ns;
+  return head;
+}
+
+void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
+                 std::vector<LadderRow>* rows) {
+  const std::string measured = pair.path + "/measured.csv";
+  std::vector<v1alpha1::MeasuredPoint> points;
+  if (fs::exists(measured)) points = ReadMeasured(measured);
+  for (const char* rung : {"bekker", "lookup", "hybrid"}) {
+    const std::string file = pair.path + "/" + rung + ".model";
+    if (!fs::exists(file)) {
+      throw std::invalid_argument(file + ": not there; `grouser-ladder fit " + pair.path +
+                                  "` makes it");
+    }
+    const v1alpha1::Model message = records::ReadModelFile(file).model;
+    const std::unique_ptr<const WheelModel> model = MakeModel(message);
+    const double ns = TimeOfModel(*model, ground, seconds);
+    const auto answer = [&](const Row& row) { return AnswerOf(*model, row.motion, row.load_n); };
+    Append(Judge(Head(ground, rung, "dem", ns), OnTests(ground, answer), ground.patch.sd,
+                 ground.radius_m),
+           rows);
+    if (points.empty()) continue;
+    Append(Judge(Head(ground, rung, "measured", ns),
+                 OnMeasured(points, *model, message.domain().speed_m_per_s()), {}, ground.radius_m),
+           rows);
+  }
+}
+
+void ClimbKriging(const Ground& ground, double seconds, std::vector<LadderRow>* rows) {
+  const Kriging kriging(ground.train, ground.patch.sd, ground.radius_m);
+  std::size_t next = 0;
+  const double ns =
+      TimeOf([&] { kriging.At(ground.test[next++ % ground.test.size()]); }, 1, seconds);
+  const auto answer = [&](const Row& row) {
+    const Kriging::Answer a = kriging.At(row);
+    return Answer{a.value, a.half_width};
+  };
+  Append(Judge(Head(ground, "kriging", "dem", ns), OnTests(ground, answer), ground.patch.sd,
+               ground.radius_m),
+         rows);
+}
+
+/// What a single run is off by: its own error and the patch's.
+std::array<double, kOutputs> HalfWidthOf(const Row& row, const Ground& ground) {
+  std::array<double, kOutputs> half{};
+  for (int o = 0; o < kOutputs; ++o) {
+    half[o] = kTwoSided90 * std::sqrt(2.0) * ground.patch.sd[o] *
+              OutputScale(o, row.load_n, ground.radius_m);
+  }
+  return half;
+}
+
+void ClimbCoarse(const std::string& file, const Ground& ground, std::vector<LadderRow>* rows) {
+  if (!fs::exists(file)) return;
+  const TrainingSet coarse = ReadRuns(file);
+  std::map<StateKey, Row> by_state;
+  double wall = 0;
+  for (const Row& row : RowsOf(coarse.runs, v1alpha1::RUN_ROLE_TEST)) {
+    by_state.emplace(KeyOf(row), row);
+    wall += row.source->wall_s();
+  }
+  std::vector<Judged> judged;
+  for (const Row& row : ground.test) {
+    const auto found = by_state.find(KeyOf(row));
+    if (found == by_state.end()) continue;
+    judged.push_back({row.slip, row.attack_angle_rad, row.load_n, row.mean, found->second.mean,
+                      HalfWidthOf(row, ground)});
+  }
+  if (judged.empty()) throw std::invalid_argument(file + ": none of the test states of runs.json");
+  const double ns = wall / static_cast<double>(by_state.size()) * 1e9;
+  Append(Judge(Head(ground, "coarse_dem", "dem", ns), judged, ground.patch.sd, ground.radius_m),
+         rows);
+}
+
+void ClimbDem(const Ground& ground, std::vector<LadderRow>* rows) {
+  std::map<StateKey, std::vector<const Row*>> states;
+  double wall = 0;
+  for (const Row& row : ground.repeats) states[KeyOf(row)].push_back(&row);
+  for (const Row& row : ground.test) wall += row.source->wall_s();
+  std::vector<Judged> judged;
+  for (const auto& [key, repeats] : states) {
+    if (repeats.size() < 2) continue;
+    for (const Row* one : repeats) {
+      Judged j{one->slip, one->attack_angle_rad,    one->load_n, {},
+               one->mean, HalfWidthOf(*one, ground)};
+      for (const Row* other : repeats) {
+        for (int o = 0; o < kOutputs && other != one; ++o) {
+          j.truth[o] += other->mean[o] / static_cast<double>(repeats.size() - 1);
+        }
+      }
+      judged.push_back(j);
+    }
+  }
+  if (judged.empty()) return;
+  const double ns = wall / static_cast<double>(ground.test.size()) * 1e9;
+  Append(Judge(Head(ground, "dem", "dem", ns), judged, ground.patch.sd, ground.radius_m), rows);
+}
+
+Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
+  Ground g;
+  g.pair = pair.name;
+  g.radius_m = set.scene.wheel().radius_m();
+  g.train = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  g.test = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
+  g.repeats = PatchRows(set.runs);
+  g.patch = EstimatePatch(g.repeats, g.train, g.radius_m);
+  if (g.test.empty()) throw std::invalid_argument(pair.path + "/runs.json: no test state that ran");
+  return g;
+}
+
+}  // namespace
+
+std::vector<PairFolder> FindPairs(const std::string& root) {
+  std::vector<PairFolder> pairs;
+  if (fs::exists(root + "/runs.json")) {
+    return {{root, fs::weakly_canonical(root).filename().string()}};
+  }
+  if (fs::is_directory(root)) {
+    for (const auto& entry : fs::directory_iterator(root)) {
+      if (!fs::exists(entry.path() / "runs.json")) continue;
+      pairs.push_back({entry.path().string(), entry.path().filename().string()});
+    }
+  }
+  if (pairs.empty()) {
+    throw std::invalid_argument(root + ": expected a folder with a runs.json, or one of such");
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const PairFolder& a, const PairFolder& b) { return a.name < b.name; });
+  return pairs;
+}
+
+std::vector<LadderRow> Climb(const PairFolder& pair, double seconds) {
+  const TrainingSet set = ReadRuns(pair.path + "/runs.json");
+  const Ground ground = GroundOf(pair, set);
+  std::vector<LadderRow> rows;
+  ClimbModels(pair, ground, seconds, &rows);
+  ClimbKriging(ground, seconds, &rows);
+  ClimbCoarse(pair.path + "/coarse.json", ground, &rows);
+  ClimbDem(ground, &rows);
+  return rows;
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,99 @@
+#include "surrogate/ladder/kriging.h"
+
+#include <cmath>
+#include <openturns/Basis.hxx>
+#include <openturns/ConstantBasisFactory.hxx>
+#include <openturns/KrigingAlgorithm.hxx>
+#include <openturns/Log.hxx>
+#include <openturns/MaternModel.hxx>
+#include <stdexcept>
+#include <string>
+
+#include "surrogate/fit/residual_field.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr int kInputs = 4;
+constexpr double kTwoSided90 = 1.6448536269514722;
+constexpr std::array kOutputsFitted = {kFx, kFy, kTorque, kMz, kSinkage};
+
+/// A state's canonical point; its sign for an output, and its mirrors' signs.
+FieldPoint PointOf(const Row& row, Canonical* state) {
+  *state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+  return MakeFieldPoint(*state, row.load_n);
+}
+double SignOf(int output, double x, double y) {
+  const ResidualTable::Parity parity = ResidualTable::ParityOf(output);
+  return (parity.x < 0 ? x : 1) * (parity.y < 0 ? y : 1);
+}
+
+OT::Point Inputs(const FieldPoint& p, double mirror_x, double mirror_y) {
+  OT::Point x(kInputs);
+  x[0] = mirror_x * p.direction[0];
+  x[1] = mirror_y * p.direction[1];
+  x[2] = mirror_x * p.direction[2];
+  x[3] = p.log_load;
+  return x;
+}
+
+}  // namespace
+
+struct Kriging::Fits {
+  std::array<OT::KrigingResult, kOutputs> of;
+};
+
+Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs>& patch,
+                 double radius_m)
+    : fits_(std::make_unique<Fits>()), patch_(patch), radius_(radius_m) {
+  OT::Log::Show(OT::Log::NONE);
+  for (const int o : kOutputsFitted) {
+    OT::Sample x(0, kInputs), y(0, 1);
+    OT::Point noise;
+    for (const Row& row : rows) {
+      Canonical state{};
+      const FieldPoint point = PointOf(row, &state);
+      const double scale = OutputScale(o, row.load_n, radius_m);
+      const double own =
+          SignOf(o, state.sign_x == 0 ? 1 : state.sign_x, state.sign_y == 0 ? 1 : state.sign_y);
+      for (const double mx : {1.0, -1.0}) {
+        for (const double my : {1.0, -1.0}) {
+          x.add(Inputs(point, mx, my));
+          y.add(OT::Point(1, own * SignOf(o, mx, my) * row.mean[o] / scale));
+          const double sd = std::hypot(row.standard_error[o] / scale, patch[o]);
+          noise.add(std::max(sd * sd, 1e-10));
+        }
+      }
+    }
+    try {
+      const OT::MaternModel covariance(OT::Point(kInputs, 0.7), OT::Point(1, 0.3), 2.5);
+      OT::KrigingAlgorithm algorithm(x, y, covariance, OT::ConstantBasisFactory(kInputs).build());
+      algorithm.setNoise(noise);
+      algorithm.run();
+      fits_->of[o] = algorithm.getResult();
+    } catch (const OT::Exception& error) {
+      throw std::runtime_error(std::string("kriging of ") + kOutputNames[o] + ": " + error.what());
+    }
+  }
+}
+
+Kriging::~Kriging() = default;
+
+Kriging::Answer Kriging::At(const Row& row) const {
+  Canonical state{};
+  const FieldPoint point = PointOf(row, &state);
+  const OT::Point x = Inputs(point, 1, 1);
+  Answer answer{};
+  for (const int o : kOutputsFitted) {
+    const double scale = OutputScale(o, row.load_n, radius_);
+    answer.value[o] = scale * fits_->of[o].getConditionalMean(x)[0];
+    const double variance = fits_->of[o].getConditionalMarginalVariance(x);
+    answer.half_width[o] =
+        kTwoSided90 * scale * std::sqrt(std::max(variance, 0.0) + patch_[o] * patch_[o]);
+  }
+  answer.value[kFz] = row.load_n;
+  ApplyMirrors(state, &answer.value);
+  return answer;
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "surrogate/ladder/judge.h"
+
+namespace grouser::surrogate {
+
+/// A wheel on a soil, as a folder:
+///   runs.json      what was learned from, and the test states (grouser-fit summarise)
+///   hybrid.model, lookup.model, bekker.model   (grouser-ladder fit)
+///   coarse.json    the test states with coarser grains; may be missing
+///   measured.csv   the same wheel measured; may be missing
+///   untuned.soil   name of a soil of the table, for the untuned Bekker model; may
+///                  be missing
+struct PairFolder {
+  std::string path, name;
+};
+
+/// Folders below `root` that hold a runs.json, by name. Throws
+/// std::invalid_argument where there is none.
+std::vector<PairFolder> FindPairs(const std::string& root);
+
+/// Fits hybrid, lookup and bekker to the folder's runs and writes the models
+/// there. `command`: for their provenance; progress: a line a file.
+void FitPair(const std::string& folder, const std::string& command,
+             const std::function<void(const std::string&)>& progress);
+
+/// Rows of a pair, rungs from the cheapest: bekker_untuned, bekker, lookup, hybrid,
+/// kriging, coarse_dem, dem, all on the same test states against full DEM, and
+/// those of in-process rungs against measurement. Time: models a state of a batch
+/// of 10,000 on this core; kriging one at a time; DEM the mean of its runs' own
+/// wall times. dem: every repeat of a patch state against the mean of the others,
+/// so that its error is what one more run would be wrong by. seconds: spent on
+/// the timing of each rung.
+std::vector<LadderRow> Climb(const PairFolder& pair, double seconds);
+
+std::string LadderJson(const std::vector<LadderRow>& rows);
+std::string LadderText(const std::vector<LadderRow>& rows);
+/// Markdown: a table of region `all` by rung and output, and one by region.
+std::string LadderMarkdown(const std::vector<LadderRow>& rows);
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,69 @@
+// grouser-ladder: speed against error, rung by rung, on the same test states.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+#include "surrogate/ladder/ladder.h"
+
+namespace {
+
+using namespace grouser;
+using namespace grouser::surrogate;
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  grouser-ladder --json\n"
+    "  grouser-ladder surrogate/pairs/cmu-smooth-62.5 --markdown ladder.md\n"
+    "  grouser-ladder fit surrogate/pairs/cmu-smooth-62.5   # models from its runs.json\n"
+    "Exit codes: 0 ok, 1 failed, 2 usage or bad input.";
+
+std::string DefaultPairs() {
+  const char* root = std::getenv("GROUSER_ROOT");
+  return std::string(root ? root : ".") + "/surrogate/pairs";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Time and error of every rung, against full DEM on the same test states.");
+  app.name("grouser-ladder");
+  app.footer(kFooter);
+  std::string folder = DefaultPairs(), markdown, fitted;
+  double seconds = 0.5;
+  bool json = false;
+  app.add_option("folder", folder, "a pair's folder, or one of pairs (default: surrogate/pairs)");
+  app.add_flag("--json", json, "machine-readable rows on stdout");
+  app.add_option("--markdown", markdown, "tables for docs/speed-vs-error.md to write");
+  app.add_option("--seconds", seconds, "spent on the timing of each rung")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  CLI::App* fit = app.add_subcommand("fit", "Fit hybrid, lookup and bekker to a pair's runs.json");
+  fit->add_option("folder", fitted, "the pair's folder")->required();
+  try {
+    app.parse(argc, argv);
+    if (fit->parsed()) {
+      FitPair(fitted, "grouser-ladder fit",
+              [](const std::string& line) { fmt::print(stderr, "grouser-ladder: {}\n", line); });
+      return 0;
+    }
+    std::vector<LadderRow> rows;
+    for (const PairFolder& pair : FindPairs(folder)) {
+      const auto own = Climb(pair, seconds);
+      rows.insert(rows.end(), own.begin(), own.end());
+    }
+    fmt::print("{}\n", json ? LadderJson(rows) : LadderText(rows));
+    if (!markdown.empty()) records::WriteFileDurably(markdown, LadderMarkdown(rows));
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::invalid_argument& error) {
+    fmt::print(stderr, "grouser-ladder: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grouser-ladder: {}\n", error.what());
+    return 1;
+  }
+}
