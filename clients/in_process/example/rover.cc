@@ -18,7 +18,7 @@ double Stiffness(const grouser::Model& model, double load, int axis) {
   const grouser::Output force = axis == 0 ? grouser::kFx : grouser::kFy;
   double steepest = 0.2;
   for (const double hub : {0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2}) {
-    double ends[2];
+    double ends[2] = {};
     for (const int side : {0, 1}) {
       const double by = side == 0 ? -change : change;
       const double v_x = axis == 0 ? hub + by : hub, v_y = axis == 0 ? 0 : by;
@@ -47,7 +47,8 @@ Rover Rover::For(const grouser::Model& model, int wheels) {
   rover.inertia = rover.mass * (half_length * half_length + half_track * half_track) / 3;  // plate
   double mean_square = 0;
   for (int i = 0; i < wheels; ++i) {
-    rover.x[i] = half_length * (1 - 2.0 * (i / 2) / (axles - 1));
+    const int axle = i / 2;  // from the front
+    rover.x[i] = half_length * (1 - 2.0 * axle / (axles - 1));
     rover.y[i] = i % 2 == 0 ? half_track : -half_track;
     mean_square += rover.x[i] * rover.x[i] / wheels;
   }

@@ -89,11 +89,11 @@ TEST(Model, RefusesAfterItWasMovedFrom) {
   Model model = Model::Open(kShipped);
   Model other = std::move(model);
   Batch batch = MakeBatch(5);
-  // NOLINTBEGIN(bugprone-use-after-move): that is what is tested
+  // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move): that is what is tested
   EXPECT_FALSE(model.Evaluate(batch.states(), batch.answers()));
   EXPECT_TRUE(batch.Untouched());
   const Answer none = model.Evaluate(State{0.1, 0, 0.1, 20});
-  // NOLINTEND(bugprone-use-after-move)
+  // NOLINTEND(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
   EXPECT_EQ(none.flags, kInvalid);
   EXPECT_TRUE(std::isnan(none.output[kFx].value) && std::isnan(none.output[kFx].d_load));
   EXPECT_TRUE(other.Evaluate(batch.states(), batch.answers()));

@@ -1,6 +1,5 @@
 #include "grouser/model.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -32,8 +31,6 @@ std::atomic<long> g_allocations{0};
 
 namespace grouser {
 namespace {
-
-using testing::Each;
 
 void ExpectSame(const Batch& a, const Batch& b, std::size_t fields) {
   for (std::size_t o = 0; o < kOutputs; ++o) {
@@ -130,7 +127,7 @@ TEST(Model, WritesOnlyTheSpansThatAreGiven) {
   ASSERT_TRUE(model.Evaluate(some.states(), out));
   EXPECT_TRUE(SameBits(some.out[kTorque][0], all.out[kTorque][0]));
   EXPECT_EQ(some.flags, all.flags);
-  EXPECT_THAT(some.out[kFx][0], Each(kUntouched));
+  EXPECT_EQ(some.out[kFx][0], std::vector<double>(30, kUntouched));
 }
 
 TEST(Model, AnEmptyBatchIsFine) {
