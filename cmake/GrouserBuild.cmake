@@ -20,8 +20,11 @@ if(GROUSER_SANITIZE)
   target_link_options(grouser_options INTERFACE -fsanitize=${GROUSER_SANITIZE})
   if(GROUSER_SANITIZE MATCHES "thread")
     # protobuf's map_field.h lays its maps out otherwise under this macro, which
-    # Debian's libprotobuf was built without; libstdc++ still needs to know.
-    target_compile_options(grouser_options INTERFACE -U__SANITIZE_THREAD__ -D_GLIBCXX_TSAN=1)
+    # Debian's libprotobuf was built without; libstdc++ still needs to know. The
+    # evaluators keep it: they have no protobuf, and drop their target_clones
+    # where they see it (a resolver in a shared library runs before TSan does).
+    target_compile_options(grouser_options INTERFACE -D_GLIBCXX_TSAN=1
+      $<$<NOT:$<STREQUAL:$<TARGET_PROPERTY:NAME>,grouser_models>>:-U__SANITIZE_THREAD__>)
   endif()
 endif()
 

@@ -49,6 +49,12 @@ RULES = {
     "server/jobs": (r"server/(core|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
     "clients": (r"clients/|surrogate/models/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+    "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
+                           r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
+                           HEAVY + "|grpc|lcm/"),
+    # What is installed, and what a stranger writes.
+    "clients/in_process/grouser": (r"(?!)", None),
+    "clients/in_process/example": (r"grouser/model\.h|\w+\.h", None),
 }
 # Only the owner of the run files' format names HDF5.
 HDF5_FILES = re.compile(r"proto/records/(run_file|tile_file|hdf5_file)\.(h|cc)")
@@ -134,6 +140,9 @@ BAD = {
     "proto/grouser/v1alpha1/a.proto": "import \"server/a.proto\";\n",
     "clients/cpp/a.cc": "#include \"server/core/status.h\"\n",
     "clients/cpp/b.h": "int x;\n",
+    "clients/in_process/a.cc": "#include \"clients/cpp/terrain_client.h\"\n",
+    "clients/in_process/grouser/a.h": "#pragma once\n#include \"surrogate/models/wheel_model.h\"\n",
+    "clients/in_process/example/a.cc": "#include \"surrogate/models/wheel_model.h\"\n",
     "tests/a.py": "\n" * (MAX_LINES + 1),
     "surrogate/fit/b.cc": "// TO" "DO later\n",
 }

@@ -1,0 +1,151 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+/// Grouser in your own process: a fitted model of one wheel on one soil, read
+/// from a model file. Nothing but the C++20 library is needed to include this;
+/// link the CMake target grouser::model.
+///
+/// SI and radians; x forward, y left, z up (REP-103). Forces are those of the
+/// soil on the wheel, at its centre, in the wheel's contact frame.
+
+#if defined(__GNUC__)
+#define GROUSER_PUBLIC __attribute__((visibility("default")))
+#else
+#define GROUSER_PUBLIC
+#endif
+
+namespace grouser {
+
+/// What is answered, in this order everywhere.
+enum Output : int {
+  kFx = 0,   ///< drawbar pull [N]
+  kFy,       ///< lateral force [N]
+  kFz,       ///< vertical force [N]
+  kTorque,   ///< drive torque, positive when the motor drives [N m]
+  kMz,       ///< moment about the vertical at the centre [N m]
+  kSinkage,  ///< undisturbed plane to the lowest rim point [m]
+};
+inline constexpr std::size_t kOutputs = 6;
+
+/// Bits of a state's flags. 0: nothing to say.
+enum Flag : std::uint32_t {
+  kInvalid = 1,         ///< non-finite input or load <= 0; the outputs are NaN
+  kClamped = 2,         ///< something was clamped to the model's limits
+  kExtrapolated = 4,    ///< outside what the training runs covered
+  kStatic = 8,          ///< hub and rim stand still
+  kNoEquilibrium = 16,  ///< the soil does not carry the load
+  kRate = 32,           ///< faster than the quasi-static range
+  kSlope = 64,
+  kRigidAssumed = 128,
+  kVirginAssumed = 256,
+  kFormUnknown = 512,  ///< the interval is against DEM; against a measurement it is unknown
+  kToleranceUnmet = 1024,
+};
+
+/// n wheel states on flat virgin ground, structure of arrays; every span has n
+/// entries. With V = hypot(v_x, v_y):
+///   slip = (rim_speed - v_x) / max(|rim_speed|, V), attack angle = atan2(v_y, v_x).
+struct States {
+  std::span<const double> v_x, v_y;   ///< hub velocity [m/s]
+  std::span<const double> rim_speed;  ///< radius times spin, r w [m/s]
+  std::span<const double> load;       ///< vertical load [N], > 0
+};
+
+/// Where one output goes: each span has n entries, or is empty and costs nothing.
+/// The interval [low, high] covers the mean of a fresh DEM run at the model's
+/// interval_level().
+struct OutputSpans {
+  std::span<double> value;
+  std::span<double> sd_fit;    ///< standard deviation, surrogate against DEM
+  std::span<double> sd_patch;  ///< of one random placement of the bed
+  std::span<double> low, high;
+  /// Derivatives of the value by v_x, v_y, rim_speed [unit s/m] and load
+  /// [unit/N]. A rung without gradients leaves NaN here: see has_gradients().
+  std::span<double> d_v_x, d_v_y, d_rim_speed, d_load;
+};
+
+/// Where the answers of n states go. No span may overlap another or the states.
+struct Answers {
+  std::array<OutputSpans, kOutputs> output;  ///< by Output
+  std::span<std::uint32_t> flags;            ///< required, n entries; bits of Flag
+  std::span<double> slip, attack_angle;      ///< echo [-], [rad]; n entries or empty
+};
+
+/// One wheel state and its answer.
+struct State {
+  double v_x = 0, v_y = 0, rim_speed = 0, load = 0;
+};
+struct OutputAnswer {
+  double value, sd_fit, sd_patch, low, high;
+  double d_v_x, d_v_y, d_rim_speed, d_load;  ///< NaN without gradients
+};
+struct Answer {
+  std::array<OutputAnswer, kOutputs> output;  ///< by Output
+  std::uint32_t flags;
+  double slip, attack_angle;
+};
+
+/// What the training runs covered; outside it answers are flagged
+/// kExtrapolated and their intervals grow. Mirrored in v_x and v_y.
+struct Domain {
+  double slip_min, slip_max;  ///< [-]
+  double attack_angle_max_rad;
+  double load_min_n, load_max_n;
+  double speed_m_per_s;  ///< of the training runs
+};
+
+/// An immutable model. All const members may be called from any number of
+/// threads at once. After a move, the object that was moved from may only be
+/// assigned to, destroyed, or evaluated (which then refuses).
+class GROUSER_PUBLIC Model {
+ public:
+  /// Reads and checks a model file: its hash, its fields, and that its stored
+  /// test vectors are reproduced. Throws std::runtime_error "FILE: cause".
+  static Model Open(const std::filesystem::path& model_file);
+
+  Model(Model&& other) noexcept;
+  Model& operator=(Model&& other) noexcept;
+  ~Model();
+
+  /// Answers all states: no allocation, lock or system call. A bad state gets
+  /// kInvalid and NaN outputs, and harms no other.
+  ///
+  /// Returns false, having written nothing, if a span has the wrong size (or
+  /// the model was moved from). So a mistake can neither write out of bounds
+  /// nor end the process from within a control loop, and it shows at the first
+  /// call: sizes are compared once a call, not once a state. SizeProblem says
+  /// which span it was.
+  [[nodiscard]] bool Evaluate(const States& in, const Answers& out) const noexcept;
+
+  /// One state. A batch is cheaper by the state.
+  Answer Evaluate(const State& state) const noexcept;
+
+  /// Which span makes Evaluate refuse, e.g. "output[2].low: 5 entries, expected
+  /// 8 or none"; empty if none does. Allocates: not for the loop.
+  static std::string SizeProblem(const States& in, const Answers& out);
+
+  const std::string& name() const noexcept;
+  const std::string& soil() const noexcept;    ///< name of the soil
+  const std::string& wheel() const noexcept;   ///< name of the wheel
+  const std::string& rung() const noexcept;    ///< kind of model, e.g. "hybrid", "bekker"
+  const std::string& digest() const noexcept;  ///< SHA-256 of the content, lower-case hex
+  double radius_m() const noexcept;            ///< r of rim_speed
+  double width_m() const noexcept;
+  double interval_level() const noexcept;  ///< e.g. 0.9
+  bool has_gradients() const noexcept;     ///< of all outputs
+  const Domain& domain() const noexcept;
+
+ private:
+  struct Parts;
+  explicit Model(std::unique_ptr<const Parts> parts) noexcept;
+  std::unique_ptr<const Parts> parts_;
+};
+
+}  // namespace grouser

@@ -1,0 +1,228 @@
+#include "clients/in_process/grouser/model.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "proto/records/model_file.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// The public header repeats these; it may not include ours.
+static_assert(kOutputs == surrogate::kOutputs);
+static_assert(int{kFx} == surrogate::kFx && int{kFy} == surrogate::kFy &&
+              int{kFz} == surrogate::kFz && int{kTorque} == surrogate::kTorque &&
+              int{kMz} == surrogate::kMz && int{kSinkage} == surrogate::kSinkage);
+constexpr bool SameBit(Flag ours, surrogate::Flag theirs) {
+  return static_cast<std::uint32_t>(ours) == static_cast<std::uint32_t>(theirs);
+}
+static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrogate::kClamped) &&
+              SameBit(kExtrapolated, surrogate::kExtrapolated) &&
+              SameBit(kStatic, surrogate::kStatic) &&
+              SameBit(kNoEquilibrium, surrogate::kNoEquilibrium) &&
+              SameBit(kRate, surrogate::kRate) && SameBit(kSlope, surrogate::kSlope) &&
+              SameBit(kRigidAssumed, surrogate::kRigidAssumed) &&
+              SameBit(kVirginAssumed, surrogate::kVirginAssumed) &&
+              SameBit(kFormUnknown, surrogate::kFormUnknown) &&
+              SameBit(kToleranceUnmet, surrogate::kToleranceUnmet));
+
+struct SpanField {
+  const char* name;
+  std::span<double> OutputSpans::*member;
+};
+constexpr std::array<SpanField, 9> kSpanFields = {{{"value", &OutputSpans::value},
+                                                   {"sd_fit", &OutputSpans::sd_fit},
+                                                   {"sd_patch", &OutputSpans::sd_patch},
+                                                   {"low", &OutputSpans::low},
+                                                   {"high", &OutputSpans::high},
+                                                   {"d_v_x", &OutputSpans::d_v_x},
+                                                   {"d_v_y", &OutputSpans::d_v_y},
+                                                   {"d_rim_speed", &OutputSpans::d_rim_speed},
+                                                   {"d_load", &OutputSpans::d_load}}};
+constexpr std::size_t kFirstGradient = 5;  // in kSpanFields
+
+bool Fits(std::span<const double> span, std::size_t n) noexcept {
+  return span.empty() || span.size() == n;
+}
+
+bool SizesFit(const States& in, const Answers& out) noexcept {
+  const std::size_t n = in.load.size();
+  bool fit = in.v_x.size() == n && in.v_y.size() == n && in.rim_speed.size() == n &&
+             out.flags.size() == n && Fits(out.slip, n) && Fits(out.attack_angle, n);
+  for (const OutputSpans& o : out.output) {
+    for (const SpanField& field : kSpanFields) fit &= Fits(o.*field.member, n);
+  }
+  return fit;
+}
+
+surrogate::ResponsesView ToView(const Answers& out) noexcept {
+  surrogate::ResponsesView view;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    const OutputSpans& s = out.output[o];
+    view.output[o] = {s.value, s.sd_fit, s.sd_patch,    s.low,   s.high,
+                      s.d_v_x, s.d_v_y,  s.d_rim_speed, s.d_load};
+  }
+  view.flags = out.flags;
+  view.slip = out.slip;
+  view.attack_angle = out.attack_angle;
+  return view;
+}
+
+void FillGradients(const Answers& out, double with) noexcept {
+  for (const OutputSpans& o : out.output) {
+    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+      const std::span<double> span = o.*kSpanFields[f].member;
+      std::fill(span.begin(), span.end(), with);
+    }
+  }
+}
+
+// Spans of length 1 into `answer`.
+Answers ViewOf(Answer* answer) noexcept {
+  Answers out;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    OutputAnswer& a = answer->output[o];
+    const auto one = [](double& x) { return std::span<double>(&x, 1); };
+    out.output[o] = {one(a.value), one(a.sd_fit), one(a.sd_patch),    one(a.low),   one(a.high),
+                     one(a.d_v_x), one(a.d_v_y),  one(a.d_rim_speed), one(a.d_load)};
+  }
+  out.flags = {&answer->flags, 1};
+  out.slip = {&answer->slip, 1};
+  out.attack_angle = {&answer->attack_angle, 1};
+  return out;
+}
+
+// "RUNG_HYBRID" -> "hybrid"; the default of the message is the hybrid.
+std::string NameOf(v1alpha1::Rung rung) {
+  if (rung == v1alpha1::RUNG_UNSPECIFIED) rung = v1alpha1::RUNG_HYBRID;
+  std::string name = v1alpha1::Rung_Name(rung);
+  if (name.starts_with("RUNG_")) name.erase(0, 5);
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+}  // namespace
+
+struct Model::Parts {
+  std::unique_ptr<const surrogate::WheelModel> evaluator;
+  std::string name, soil, wheel, rung, digest;
+  double radius_m = 0, width_m = 0, interval_level = 0;
+  bool has_gradients = false;
+  Domain domain{};
+
+  void Evaluate(const States& in, const Answers& out) const noexcept {
+    // Never leave what the caller's memory held before where a derivative belongs.
+    if (!has_gradients) FillGradients(out, kNaN);
+    evaluator->Evaluate({in.v_x, in.v_y, in.rim_speed, in.load, {}, {}, {}, {}}, ToView(out));
+  }
+
+  // Asks the evaluator itself, so that no list of rungs has to be kept here.
+  bool FillsGradients() const noexcept {
+    const double angle = std::min(0.2, domain.attack_angle_max_rad / 2);
+    const double speed = domain.speed_m_per_s > 0 ? domain.speed_m_per_s : 0.1;
+    const double load = std::sqrt(domain.load_min_n * domain.load_max_n);
+    const surrogate::VelocityState v = surrogate::FromSlip(0.1, angle, speed);
+    Answer answer{};
+    const Answers out = ViewOf(&answer);
+    Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}}, out);
+    bool filled = true;
+    for (const OutputSpans& o : out.output) {
+      for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+        filled &= !std::isnan((o.*kSpanFields[f].member)[0]);
+      }
+    }
+    return filled;
+  }
+};
+
+Model::Model(std::unique_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
+Model::Model(Model&& other) noexcept = default;
+Model& Model::operator=(Model&& other) noexcept = default;
+Model::~Model() = default;
+
+Model Model::Open(const std::filesystem::path& model_file) try {
+  const records::LoadedModel loaded = records::ReadModelFile(model_file.string());
+  const v1alpha1::Model& message = loaded.model;
+  auto parts = std::make_unique<Parts>();
+  parts->evaluator = surrogate::MakeModel(message);
+  parts->name = message.name();
+  parts->soil = message.soil().name();
+  parts->wheel = message.wheel().name();
+  parts->rung = NameOf(message.rung());
+  parts->digest = loaded.digest;
+  parts->radius_m = message.wheel().radius_m();
+  parts->width_m = message.wheel().width_m();
+  parts->interval_level = message.interval_level();
+  const v1alpha1::Domain& d = message.domain();
+  parts->domain = {d.slip_min(),   d.slip_max(),   d.attack_angle_max_rad(),
+                   d.load_min_n(), d.load_max_n(), d.speed_m_per_s()};
+  parts->has_gradients = parts->FillsGradients();
+  return Model(std::move(parts));
+} catch (const std::exception& error) {
+  const std::string file = model_file.string(), what = error.what();
+  throw std::runtime_error(what.starts_with(file) ? what : file + ": " + what);
+}
+
+bool Model::Evaluate(const States& in, const Answers& out) const noexcept {
+  if (parts_ == nullptr || !SizesFit(in, out)) return false;
+  parts_->Evaluate(in, out);
+  return true;
+}
+
+Answer Model::Evaluate(const State& state) const noexcept {
+  Answer answer;
+  const Answers out = ViewOf(&answer);
+  const States in = {{&state.v_x, 1}, {&state.v_y, 1}, {&state.rim_speed, 1}, {&state.load, 1}};
+  if (Evaluate(in, out)) return answer;
+  for (OutputAnswer& o : answer.output) o.value = o.sd_fit = o.sd_patch = o.low = o.high = kNaN;
+  FillGradients(out, kNaN);
+  answer.slip = answer.attack_angle = kNaN;
+  answer.flags = kInvalid;
+  return answer;
+}
+
+std::string Model::SizeProblem(const States& in, const Answers& out) {
+  const std::size_t n = in.load.size();
+  const auto problem = [n](const std::string& name, std::size_t size, const char* otherwise) {
+    return name + ": " + std::to_string(size) + " entries, expected " + std::to_string(n) +
+           otherwise;
+  };
+  if (in.v_x.size() != n) return problem("v_x", in.v_x.size(), " as load");
+  if (in.v_y.size() != n) return problem("v_y", in.v_y.size(), " as load");
+  if (in.rim_speed.size() != n) return problem("rim_speed", in.rim_speed.size(), " as load");
+  if (out.flags.size() != n) return problem("flags", out.flags.size(), "");
+  if (!Fits(out.slip, n)) return problem("slip", out.slip.size(), " or none");
+  if (!Fits(out.attack_angle, n)) {
+    return problem("attack_angle", out.attack_angle.size(), " or none");
+  }
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    for (const SpanField& field : kSpanFields) {
+      const std::span<double> span = out.output[o].*field.member;
+      if (Fits(span, n)) continue;
+      return problem("output[" + std::to_string(o) + "]." + field.name, span.size(), " or none");
+    }
+  }
+  return "";
+}
+
+const std::string& Model::name() const noexcept { return parts_->name; }
+const std::string& Model::soil() const noexcept { return parts_->soil; }
+const std::string& Model::wheel() const noexcept { return parts_->wheel; }
+const std::string& Model::rung() const noexcept { return parts_->rung; }
+const std::string& Model::digest() const noexcept { return parts_->digest; }
+double Model::radius_m() const noexcept { return parts_->radius_m; }
+double Model::width_m() const noexcept { return parts_->width_m; }
+double Model::interval_level() const noexcept { return parts_->interval_level; }
+bool Model::has_gradients() const noexcept { return parts_->has_gradients; }
+const Domain& Model::domain() const noexcept { return parts_->domain; }
+
+}  // namespace grouser

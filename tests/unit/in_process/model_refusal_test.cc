@@ -1,0 +1,132 @@
+// What grouser::Model refuses: spans of the wrong size, bad files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "grouser/model.h"
+#include "proto/records/model_file.h"
+#include "tests/unit/in_process/batch.h"
+#include "tests/unit/records/temp_folder.h"
+#include "tests/unit/records/throws.h"
+
+namespace grouser {
+namespace {
+
+using testing::AllOf;
+using testing::Each;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// Every span in turn, too long and too short: refused, and nothing written.
+TEST(Model, RefusesSpansOfAnotherSizeAndTouchesNothing) {
+  const Model model = Model::Open(kShipped);
+  constexpr std::size_t n = 8;
+  Batch batch = MakeBatch(n);
+  std::vector<double> wrong(n + 1, kUntouched);
+  std::vector<std::uint32_t> wrong_flags(n + 1, 77u);
+  const auto expect_refused = [&](const States& in, const Answers& out, const std::string& name) {
+    EXPECT_FALSE(model.Evaluate(in, out)) << name;
+    EXPECT_THAT(Model::SizeProblem(in, out), StartsWith(name + ": "));
+    EXPECT_TRUE(batch.Untouched()) << name;
+    EXPECT_THAT(wrong, Each(kUntouched)) << name;
+  };
+  const auto change = [&](auto make, const std::string& name) {
+    for (const std::size_t size : {n - 1, n + 1}) {
+      States in = batch.states();
+      Answers out = batch.answers();
+      make(in, out, size);
+      expect_refused(in, out, name);
+    }
+  };
+  change([&](States& in, Answers&, std::size_t s) { in.v_x = {wrong.data(), s}; }, "v_x");
+  change([&](States& in, Answers&, std::size_t s) { in.v_y = {wrong.data(), s}; }, "v_y");
+  change(
+      [&](States& in, Answers&, std::size_t s) {
+        in.rim_speed = {wrong.data(), s};
+      },
+      "rim_speed");
+  change(
+      [&](States&, Answers& out, std::size_t s) {
+        out.flags = {wrong_flags.data(), s};
+      },
+      "flags");
+  change([&](States&, Answers& out, std::size_t s) { out.slip = {wrong.data(), s}; }, "slip");
+  change(
+      [&](States&, Answers& out, std::size_t s) {
+        out.attack_angle = {wrong.data(), s};
+      },
+      "attack_angle");
+  const std::pair<const char*, std::span<double> OutputSpans::*> fields[] = {
+      {"value", &OutputSpans::value},       {"sd_fit", &OutputSpans::sd_fit},
+      {"sd_patch", &OutputSpans::sd_patch}, {"low", &OutputSpans::low},
+      {"high", &OutputSpans::high},         {"d_v_x", &OutputSpans::d_v_x},
+      {"d_v_y", &OutputSpans::d_v_y},       {"d_rim_speed", &OutputSpans::d_rim_speed},
+      {"d_load", &OutputSpans::d_load}};
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    for (const auto& [name, field] : fields) {
+      const auto member = field;
+      change(
+          [&](States&, Answers& out, std::size_t s) {
+            out.output[o].*member = {wrong.data(), s};
+          },
+          "output[" + std::to_string(o) + "]." + name);
+    }
+  }
+  Answers no_flags = batch.answers();
+  no_flags.flags = {};
+  expect_refused(batch.states(), no_flags, "flags");
+  EXPECT_EQ(Model::SizeProblem(batch.states(), batch.answers()), "");
+}
+
+TEST(Model, RefusesAfterItWasMovedFrom) {
+  Model model = Model::Open(kShipped);
+  Model other = std::move(model);
+  Batch batch = MakeBatch(5);
+  // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move): that is what is tested
+  EXPECT_FALSE(model.Evaluate(batch.states(), batch.answers()));
+  EXPECT_TRUE(batch.Untouched());
+  const Answer none = model.Evaluate(State{0.1, 0, 0.1, 20});
+  // NOLINTEND(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+  EXPECT_EQ(none.flags, kInvalid);
+  EXPECT_TRUE(std::isnan(none.output[kFx].value) && std::isnan(none.output[kFx].d_load));
+  EXPECT_TRUE(other.Evaluate(batch.states(), batch.answers()));
+  model = std::move(other);
+  EXPECT_EQ(model.name(), "cmu-smooth-62.5");
+}
+
+std::string OpenComplaint(const std::string& file) {
+  return MessageOf([&] { Model::Open(file); });
+}
+
+TEST(Model, SaysWhichFileIsBadAndWhy) {
+  const records::TempFolder folder;
+  EXPECT_THROW(Model::Open(folder / "none.model"), std::runtime_error);
+  EXPECT_THAT(OpenComplaint(folder / "none.model"),
+              AllOf(StartsWith(folder / "none.model"), HasSubstr("No such file")));
+  std::ofstream(folder / "text.model") << "hello";
+  EXPECT_THAT(OpenComplaint(folder / "text.model"),
+              AllOf(StartsWith(folder / "text.model"), HasSubstr("not a Grouser model file")));
+  std::ifstream shipped(kShipped, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(shipped), {});
+  bytes.back() = static_cast<char>(bytes.back() ^ 1);
+  std::ofstream(folder / "bit.model", std::ios::binary) << bytes;
+  EXPECT_THAT(OpenComplaint(folder / "bit.model"),
+              AllOf(StartsWith(folder / "bit.model"), HasSubstr("SHA-256")));
+  // Well-formed, but its content is not: the loader names the field, Open the file.
+  v1alpha1::Model message = records::ReadModelFile(kShipped).model;
+  message.mutable_golden(0)->set_value(0, 1e6);
+  records::WriteModelFile(folder / "golden.model", message);
+  EXPECT_THROW(Model::Open(folder / "golden.model"), std::runtime_error);
+  EXPECT_THAT(OpenComplaint(folder / "golden.model"),
+              AllOf(StartsWith(folder / "golden.model"), HasSubstr("golden[0]")));
+}
+
+}  // namespace
+}  // namespace grouser

@@ -1,0 +1,174 @@
+#include "grouser/model.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "proto/records/model_file.h"
+#include "surrogate/model_io/load_model.h"
+#include "tests/unit/in_process/batch.h"
+
+// Counts allocations of this process, the shared library's among them.
+namespace {
+std::atomic<long> g_allocations{0};
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace grouser {
+namespace {
+
+void ExpectSame(const Batch& a, const Batch& b, std::size_t fields) {
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    for (std::size_t f = 0; f < fields; ++f) {
+      EXPECT_TRUE(SameBits(a.out[o][f], b.out[o][f])) << "output " << o << " field " << f;
+    }
+  }
+  EXPECT_TRUE(SameBits(a.echo[0], b.echo[0]));
+  EXPECT_TRUE(SameBits(a.echo[1], b.echo[1]));
+  EXPECT_EQ(a.flags, b.flags);
+}
+
+TEST(Model, TellsWhatTheFileSays) {
+  const records::LoadedModel file = records::ReadModelFile(kShipped);
+  const Model model = Model::Open(kShipped);
+  EXPECT_EQ(model.name(), "cmu-smooth-62.5");
+  EXPECT_EQ(model.soil(), file.model.soil().name());
+  EXPECT_EQ(model.wheel(), "smooth-62.5");
+  EXPECT_EQ(model.digest(), file.digest);
+  EXPECT_EQ(model.radius_m(), 0.0625);
+  EXPECT_EQ(model.width_m(), 0.05);
+  EXPECT_EQ(model.interval_level(), file.model.interval_level());
+  EXPECT_EQ(model.domain().slip_min, file.model.domain().slip_min());
+  EXPECT_EQ(model.domain().slip_max, file.model.domain().slip_max());
+  EXPECT_EQ(model.domain().attack_angle_max_rad, file.model.domain().attack_angle_max_rad());
+  EXPECT_EQ(model.domain().load_min_n, file.model.domain().load_min_n());
+  EXPECT_EQ(model.domain().load_max_n, file.model.domain().load_max_n());
+  EXPECT_EQ(model.domain().speed_m_per_s, file.model.domain().speed_m_per_s());
+}
+
+TEST(Model, NamesTheRung) {
+  v1alpha1::Rung expected = records::ReadModelFile(kShipped).model.rung(), rung;
+  if (expected == v1alpha1::RUNG_UNSPECIFIED) expected = v1alpha1::RUNG_HYBRID;
+  std::string name = Model::Open(kShipped).rung();
+  for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  ASSERT_TRUE(v1alpha1::Rung_Parse("RUNG_" + name, &rung)) << name;
+  EXPECT_EQ(rung, expected);
+}
+
+TEST(Model, AnswersAsTheEvaluatorBitByBit) {
+  const auto evaluator = surrogate::MakeModel(records::ReadModelFile(kShipped).model);
+  const Model model = Model::Open(kShipped);
+  Batch ours = MakeBatch(500), theirs = MakeBatch(500);
+  ASSERT_TRUE(model.Evaluate(ours.states(), ours.answers()));
+  evaluator->Evaluate({theirs.in[0], theirs.in[1], theirs.in[2], theirs.in[3], {}, {}, {}, {}},
+                      theirs.Into<surrogate::ResponsesView>());
+  ExpectSame(ours, theirs, model.has_gradients() ? kFields : 5);
+  EXPECT_EQ(ours.flags[499], kInvalid);
+  EXPECT_EQ(ours.flags[498], kInvalid);
+  EXPECT_TRUE(ours.flags[497] & kStatic);
+  EXPECT_TRUE(std::isfinite(ours.out[kFx][0][0]));
+}
+
+TEST(Model, LeavesNoOldMemoryWhereAGradientBelongs) {
+  const Model model = Model::Open(kShipped);
+  Batch batch(1);
+  const double state[4] = {0.09, 0.01, 0.1, 20};
+  for (int k = 0; k < 4; ++k) batch.in[k][0] = state[k];
+  ASSERT_TRUE(model.Evaluate(batch.states(), batch.answers()));
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    for (std::size_t f = 5; f < kFields; ++f) {
+      EXPECT_EQ(std::isfinite(batch.out[o][f][0]), model.has_gradients()) << o << " " << f;
+      EXPECT_NE(batch.out[o][f][0], kUntouched);
+    }
+  }
+}
+
+TEST(Model, OneStateIsTheBatchOfOne) {
+  const Model model = Model::Open(kShipped);
+  const Batch states = MakeBatch(20);
+  Batch all = MakeBatch(20);
+  ASSERT_TRUE(model.Evaluate(states.states(), all.answers()));
+  for (std::size_t i = 0; i < 20; ++i) {
+    const Answer one =
+        model.Evaluate({states.in[0][i], states.in[1][i], states.in[2][i], states.in[3][i]});
+    EXPECT_EQ(one.flags, all.flags[i]);
+    for (std::size_t o = 0; o < kOutputs; ++o) {
+      const OutputAnswer& a = one.output[o];
+      const double fields[5] = {a.value, a.sd_fit, a.sd_patch, a.low, a.high};
+      for (int f = 0; f < 5; ++f) {
+        EXPECT_TRUE(SameBits({fields[f]}, {all.out[o][f][i]})) << i << " " << o << " " << f;
+      }
+    }
+  }
+}
+
+TEST(Model, WritesOnlyTheSpansThatAreGiven) {
+  const Model model = Model::Open(kShipped);
+  Batch some = MakeBatch(30), all = MakeBatch(30);
+  ASSERT_TRUE(model.Evaluate(all.states(), all.answers()));
+  Answers out;
+  out.flags = some.flags;
+  out.output[kTorque].value = some.out[kTorque][0];
+  ASSERT_TRUE(model.Evaluate(some.states(), out));
+  EXPECT_TRUE(SameBits(some.out[kTorque][0], all.out[kTorque][0]));
+  EXPECT_EQ(some.flags, all.flags);
+  EXPECT_EQ(some.out[kFx][0], std::vector<double>(30, kUntouched));
+}
+
+TEST(Model, AnEmptyBatchIsFine) {
+  const Model model = Model::Open(kShipped);
+  EXPECT_TRUE(model.Evaluate(States{}, Answers{}));
+  EXPECT_EQ(Model::SizeProblem(States{}, Answers{}), "");
+}
+
+TEST(Model, AllocatesNothingWhileItAnswers) {
+  const Model model = Model::Open(kShipped);
+  Batch batch = MakeBatch(200);
+  const States in = batch.states();
+  const Answers out = batch.answers();
+  const long before = g_allocations;
+  const bool done = model.Evaluate(in, out);
+  const bool refused = !model.Evaluate(in, Answers{});
+  const Answer one = model.Evaluate(State{0.1, 0.02, 0.12, 20});
+  const long after = g_allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_TRUE(done && refused && std::isfinite(one.output[kFx].value));
+  const Model second = Model::Open(kShipped);
+  EXPECT_GT(g_allocations, after) << "the library's allocations are not counted";
+}
+
+TEST(Model, TwoThreadsGetTheSameBits) {
+  const Model model = Model::Open(kShipped);
+  Batch alone = MakeBatch(400);
+  ASSERT_TRUE(model.Evaluate(alone.states(), alone.answers()));
+  std::array<Batch, 2> both = {MakeBatch(400), MakeBatch(400)};
+  std::atomic<int> ready{0}, failed{0};
+  const auto work = [&](Batch* batch) {
+    ++ready;
+    while (ready < 2) std::this_thread::yield();
+    for (int k = 0; k < 20; ++k) failed += !model.Evaluate(batch->states(), batch->answers());
+  };
+  std::thread first(work, &both[0]), second(work, &both[1]);
+  first.join();
+  second.join();
+  EXPECT_EQ(failed, 0);
+  for (const Batch& batch : both) ExpectSame(batch, alone, 5);
+}
+
+}  // namespace
+}  // namespace grouser
