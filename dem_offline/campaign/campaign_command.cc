@@ -8,6 +8,7 @@
 
 #include "dem_offline/campaign/commands.h"
 #include "dem_offline/campaign/design.h"
+#include "dem_offline/campaign/draw.h"
 #include "dem_offline/campaign/executor.h"
 #include "dem_offline/campaign/run_folder.h"
 #include "dem_offline/campaign/run_index.h"
@@ -20,7 +21,8 @@ constexpr char kExamples[] = R"(Examples:
   grouser-dem campaign run demo.campaign.yaml --out out/demo --jobs 1   # goes on where it stopped
   grouser-dem campaign status out/demo --json
   grouser-dem campaign list out/demo
-  grouser-dem campaign reindex out/demo)";
+  grouser-dem campaign reindex out/demo
+  grouser-dem campaign draw --states 60 --seed 7 --slip -1 0.95 --load 8 30 --tiles 9 12)";
 
 struct CampaignArguments {
   std::string file, folder, device = "cpu";
@@ -134,6 +136,29 @@ int Reindex(const CampaignArguments& arguments) {
   return unreadable.empty() ? 0 : 1;
 }
 
+void AddDraw(CLI::App* campaign, Action* action) {
+  auto request = std::make_shared<DrawRequest>();
+  CLI::App* draw =
+      campaign->add_subcommand("draw", "States for a campaign file, to fix them there");
+  draw->footer(kExamples);
+  draw->add_flag("--sobol", request->sobol, "Sobol's sequence; else independent draws");
+  draw->add_option("--states", request->states, "How many")->capture_default_str();
+  draw->add_option("--seed", request->seed, "Of the draws; Sobol: points passed over")
+      ->capture_default_str();
+  draw->add_option("--slip", request->slip, "From, to [-]")->capture_default_str();
+  draw->add_option("--angle-deg", request->angle_deg, "From, to [deg]")->capture_default_str();
+  draw->add_option("--load", request->load_n, "From, to [N]")->capture_default_str();
+  draw->add_option("--speed", request->speed,
+                   "From, to [m/s], even in the logarithm; 0: the rig's");
+  draw->add_option("--tiles", request->tiles, "Seeds, first and last, taken in turn");
+  draw->callback([=] {
+    *action = [request](const StopSignals&) {
+      fmt::print("{}", DrawStates(*request));
+      return 0;
+    };
+  });
+}
+
 }  // namespace
 
 void AddCampaignCommand(CLI::App& app, Action* action) {
@@ -141,6 +166,7 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   campaign->require_subcommand(1);
   campaign->footer(kExamples);
   auto arguments = std::make_shared<CampaignArguments>();
+  AddDraw(campaign, action);
 
   CLI::App* run = campaign->add_subcommand("run", "Run it, or go on where it stopped");
   run->footer(kExamples);

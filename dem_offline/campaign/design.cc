@@ -44,15 +44,22 @@ std::string AxisKey(v1alpha1::RigMode mode) {
   return mode == v1alpha1::RIG_MODE_FREE_SLIP ? "drawbar_n" : "";
 }
 
+/// The rig's speed is another state's axis where an entry says so.
+void ReadSpeed(YamlSection& entry, v1alpha1::TestState* state) {
+  if (entry.Has("speed_m_per_s")) {
+    state->set_speed_m_per_s(entry.Number("speed_m_per_s", kPositive));
+  }
+}
+
 v1alpha1::TestState ReadState(YamlSection& section, v1alpha1::RigMode campaign_mode) {
   const v1alpha1::RigMode mode = ReadMode(section, campaign_mode);
   const std::string axis = AxisKey(mode);
-  const double value =
-      axis.empty() ? 0.0 : section.Number(axis, axis == "slip" ? kSlip : Range{});
-  const double angle = mode == v1alpha1::RIG_MODE_FREE_SLIP
-                           ? 0.0
-                           : section.Number("attack_angle_deg", kAngleDeg);
-  return MakeState(mode, value, angle, section.Number("load_n", kPositive));
+  const double value = axis.empty() ? 0.0 : section.Number(axis, axis == "slip" ? kSlip : Range{});
+  const double angle =
+      mode == v1alpha1::RIG_MODE_FREE_SLIP ? 0.0 : section.Number("attack_angle_deg", kAngleDeg);
+  v1alpha1::TestState state = MakeState(mode, value, angle, section.Number("load_n", kPositive));
+  ReadSpeed(section, &state);
+  return state;
 }
 
 // Collects runs and refuses what would spoil the campaign: one run under two
@@ -102,12 +109,16 @@ void AddGrid(YamlSection& grid, v1alpha1::RigMode campaign_mode,
                           ? std::vector<double>{0.0}
                           : grid.Numbers("attack_angle_deg", kAngleDeg);
   const auto loads = grid.Numbers("load_n", kPositive);
+  v1alpha1::TestState at_speed;
+  ReadSpeed(grid, &at_speed);
   grid.Finish();
   for (const double load : loads) {
     for (const double angle : angles) {
       for (const double value : values) {
         for (const std::uint64_t seed : seeds) {
-          plan->Add(grid, v1alpha1::RUN_ROLE_TRAIN, MakeState(mode, value, angle, load), seed);
+          v1alpha1::TestState state = MakeState(mode, value, angle, load);
+          state.set_speed_m_per_s(at_speed.speed_m_per_s());
+          plan->Add(grid, v1alpha1::RUN_ROLE_TRAIN, state, seed);
         }
       }
     }
@@ -164,6 +175,10 @@ v1alpha1::WheelTestSpec SpecOf(const v1alpha1::Campaign& campaign,
   *spec.mutable_wheel() = campaign.scene().wheel();
   *spec.mutable_rig() = campaign.scene().rig();
   *spec.mutable_state() = run.state();
+  if (run.state().speed_m_per_s() > 0) {
+    spec.mutable_rig()->set_speed_m_per_s(run.state().speed_m_per_s());
+    spec.mutable_state()->clear_speed_m_per_s();  // one place
+  }
   spec.set_seed(run.seed());
   return spec;
 }
@@ -177,8 +192,9 @@ std::string Describe(const v1alpha1::TestState& state, std::uint64_t seed) {
   } else {
     text = fmt::format("slip {:+.3f}", state.slip());
   }
-  return text + fmt::format(", {:.4g} deg, {:.4g} N, seed {}", state.attack_angle_rad() / kDegree,
-                            state.load_n(), seed);
+  text += fmt::format(", {:.4g} deg, {:.4g} N", state.attack_angle_rad() / kDegree, state.load_n());
+  if (state.speed_m_per_s() > 0) text += fmt::format(", {:.3g} m/s", state.speed_m_per_s());
+  return text + fmt::format(", seed {}", seed);
 }
 
 bool ParseMode(const std::string& text, v1alpha1::RigMode* mode) {

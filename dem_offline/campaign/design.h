@@ -24,7 +24,8 @@ namespace grouser::campaign {
 ///   patch:                              # PATCH: one state, further seeds
 ///     - {slip: 0.2, attack_angle_deg: 30, load_n: 24, seeds: [2, 3]}
 ///
-/// A list entry may name its own mode and seed. Run ids depend on
+/// A list entry may name its own mode, seed and speed (speed_m_per_s, instead of the
+/// rig's; grids too). Run ids depend on
 /// `engine_version`. Throws InputError "FILE:LINE: key 'a.b': got X, expected
 /// Y", also for a run that is planned twice and for a held-out state that is
 /// trained on.

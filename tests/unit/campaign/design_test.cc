@@ -2,14 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
+#include <sstream>
 
+#include "dem_offline/campaign/draw.h"
 #include "dem_offline/campaign/schedule.h"
 #include "dem_offline/scenes/run_identity.h"
 #include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "tests/unit/records/temp_folder.h"
 #include "tests/unit/records/throws.h"
@@ -156,6 +162,72 @@ TEST(ShippedCampaigns, Sizes) {
   const auto shipped = LoadCampaign(kCampaigns + "/shipped.campaign.yaml", "1");
   EXPECT_GE(shipped.runs_size(), 40);
   EXPECT_GE(Roles(shipped).at(v1alpha1::RUN_ROLE_TEST), 10);
+}
+
+TEST_F(Design, SpeedIsAnAxisOfItsOwn) {
+  const auto campaign = Load(
+      "extra:\n"
+      "  - {slip: 0.1, attack_angle_deg: 0, load_n: 1, seed: 1}\n"
+      "  - {slip: 0.1, attack_angle_deg: 0, load_n: 1, seed: 1, speed_m_per_s: 0.5}\n"
+      "held_out:\n  - {mode: towed, attack_angle_deg: 9, load_n: 1, seed: 1, speed_m_per_s: 2}\n");
+  ASSERT_EQ(campaign.runs_size(), 3);
+  const double rig = campaign.scene().rig().speed_m_per_s();
+  EXPECT_EQ(SpecOf(campaign, campaign.runs(0)).rig().speed_m_per_s(), rig);
+  EXPECT_EQ(SpecOf(campaign, campaign.runs(1)).rig().speed_m_per_s(), 0.5);
+  EXPECT_EQ(SpecOf(campaign, campaign.runs(1)).state().speed_m_per_s(), 0);
+  EXPECT_EQ(SpecOf(campaign, campaign.runs(2)).rig().speed_m_per_s(), 2);
+  EXPECT_NE(campaign.runs(0).run_id(), campaign.runs(1).run_id());
+  EXPECT_THAT(Describe(campaign.runs(1).state(), 1), HasSubstr("0.5 m/s"));
+  EXPECT_THAT(
+      Complaint("extra:\n  - {slip: 0, attack_angle_deg: 0, load_n: 1, speed_m_per_s: 0}\n"),
+      HasSubstr("expected a number > 0"));
+}
+
+// The states of the campaign that surrogates learn from are those that the
+// command beside them prints.
+TEST(Draw, GivesTheStatesOfTheCmuCampaign) {
+  const std::string file = records::ReadFileBytes(kCampaigns + "/cmu.campaign.yaml");
+  DrawRequest test;
+  test.seed = 20261122;
+  test.tiles = {9, 12};
+  EXPECT_THAT(file, HasSubstr("held_out:\n" + DrawStates(test)));
+  DrawRequest sobol;
+  sobol.sobol = true;
+  sobol.states = 104;
+  sobol.slip = {-1.1, 0.97};
+  sobol.load_n = {7.5, 31};
+  sobol.tiles = {1, 8};
+  EXPECT_THAT(file, HasSubstr(DrawStates(sobol)));
+}
+
+TEST(Draw, KeepsToItsRangesAndToWhatMoves) {
+  DrawRequest r;
+  r.states = 400;
+  r.slip = {-2, 0.9};
+  r.speed = {0.5, 2.2};
+  const std::string text = DrawStates(r);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 400);
+  std::istringstream lines(text);
+  double slowest = 9, fastest = 0;
+  for (std::string line; std::getline(lines, line);) {
+    double slip = 0, angle = 0, load = 0, speed = 0;
+    unsigned long tile = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(),
+                          "  - {slip: %lf, attack_angle_deg: %lf, load_n: %lf, speed_m_per_s: %lf, "
+                          "seed: %lu}",
+                          &slip, &angle, &load, &speed, &tile),
+              5)
+        << line;
+    EXPECT_GE(slip, -1 - std::cos(angle * std::numbers::pi / 180) - 1e-3) << line;
+    EXPECT_EQ(tile, 1u);
+    slowest = std::min(slowest, speed);
+    fastest = std::max(fastest, speed);
+  }
+  EXPECT_GE(slowest, 0.5);
+  EXPECT_LT(slowest, 0.52);
+  EXPECT_LE(fastest, 2.2);
+  r.load_n = {5, 4};
+  EXPECT_THROW(DrawStates(r), InputError);
 }
 
 }  // namespace
