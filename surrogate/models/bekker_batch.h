@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::surrogate {
+
+/// Inputs that gradients are taken with respect to, in the order used here.
+enum Input : int { kVx = 0, kVy, kRimSpeed, kLoad };
+inline constexpr int kInputs = 4;
+
+/// n states as structure of arrays for BekkerModel::SolveBatch; spans of
+/// inputs have n entries, those of results n or none (not written).
+///
+/// Against BekkerModel::Solve:
+/// - the quadrature is another, graded towards the edge of the contact, of
+///   LaneModel::points per branch. Both err, measured against AtSinkageFinely;
+///   for K >= 0.08 r this one by 1e-5 of the load typically and 1e-4 at the
+///   99th percentile (the 16 plain points of Solve: 4e-5 and 1.5e-4); where K
+///   is under 0.02 r and the shear turns round within the contact, by 1 %.
+/// - |ln(F_z/load)| <= 1e-5 is met by iteration, the rest by one linear step of
+///   every output along the sinkage: balanced to 1e-9 of the load;
+/// - the static wheel (all speeds 0) is an ordinary state: f_z, sinkage and
+///   their derivatives with the load, the rest 0, that is the mean over all
+///   directions in which it may start;
+/// - NaN or infinite input or a load <= 0 gives NaN and harms no other state.
+///
+/// An answer does not depend on the state's place in the batch, on its
+/// neighbours, on the instruction set, nor on whether gradients are asked for.
+///
+/// gradient[o][i]: derivative of output o with respect to input i at constant
+/// other inputs, through the balance (dz = -(dF_z - dW)/(dF_z/dz)), exact for
+/// the quadrature but for the 1e-5 above. Model corners, all small, give one
+/// side's value: |r w| = V, r w = 0. Without equilibrium the sinkage is held at
+/// its limit. At v_y = 0 and v_x = 0 the model is smooth.
+struct BekkerBatch {
+  std::span<const double> v_x, v_y, rim_speed, load;
+  std::array<std::span<double>, kOutputs> value;
+  std::array<std::array<std::span<double>, kInputs>, kOutputs> gradient;
+  std::span<std::uint8_t> no_equilibrium;
+};
+
+}  // namespace grouser::surrogate
