@@ -26,7 +26,7 @@ void SolveBlock(const LaneModel& a, bool gradients, StateBlock* block) noexcept;
 namespace {
 
 // ln of F_z/z^(n + 1/2): F_z of a uniform profile is c b k z^n sqrt(2 r z).
-constexpr double kProfile = 0.6;
+constexpr double kProfile = 0.7;
 
 BlockSolver Best() {
   const char* wish = std::getenv("GROUSER_ISA");  // lowers the set, in tests
@@ -77,18 +77,18 @@ void Unpack(const StateBlock& block, std::size_t first, int count, const BekkerB
   }
 }
 
-// Graded Gauss rules; the static ones below outlive every model.
+// Graded Gauss rules, which outlive every model.
 template <int N>
-const GaussRule<N>& Rule() {
+LaneRule Rule() {
   static const GaussRule<N> rule = GradedGauss<N>();
-  return rule;
+  return {N, rule.node.data(), rule.weight.data()};
 }
 
-template <int N>
-void UseRule(LaneModel* m) {
-  m->points = N;
-  m->node = Rule<N>().node.data();
-  m->weight = Rule<N>().weight.data();
+// The shorter the shear, the steeper its stress within the contact.
+LaneRule RuleFor(double shear_over_radius) {
+  if (shear_over_radius >= 0.4) return Rule<6>();
+  if (shear_over_radius >= 0.08) return Rule<8>();
+  return shear_over_radius >= 0.02 ? Rule<12>() : Rule<16>();
 }
 
 }  // namespace
@@ -115,16 +115,8 @@ LaneModel MakeLaneModel(const BekkerModel& model) noexcept {
   LaneModel m{};
   m.radius = model.wheel().radius_m;
   m.width = model.wheel().width_m;
-  // The shorter the shear, the steeper its stress within the contact.
-  if (p.shear_modulus >= 0.08 * m.radius) {
-    UseRule<6>(&m);
-  } else if (p.shear_modulus >= 0.02 * m.radius) {
-    UseRule<8>(&m);
-  } else {
-    UseRule<16>(&m);
-  }
-  m.coarse_node = Rule<kCoarsePoints>().node.data();
-  m.coarse_weight = Rule<kCoarsePoints>().weight.data();
+  m.rule = RuleFor(p.shear_modulus / m.radius);
+  m.first_rules = {Rule<4>(), Rule<6>()};
   m.theta_max = 2 * std::asin(std::sqrt(0.5 * model.max_sinkage() / m.radius));
   m.log_modulus = std::log(model.modulus());
   m.n = p.n;

@@ -1,19 +1,26 @@
 #pragma once
 
+#include <array>
+
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
 
 class BekkerModel;
 
-/// States that are solved together, and the rule of the first, coarse steps.
-inline constexpr int kBlock = 8, kCoarsePoints = 4, kMostPoints = 16;
+/// States that are solved together; most points of a rule.
+inline constexpr int kBlock = 8, kMostPoints = 16;
+
+/// Graded Gauss rule on [0, 1], for one branch of the contact.
+struct LaneRule {
+  int points;
+  const double *node, *weight;
+};
 
 /// What the vector code reads of a model: constants of BekkerModel's equations.
 struct LaneModel {
-  int points;                   ///< per branch: 6, 8 or 16, see BekkerBatch
-  const double *node, *weight;  ///< graded Gauss rule on [0, 1]
-  const double *coarse_node, *coarse_weight;
+  LaneRule rule;                          ///< 6, 8, 12 or 16 points, see BekkerBatch
+  std::array<LaneRule, 2> first_rules;    ///< of the first two Newton steps
   double radius, width, theta_max;
   double log_modulus, n, log_guess;  ///< ln k; n; ln of F_z/z^(n + 1/2) of the first guess
   double cohesion, inv_cohesion, friction;
@@ -31,7 +38,7 @@ struct alignas(64) StateBlock {
   double value[kOutputs][kBlock];
   double gradient[kOutputs][4][kBlock];
   double overload[kBlock];    ///< 1: no equilibrium
-  double iterations[kBlock];  ///< at the full rule, without the last
+  double iterations[kBlock];  ///< of the bracketed search
 };
 
 /// Solves a block; every lane holds valid input.

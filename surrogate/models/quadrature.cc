@@ -41,6 +41,7 @@ template GaussRule<16> GaussLegendre<16>() noexcept;
 template GaussRule<4> GradedGauss<4>() noexcept;
 template GaussRule<6> GradedGauss<6>() noexcept;
 template GaussRule<8> GradedGauss<8>() noexcept;
+template GaussRule<12> GradedGauss<12>() noexcept;
 template GaussRule<16> GradedGauss<16>() noexcept;
 
 }  // namespace grouser::surrogate

@@ -59,12 +59,12 @@ template <int N>
 GROUSER_LANE_INLINE void MakeNodes(const LaneModel& a, const Contact<N>& c, Node<N>* nodes) {
   const Angle f = SinCos(c.theta_f.v);
   const V log_modulus = a.log_modulus + c.log_ease.v;
-  for (int i = 0; i < a.points; ++i) {
-    const Angle phi = SinCos(c.theta_f.v - c.drop.v * a.node[i]);
+  for (int i = 0; i < a.rule.points; ++i) {
+    const Angle phi = SinCos(c.theta_f.v - c.drop.v * a.rule.node[i]);
     Node<N>& n = nodes[i];
     n.p = PressureAt(a, c.sinkage.v - 2 * a.radius * phi.half_sin2, log_modulus);
     for (int k = 0; k < N; ++k) {
-      const V phi_d = c.theta_f.d[k] - c.drop.d[k] * a.node[i];
+      const V phi_d = c.theta_f.d[k] - c.drop.d[k] * a.rule.node[i];
       n.sigma_d[k] =
           n.p.per_height * a.radius * (f.sin * c.theta_f.d[k] - phi.sin * phi_d) +
           n.p.sigma * c.log_ease.d[k];
@@ -80,10 +80,10 @@ GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, cons
                                    const Dual<N>& length, Dual<N> (&total)[5]) {
   V sum[5] = {}, sum_d[5][N] = {};
   const double e = a.traction;
-  for (int i = 0; i < a.points; ++i) {
+  for (int i = 0; i < a.rule.points; ++i) {
     const Node<N>& n = nodes[i];
-    const double w = a.weight[i];
-    const V theta = start.v + span.v * a.node[i];
+    const double w = a.rule.weight[i];
+    const V theta = start.v + span.v * a.rule.node[i];
     const Angle at = SinCos(theta);
     const V j_t = c.zero.v - c.forward.v * at.sin + c.spin.v * theta;
     const V j_y = c.side_zero.v - c.side.v * theta;
@@ -109,7 +109,7 @@ GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, cons
     const V upright_d = at.cos > 0 ? -at.sin * passive * (1.0 - rest) : V{};
     const V travel_d = passive * upright * rest * a.shear_over_bulldozing;
     for (int k = 0; k < N; ++k) {
-      const V theta_d = start.d[k] + span.d[k] * a.node[i];
+      const V theta_d = start.d[k] + span.d[k] * a.rule.node[i];
       const V j_t_d = c.zero.d[k] - c.forward.d[k] * at.sin + c.spin.d[k] * theta +
                       slope_t * theta_d;
       const V j_y_d = c.side_zero.d[k] - c.side.d[k] * theta - c.side.v * theta_d;

@@ -32,25 +32,35 @@ GROUSER_LANE_INLINE bool Any(Mask m) {
   return any != 0;
 }
 
-GROUSER_LANE_INLINE V Sqrt(V x) {
-#if GROUSER_LANES == 8  // the unmasked one warns of its own undefined lanes
-  return (V)_mm512_maskz_sqrt_pd(0xff, (__m512d)x);
-#elif GROUSER_LANES == 4
-  return (V)_mm256_sqrt_pd((__m256d)x);
-#elif defined(__x86_64__)
-  return (V)_mm_sqrt_pd((__m128d)x);
-#else
-  return V{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])};
-#endif
+// Max and Min are a > b ? a : b and a < b ? a : b, in one instruction.
+#if GROUSER_LANES == 8  // unmasked forms warn of their own undefined lanes
+GROUSER_LANE_INLINE V Sqrt(V x) { return (V)_mm512_maskz_sqrt_pd(0xff, (__m512d)x); }
+GROUSER_LANE_INLINE V Max(V a, V b) {
+  return (V)_mm512_maskz_max_pd(0xff, (__m512d)a, (__m512d)b);
 }
-
+GROUSER_LANE_INLINE V Min(V a, V b) {
+  return (V)_mm512_maskz_min_pd(0xff, (__m512d)a, (__m512d)b);
+}
+#elif GROUSER_LANES == 4
+GROUSER_LANE_INLINE V Sqrt(V x) { return (V)_mm256_sqrt_pd((__m256d)x); }
+GROUSER_LANE_INLINE V Max(V a, V b) { return (V)_mm256_max_pd((__m256d)a, (__m256d)b); }
+GROUSER_LANE_INLINE V Min(V a, V b) { return (V)_mm256_min_pd((__m256d)a, (__m256d)b); }
+#elif defined(__x86_64__)
+GROUSER_LANE_INLINE V Sqrt(V x) { return (V)_mm_sqrt_pd((__m128d)x); }
+GROUSER_LANE_INLINE V Max(V a, V b) { return (V)_mm_max_pd((__m128d)a, (__m128d)b); }
+GROUSER_LANE_INLINE V Min(V a, V b) { return (V)_mm_min_pd((__m128d)a, (__m128d)b); }
+#else
+GROUSER_LANE_INLINE V Sqrt(V x) { return V{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])}; }
 GROUSER_LANE_INLINE V Max(V a, V b) { return a > b ? a : b; }
 GROUSER_LANE_INLINE V Min(V a, V b) { return a < b ? a : b; }
+#endif
+
+
 GROUSER_LANE_INLINE V Abs(V x) { return x < 0 ? -x : x; }
 
-// e^x for |x| <= 700, clamped outside; relative error below 1e-12, exact at 0.
+// e^x for x <= 700, 0 or nearly below -700; relative error below 1e-12, exact at 0.
 GROUSER_LANE_INLINE V Exp(V x) {
-  x = Min(Max(x, Set(-700)), Set(700));
+  x = Max(x, Set(-700));
   constexpr double kMagic = 6755399441055744.0;  // 1.5 * 2^52: rounds to integer
   const V shifted = x * 1.4426950408889634 + kMagic;
   const V k = shifted - kMagic;

@@ -71,22 +71,21 @@ struct Vertical {
 
 template <int N>
 GROUSER_LANE_INLINE Vertical VerticalForce(const LaneModel& a, const Motion<N>& m, V theta_f,
-                                           int points, const double* node,
-                                           const double* weight) {
+                                           const LaneRule& rule) {
   const Displacement j = MakeDisplacement(m, theta_f);
   const Angle f = SinCos(theta_f);
   const V sinkage = 2 * a.radius * f.half_sin2, log_modulus = a.log_modulus + m.log_ease.v;
   const V start[2] = {m.entry.v, -m.exit.v};
   const V span[2] = {m.peak.v - m.entry.v, m.peak.v + m.exit.v};
   V sum{}, sum_d{};
-  for (int i = 0; i < points; ++i) {
-    const V ratio = 1.0 - (1.0 - m.mapped.v) * node[i];
+  for (int i = 0; i < rule.points; ++i) {
+    const V ratio = 1.0 - (1.0 - m.mapped.v) * rule.node[i];
     const Angle phi = SinCos(theta_f * ratio);
     const Pressure p = PressureAt(a, sinkage - 2 * a.radius * phi.half_sin2, log_modulus);
     const V sigma_d = p.per_height * a.radius * (f.sin - phi.sin * ratio);
     const V strength_d = p.strength_d * sigma_d;
     for (int branch = 0; branch < 2; ++branch) {
-      const V share = start[branch] + span[branch] * node[i];  // theta / theta_f
+      const V share = start[branch] + span[branch] * rule.node[i];  // theta / theta_f
       const Angle at = SinCos(theta_f * share);
       const V j_t = j.zero - j.forward * at.sin + j.spin * (theta_f * share);
       const V j_y = j.side_zero - j.side * (theta_f * share);
@@ -98,7 +97,7 @@ GROUSER_LANE_INLINE Vertical VerticalForce(const LaneModel& a, const Motion<N>& 
                         (s.rest - s.rate) * s.unit_t * (s.unit_t * j_t_d + s.unit_y * j_y_d);
       const V tau = -a.traction * p.strength * share_t;
       const V tau_d = -a.traction * (strength_d * share_t + p.strength * share_d);
-      const V length = weight[i] * (branch == 0 ? -span[0] : span[1]);
+      const V length = rule.weight[i] * (branch == 0 ? -span[0] : span[1]);
       sum += length * (tau * at.sin + p.sigma * at.cos);
       sum_d += length * ((tau_d - p.sigma * share) * at.sin + (tau * share + sigma_d) * at.cos);
     }
