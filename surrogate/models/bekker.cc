@@ -112,7 +112,7 @@ BekkerModel::Answer BekkerModel::Balance(const Motion& m, double load) const noe
   bool overload = false;
   int count = 0;
   while (true) {
-    sums = Integrate(m, z, 1);
+    sums = Integrate(m, z, Points::kPlain);
     ++count;
     const double f = std::log(Larger(sums.f_z / load, 1e-12));
     if (std::fabs(f) <= kBalanced) break;
@@ -156,15 +156,10 @@ BekkerModel::Answer BekkerModel::SolveCanonical(const Canonical& state,
   return Balance(MakeMotion(state.forward, state.lateral, state.rim), load);
 }
 
-BekkerModel::Answer BekkerModel::AtSinkage(const Canonical& state,
-                                           double sinkage) const noexcept {
-  const Integrals i = Integrate(MakeMotion(state.forward, state.lateral, state.rim), sinkage, 1);
-  return {{i.f_x, i.f_y, i.f_z, i.torque, i.m_z, sinkage}, false, 1};
-}
-
-BekkerModel::Answer BekkerModel::AtSinkageFinely(const Canonical& state,
-                                                 double sinkage) const noexcept {
-  const Integrals i = Integrate(MakeMotion(state.forward, state.lateral, state.rim), sinkage, 32);
+BekkerModel::Answer BekkerModel::AtSinkage(const Canonical& state, double sinkage,
+                                           Points points) const noexcept {
+  const Integrals i =
+      Integrate(MakeMotion(state.forward, state.lateral, state.rim), sinkage, points);
   return {{i.f_x, i.f_y, i.f_z, i.torque, i.m_z, sinkage}, false, 1};
 }
 

@@ -70,6 +70,13 @@ class BekkerModel {
     int evaluations;                     ///< of the load integral
   };
 
+  /// Where the integrals are sampled, per branch.
+  enum class Points {
+    kPlain,   ///< 16 of Gauss-Legendre: Solve
+    kGraded,  ///< those of SolveBatch
+    kFine,    ///< 32 panels of 16, exact to about 1e-12: what both are measured against
+  };
+
   /// Throws std::invalid_argument "name: value, expected ..." out of range.
   BekkerModel(const BekkerParameters& parameters, const WheelGeometry& wheel);
 
@@ -78,10 +85,8 @@ class BekkerModel {
   /// The same for a canonical state; outputs in the canonical half-space.
   Answer SolveCanonical(const Canonical& state, double load) const noexcept;
   /// At a given sinkage [m] in (0, 1.2 r]; f_z is what the soil carries.
-  Answer AtSinkage(const Canonical& state, double sinkage) const noexcept;
-  /// The same by a quadrature of 32 panels of 16 points: what the errors of the
-  /// two solvers are measured against (exact to about 1e-12).
-  Answer AtSinkageFinely(const Canonical& state, double sinkage) const noexcept;
+  Answer AtSinkage(const Canonical& state, double sinkage,
+                   Points points = Points::kPlain) const noexcept;
   /// Of the wheel that stands: f_z and sinkage, the rest 0.
   Answer SolveStatic(double load) const noexcept;
 
@@ -101,7 +106,7 @@ class BekkerModel {
   struct Integrals;  // canonical force sums
 
   Motion MakeMotion(double p, double y, double q) const noexcept;
-  Integrals Integrate(const Motion& motion, double sinkage, int panels) const noexcept;
+  Integrals Integrate(const Motion& motion, double sinkage, Points points) const noexcept;
   double Blade(const Motion& motion, double sinkage, double theta_f) const noexcept;
   Answer Balance(const Motion& motion, double load) const noexcept;
   double GuessSinkage(const Motion& motion, double load) const noexcept;

@@ -95,7 +95,7 @@ double Total(const double (&term)[2 * kN]) {
 }  // namespace
 
 BekkerModel::Integrals BekkerModel::Integrate(const Motion& m, double sinkage,
-                                              int panels) const noexcept {
+                                              Points points) const noexcept {
   const BekkerParameters& a = parameters_;
   const double r = wheel_.radius_m;
   Work w;
@@ -127,12 +127,20 @@ BekkerModel::Integrals BekkerModel::Integrate(const Motion& m, double sinkage,
   w.width = wheel_.width_m;
 
   std::array<double, 5> sum{};
+  const int panels = points == Points::kFine ? 32 : 1;
   for (int panel = 0; panel < panels; ++panel) {
     for (int i = 0; i < kN; ++i) {
-      // Several panels crowd towards the edge of the contact: x = u^3.
-      const double u = (panel + node_[i]) / panels;
-      w.node[i] = panels == 1 ? u : u * u * u;
-      w.weight[i] = panels == 1 ? weight_[i] : weight_[i] * 3 * u * u / panels;
+      w.node[i] = node_[i];
+      w.weight[i] = weight_[i];
+      if (points == Points::kGraded) {  // fewer than 16: the last one again, weightless
+        const int at = i < lanes_.rule.points ? i : lanes_.rule.points - 1;
+        w.node[i] = lanes_.rule.node[at];
+        w.weight[i] = at == i ? lanes_.rule.weight[at] : 0;
+      } else if (points == Points::kFine) {  // crowding towards the edge: x = u^3
+        const double u = (panel + node_[i]) / panels;
+        w.node[i] = u * u * u;
+        w.weight[i] = weight_[i] * 3 * u * u / panels;
+      }
     }
     NormalStress(&w);
     BranchTerms(&w, w.theta_1, w.theta_m - w.theta_1, 0);
