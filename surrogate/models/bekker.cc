@@ -135,7 +135,9 @@ BekkerModel::Answer BekkerModel::Balance(const Motion& m, double load) const noe
     last_u = u;
     last_f = f;
     // At most a factor 1.6 a step upwards: the first crossing is the balance.
-    const double step = -f / slope;
+    // Where F_z hardly grows, longer and longer steps bracket it.
+    const bool open = high == 0 || low == 0;
+    const double step = -f / slope * (open && count > 8 ? std::ldexp(1, count - 8) : 1);
     double next = z * std::exp(step > 0.47 ? 0.47 : step < -30 ? -30 : step);
     if (high == 0) {
       next = next < z_max ? next : z_max;

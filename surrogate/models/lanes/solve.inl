@@ -41,6 +41,9 @@ GROUSER_LANE_INLINE V FirstAngle(const LaneModel& a, const Motion<N>& m, V load)
   return theta;
 }
 
+// 2^n; no library code here, which the linker might share between sets.
+GROUSER_LANE_INLINE double Doubled(int n) { return n < 60 ? static_cast<double>(1ll << n) : 1e18; }
+
 // One step of the lanes that are not settled.
 template <int N>
 GROUSER_LANE_INLINE void Step(const LaneModel& a, const Motion<N>& m, V load, int count,
@@ -53,15 +56,17 @@ GROUSER_LANE_INLINE void Step(const LaneModel& a, const Motion<N>& m, V load, in
   s->high = open & ~below ? s->theta : s->high;
   s->f_high = open & ~below ? f : s->f_high;
   s->steps = open ? s->steps + 1.0 : s->steps;
-  const Mask over = open & (s->low >= a.theta_max);
+  const Mask over = open & (s->low >= a.theta_max) & (f < -kExact);
   const Mask closed = (s->high > 0) & (s->low > 0) & (s->high - s->low <= 1e-15 * s->high);
   s->overload |= over;
   const Mask here = (Abs(f) <= kExact) | over | closed;
 
   // At most a factor 1.6 in sinkage a step upwards: the first crossing is the balance.
-  const V step = Min(Max(-f / LogSlope(a, at, s->theta), Set(-10)), Set(0.235));
-  V next = s->theta * Exp(step);
+  // Where F_z hardly grows, longer and longer steps bracket it.
   const Mask no_high = s->high == 0, no_low = s->low == 0, both = ~(no_high | no_low);
+  const V stride = both ? Set(1) : Set(count < 4 ? 1 : Doubled(count - 3));
+  const V step = Min(Max(-f * stride / LogSlope(a, at, s->theta), Set(-10)), Set(0.235));
+  V next = s->theta * Exp(step);
   next = no_high ? Min(next, Set(a.theta_max)) : next;
   next = no_low & (next >= s->high) ? 0.5 * s->high : next;
   const Mask lost = both & ((next <= s->low) | (next >= s->high));
@@ -79,7 +84,7 @@ GROUSER_LANE_INLINE void Step(const LaneModel& a, const Motion<N>& m, V load, in
 }
 
 template <int N>
-GROUSER_LANE_INLINE void Write(const Kinematics<N - 1>& k, const Forces<N>& f, V load,
+GROUSER_LANE_INLINE void Write(const LaneModel& a, const Kinematics<N - 1>& k, const Forces<N>& f, V load,
                                const Search& s, StateBlock* block, int at) {
   const V none{}, one = Set(1);
   const V sign[kOutputs] = {k.sign_x, k.sign_y, one, k.sign_x, k.sign_x * k.sign_y, one};
@@ -87,7 +92,7 @@ GROUSER_LANE_INLINE void Write(const Kinematics<N - 1>& k, const Forces<N>& f, V
   // Rising where it crosses the load for the first time; the floor is for rounding.
   const V slope = Max(f_z.d[0], 1e-6 * Abs(f_z.v));
   const V per_newton = s.overload ? none : 1.0 / slope;  // d theta_f/d load
-  const V rest = (load - f_z.v) * per_newton;
+  const V rest = Min((load - f_z.v) * per_newton, a.theta_max - s.theta);
   for (int o = 0; o < kOutputs; ++o) {
     Store(&block->value[o][at], (f.of[o].v + f.of[o].d[0] * rest) * sign[o] + 0.0);
   }
@@ -122,14 +127,19 @@ GROUSER_LANE_INLINE void SolveLanes(const LaneModel& a, StateBlock* block, int a
   s.theta = FirstAngle(a, motion, load);
   const bool sideways = Any(v_y != 0);
   auto forces = AllForces<kTangents + 1>(a, motion, s.theta, sideways);
-  s.settled = Abs(LogRatio(forces.of[kFz].v, load)) <= kAccepted;
+  // Near a fold, where F_z hardly grows with the sinkage, the step would be long.
+  const Dual<kTangents + 1>& f_z = forces.of[kFz];
+  const V steepness = Min(f_z.d[0] * s.theta / Max(Abs(f_z.v), Set(1e-300)), Set(1));
+  const V f = LogRatio(f_z.v, load);
+  s.settled =
+      (Abs(f) <= kAccepted * steepness) & (s.theta <= a.theta_max * (1 - kAccepted));
   if (Any(~s.settled)) {
     for (int count = 0; count < kMostSteps && Any(~s.settled); ++count) {
       Step(a, motion, load, count, &s);
     }
     forces = AllForces<kTangents + 1>(a, motion, s.theta, sideways);
   }
-  Write<kTangents + 1>(kinematics, forces, load, s, block, at);
+  Write<kTangents + 1>(a, kinematics, forces, load, s, block, at);
 }
 
 void SolveBlock(const LaneModel& a, bool gradients, StateBlock* block) noexcept {
