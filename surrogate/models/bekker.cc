@@ -85,8 +85,8 @@ BekkerModel::Motion BekkerModel::MakeMotion(double p, double y, double q) const 
   m.front = less;
   m.back = more;
   const double brake = less * ahead + more * behind;
-  m.multiplier = std::exp(a.sinkage_drive * drive + a.sinkage_brake * brake +
-                          a.sinkage_lateral * y * y);
+  m.multiplier =
+      std::exp(a.sinkage_drive * drive + a.sinkage_brake * brake + a.sinkage_lateral * y * y);
   // Smoothly kept within (0.02, 0.9).
   const double raised = SmoothMax(a.c1 + a.c2 * (q - p) * m.t, 0.02);
   m.peak = -SmoothMax(-raised, -0.9);

@@ -67,7 +67,7 @@ class BekkerModel {
   struct Answer {
     std::array<double, kOutputs> value;  ///< in the order of Output
     bool no_equilibrium;
-    int evaluations;                     ///< of the load integral
+    int evaluations;  ///< of the load integral
   };
 
   /// Where the integrals are sampled, per branch.
@@ -97,13 +97,13 @@ class BekkerModel {
   const BekkerParameters& parameters() const { return parameters_; }
   const WheelGeometry& wheel() const { return wheel_; }
   double max_sinkage() const { return 1.2 * wheel_.radius_m; }
-  double modulus() const { return modulus_; }                      ///< k [N/m^(n+2)]
+  double modulus() const { return modulus_; }                        ///< k [N/m^(n+2)]
   double shear_radius_ratio() const { return shear_radius_ratio_; }  ///< e, from 1
 
  private:
   static constexpr int kPoints = 16;  // Gauss-Legendre, per branch
-  struct Motion;     // what the kinematics alone determine
-  struct Integrals;  // canonical force sums
+  struct Motion;                      // what the kinematics alone determine
+  struct Integrals;                   // canonical force sums
 
   Motion MakeMotion(double p, double y, double q) const noexcept;
   Integrals Integrate(const Motion& motion, double sinkage, Points points) const noexcept;

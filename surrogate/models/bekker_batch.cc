@@ -120,8 +120,7 @@ LaneModel MakeLaneModel(const BekkerModel& model) noexcept {
   m.theta_max = 2 * std::asin(std::sqrt(0.5 * model.max_sinkage() / m.radius));
   m.log_modulus = std::log(model.modulus());
   m.n = p.n;
-  m.log_guess =
-      std::log(kProfile * m.width * std::sqrt(2 * m.radius)) + m.log_modulus;
+  m.log_guess = std::log(kProfile * m.width * std::sqrt(2 * m.radius)) + m.log_modulus;
   m.cohesion = p.cohesion;
   m.inv_cohesion = p.cohesion > 0 ? 1 / p.cohesion : 0;
   m.friction = std::tan(p.friction_angle);

@@ -25,9 +25,9 @@ double Larger(double a, double b) { return a > b ? a : b; }
 // All that the point loops read, and where they leave their terms.
 struct alignas(64) Work {
   double node[kN], weight[kN];
-  double sigma[kN];          // [Pa], common to both branches
-  double strength[kN];       // [Pa], of the shear
-  double term[5][2 * kN];    // f_x, f_y, f_z, torque/r, m_z per point
+  double sigma[kN];        // [Pa], common to both branches
+  double strength[kN];     // [Pa], of the shear
+  double term[5][2 * kN];  // f_x, f_y, f_z, torque/r, m_z per point
   // scalars
   double theta_f, theta_a, theta_1, theta_2, theta_m, half_t, sin_1, sin_2, cos_f;
   double p, q_sheared, traction, y_over_w, r_over_w, radius, inv_k, inv_kb;
@@ -38,13 +38,11 @@ struct alignas(64) Work {
 GROUSER_CLONES void NormalStress(Work* w) {
   for (int i = 0; i < kN; ++i) {
     const double drop = (w->theta_f - w->theta_a) * w->node[i];  // theta_f - phi
-    const double h =
-        2 * w->radius * vm::Sin(w->theta_f - 0.5 * drop) * vm::Sin(0.5 * drop);
+    const double h = 2 * w->radius * vm::Sin(w->theta_f - 0.5 * drop) * vm::Sin(0.5 * drop);
     const double safe = h * w->inv_multiplier > 1e-200 ? h * w->inv_multiplier : 1e-200;
     const double sigma = w->modulus * vm::Exp(w->n * vm::Log(safe));
     w->sigma[i] = sigma;
-    w->strength[i] =
-        w->cohesion * (1 - vm::Exp(-sigma * w->inv_cohesion)) + sigma * w->friction;
+    w->strength[i] = w->cohesion * (1 - vm::Exp(-sigma * w->inv_cohesion)) + sigma * w->friction;
   }
 }
 
@@ -71,8 +69,8 @@ GROUSER_CLONES void BranchTerms(Work* w, double edge, double span, int offset) {
     const double depth0 = w->radius * (c - w->cos_f);
     const double depth = depth0 > 0 ? depth0 : 0;
     const double along = c > 0 ? c : 0;
-    const double side = (w->side_a * depth + w->side_b) * depth * along *
-                        (1 - vm::Exp(-j_y * w->inv_kb));
+    const double side =
+        (w->side_a * depth + w->side_b) * depth * along * (1 - vm::Exp(-j_y * w->inv_kb));
     const double area = w->weight[i] * length * w->radius;
     const double lateral = area * (w->width * tau_y - side);
     w->term[0][offset + i] = area * w->width * (tau_t * c - w->sigma[i] * s);

@@ -19,8 +19,8 @@ struct LaneRule {
 
 /// What the vector code reads of a model: constants of BekkerModel's equations.
 struct LaneModel {
-  LaneRule rule;                          ///< 6, 8, 12 or 16 points, see BekkerBatch
-  std::array<LaneRule, 2> first_rules;    ///< of the first two Newton steps
+  LaneRule rule;                        ///< 6, 8, 12 or 16 points, see BekkerBatch
+  std::array<LaneRule, 2> first_rules;  ///< of the first two Newton steps
   double radius, width, theta_max;
   double log_modulus, n, log_guess;  ///< ln k; n; ln of F_z/z^(n + 1/2) of the first guess
   double cohesion, inv_cohesion, friction;
@@ -28,7 +28,7 @@ struct LaneModel {
   double c1, c2, c3, sinkage_drive, sinkage_brake, sinkage_lateral;
   double turn_spin, inv_turn_speed;
   double side_square, side_linear, front_square, front_linear;  ///< R(h) = square h^2 + linear h
-  double traction;  ///< e, shearing radius over r
+  double traction;                                              ///< e, shearing radius over r
 };
 LaneModel MakeLaneModel(const BekkerModel& model) noexcept;
 

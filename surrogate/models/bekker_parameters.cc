@@ -1,6 +1,6 @@
-#include <array>
-
 #include "surrogate/models/bekker_parameters.h"
+
+#include <array>
 
 namespace grouser::surrogate {
 namespace {

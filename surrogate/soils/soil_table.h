@@ -14,7 +14,7 @@ enum class SoilKind { kSand, kLoam, kClay, kSnow };  ///< simulants count as san
 /// A published soil, SI.
 struct Soil {
   std::string name;
-  double n = 0, k_c = 0, k_phi = 0;              ///< Bekker: [-], N/m^(n+1), N/m^(n+2)
+  double n = 0, k_c = 0, k_phi = 0;  ///< Bekker: [-], N/m^(n+1), N/m^(n+2)
   double cohesion_pa = 0, friction_angle_rad = 0;
   std::optional<double> density_kg_per_m3, shear_modulus_m;  ///< where published
   SoilKind kind = SoilKind::kSand;

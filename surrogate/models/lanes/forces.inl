@@ -24,8 +24,7 @@ struct Contact {
 };
 
 template <int N>
-GROUSER_LANE_INLINE Contact<N> MakeContact(const LaneModel& a, const Motion<N - 1>& m,
-                                           V theta_f) {
+GROUSER_LANE_INLINE Contact<N> MakeContact(const LaneModel& a, const Motion<N - 1>& m, V theta_f) {
   Contact<N> c;
   c.theta_f = Constant<N>(theta_f);
   c.theta_f.d[0] = Set(1);
@@ -65,9 +64,8 @@ GROUSER_LANE_INLINE void MakeNodes(const LaneModel& a, const Contact<N>& c, Node
     n.p = PressureAt(a, c.sinkage.v - 2 * a.radius * phi.half_sin2, log_modulus);
     for (int k = 0; k < N; ++k) {
       const V phi_d = c.theta_f.d[k] - c.drop.d[k] * a.rule.node[i];
-      n.sigma_d[k] =
-          n.p.per_height * a.radius * (f.sin * c.theta_f.d[k] - phi.sin * phi_d) +
-          n.p.sigma * c.log_ease.d[k];
+      n.sigma_d[k] = n.p.per_height * a.radius * (f.sin * c.theta_f.d[k] - phi.sin * phi_d) +
+                     n.p.sigma * c.log_ease.d[k];
     }
   }
 }
@@ -76,8 +74,8 @@ GROUSER_LANE_INLINE void MakeNodes(const LaneModel& a, const Contact<N>& c, Node
 // the common factors of Finish. theta = start + span x.
 template <int N, bool kSideways>
 GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, const Node<N>* nodes,
-                                   const Dual<N>& start, const Dual<N>& span,
-                                   const Dual<N>& length, Dual<N> (&total)[5]) {
+                                   const Dual<N>& start, const Dual<N>& span, const Dual<N>& length,
+                                   Dual<N> (&total)[5]) {
   V sum[5] = {}, sum_d[5][N] = {};
   const double e = a.traction;
   for (int i = 0; i < a.rule.points; ++i) {
@@ -110,8 +108,8 @@ GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, cons
     const V travel_d = passive * upright * rest * a.shear_over_bulldozing;
     for (int k = 0; k < N; ++k) {
       const V theta_d = start.d[k] + span.d[k] * a.rule.node[i];
-      const V j_t_d = c.zero.d[k] - c.forward.d[k] * at.sin + c.spin.d[k] * theta +
-                      slope_t * theta_d;
+      const V j_t_d =
+          c.zero.d[k] - c.forward.d[k] * at.sin + c.spin.d[k] * theta + slope_t * theta_d;
       const V j_y_d = c.side_zero.d[k] - c.side.d[k] * theta - c.side.v * theta_d;
       const V along = spread * (s.unit_t * j_t_d + s.unit_y * j_y_d);
       const V strength_d = n.p.strength_d * n.sigma_d[k];
@@ -127,8 +125,7 @@ GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, cons
       sum_d[kFz][k] += w * ((tau_t_d - n.p.sigma * theta_d) * at.sin +
                             (tau_t * theta_d + n.sigma_d[k]) * at.cos);
       sum_d[kTorque][k] += w * tau_t_d;
-      sum_d[kMz][k] += w * ((a.width * e * tau_y_d - side_d) * at.sin +
-                            turning * at.cos * theta_d);
+      sum_d[kMz][k] += w * ((a.width * e * tau_y_d - side_d) * at.sin + turning * at.cos * theta_d);
     }
   }
   for (int o = 0; o < 5; ++o) {
@@ -141,12 +138,10 @@ GROUSER_LANE_INLINE void AddBranch(const LaneModel& a, const Contact<N>& c, cons
 
 // Heap that a braked rim pushes, against the motion and through the axle.
 template <int N>
-GROUSER_LANE_INLINE Dual<N> Blade(const LaneModel& a, const Contact<N>& c,
-                                  const Motion<N - 1>& m) {
+GROUSER_LANE_INLINE Dual<N> Blade(const LaneModel& a, const Contact<N>& c, const Motion<N - 1>& m) {
   const Dual<N> t = Lift(m.t);
   const Dual<N> travel = (a.radius * a.inv_bulldozing) * c.theta_f;
-  const Dual<N> passive =
-      a.width * (c.sinkage * (a.front_linear + a.front_square * c.sinkage));
+  const Dual<N> passive = a.width * (c.sinkage * (a.front_linear + a.front_square * c.sinkage));
   const Dual<N> ahead = 1.0 + -1.0 * Exp(-(travel * Lift(m.front)));
   const Dual<N> behind = 1.0 + -1.0 * Exp(-(travel * Lift(m.back)));
   return passive * (ahead * (0.5 + 0.5 * t) - behind * (0.5 + -0.5 * t));

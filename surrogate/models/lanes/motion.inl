@@ -75,17 +75,15 @@ GROUSER_LANE_INLINE Motion<N> MakeMotion(const LaneModel& a, const Kinematics<N>
   m.back = Positive(slip);
   const Dual<N> drive = m.back * ahead + m.front * behind;
   const Dual<N> brake = m.front * ahead + m.back * behind;
-  m.log_ease = -a.n * (a.sinkage_drive * drive + a.sinkage_brake * brake +
-                       a.sinkage_lateral * (s.y * s.y));
-  const Dual<N> raised =
-      SmoothMax(a.c1 + a.c2 * (slip * m.t), Constant<N>(Set(0.02)));
+  m.log_ease =
+      -a.n * (a.sinkage_drive * drive + a.sinkage_brake * brake + a.sinkage_lateral * (s.y * s.y));
+  const Dual<N> raised = SmoothMax(a.c1 + a.c2 * (slip * m.t), Constant<N>(Set(0.02)));
   const Dual<N> peak = -SmoothMax(-raised, Constant<N>(Set(-0.9)));
   m.peak = peak * m.t;
   m.mapped = m.peak * m.t;
   m.entry = a.c3 + (1 - a.c3) * ahead;
   m.exit = a.c3 + (1 - a.c3) * behind;
-  const Dual<N> per_travel =
-      (a.radius * a.inv_shear) * Reciprocal(SmoothMax(Abs(s.p), Abs(s.q)));
+  const Dual<N> per_travel = (a.radius * a.inv_shear) * Reciprocal(SmoothMax(Abs(s.p), Abs(s.q)));
   m.forward = per_travel * s.p;
   m.spin = a.traction * (per_travel * s.q);
   m.lateral = per_travel * s.y;

@@ -72,8 +72,7 @@ GROUSER_LANE_INLINE void Step(const LaneModel& a, const Motion<N>& m, V load, in
   const Mask lost = both & ((next <= s->low) | (next >= s->high));
   if (count >= 8 || Any(open & lost)) {
     // False position and bisection in turn: the bracket shrinks whatever F_z does.
-    const V share =
-        count % 2 == 0 ? s->f_low / (s->f_low - s->f_high) : Set(0.5);
+    const V share = count % 2 == 0 ? s->f_low / (s->f_low - s->f_high) : Set(0.5);
     const Mask replace = count >= 8 ? both : lost;
     const V ratio = both ? s->high / s->low : Set(1);
     next = replace ? s->low * Exp(share * Log(ratio)) : next;
@@ -84,8 +83,8 @@ GROUSER_LANE_INLINE void Step(const LaneModel& a, const Motion<N>& m, V load, in
 }
 
 template <int N>
-GROUSER_LANE_INLINE void Write(const LaneModel& a, const Kinematics<N - 1>& k, const Forces<N>& f, V load,
-                               const Search& s, StateBlock* block, int at) {
+GROUSER_LANE_INLINE void Write(const LaneModel& a, const Kinematics<N - 1>& k, const Forces<N>& f,
+                               V load, const Search& s, StateBlock* block, int at) {
   const V none{}, one = Set(1);
   const V sign[kOutputs] = {k.sign_x, k.sign_y, one, k.sign_x, k.sign_x * k.sign_y, one};
   const Dual<N>& f_z = f.of[kFz];
@@ -99,8 +98,8 @@ GROUSER_LANE_INLINE void Write(const LaneModel& a, const Kinematics<N - 1>& k, c
   Store(&block->overload[at], s.overload ? one : none);
   Store(&block->iterations[at], s.steps);
   if constexpr (N == 3) {
-    const V turn[kOutputs] = {k.mirror_x, k.mirror_y, one,
-                              k.mirror_x, k.mirror_x * k.mirror_y, one};
+    const V turn[kOutputs] = {k.mirror_x, k.mirror_y, one, k.mirror_x, k.mirror_x * k.mirror_y,
+                              one};
     const V mirror[3] = {k.mirror_x, k.mirror_y, k.mirror_x};
     for (int o = 0; o < kOutputs; ++o) {
       const V with_angle = f.of[o].d[0];
@@ -120,8 +119,8 @@ template <bool kGradients>
 GROUSER_LANE_INLINE void SolveLanes(const LaneModel& a, StateBlock* block, int at) {
   constexpr int kTangents = kGradients ? 2 : 0;
   const V load = Load(&block->load[at]), v_y = Load(&block->v_y[at]);
-  const auto kinematics = Canonicalise<kTangents>(Load(&block->v_x[at]), v_y,
-                                                  Load(&block->rim_speed[at]));
+  const auto kinematics =
+      Canonicalise<kTangents>(Load(&block->v_x[at]), v_y, Load(&block->rim_speed[at]));
   const auto motion = MakeMotion(a, kinematics);
   Search s{};
   s.theta = FirstAngle(a, motion, load);
@@ -131,8 +130,7 @@ GROUSER_LANE_INLINE void SolveLanes(const LaneModel& a, StateBlock* block, int a
   const Dual<kTangents + 1>& f_z = forces.of[kFz];
   const V steepness = Min(f_z.d[0] * s.theta / Max(Abs(f_z.v), Set(1e-300)), Set(1));
   const V f = LogRatio(f_z.v, load);
-  s.settled =
-      (Abs(f) <= kAccepted * steepness) & (s.theta <= a.theta_max * (1 - kAccepted));
+  s.settled = (Abs(f) <= kAccepted * steepness) & (s.theta <= a.theta_max * (1 - kAccepted));
   if (Any(~s.settled)) {
     for (int count = 0; count < kMostSteps && Any(~s.settled); ++count) {
       Step(a, motion, load, count, &s);

@@ -35,12 +35,8 @@ GROUSER_LANE_INLINE bool Any(Mask m) {
 // Max and Min are a > b ? a : b and a < b ? a : b, in one instruction.
 #if GROUSER_LANES == 8  // unmasked forms warn of their own undefined lanes
 GROUSER_LANE_INLINE V Sqrt(V x) { return (V)_mm512_maskz_sqrt_pd(0xff, (__m512d)x); }
-GROUSER_LANE_INLINE V Max(V a, V b) {
-  return (V)_mm512_maskz_max_pd(0xff, (__m512d)a, (__m512d)b);
-}
-GROUSER_LANE_INLINE V Min(V a, V b) {
-  return (V)_mm512_maskz_min_pd(0xff, (__m512d)a, (__m512d)b);
-}
+GROUSER_LANE_INLINE V Max(V a, V b) { return (V)_mm512_maskz_max_pd(0xff, (__m512d)a, (__m512d)b); }
+GROUSER_LANE_INLINE V Min(V a, V b) { return (V)_mm512_maskz_min_pd(0xff, (__m512d)a, (__m512d)b); }
 #elif GROUSER_LANES == 4
 GROUSER_LANE_INLINE V Sqrt(V x) { return (V)_mm256_sqrt_pd((__m256d)x); }
 GROUSER_LANE_INLINE V Max(V a, V b) { return (V)_mm256_max_pd((__m256d)a, (__m256d)b); }
@@ -54,7 +50,6 @@ GROUSER_LANE_INLINE V Sqrt(V x) { return V{__builtin_sqrt(x[0]), __builtin_sqrt(
 GROUSER_LANE_INLINE V Max(V a, V b) { return a > b ? a : b; }
 GROUSER_LANE_INLINE V Min(V a, V b) { return a < b ? a : b; }
 #endif
-
 
 GROUSER_LANE_INLINE V Abs(V x) { return x < 0 ? -x : x; }
 
@@ -70,8 +65,7 @@ GROUSER_LANE_INLINE V Exp(V x) {
   const V even =
       ((((r2 * (1.0 / 3628800) + 1.0 / 40320) * r2 + 1.0 / 720) * r2 + 1.0 / 24) * r2 + 0.5) * r2 +
       1.0;
-  const V odd =
-      (((r2 * (1.0 / 362880) + 1.0 / 5040) * r2 + 1.0 / 120) * r2 + 1.0 / 6) * r2 + 1.0;
+  const V odd = (((r2 * (1.0 / 362880) + 1.0 / 5040) * r2 + 1.0 / 120) * r2 + 1.0 / 6) * r2 + 1.0;
   return (even + r * odd) * (V)(((Bits)shifted + 1023) << 52);
 }
 

@@ -29,7 +29,7 @@ GROUSER_LANE_INLINE Displacement MakeDisplacement(const Motion<N>& m, V theta_f)
 
 // Pressure at a node, common to both branches, and the strength of the shear.
 struct Pressure {
-  V sigma, per_height;  // d sigma/dh
+  V sigma, per_height;     // d sigma/dh
   V strength, strength_d;  // of the shear, and d strength/d sigma
 };
 
@@ -93,8 +93,8 @@ GROUSER_LANE_INLINE Vertical VerticalForce(const LaneModel& a, const Motion<N>& 
       const V j_y_d = j.side_zero_d - j.side * share;
       const Mobilised s = Mobilise(j_t, j_y);
       const V share_t = s.rate * j_t;
-      const V share_d = s.rate * j_t_d +
-                        (s.rest - s.rate) * s.unit_t * (s.unit_t * j_t_d + s.unit_y * j_y_d);
+      const V share_d =
+          s.rate * j_t_d + (s.rest - s.rate) * s.unit_t * (s.unit_t * j_t_d + s.unit_y * j_y_d);
       const V tau = -a.traction * p.strength * share_t;
       const V tau_d = -a.traction * (strength_d * share_t + p.strength * share_d);
       const V length = rule.weight[i] * (branch == 0 ? -span[0] : span[1]);

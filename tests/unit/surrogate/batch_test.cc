@@ -1,5 +1,3 @@
-#include "surrogate/models/bekker_batch.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "surrogate/models/bekker.h"
+#include "surrogate/models/bekker_batch.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -63,11 +62,20 @@ States RandomStates(int n, std::uint64_t seed) {
   for (int i = 0; i < n; ++i) {
     const double load = 24 * std::exp(1.2 * any(random)), v = 0.1 + 0.4 * unit(random);
     switch (i % 5) {
-      case 0: s.Add(v, 0, v * unit(random), load); break;           // braking
-      case 1: s.Add(v, 0.02 * any(random), v * (1 + 0.05 * any(random)), load); break;  // towed
-      case 2: s.Add(v * unit(random), 0, v, load); break;           // driven
-      case 3: s.Add(0.2 * v * any(random), v, v * any(random), load); break;  // lateral
-      default: s.Add(any(random), any(random), any(random), load);
+      case 0:
+        s.Add(v, 0, v * unit(random), load);
+        break;  // braking
+      case 1:
+        s.Add(v, 0.02 * any(random), v * (1 + 0.05 * any(random)), load);
+        break;  // towed
+      case 2:
+        s.Add(v * unit(random), 0, v, load);
+        break;  // driven
+      case 3:
+        s.Add(0.2 * v * any(random), v, v * any(random), load);
+        break;  // lateral
+      default:
+        s.Add(any(random), any(random), any(random), load);
     }
   }
   return s;
@@ -164,8 +172,10 @@ TEST(Batch, GradientsAgreeWithCentralDifferences) {
         const double speed = std::max(std::hypot(s.v_x[i], s.v_y[i]), std::fabs(s.rim[i]));
         step[i] = 1e-5 * (input == kLoad ? s.load[i] : speed);
         auto at = [&](States& t) -> double& {
-          return (input == kVx ? t.v_x : input == kVy ? t.v_y : input == kRimSpeed ? t.rim
-                                                                                  : t.load)[i];
+          return (input == kVx         ? t.v_x
+                  : input == kVy       ? t.v_y
+                  : input == kRimSpeed ? t.rim
+                                       : t.load)[i];
         };
         at(up) += step[i];
         at(down) -= step[i];
@@ -201,8 +211,7 @@ TEST(Batch, BalanceHoldsInTheGradients) {
     // Speed alone changes nothing: the derivative along the velocities is 0.
     for (int o = 0; o < kOutputs; ++o) {
       const auto& g = r.gradient[o];
-      const double along =
-          g[kVx][i] * s.v_x[i] + g[kVy][i] * s.v_y[i] + g[kRimSpeed][i] * s.rim[i];
+      const double along = g[kVx][i] * s.v_x[i] + g[kVy][i] * s.v_y[i] + g[kRimSpeed][i] * s.rim[i];
       EXPECT_NEAR(along, 0, 1e-11 * Scale(o, s.load[i]));
     }
   }

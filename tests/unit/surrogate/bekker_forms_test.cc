@@ -72,7 +72,8 @@ TEST(BekkerForms, GrousersShearAtTheirOwnRadius) {
   const auto b = tips.AtSinkage(state, 0.015, fine).value;
   EXPECT_NEAR(b[kTorque] / a[kTorque], ratio * ratio, 1e-3);
   // At equal load: more pull and more torque than the smooth rim.
-  const auto smooth = rim.Solve(0.1, 0, 0.15, 24).value, lugged = tips.Solve(0.1, 0, 0.15, 24).value;
+  const auto smooth = rim.Solve(0.1, 0, 0.15, 24).value,
+             lugged = tips.Solve(0.1, 0, 0.15, 24).value;
   EXPECT_GT(lugged[kFx], smooth[kFx]);
   EXPECT_GT(lugged[kTorque], smooth[kTorque]);
 }

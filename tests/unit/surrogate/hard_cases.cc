@@ -34,6 +34,31 @@ double Scale(int output, double load, double radius) {
   return output == kTorque || output == kMz ? load * radius : load;
 }
 
+BekkerParameters With(double BekkerParameters::*member, double value) {
+  BekkerParameters p;
+  p.*member = value;
+  return p;
+}
+
+BekkerParameters Clay() {
+  BekkerParameters p;
+  p.friction_angle = 0;
+  p.cohesion = 8e3;
+  p.n = 0.5;
+  p.k_phi = 4e5;
+  p.c3 = 0.1;
+  return p;
+}
+
+std::vector<BekkerParameters> Soils() {
+  BekkerParameters loam = With(&BekkerParameters::n, 0.7);
+  loam.cohesion = 2e3;
+  loam.k_phi = 3e5;
+  BekkerParameters short_shear = With(&BekkerParameters::shear_modulus, 0.002);
+  BekkerParameters lugs = With(&BekkerParameters::grouser_height, 0.01);
+  return {BekkerParameters{}, loam, Clay(), short_shear, lugs};
+}
+
 BekkerModel RandomModel(std::mt19937_64* random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const auto between = [&](double a, double b) { return a + (b - a) * unit(*random); };
@@ -42,8 +67,7 @@ BekkerModel RandomModel(std::mt19937_64* random) {
   BekkerParameters p;
   p.n = between(0.1, 1.6);
   p.k_phi = std::pow(10, between(4, 7.5));
-  p.k_c = one_in(3) ? -between(0, 0.9) * p.k_phi * wheel.width_m
-                    : one_in(2) ? between(0, 1e5) : 0;
+  p.k_c = one_in(3) ? -between(0, 0.9) * p.k_phi * wheel.width_m : one_in(2) ? between(0, 1e5) : 0;
   p.cohesion = one_in(3) ? 0 : std::pow(10, between(1, 5));
   p.friction_angle = one_in(5) ? 0 : between(0, 0.9);
   p.shear_modulus = std::pow(10, between(-4, -1));
@@ -105,8 +129,7 @@ void SolveRandomInputs(long count, std::uint64_t seed) {
       } else if (!still) {
         ++balanced;
         const Canonical s = ToCanonical(batch.v_x[i], batch.v_y[i], batch.rim[i]);
-        const double carried =
-            model.AtSinkage(s, sinkage, BekkerModel::Points::kGraded).value[kFz];
+        const double carried = model.AtSinkage(s, sinkage, BekkerModel::Points::kGraded).value[kFz];
         ASSERT_NEAR(carried / load, 1, 1e-6)
             << done << " " << i << ": " << batch.v_x[i] << " " << batch.v_y[i] << " "
             << batch.rim[i] << " " << load << " n " << model.parameters().n;

@@ -24,6 +24,12 @@ struct Batch {
 /// What counts as 1 when an output is compared: load, load r, or r.
 double Scale(int output, double load, double radius);
 
+/// The default soil with one parameter changed; a purely cohesive soil; a
+/// handful that between them take every branch.
+BekkerParameters With(double BekkerParameters::*member, double value);
+BekkerParameters Clay();
+std::vector<BekkerParameters> Soils();
+
 /// Any soil and wheel that the model accepts within what the field knows.
 BekkerModel RandomModel(std::mt19937_64* random);
 

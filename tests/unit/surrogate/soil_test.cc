@@ -1,5 +1,3 @@
-#include "surrogate/soils/soil_table.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 
 #include "surrogate/models/bekker.h"
+#include "surrogate/soils/soil_table.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -94,9 +93,9 @@ TEST(Soils, EverySoilGivesFiniteMonotonePlausibleAnswers) {
           break;
         }
         // Horizontal force of soil alone: at most friction, adhesion and the heap.
-        EXPECT_LT(a.value[kFx], wheel.load * (0.1 + std::tan(soil.friction_angle_rad)) +
-                                    soil.cohesion_pa * 2 * wheel.geometry.radius_m *
-                                        wheel.geometry.width_m)
+        EXPECT_LT(a.value[kFx],
+                  wheel.load * (0.1 + std::tan(soil.friction_angle_rad)) +
+                      soil.cohesion_pa * 2 * wheel.geometry.radius_m * wheel.geometry.width_m)
             << soil.name << " " << slip;
         // Power in covers power out: what is lost is lost to the soil.
         const VelocityState v = FromSlip(slip, 0, 0.1);
@@ -130,9 +129,9 @@ TEST(Soils, DingsRoverWheelUntuned) {
   double pull = 0, low_pull = 0, torque = 0, sinkage = 0;
   int low = 0;
   std::printf("slip | pull N | torque N m | sinkage mm (measured, untuned)\n");
-  for (const Point& m : {Point{0.0, -6.5, 0.0, 5.0}, Point{0.1, 11, 3.0, 5.5},
-                         Point{0.2, 14.5, 4.2, 7.5}, Point{0.3, 15, 4.8, 10},
-                         Point{0.4, 15, 5.0, 12.5}, Point{0.6, 15, 5.3, 17.5}}) {
+  for (const Point& m :
+       {Point{0.0, -6.5, 0.0, 5.0}, Point{0.1, 11, 3.0, 5.5}, Point{0.2, 14.5, 4.2, 7.5},
+        Point{0.3, 15, 4.8, 10}, Point{0.4, 15, 5.0, 12.5}, Point{0.6, 15, 5.3, 17.5}}) {
     const auto a = AtSlip(model, m.slip, 80).value;
     std::printf("%4.1f | %5.1f %5.1f | %4.1f %4.1f | %4.1f %4.1f\n", m.slip, m.pull, a[kFx],
                 m.torque, a[kTorque], m.sinkage, a[kSinkage] * 1e3);
