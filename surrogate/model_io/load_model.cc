@@ -128,6 +128,7 @@ BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message) {
   for (const BekkerField& field : BekkerFields()) {
     const auto found = message.values().find(field.name);
     if (found == message.values().end()) {
+      if (field.optional) continue;  // a file of before: the default
       throw std::invalid_argument(std::string("bekker.values: no entry \"") + field.name + "\"");
     }
     parameters.*field.member = found->second;

@@ -1,45 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 
+#include "surrogate/models/bekker_batch.h"
+#include "surrogate/models/bekker_lanes.h"
+#include "surrogate/models/bekker_parameters.h"
 #include "surrogate/models/kinematics.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
-
-/// Parameters of the Bekker/Wong-style model. A set belongs to the model it
-/// was fitted with: never mix sets of different models.
-struct BekkerParameters {
-  double n = 1.0;                  ///< sinkage exponent [-]
-  double k_c = 0.0;                ///< cohesive modulus [N/m^(n+1)]
-  double k_phi = 6e5;              ///< frictional modulus [N/m^(n+2)]
-  double cohesion = 0.0;           ///< c, of the rim-soil interface [Pa]
-  double friction_angle = 0.5;     ///< phi, of the rim-soil interface [rad]
-  double shear_modulus = 0.01;     ///< Janosi-Hanamoto K [m]
-  double c1 = 0.3;                 ///< peak stress angle over entry angle, at slip 0 [-]
-  double c2 = 0.15;                ///< its growth with slip [-]
-  double c3 = 0.3;                 ///< exit angle over entry angle [-]
-  double sinkage_drive = 0.4;      ///< slip sinkage by driving slip [-]
-  double sinkage_brake = 0.2;      ///< slip sinkage by braking slip [-]
-  double sinkage_lateral = 0.3;    ///< slip sinkage by lateral motion [-]
-  double side_passive = 4.0;       ///< passive pressure on the closed side [-]
-  double front_passive = 1.0;      ///< the same ahead of a braked rim [-]
-  double bulldozing_length = 0.01; ///< K_b: travel that mobilises both [m]
-  double turn_speed = 0.15;        ///< v_x/M within which entry and exit swap [-]
-  double turn_spin = 0.1;          ///< weight of the rim speed in that swap [-]
-  double unit_weight = 13000.0;    ///< rho g of the bed [N/m^3]
-};
-
-/// Name, unit and range of each parameter, as in model files.
-struct BekkerField {
-  const char* name;
-  const char* unit;
-  double BekkerParameters::* member;
-  double low, high;  ///< accepted range
-};
-std::span<const BekkerField> BekkerFields() noexcept;
 
 struct WheelGeometry {
   double radius_m = 0, width_m = 0;
@@ -58,7 +28,8 @@ struct WheelGeometry {
 /// with t = x/sqrt(1 + x^2), x = (p + turn_spin q)/turn_speed, theta_1 and
 /// theta_2 are theta_f (c3 + (1 - c3)(1 +- t)/2), theta_m goes with t.
 ///
-/// Normal stress. sigma = (k_c/b + k_phi)(h/S)^n, h = r (cos phi - cos theta_f);
+/// Normal stress. sigma = k (h/S)^n, h = r (cos phi - cos theta_f), with Bekker's
+/// k = k_c/b + k_phi or Reece's k = (c k_c' + gamma b k_phi')/b^n (1965);
 /// phi maps either branch onto [theta_m, theta_f] as in Wong & Reece (1967).
 /// Slip sinkage S = exp(sinkage_drive D + sinkage_brake B + sinkage_lateral y^2),
 /// D and B the driving and braking part of the slip (an explicit multiplier as
@@ -66,12 +37,16 @@ struct WheelGeometry {
 ///
 /// Shear. tau = -(c' + sigma tan phi)(1 - exp(-|j|/K)) j/|j| (Janosi & Hanamoto
 /// 1961), c' = c (1 - exp(-sigma/c)): adhesion comes with contact pressure, or a
-/// braked rim would pull an unloaded wheel into the ground; j the displacement of the rim against the soil since the contact
-/// began, along the rim and along the axle (Ishigami et al. 2007 take both):
-///   j_t = r/w [p (sin theta_1 - sin theta) - q (theta_1 - theta)],
+/// braked rim would pull an unloaded wheel into the ground; j the displacement
+/// of the rim against the soil since the contact began, along the rim and along
+/// the axle (Ishigami et al. 2007 take both):
+///   j_t = r/w [p (sin theta_1 - sin theta) - q e (theta_1 - theta)],
 ///   j_y = r/w y (theta_1 - theta), w = smooth max(|p|, |q|),
 /// counted from the rear edge where the wheel runs backwards. Its direction is
 /// regular at slip 0 and at 90 degrees, where r w and v_x both vanish.
+/// Grousers shear the soil at the radius r_s = e r = r + grouser_share h_g (Ding
+/// et al. 2011: between rim and tips): tau acts there, on an area and at an arm
+/// that are e times larger; sigma stays at the rim, to which sinkage refers.
 ///
 /// Bulldozing. Passive pressure (Reece 1965; Hegedus' blade) on the submerged
 /// side, per length dx: R(h) = 1/2 rho g N h^2 + 2 c sqrt(N) h, N = side_passive,
@@ -80,7 +55,7 @@ struct WheelGeometry {
 /// against v_x and through the axle.
 ///
 /// Balance: b r int(sigma cos theta + tau_t sin theta) dtheta = load, by a
-/// bracketed secant on z in (0, 1.2 r], to 1e-9 of the load. A load that even
+/// bracketed secant on z in (0, 1.2 r], to 1e-10 of the load. A load that even
 /// 1.2 r does not carry gives the answer there and no_equilibrium.
 ///
 /// Sources: Wong & Reece 1967 (J. Terramechanics 4(1), 81-98 and 4(2), 7-25);
@@ -92,7 +67,14 @@ class BekkerModel {
   struct Answer {
     std::array<double, kOutputs> value;  ///< in the order of Output
     bool no_equilibrium;
-    int evaluations;                     ///< of the load integral
+    int evaluations;  ///< of the load integral
+  };
+
+  /// Where the integrals are sampled, per branch.
+  enum class Points {
+    kPlain,   ///< 16 of Gauss-Legendre: Solve
+    kGraded,  ///< those of SolveBatch
+    kFine,    ///< 32 panels of 16, exact to about 1e-12: what both are measured against
   };
 
   /// Throws std::invalid_argument "name: value, expected ..." out of range.
@@ -103,29 +85,38 @@ class BekkerModel {
   /// The same for a canonical state; outputs in the canonical half-space.
   Answer SolveCanonical(const Canonical& state, double load) const noexcept;
   /// At a given sinkage [m] in (0, 1.2 r]; f_z is what the soil carries.
-  Answer AtSinkage(const Canonical& state, double sinkage) const noexcept;
+  Answer AtSinkage(const Canonical& state, double sinkage,
+                   Points points = Points::kPlain) const noexcept;
   /// Of the wheel that stands: f_z and sinkage, the rest 0.
   Answer SolveStatic(double load) const noexcept;
+
+  /// Many states at once, one in each lane of the widest vectors this machine
+  /// has; what SolveBatch returns and how it differs from Solve: BekkerBatch.
+  void SolveBatch(const BekkerBatch& batch) const noexcept;
 
   const BekkerParameters& parameters() const { return parameters_; }
   const WheelGeometry& wheel() const { return wheel_; }
   double max_sinkage() const { return 1.2 * wheel_.radius_m; }
+  double modulus() const { return modulus_; }                        ///< k [N/m^(n+2)]
+  double shear_radius_ratio() const { return shear_radius_ratio_; }  ///< e, from 1
 
  private:
   static constexpr int kPoints = 16;  // Gauss-Legendre, per branch
-  using Lane = std::array<double, kPoints>;
-  struct Motion;     // what the kinematics alone determine
-  struct Integrals;  // canonical force sums
+  struct Motion;                      // what the kinematics alone determine
+  struct Integrals;                   // canonical force sums
 
   Motion MakeMotion(double p, double y, double q) const noexcept;
-  Integrals Integrate(const Motion& motion, double sinkage) const noexcept;
+  Integrals Integrate(const Motion& motion, double sinkage, Points points) const noexcept;
+  double Blade(const Motion& motion, double sinkage, double theta_f) const noexcept;
   Answer Balance(const Motion& motion, double load) const noexcept;
   double GuessSinkage(const Motion& motion, double load) const noexcept;
 
   BekkerParameters parameters_;
   WheelGeometry wheel_;
   double modulus_, friction_;
-  Lane node_, weight_;
+  double shear_radius_ratio_;  // e
+  std::array<double, kPoints> node_, weight_;
+  LaneModel lanes_;
 };
 
 }  // namespace grouser::surrogate

@@ -1,6 +1,6 @@
-#include <array>
+#include "surrogate/models/bekker_parameters.h"
 
-#include "surrogate/models/bekker.h"
+#include <array>
 
 namespace grouser::surrogate {
 namespace {
@@ -25,6 +25,11 @@ constexpr std::array kFields = {
     BekkerField{"turn_speed", "-", &P::turn_speed, 0.01, 1},
     BekkerField{"turn_spin", "-", &P::turn_spin, 0, 1},
     BekkerField{"unit_weight", "N/m^3", &P::unit_weight, 0, 1e5},
+    BekkerField{"pressure_form", "-", &P::pressure_form, kBekkerForm, kReeceForm, true},
+    BekkerField{"reece_k_c", "-", &P::reece_k_c, -1e9, 1e9, true},
+    BekkerField{"reece_k_phi", "-", &P::reece_k_phi, -1e9, 1e9, true},
+    BekkerField{"grouser_height", "m", &P::grouser_height, 0, 1, true},
+    BekkerField{"grouser_share", "-", &P::grouser_share, 0, 1, true},
 };
 
 }  // namespace

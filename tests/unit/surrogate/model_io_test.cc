@@ -67,6 +67,17 @@ std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
   return "accepted";
 }
 
+// Files of before the forms and grousers: what is absent is the default.
+TEST(MakeModel, TakesAFileWithoutTheOptionalParameters) {
+  EXPECT_EQ(Complaint([](v1alpha1::Model* m) {
+              for (const BekkerField& field : BekkerFields()) {
+                if (field.optional) m->mutable_bekker()->mutable_values()->erase(field.name);
+              }
+              EXPECT_EQ(m->bekker().values().size(), 18);
+            }),
+            "accepted");
+}
+
 TEST(MakeModel, NamesTheFieldThatIsWrong) {
   using testing::HasSubstr;
   using M = v1alpha1::Model*;

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+
+namespace grouser::surrogate {
+
+/// Gauss-Legendre rule with N points on [0, 1].
+template <int N>
+struct GaussRule {
+  alignas(64) std::array<double, N> node, weight;
+};
+
+/// The rule itself, by Newton's method on the Legendre polynomial.
+template <int N>
+GaussRule<N> GaussLegendre() noexcept;
+
+/// The same after the substitution x = u^2, which takes the root of a power
+/// x^n at 0 (stress at the edge of a contact) away: 6 points then do better
+/// there than 16 without.
+template <int N>
+GaussRule<N> GradedGauss() noexcept;
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <istream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "surrogate/models/bekker_parameters.h"
+
+namespace grouser::surrogate {
+
+enum class SoilKind { kSand, kLoam, kClay, kSnow };  ///< simulants count as sand
+
+/// A published soil, SI.
+struct Soil {
+  std::string name;
+  double n = 0, k_c = 0, k_phi = 0;  ///< Bekker: [-], N/m^(n+1), N/m^(n+2)
+  double cohesion_pa = 0, friction_angle_rad = 0;
+  std::optional<double> density_kg_per_m3, shear_modulus_m;  ///< where published
+  SoilKind kind = SoilKind::kSand;
+  std::string source;
+};
+
+/// Reads a table such as surrogate/soils/bekker_soils.csv. Throws
+/// std::runtime_error "NAME:LINE: what, expected ..."; `name` is for messages.
+std::vector<Soil> ReadSoils(std::istream& table, const std::string& name);
+
+/// Parameters of the `bekker_untuned` rung: a wheel on a published soil with
+/// nothing fitted. What the soil does not say is taken from the literature:
+/// - density, if unpublished: 1600 (sand, loam), 1800 (clay), 300 (snow) kg/m^3;
+/// - K, if unpublished: 10 mm (sand, loam), 6 mm (clay), 25 mm (snow) (Wong,
+///   Theory of Ground Vehicles, ch. 2: firm sand 10, compact clay 6, fresh snow 25 to 50);
+/// - c1 = 0.18, c2 = 0.32: Wong & Reece (1967) for loose sand; compact sand has
+///   0.43, 0.32. c3 = 0: they neglect the exit angle;
+/// - sinkage_drive = 1.5: Lyasko's (2010) slip sinkage (1 + i)/(1 - i/2), which
+///   the model's exp(1.5 D) follows within 5 % from slip 0.2 to 0.7;
+/// - passive pressures: Rankine's tan^2(45 deg + phi/2); K_b = K.
+/// c and phi are the soil's own: a smooth rim has less friction and pulls less.
+BekkerParameters FromSoil(const Soil& soil, double gravity_m_per_s2 = 9.81);
+
+}  // namespace grouser::surrogate
