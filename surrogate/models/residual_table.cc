@@ -58,26 +58,37 @@ ResidualTable::Parity ResidualTable::ParityOf(int channel) noexcept {
   }
 }
 
+void CheckCoefficients(
+    const TableAxes& axes,
+    const std::array<std::span<const double>, ResidualTable::kChannels>& coefficients) {
+  CheckAxes(axes);
+  const std::size_t size = ResidualTable::Size(axes);
+  for (int channel = 0; channel < ResidualTable::kChannels; ++channel) {
+    const std::span<const double> source = coefficients[channel];
+    const std::string name = "residual table: coefficients[" + std::to_string(channel) + "]";
+    if (source.empty()) continue;
+    if (source.size() != size) {
+      throw std::invalid_argument(name + ": " + std::to_string(source.size()) +
+                                  " numbers, expected " + std::to_string(size));
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      if (std::isfinite(source[i])) continue;
+      throw std::invalid_argument(name + "[" + std::to_string(i) +
+                                  "]: expected a finite number");
+    }
+  }
+}
+
 ResidualTable::ResidualTable(
     const TableAxes& axes, const std::array<std::span<const double>, kChannels>& coefficients)
     : axes_(axes) {
-  CheckAxes(axes);
+  CheckCoefficients(axes, coefficients);
   const std::size_t size = Size(axes);
   coefficients_.assign(size * kLanes, 0.0);
   for (int channel = 0; channel < kChannels; ++channel) {
-    const std::span<const double> source = coefficients[channel];
-    if (source.empty()) continue;
-    if (source.size() != size) {
-      throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
-                                  "]: " + std::to_string(source.size()) + " numbers, expected " +
-                                  std::to_string(size));
-    }
+    if (coefficients[channel].empty()) continue;
     for (std::size_t i = 0; i < size; ++i) {
-      if (!std::isfinite(source[i])) {
-        throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
-                                    "][" + std::to_string(i) + "]: expected a finite number");
-      }
-      coefficients_[i * kLanes + channel] = source[i];
+      coefficients_[i * kLanes + channel] = coefficients[channel][i];
     }
   }
 }
