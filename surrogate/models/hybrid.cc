@@ -11,8 +11,8 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kLighter = 8, kHeavier = 3;  // reach of the load axis beyond the hull
-constexpr double kCapacityShare = 0.8;        // of the least load without equilibrium
+constexpr double kLighter = 4, kHeavier = 3;  // reach of the load axis beyond the hull
+constexpr double kCapacityShare = 0.9;        // of the least load without equilibrium
 
 // The canonical state at a place of the chart, exact at its ends.
 Canonical FromChart(const ChartPoint& at) {

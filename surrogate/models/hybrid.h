@@ -8,7 +8,7 @@ namespace grouser::surrogate {
 
 /// Grid of the whole answer, in intervals; see HybridModel::Tabulate.
 struct Resolution {
-  int direction = 60, lateral = 36;  ///< at least; multiples of the residual table's
+  int direction = 90, lateral = 36;  ///< at least; multiples of the residual table's
   double log_load = 0.25;            ///< at most, a fraction of the residual table's step
 };
 
@@ -35,7 +35,7 @@ class HybridModel final : public TabulatedModel {
 
   /// Solves the physics at the nodes of a grid, adds the residual (which the
   /// grid's splines hold exactly, its knots being among theirs) and lets
-  /// Evaluate interpolate the sum. The load axis reaches from load_min/8 to
+  /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
   /// 3 load_max, but no further than every state has an equilibrium; beyond it
   /// the exact law answers. Leaves things as they are where too little of the
   /// axis is left, or where the residual's own axis leaves no room.

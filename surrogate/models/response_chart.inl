@@ -3,13 +3,13 @@
 
 // Everything between the stages; one block, a few KiB.
 struct Scratch {
-  alignas(64) double inverse_speed[kBlock];   // 1/M [s/m]
-  double load[kBlock];                        // of benign states
+  alignas(64) double v_x[kBlock], v_y[kBlock], v_rim[kBlock], load[kBlock];  // ordinary ones
+  double inverse_speed[kBlock];               // 1/M [s/m]
+  double special[kBlock], flags[kBlock];      // bits, as numbers: one width vectorises
   float forward[kBlock], lateral[kBlock], rim[kBlock];  // canonical, over M
   float plane[kBlock];                        // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
   float excess[kBlock], distance2[kBlock];
-  std::uint32_t flags[kBlock];
   int node[kBlock];                           // first float of the 4 x 4 x 4 nodes
   float direction[kBlock], height[kBlock], log_load[kBlock];
   float weight[3][4][kBlock], slope[3][4][kBlock];
@@ -44,39 +44,54 @@ GROUSER_INLINE float Log(float x) {
   return (p * z * f + 2 * f) + static_cast<float>(exponent) * 0.69314718f;
 }
 
-// The canonical state, its signs and Hull::Outside. States that the table does
-// not answer become an ordinary one, so that nothing below can trap or wander.
-GROUSER_INLINE void ToCanonical(const Constants& c, Block* b, Scratch* s, int n) {
+// Copies the states, with an ordinary one in place of those that the table does
+// not answer, so that nothing below can trap or wander.
+GROUSER_INLINE void Admit(const Constants& c, Block* b, Scratch* s, int n) {
   const double *v_x = b->v_x, *v_y = b->v_y, *v_rim = b->rim, *v_load = b->load;
-  std::uint32_t* special = b->special;
+  const double lowest = c.lowest_load, highest = c.highest_load, middle = c.load_low;
+  const double blend_low = c.blend_low, blend_high = c.blend_high;
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
-    const double sum2 = v_x[i] * v_x[i] + v_y[i] * v_y[i] + v_rim[i] * v_rim[i];
-    const bool usable = (sum2 >= 1e-200) & (sum2 <= 1e200) & (v_load[i] >= c.lowest_load) &
-                        (v_load[i] <= c.highest_load);  // false for NaN
-    const double x = usable ? v_x[i] : 1.0, y = usable ? v_y[i] : 0.0;
-    const double q = usable ? v_rim[i] : 1.0, load = usable ? v_load[i] : c.load_low;
-    const bool edge = (load < c.blend_low) | (load > c.blend_high);
-    special[i] = usable ? (edge ? kBlend : 0u) : kOff;
+    const double x = v_x[i], y = v_y[i], q = v_rim[i], load = v_load[i];
+    const double sum2 = x * x + y * y + q * q;
+    const bool usable = (sum2 >= 1e-200) & (sum2 <= 1e200) & (load >= lowest) & (load <= highest);
+    s->v_x[i] = usable ? x : 1.0;  // NaN is not usable
+    s->v_y[i] = usable ? y : 0.0;
+    s->v_rim[i] = usable ? q : 1.0;
+    s->load[i] = usable ? load : middle;
+    const double edge = (load < blend_low) | (load > blend_high) ? double{kBlend} : 0.0;
+    s->special[i] = usable ? edge : double{kOff};
+  }
+  for (int i = 0; i < n; ++i) b->special[i] = static_cast<std::uint32_t>(int(s->special[i]));
+}
+
+// The canonical state, its signs and Hull::Outside.
+GROUSER_INLINE void ToCanonical(const Constants& c, Scratch* s, int n) {
+  const double slip_low = c.slip_low, slip_high = c.slip_high, rim_faster = c.rim_faster;
+  const double angle_sin = c.angle_sin, angle_cos = c.angle_cos, fastest2 = c.fastest2;
+  const double load_low = c.load_low, load_high = c.load_high;
+#pragma GCC ivdep
+  for (int i = 0; i < n; ++i) {
+    const double x = s->v_x[i], y = s->v_y[i], q = s->v_rim[i], load = s->load[i];
     const double hub2 = x * x + y * y, rim2 = q * q;
     const double speed2 = hub2 > rim2 ? hub2 : rim2;
-    const double speed = __builtin_sqrt(speed2), inverse = 1.0 / speed;
-    const bool backward = (x < 0) | ((x == 0) & (q < 0));
-    const double p = (x < 0 ? -x : x) * inverse, r = (backward ? -q : q) * inverse;
-    const double side = (y < 0 ? -y : y) * inverse, hub = __builtin_sqrt(hub2) * inverse;
+    const double inverse = 1.0 / __builtin_sqrt(speed2);
+    const double sense = x != 0 ? x : q;  // which decides the mirror in x
+    const double mirror = sense < 0 ? -1.0 : 1.0, side = y < 0 ? -1.0 : 1.0;
+    const double p = (x < 0 ? -x : x) * inverse, r = mirror * q * inverse;
+    const double lateral = side * y * inverse, hub = __builtin_sqrt(hub2) * inverse;
     const double slip = r - p;
-    const bool outside = (slip < c.slip_low) | (slip > c.slip_high) |
-                         ((r < 0) & (hub < c.rim_faster)) |
-                         (side * c.angle_cos > p * c.angle_sin) |
-                         (load < c.load_low) | (load > c.load_high);
-    s->flags[i] = c.flags | (outside ? 4u : 0u) | (speed2 > c.fastest2 ? 32u : 0u);
+    const bool outside = (slip < slip_low) | (slip > slip_high) | ((r < 0) & (hub < rim_faster)) |
+                         (lateral * angle_cos > p * angle_sin) | (load < load_low) |
+                         (load > load_high);
+    s->flags[i] = (outside ? 4.0 : 0.0) + (speed2 > fastest2 ? 32.0 : 0.0);
     s->inverse_speed[i] = inverse;
-    s->load[i] = load;
     s->forward[i] = static_cast<float>(p);
-    s->lateral[i] = static_cast<float>(side);
+    s->lateral[i] = static_cast<float>(lateral);
     s->rim[i] = static_cast<float>(r);
-    s->mirror[i] = backward ? -1.0f : 1.0f;
-    s->sign_x[i] = (x == 0) & (q == 0) ? 0.0f : backward ? -1.0f : 1.0f;
-    s->sign_y[i] = y == 0 ? 0.0f : y < 0 ? -1.0f : 1.0f;
+    s->mirror[i] = static_cast<float>(mirror);
+    s->sign_x[i] = static_cast<float>(sense != 0 ? mirror : 0.0);
+    s->sign_y[i] = static_cast<float>(y != 0 ? side : 0.0);
   }
 }
 
@@ -85,6 +100,7 @@ GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
   constexpr float kPi = 3.14159265f;
   const float per_direction = static_cast<float>(c.direction) / kPi;
   const float per_lateral = static_cast<float>(c.lateral) / (kPi / 2);
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const float p = s->forward[i], r = s->rim[i], y = s->lateral[i];
     const float spin = r < 0 ? -r : r;
@@ -112,6 +128,7 @@ template <bool kGradients>
 GROUSER_INLINE void ToWeights(const float* at, int intervals, int stride, float outside,
                               float (*weight)[kBlock], float (*slope)[kBlock], int* node, int n) {
   const float last = static_cast<float>(intervals);
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const float u = at[i] > 0 ? (at[i] < last ? at[i] : last) : 0.0f;
     const int floor = static_cast<int>(u), cell = floor < intervals ? floor : intervals - 1;

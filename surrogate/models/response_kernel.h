@@ -45,7 +45,7 @@ struct Constants {
 
 /// Up to kBlock states; where a pointer is null nothing is written.
 struct Block {
-  int groups;             // of kGroup states
+  int count;              // arrays hold this many, rounded up to kGroup
   bool gradients;         // some of kDvX to kDLoad is wanted
   const double *v_x, *v_y, *rim, *load;
   double* part[kOutputCount][kParts];

@@ -18,12 +18,13 @@ constexpr bool kMoment[kOutputCount] = {false, false, false, true, true, false};
 // no steady run exists; the squared hull distance.
 GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
   std::uint32_t* out = b->flags;
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const float d = s->channel[0][kDistanceChannel][i];
     const float distance = (d > 0 ? d : 0.0f) + s->excess[i];
     const float sinkage = s->channel[0][kSinkageOutput][i];
     s->distance2[i] = distance * distance;
-    out[i] = s->flags[i] | (sinkage < 0 ? 2u : 0u) |
+    out[i] = c.flags | static_cast<std::uint32_t>(int(s->flags[i])) | (sinkage < 0 ? 2u : 0u) |
              ((distance > c.far) | (sinkage > c.overload) ? 4u : 0u);
   }
 }
@@ -42,6 +43,7 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
   const float inside2 = c.inside2[kOutput], growth2 = c.growth2[kOutput];
   const float patch = c.patch[kOutput], patch2 = c.patch2[kOutput], factor = c.factor[kOutput];
   const double radius = c.radius, inverse_middle = c.inverse_middle_load;
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const double scale = kLength ? radius : kMoment[kOutput] ? s.load[i] * radius : s.load[i];
     const double ratio = kLength ? 1.0 : s.load[i] * inverse_middle;
@@ -77,6 +79,7 @@ GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scr
   const float per_direction = static_cast<float>(c.direction) / 3.14159265f;
   const float per_lateral = static_cast<float>(c.lateral) / 1.57079633f;
   const double radius = c.radius;
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const float p = s.forward[i], y = s.lateral[i], r = s.rim[i], rho = s.plane[i];
     const float inverse_rho = 1.0f / (rho > 1e-6f ? rho : 1e-6f);
@@ -132,9 +135,9 @@ GROUSER_INLINE double FineAngle(double a, double b) {
 GROUSER_INLINE void WriteEchoes(const Block& b, const Scratch& s, Unwanted* unwanted, int n) {
   double* __restrict slip = Or(b.slip, unwanted->part[0]);
   double* __restrict angle = Or(b.attack_angle, unwanted->part[1]);
+#pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
-    const bool off = b.special[i] & kOff;
-    const double x = off ? 1.0 : b.v_x[i], y = off ? 0.0 : b.v_y[i], rim = off ? 1.0 : b.rim[i];
+    const double x = s.v_x[i], y = s.v_y[i], rim = s.v_rim[i];
     const double front = FineAngle(y < 0 ? -y : y, x < 0 ? -x : x);
     const double whole = x < 0 ? 3.14159265358979323846 - front : front;
     slip[i] = rim * s.inverse_speed[i] - x * s.inverse_speed[i];

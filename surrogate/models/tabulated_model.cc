@@ -126,15 +126,15 @@ void TabulatedModel::Evaluate(const WheelStatesView& in, const ResponsesView& ou
   const std::size_t whole = n / kGroup * kGroup;
   for (std::size_t first = 0; first < whole; first += kBlock) {
     const std::size_t left = std::min<std::size_t>(whole - first, kBlock);
-    EvaluateSome(in, out, first, static_cast<int>(left / kGroup));
+    EvaluateSome(in, out, first, static_cast<int>(left));
   }
   if (whole < n) EvaluateRest(in, out, whole, n - whole);
 }
 
 void TabulatedModel::EvaluateSome(const WheelStatesView& in, const ResponsesView& out,
-                                  std::size_t first, int groups) const noexcept {
+                                  std::size_t first, int count) const noexcept {
   response::Block block;
-  block.groups = groups;
+  block.count = count;
   block.gradients = WantsGradients(out);
   block.v_x = in.v_x.data() + first;
   block.v_y = in.v_y.data() + first;
@@ -151,11 +151,10 @@ void TabulatedModel::EvaluateSome(const WheelStatesView& in, const ResponsesView
   block.attack_angle = out.attack_angle.empty() ? nullptr : out.attack_angle.data() + first;
   kernel_(constants_, &block);
   const bool context = HasContext(in);
-  const int n = groups * kGroup;
   std::uint32_t any = 0;
-  for (int i = 0; i < n; ++i) any |= block.special[i];
+  for (int i = 0; i < count; ++i) any |= block.special[i];
   if (any == 0 && !context) return;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < count; ++i) {
     if (block.special[i] != 0 || context) Complete(in, out, first + i, block.special[i]);
   }
 }
@@ -172,7 +171,7 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
     }
   }
   response::Block block;
-  block.groups = 1;
+  block.count = static_cast<int>(count);
   block.gradients = WantsGradients(out);
   block.v_x = input[0];
   block.v_y = input[1];
@@ -191,7 +190,8 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
   for (int o = 0; o < kOutputs; ++o) {
     const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
-      if (block.part[o][p]) std::copy_n(output[o][p], count, parts[p].data() + first);
+      if (!block.part[o][p]) continue;
+      for (std::size_t i = 0; i < count; ++i) parts[p][first + i] = output[o][p][i];
     }
   }
   if (block.slip) std::copy_n(echo[0], count, out.slip.data() + first);

@@ -49,7 +49,7 @@ class TabulatedModel : public WheelModel {
 
  private:
   void EvaluateSome(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
-                    int groups) const noexcept;
+                    int count) const noexcept;
   void EvaluateRest(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
                     std::size_t count) const noexcept;
   void Complete(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
