@@ -42,12 +42,12 @@ double Hull::Excess(const Canonical& s, double load) const noexcept {
   const double hub_share = plane > 0 ? s.forward / plane : 0;
   const double rim_share = plane > 0 ? std::fabs(s.rim) / plane : 0;
   const double driving = std::fabs(s.rim) - (s.rim < 0 ? -s.forward : s.forward);
-  const double most_lateral = box_.attack_angle_max_rad < std::numbers::pi / 2
-                                  ? std::sin(box_.attack_angle_max_rad)
-                                  : 1.0;
+  const double most_lateral =
+      box_.attack_angle_max_rad < std::numbers::pi / 2 ? std::sin(box_.attack_angle_max_rad) : 1.0;
   const auto beyond = [](double over) { return over > 0 ? over : 0.0; };
   return (beyond(box_.slip_min - (s.rim - s.forward)) * hub_share +
-          beyond(driving - box_.slip_max) * rim_share) / kSlipReach +
+          beyond(driving - box_.slip_max) * rim_share) /
+             kSlipReach +
          beyond(s.lateral - most_lateral) / kLateralReach +
          (beyond(std::log(box_.load_min_n / load)) + beyond(std::log(load / box_.load_max_n))) /
              kLogLoadReach;
@@ -59,12 +59,11 @@ void Hull::AddUncertainty(double distance, double load, WheelAnswer* answer) con
     const double scale = o == kSinkage ? 1 : ratio;
     const double grown = uncertainty_.fit_growth[o] * distance;
     const double inside = uncertainty_.fit_inside[o];
-    const double fit = scale * std::sqrt(inside * inside + grown * grown);
-    const double patch = scale * uncertainty_.patch[o];
-    answer->sd_fit[o] = fit;
-    answer->sd_patch[o] = patch;
+    const double patch = uncertainty_.patch[o], fit2 = inside * inside + grown * grown;
+    answer->sd_fit[o] = scale * std::sqrt(fit2);
+    answer->sd_patch[o] = scale * patch;
     answer->half_width[o] =
-        uncertainty_.interval_factor[o] * std::sqrt(fit * fit + patch * patch);
+        scale * (uncertainty_.interval_factor[o] * std::sqrt(fit2 + patch * patch));
   }
 }
 

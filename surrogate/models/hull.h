@@ -10,10 +10,10 @@ namespace grouser::surrogate {
 
 /// What the training runs covered. Mirrored in v_x and v_y.
 struct HullBox {
-  double slip_min = -1, slip_max = 1;   ///< [-]
+  double slip_min = -1, slip_max = 1;  ///< [-]
   double attack_angle_max_rad = 0;
   double load_min_n = 0, load_max_n = 0;
-  double froude_max = 0;                ///< v^2/(g r) above which kRate is set; 0: never
+  double froude_max = 0;  ///< v^2/(g r) above which kRate is set; 0: never
   double gravity_m_per_s2 = 9.81;
 };
 

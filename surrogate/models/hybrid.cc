@@ -31,9 +31,7 @@ double ScaleOf(int output, double load, double radius) {
 }
 
 // Knots of `fine` contain those of the residual's axis of `coarse` intervals.
-int Multiple(int coarse, int at_least) {
-  return coarse * ((at_least + coarse - 1) / coarse);
-}
+int Multiple(int coarse, int at_least) { return coarse * ((at_least + coarse - 1) / coarse); }
 
 }  // namespace
 
@@ -80,8 +78,8 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   return answer;
 }
 
-std::array<double, ResidualTable::kChannels> HybridModel::AtNode(
-    const ChartPoint& chart, double log_load) const noexcept {
+std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoint& chart,
+                                                                 double log_load) const noexcept {
   const double load = std::exp(log_load), radius = physics_.wheel().radius_m;
   const Canonical state = FromChart(chart);
   BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
@@ -101,8 +99,7 @@ double HybridModel::LeastCapacity(const Resolution& resolution) const noexcept {
     for (int j = 0; j <= resolution.lateral; ++j) {
       const ChartPoint at{std::numbers::pi * (static_cast<double>(i) / resolution.direction - 0.5),
                           std::numbers::pi / 2 * j / resolution.lateral};
-      least = std::min(
-          least, physics_.AtSinkage(FromChart(at), physics_.max_sinkage()).value[kFz]);
+      least = std::min(least, physics_.AtSinkage(FromChart(at), physics_.max_sinkage()).value[kFz]);
     }
   }
   return least;
@@ -121,8 +118,7 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   }
   const double capacity = LeastCapacity(resolution);
   const double low = std::log(hull().load_min_n / kLighter);
-  const double high =
-      std::log(std::min(hull().load_max_n * kHeavier, kCapacityShare * capacity));
+  const double high = std::log(std::min(hull().load_max_n * kHeavier, kCapacityShare * capacity));
   if (!(high > std::log(hull().load_min_n) + step)) return;
   const int before = static_cast<int>(std::ceil((anchor - low) / step));
   const int after = static_cast<int>(std::floor((high - anchor) / step));

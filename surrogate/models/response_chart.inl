@@ -4,16 +4,16 @@
 // Everything between the stages; one block, a few KiB.
 struct Scratch {
   alignas(64) double v_x[kBlock], v_y[kBlock], v_rim[kBlock], load[kBlock];  // ordinary ones
-  double inverse_speed[kBlock];               // 1/M [s/m]
-  double special[kBlock], flags[kBlock];      // bits, as numbers: one width vectorises
+  double inverse_speed[kBlock];                                              // 1/M [s/m]
+  double special[kBlock], flags[kBlock];                // bits, as numbers: one width vectorises
   float forward[kBlock], lateral[kBlock], rim[kBlock];  // canonical, over M
-  float plane[kBlock];                        // hypot(forward, rim)
+  float plane[kBlock];                                  // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
   float excess[kBlock], distance2[kBlock];
-  int node[kBlock];                           // first float of the 4 x 4 x 4 nodes
+  int node[kBlock];  // first float of the 4 x 4 x 4 nodes
   float direction[kBlock], height[kBlock], log_load[kBlock];
   float weight[3][4][kBlock], slope[3][4][kBlock];
-  float channel[4][kGroup][kBlock];           // value, then by direction, lateral, log load
+  float channel[4][kGroup][kBlock];  // value, then by direction, lateral, log load
 };
 
 // atan2(a, b) for a, b >= 0, 0 for both 0; error below 2e-7 (Cephes' atanf).
@@ -116,7 +116,8 @@ GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
     const float inverse = 1.0f / (plane > 0 ? plane : 1.0f);
     const float light = c.log_low - log_load, heavy = log_load - c.log_high;
     s->excess[i] = ((braking > 0 ? braking : 0.0f) * (p * inverse) +
-                    (driving > 0 ? driving : 0.0f) * (spin * inverse)) * c.per_slip +
+                    (driving > 0 ? driving : 0.0f) * (spin * inverse)) *
+                       c.per_slip +
                    (lateral > 0 ? lateral : 0.0f) * c.per_lateral +
                    ((light > 0 ? light : 0.0f) + (heavy > 0 ? heavy : 0.0f)) * c.per_log_load;
   }

@@ -32,21 +32,21 @@ struct Constants {
   double radius, inverse_middle_load;
   // Hull::Outside, rounding slack included; angles by sine and cosine.
   double slip_low, slip_high, angle_sin, angle_cos, load_low, load_high;
-  double rim_faster;                     // hub/M below which the rim is the faster
-  double fastest2;                       // M^2 [m^2/s^2] above which kRate is set
+  double rim_faster;  // hub/M below which the rim is the faster
+  double fastest2;    // M^2 [m^2/s^2] above which kRate is set
   // Hull::Excess.
   float slip_min, slip_max, most_lateral, log_low, log_high;
   float per_slip, per_lateral, per_log_load;
-  float far, overload;                   // kFarFromRuns; kOverloadSinkage
-  float inside2[kOutputCount], growth2[kOutputCount], patch[kOutputCount],
-      patch2[kOutputCount], factor[kOutputCount];
-  std::uint32_t flags;                   // of every state
+  float far, overload;  // kFarFromRuns; kOverloadSinkage
+  float inside2[kOutputCount], growth2[kOutputCount], patch[kOutputCount], patch2[kOutputCount],
+      factor[kOutputCount];
+  std::uint32_t flags;  // of every state
 };
 
 /// Up to kBlock states; where a pointer is null nothing is written.
 struct Block {
-  int count;              // arrays hold this many, rounded up to kGroup
-  bool gradients;         // some of kDvX to kDLoad is wanted
+  int count;       // arrays hold this many, rounded up to kGroup
+  bool gradients;  // some of kDvX to kDLoad is wanted
   const double *v_x, *v_y, *rim, *load;
   double* part[kOutputCount][kParts];
   std::uint32_t* flags;

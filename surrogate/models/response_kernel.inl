@@ -91,8 +91,7 @@ GROUSER_INLINE void Transpose(const float* row, float (*channel)[kBlock], int fi
     }
   }
   for (int i = 0; i < 4; ++i) {
-    At(&channel[i][first]) =
-        __builtin_shufflevector(b[i], b[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    At(&channel[i][first]) = __builtin_shufflevector(b[i], b[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
     At(&channel[i + 4][first]) =
         __builtin_shufflevector(b[i], b[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
@@ -110,8 +109,8 @@ GROUSER_INLINE void Run(const Constants& c, Block* b, Scratch* s, Unwanted* unwa
   ToCanonical(c, s, n);
   ToChart(c, s, n);
   for (int i = 0; i < n; ++i) s->node[i] = 0;
-  ToWeights<kGradients>(s->direction, c.direction, c.direction_stride, 1, s->weight[0],
-                        s->slope[0], s->node, n);
+  ToWeights<kGradients>(s->direction, c.direction, c.direction_stride, 1, s->weight[0], s->slope[0],
+                        s->node, n);
   ToWeights<kGradients>(s->height, c.lateral, c.lateral_stride, 1, s->weight[1], s->slope[1],
                         s->node, n);
   ToWeights<kGradients>(s->log_load, c.load, kGroup, 0, s->weight[2], s->slope[2], s->node, n);

@@ -22,8 +22,7 @@ void DescribeHull(const Hull& hull, double radius_m, response::Constants* c) {
   c->load_low = box.load_min_n * (1 - edge);
   c->load_high = box.load_max_n * (1 + edge);
   c->rim_faster = 1 - edge;
-  c->fastest2 =
-      box.froude_max > 0 ? box.froude_max * box.gravity_m_per_s2 * radius_m : kNever;
+  c->fastest2 = box.froude_max > 0 ? box.froude_max * box.gravity_m_per_s2 * radius_m : kNever;
 
   c->slip_min = static_cast<float>(box.slip_min);
   c->slip_max = static_cast<float>(box.slip_max);
@@ -54,8 +53,8 @@ void DescribeUncertainty(const Hull& hull, response::Constants* c) {
 
 }  // namespace
 
-ResponseTable::ResponseTable(
-    const TableAxes& axes, const std::array<std::span<const double>, kChannels>& coefficients)
+ResponseTable::ResponseTable(const TableAxes& axes,
+                             const std::array<std::span<const double>, kChannels>& coefficients)
     : axes_(axes) {
   static_assert(response::kOutputCount == kOutputs && kChannels <= response::kGroup);
   CheckCoefficients(axes, coefficients);
@@ -66,8 +65,8 @@ ResponseTable::ResponseTable(
     for (int line = 0; line < lines; ++line) {
       for (int k = 0; k < row; ++k) {
         nodes_[static_cast<std::size_t>(line) * RowPairs() + k / 2]
-            .lane[k % 2 * response::kGroup + channel] = static_cast<float>(
-            coefficients[channel][static_cast<std::size_t>(line) * row + k]);
+            .lane[k % 2 * response::kGroup + channel] =
+            static_cast<float>(coefficients[channel][static_cast<std::size_t>(line) * row + k]);
       }
     }
   }
@@ -82,8 +81,7 @@ response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) c
   c.lateral = axes_.lateral;
   c.load = axes_.load;
   c.log_load_min = static_cast<float>(axes_.log_load_min);
-  c.load_per_log =
-      static_cast<float>(axes_.load / (axes_.log_load_max - axes_.log_load_min));
+  c.load_per_log = static_cast<float>(axes_.load / (axes_.log_load_max - axes_.log_load_min));
   // What single precision holds with room to spare.
   c.lowest_load = c.blend_low = 1e-30;
   c.highest_load = c.blend_high = 1e30;

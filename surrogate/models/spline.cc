@@ -44,9 +44,12 @@ class Line {
  private:
   static double Beyond(SplineEnd end, double edge, double mirror) {
     switch (end) {
-      case SplineEnd::kEven: return mirror;
-      case SplineEnd::kOdd: return -mirror;
-      default: return 2 * edge - mirror;
+      case SplineEnd::kEven:
+        return mirror;
+      case SplineEnd::kOdd:
+        return -mirror;
+      default:
+        return 2 * edge - mirror;
     }
   }
 
@@ -99,10 +102,10 @@ std::vector<double> InterpolateTable(const TableAxes& axes, ResidualTable::Parit
                                      const SplineEnds& ends) {
   const int a = axes.direction, b = axes.lateral, c = axes.load;
   const SplineEnd ahead = parity.y > 0 ? SplineEnd::kEven : SplineEnd::kOdd;
-  std::vector<double> part = Along(node_values, 1, a, (b + 1) * (c + 1), a + 3,
-                                   [&](Line& line) { line.Wrap(parity.x); });
-  part = Along(part, a + 3, b + 1, c + 1, b + 3,
-               [&](Line& line) { line.Continue(ahead, ends.pole); });
+  std::vector<double> part =
+      Along(node_values, 1, a, (b + 1) * (c + 1), a + 3, [&](Line& line) { line.Wrap(parity.x); });
+  part =
+      Along(part, a + 3, b + 1, c + 1, b + 3, [&](Line& line) { line.Continue(ahead, ends.pole); });
   return Along(part, (a + 3) * (b + 3), c + 1, 1, c + 3,
                [&](Line& line) { line.Continue(ends.load, ends.load); });
 }

@@ -111,8 +111,7 @@ double TabulatedModel::ShareOff(double load) const noexcept {
   const TableAxes& axes = table_->axes();
   const double step = (axes.log_load_max - axes.log_load_min) / axes.load;
   const double log_load = std::log(load);
-  const double inside =
-      std::min(log_load - axes.log_load_min, axes.log_load_max - log_load) / step;
+  const double inside = std::min(log_load - axes.log_load_min, axes.log_load_max - log_load) / step;
   const double t = std::clamp(inside, 0.0, 1.0);
   return 1 - t * t * (3 - 2 * t);
 }
@@ -218,8 +217,8 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
 }
 
 // Mixes the scalar law's answer into what the table left; a share of 1 replaces.
-void TabulatedModel::AnswerOff(const WheelStatesView& in, const ResponsesView& out,
-                               std::size_t i, double share) const noexcept {
+void TabulatedModel::AnswerOff(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
+                               double share) const noexcept {
   const WheelAnswer answer = OffTable(in.v_x[i], in.v_y[i], in.rim_speed[i], in.load[i]);
   out.flags[i] = answer.flags;
   const auto mix = [&](std::span<double> to, double exact) {
