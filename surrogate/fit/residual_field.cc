@@ -67,41 +67,6 @@ double LeaveOneOutDensity(const Eigen::MatrixXd& covariance, const Eigen::Vector
   return sum;
 }
 
-// Coefficients of one axis: padded = Operator * node values.
-Eigen::MatrixXd PeriodicOperator(int n, int sign) {
-  Eigen::MatrixXd expand = Eigen::MatrixXd::Zero(n + 3, n);
-  for (int row = 0; row < n + 3; ++row) {
-    const int node = row - 1;
-    const int wrapped = (node % n + n) % n;
-    const int turns = (node - wrapped) / n;
-    expand(row, wrapped) = turns % 2 == 0 ? 1 : sign;
-  }
-  Eigen::MatrixXd collocation(n, n);
-  for (int i = 0; i < n; ++i) {
-    collocation.row(i) = (expand.row(i) + 4 * expand.row(i + 1) + expand.row(i + 2)) / 6;
-  }
-  return expand * collocation.inverse();
-}
-
-enum class End { kEven, kOdd, kFree };
-
-Eigen::MatrixXd OpenOperator(int n, End first, End last) {
-  const int m = n + 1;
-  Eigen::MatrixXd expand = Eigen::MatrixXd::Zero(m + 2, m);
-  for (int i = 0; i < m; ++i) expand(i + 1, i) = 1;
-  const auto ghost = [&](int row, int end, int next, End kind) {
-    expand(row, next) = kind == End::kEven ? 1 : -1;
-    if (kind == End::kFree) expand(row, end) = 2;
-  };
-  ghost(0, 0, 1, first);
-  ghost(m + 1, m - 1, m - 2, last);
-  Eigen::MatrixXd collocation(m, m);
-  for (int i = 0; i < m; ++i) {
-    collocation.row(i) = (expand.row(i) + 4 * expand.row(i + 1) + expand.row(i + 2)) / 6;
-  }
-  return expand * collocation.inverse();
-}
-
 }  // namespace
 
 FieldPoint MakeFieldPoint(const Canonical& s, double load_n) {
@@ -179,41 +144,6 @@ double HullDistance::At(const FieldPoint& at) const {
   const double prior = SymmetricKernel(at, at, {1, 1}, length_, load_length_);
   const double open = prior - k.dot(factor_.solve(k));
   return std::sqrt(open > 0 ? open / prior : 0);
-}
-
-std::vector<TableNode> TableNodes(const TableAxes& axes) {
-  constexpr double kPi = 3.14159265358979323846;
-  std::vector<TableNode> nodes;
-  const double step = (axes.log_load_max - axes.log_load_min) / axes.load;
-  for (int i = 0; i < axes.direction; ++i) {
-    for (int j = 0; j <= axes.lateral; ++j) {
-      for (int k = 0; k <= axes.load; ++k) {
-        nodes.push_back({{-kPi / 2 + kPi * i / axes.direction, kPi / 2 * j / axes.lateral},
-                         axes.log_load_min + step * k});
-      }
-    }
-  }
-  return nodes;
-}
-
-std::vector<double> InterpolateTable(const TableAxes& axes, ResidualTable::Parity parity,
-                                     const std::vector<double>& node_values) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const int a = axes.direction, b = axes.lateral + 1, c = axes.load + 1;
-  const Eigen::MatrixXd first = PeriodicOperator(a, parity.x);
-  const Eigen::MatrixXd second =
-      OpenOperator(axes.lateral, parity.y > 0 ? End::kEven : End::kOdd, End::kFree);
-  const Eigen::MatrixXd third = OpenOperator(axes.load, End::kEven, End::kEven);
-  // Axis by axis; the first as one product, the others slice by slice.
-  const RowMajor along = first * Eigen::Map<const RowMajor>(node_values.data(), a, b * c);
-  std::vector<double> result(ResidualTable::Size(axes));
-  const int size = (b + 2) * (c + 2);
-  for (int i = 0; i < a + 3; ++i) {
-    const RowMajor slice = Eigen::Map<const RowMajor>(along.row(i).data(), b, c);
-    Eigen::Map<RowMajor>(result.data() + static_cast<std::size_t>(i) * size, b + 2, c + 2) =
-        second * slice * third.transpose();
-  }
-  return result;
 }
 
 }  // namespace grouser::surrogate

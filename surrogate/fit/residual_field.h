@@ -65,16 +65,4 @@ class HullDistance {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-/// Spline coefficients that interpolate node values, row-major (direction
-/// without its last node, lateral, load), with a channel's parity.
-std::vector<double> InterpolateTable(const TableAxes& axes, ResidualTable::Parity parity,
-                                     const std::vector<double>& node_values);
-
-/// Coordinates of the nodes in the order of `node_values`.
-struct TableNode {
-  ChartPoint chart;
-  double log_load;
-};
-std::vector<TableNode> TableNodes(const TableAxes& axes);
-
 }  // namespace grouser::surrogate

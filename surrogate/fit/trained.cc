@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surrogate/models/spline.h"
+
 namespace grouser::surrogate {
 namespace {
 

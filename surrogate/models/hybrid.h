@@ -1,37 +1,24 @@
 #pragma once
 
-#include <array>
-
 #include "surrogate/models/bekker.h"
 #include "surrogate/models/residual_table.h"
-#include "surrogate/models/wheel_model.h"
+#include "surrogate/models/tabulated_model.h"
 
 namespace grouser::surrogate {
 
-/// What the training runs covered. Mirrored in v_x and v_y.
-struct HullBox {
-  double slip_min = -1, slip_max = 1;   ///< [-]
-  double attack_angle_max_rad = 0;
-  double load_min_n = 0, load_max_n = 0;
-  double froude_max = 0;                ///< v^2/(g r) above which kRate is set; 0: never
-  double gravity_m_per_s2 = 9.81;
-};
-
-/// Uncertainty per output, at the middle load sqrt(load_min load_max).
-struct Uncertainty {
-  std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
-  std::array<double, kOutputs> interval_factor{};
-  bool form_unknown = true;  ///< sd_form of some output is NaN
+/// Grid of the whole answer, in intervals; see HybridModel::Tabulate.
+struct Resolution {
+  int direction = 90, lateral = 36;  ///< at least; multiples of the residual table's
+  double log_load = 0.25;            ///< at most, a fraction of the residual table's step
 };
 
 /// Physics trend + table of the residual (DESIGN: "hybrid"); with a table of
 /// hull distances alone it is the bekker rung.
 ///
-///   value    = bekker(state) + s T(state), s = load, load r or r
-///   sd_fit   = hypot(fit_inside, fit_growth D), D the hull distance
-///   interval = value +- factor hypot(sd_fit, sd_patch): a fresh DEM run's mean
+///   value = bekker(state) + s T(state), s = load, load r or r
 ///
-/// Deviations of forces and moments are taken proportional to the load.
+/// Uncertainty and intervals: see Hull. EvaluateOne is this law; Evaluate is as
+/// well until Tabulate, and a table of it from then on.
 ///
 /// Flags: kInvalid non-finite input, load <= 0 (NaN out); kStatic V = r w = 0
 /// (static sinkage, no force but f_z); kExtrapolated outside the hull box, or a
@@ -39,36 +26,41 @@ struct Uncertainty {
 /// kClamped where 1.2 r of sinkage does not carry the load; kClamped also for a
 /// negative sinkage and for a yaw rate, which is taken as 0; kRate, kSlope,
 /// kVirginAssumed, kFormUnknown.
-class HybridModel final : public WheelModel {
+class HybridModel final : public TabulatedModel {
  public:
+  using Answer = WheelAnswer;
+
   HybridModel(const BekkerModel& physics, ResidualTable table, const HullBox& hull,
               const Uncertainty& uncertainty);
 
-  void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
+  /// Solves the physics at the nodes of a grid, adds the residual (which the
+  /// grid's splines hold exactly, its knots being among theirs) and lets
+  /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
+  /// 3 load_max, but no further than every state has an equilibrium; beyond it
+  /// the exact law answers. Leaves things as they are where too little of the
+  /// axis is left, or where the residual's own axis leaves no room.
+  void Tabulate(const Resolution& resolution = {});
 
-  /// One state, for the fitter and for tests. Same preconditions as
+  /// One state, exactly; for the fitter and for tests. Same preconditions as
   /// BekkerModel::Solve, or V = r w = 0.
-  struct Answer {
-    std::array<double, kOutputs> value, sd_fit, sd_patch, half_width;
-    std::uint32_t flags;
-  };
   Answer EvaluateOne(double v_x, double v_y, double rim_speed, double load) const noexcept;
 
   const BekkerModel& physics() const { return physics_; }
-  const HullBox& hull() const { return hull_; }
+  const HullBox& hull() const { return domain().box(); }
+
+ protected:
+  Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override {
+    return EvaluateOne(v_x, v_y, rim_speed, load);
+  }
 
  private:
-  bool OutsideBox(const Canonical& state, double load) const noexcept;
-  /// How far a state is beyond the box, in units of hull distance: 0 inside,
-  /// continuous, growing without bound, so that intervals do too.
-  double Excess(const Canonical& state, double load) const noexcept;
-  void AddUncertainty(double distance, double load, Answer* answer) const noexcept;
+  /// Per load, per load and radius, per radius; then the hull distance.
+  std::array<double, ResidualTable::kChannels> AtNode(const ChartPoint& chart,
+                                                      double log_load) const noexcept;
+  double LeastCapacity(const Resolution& resolution) const noexcept;
 
   BekkerModel physics_;
   ResidualTable table_;
-  HullBox hull_;
-  Uncertainty uncertainty_;
-  double middle_load_;
 };
 
 }  // namespace grouser::surrogate

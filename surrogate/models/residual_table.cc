@@ -20,9 +20,9 @@ Weights CubicWeights(double t, int n) {
   int cell = static_cast<int>(bounded);
   if (cell > n - 1) cell = n - 1;
   const double f = bounded - cell, g = 1 - f;
-  return {cell,
-          {g * g * g / 6, (4 + 3 * f * f * (f - 2)) / 6, (4 + 3 * g * g * (g - 2)) / 6,
-           f * f * f / 6}};
+  return {
+      cell,
+      {g * g * g / 6, (4 + 3 * f * f * (f - 2)) / 6, (4 + 3 * g * g * (g - 2)) / 6, f * f * f / 6}};
 }
 
 void CheckAxes(const TableAxes& axes) {
@@ -58,26 +58,36 @@ ResidualTable::Parity ResidualTable::ParityOf(int channel) noexcept {
   }
 }
 
-ResidualTable::ResidualTable(
-    const TableAxes& axes, const std::array<std::span<const double>, kChannels>& coefficients)
-    : axes_(axes) {
+void CheckCoefficients(
+    const TableAxes& axes,
+    const std::array<std::span<const double>, ResidualTable::kChannels>& coefficients) {
   CheckAxes(axes);
+  const std::size_t size = ResidualTable::Size(axes);
+  for (int channel = 0; channel < ResidualTable::kChannels; ++channel) {
+    const std::span<const double> source = coefficients[channel];
+    const std::string name = "residual table: coefficients[" + std::to_string(channel) + "]";
+    if (source.empty()) continue;
+    if (source.size() != size) {
+      throw std::invalid_argument(name + ": " + std::to_string(source.size()) +
+                                  " numbers, expected " + std::to_string(size));
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      if (std::isfinite(source[i])) continue;
+      throw std::invalid_argument(name + "[" + std::to_string(i) + "]: expected a finite number");
+    }
+  }
+}
+
+ResidualTable::ResidualTable(const TableAxes& axes,
+                             const std::array<std::span<const double>, kChannels>& coefficients)
+    : axes_(axes) {
+  CheckCoefficients(axes, coefficients);
   const std::size_t size = Size(axes);
   coefficients_.assign(size * kLanes, 0.0);
   for (int channel = 0; channel < kChannels; ++channel) {
-    const std::span<const double> source = coefficients[channel];
-    if (source.empty()) continue;
-    if (source.size() != size) {
-      throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
-                                  "]: " + std::to_string(source.size()) + " numbers, expected " +
-                                  std::to_string(size));
-    }
+    if (coefficients[channel].empty()) continue;
     for (std::size_t i = 0; i < size; ++i) {
-      if (!std::isfinite(source[i])) {
-        throw std::invalid_argument("residual table: coefficients[" + std::to_string(channel) +
-                                    "][" + std::to_string(i) + "]: expected a finite number");
-      }
-      coefficients_[i * kLanes + channel] = source[i];
+      coefficients_[i * kLanes + channel] = coefficients[channel][i];
     }
   }
 }
@@ -90,18 +100,17 @@ std::array<double, ResidualTable::kChannels> ResidualTable::Evaluate(
   const Weights a =
       CubicWeights((at.direction_rad + kPi / 2) / kPi * axes_.direction, axes_.direction);
   const Weights b = CubicWeights(at.lateral_rad / (kPi / 2) * axes_.lateral, axes_.lateral);
-  const Weights c = CubicWeights((log_load - axes_.log_load_min) /
-                                     (axes_.log_load_max - axes_.log_load_min) * axes_.load,
-                                 axes_.load);
+  const Weights c = CubicWeights(
+      (log_load - axes_.log_load_min) / (axes_.log_load_max - axes_.log_load_min) * axes_.load,
+      axes_.load);
   const int row = axes_.load + 3, plane = (axes_.lateral + 3) * row;
   double sum[kLanes] = {};
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const double wij = a.w[i] * b.w[j];
-      const double* p =
-          &coefficients_[static_cast<std::size_t>((a.first + i) * plane + (b.first + j) * row +
-                                                  c.first) *
-                         kLanes];
+      const double* p = &coefficients_[static_cast<std::size_t>((a.first + i) * plane +
+                                                                (b.first + j) * row + c.first) *
+                                       kLanes];
       for (int k = 0; k < 4; ++k) {
         const double w = wij * c.w[k];
         for (int lane = 0; lane < kLanes; ++lane) sum[lane] += w * p[k * kLanes + lane];

@@ -62,4 +62,9 @@ class ResidualTable {
   std::vector<double> coefficients_;
 };
 
+/// Throws std::invalid_argument where the constructor above does.
+void CheckCoefficients(
+    const TableAxes& axes,
+    const std::array<std::span<const double>, ResidualTable::kChannels>& coefficients);
+
 }  // namespace grouser::surrogate

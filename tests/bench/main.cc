@@ -1,10 +1,11 @@
-// grouser-bench: measurements of a running system.
+// grouser-bench: measurements of a running system, and of models in-process.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "tests/bench/latency_bench.h"
+#include "tests/bench/surrogate_bench.h"
 
 namespace {
 
@@ -12,6 +13,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  grouser-bench latency --server 127.0.0.1:50151\n"
     "  grouser-bench latency --no-lcm --seconds 5 --json\n"
+    "  grouser-bench surrogate --json\n"
     "Exit codes: 0 ok, 1 failed, 2 usage.";
 
 void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
@@ -36,10 +38,32 @@ void PrintJson(const std::vector<grouser::bench::LatencyRow>& rows) {
   fmt::print("\n]\n");
 }
 
+void PrintTable(const std::vector<grouser::bench::SurrogateRow>& rows) {
+  fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13} {:>12}\n", "rung", "batch", "outputs",
+             "gradients", "isa", "ns per state", "allocations");
+  for (const auto& row : rows) {
+    fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13.1f} {:>12}\n", row.rung, row.batch,
+               row.outputs, row.gradients, row.isa, row.ns_per_state, row.allocations);
+  }
+}
+
+void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
+  fmt::print("[");
+  const char* separator = "\n";
+  for (const auto& row : rows) {
+    fmt::print("{}  {{\"rung\": \"{}\", \"batch\": {}, \"outputs\": {}, \"gradients\": {}, "
+               "\"isa\": \"{}\", \"ns_per_state\": {:.3f}, \"allocations\": {}}}",
+               separator, row.rung, row.batch, row.outputs, row.gradients, row.isa,
+               row.ns_per_state, row.allocations);
+    separator = ",\n";
+  }
+  fmt::print("\n]\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures a running Grouser."};
+  CLI::App app{"Measures a running Grouser, or its models in-process."};
   app.footer(kExamples);
   app.require_subcommand(1);
   grouser::bench::LatencyOptions options;
@@ -58,12 +82,28 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   latency->add_option("--seed", options.seed, "Of the random states")->capture_default_str();
   latency->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::SurrogateOptions in_process;
+  auto* surrogate = app.add_subcommand(
+      "surrogate", "Evaluation of a model in-process, one thread: rungs, batches, gradients and "
+                   "instruction sets, interleaved; medians");
+  surrogate->add_option("--model", in_process.model, "Model file; default: the shipped one")
+      ->check(CLI::ExistingFile);
+  surrogate->add_option("--repetitions", in_process.repetitions, "Of every row")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  surrogate->add_option("--seed", in_process.seed, "Of the random states")->capture_default_str();
+  surrogate->add_flag("--json", json, "JSON on stdout");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
   try {
+    if (surrogate->parsed()) {
+      const auto rows = grouser::bench::MeasureSurrogate(in_process);
+      json ? PrintJson(rows) : PrintTable(rows);
+      return 0;
+    }
     options.lcm = !no_lcm;
     const auto rows = grouser::bench::MeasureLatency(options);
     json ? PrintJson(rows) : PrintTable(rows);

@@ -114,7 +114,7 @@ struct Batch {
     ResponsesView view;
     for (int o = 0; o < kOutputs; ++o) {
       auto& p = outputs[o];
-      view.output[o] = {p[0], p[1], p[2], p[3], p[4]};
+      view.output[o] = {p[0], p[1], p[2], p[3], p[4], {}, {}, {}, {}};
     }
     view.flags = flags;
     view.slip = slip;

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "surrogate/models/kinematics.h"
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::surrogate {
+
+/// What the training runs covered. Mirrored in v_x and v_y.
+struct HullBox {
+  double slip_min = -1, slip_max = 1;  ///< [-]
+  double attack_angle_max_rad = 0;
+  double load_min_n = 0, load_max_n = 0;
+  double froude_max = 0;  ///< v^2/(g r) above which kRate is set; 0: never
+  double gravity_m_per_s2 = 9.81;
+};
+
+/// Uncertainty per output, at the middle load sqrt(load_min load_max).
+struct Uncertainty {
+  std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
+  std::array<double, kOutputs> interval_factor{};
+  bool form_unknown = true;  ///< sd_form of some output is NaN
+};
+
+/// One state's answer.
+struct WheelAnswer {
+  std::array<double, kOutputs> value, sd_fit, sd_patch, half_width;
+  std::uint32_t flags;
+};
+
+/// Where a model was trained and how sure it is there and beyond:
+///
+///   sd_fit   = hypot(fit_inside, fit_growth D), D the hull distance
+///   interval = value +- factor hypot(sd_fit, sd_patch): a fresh DEM run's mean
+///
+/// Deviations of forces and moments are taken proportional to the load. These
+/// are the scalar laws; response_kernel.inl has the same for a block of states.
+class Hull {
+ public:
+  static constexpr double kOverloadSinkage = 0.7;  // of the radius: DEM runs end there
+  static constexpr double kEdge = 1e-9;            // rounding at the hull's faces
+  // One unit of hull distance beyond the box; by judgement, not fitted.
+  static constexpr double kSlipReach = 0.15, kLateralReach = 0.15, kLogLoadReach = 0.3;
+  static constexpr double kFarFromRuns = 0.5;  // hull distance that is flagged
+
+  /// Throws std::invalid_argument "domain: ..." or "soil: ..." if unusable.
+  Hull(const HullBox& box, const Uncertainty& uncertainty);
+
+  bool Outside(const Canonical& state, double load) const noexcept;
+  /// How far a state is beyond the box, in units of hull distance: 0 inside,
+  /// continuous, growing without bound, so that intervals do too.
+  double Excess(const Canonical& state, double load) const noexcept;
+  void AddUncertainty(double distance, double load, WheelAnswer* answer) const noexcept;
+
+  const HullBox& box() const { return box_; }
+  const Uncertainty& uncertainty() const { return uncertainty_; }
+  double middle_load() const { return middle_load_; }
+
+ private:
+  HullBox box_;
+  Uncertainty uncertainty_;
+  double middle_load_;
+};
+
+}  // namespace grouser::surrogate

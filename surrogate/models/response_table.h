@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "surrogate/models/hull.h"
+#include "surrogate/models/residual_table.h"
+#include "surrogate/models/response_kernel.h"
+
+namespace grouser::surrogate {
+
+/// Tensor product of uniform cubic B-splines like ResidualTable's, of the whole
+/// answer, laid out for the kernels: single precision, all channels of a node
+/// side by side in 32 bytes, so that one load fetches them; nodes along the
+/// load next to one another. Rounding: 1e-6 of the load, load x radius or
+/// radius. Channels and parity: see ResidualTable.
+class ResponseTable {
+ public:
+  static constexpr int kChannels = ResidualTable::kChannels;
+
+  /// Coefficients as ResidualTable takes them, and the same refusals.
+  ResponseTable(const TableAxes& axes,
+                const std::array<std::span<const double>, kChannels>& coefficients);
+
+  const TableAxes& axes() const { return axes_; }
+
+  /// The table, and the laws of `hull`, as a kernel reads them; valid as long
+  /// as this table. Loads outside [lowest, highest] N are not answered, those
+  /// outside [blend_low, blend_high] marked.
+  response::Constants Describe(const Hull& hull, double radius_m) const;
+
+ private:
+  struct alignas(64) NodePair {
+    float lane[2 * response::kGroup];
+  };
+  int RowPairs() const { return (axes_.load + 4) / 2; }  // load + 3 nodes, rounded up
+
+  TableAxes axes_;
+  std::vector<NodePair> nodes_;
+};
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "surrogate/models/hull.h"
+#include "surrogate/models/response_kernel.h"
+#include "surrogate/models/response_table.h"
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::surrogate {
+
+/// Evaluates blocks of states with a ResponseTable, and what the table does not
+/// answer with a scalar law of the derived model: the state at rest, loads
+/// beyond the table, magnitudes that single precision does not hold. Without a
+/// table the scalar law answers everything.
+///
+/// Gradients are analytic in the table. They are central differences of what
+/// Evaluate answers (steps M/1000 and load/1000) where the scalar law has a
+/// share, and where both v_x and the rim speed are below |v_y|/1000 or so: the
+/// chart's pole. At rest no answer is differentiable in the velocities: those
+/// are 0, that by load is a difference. A sinkage clamped to 0 has gradient 0.
+/// At v_y = 0 the mirrors make the derivatives of odd outputs by v_x, of even
+/// ones by v_y, 0.
+class TabulatedModel : public WheelModel {
+ public:
+  void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
+
+  /// Takes the kernel of "avx512", "avx2" or "baseline" instead of the best;
+  /// false, and no change, where this machine lacks it. For tests and benches.
+  bool SelectIsa(const char* isa) noexcept;
+
+  bool tabulated() const { return table_ != nullptr; }
+
+ protected:
+  TabulatedModel(const Hull& hull, double radius_m);
+
+  /// From now on the table answers; with `blended` between its load ends
+  /// alone, beyond which OffTable does, fading in over the last interval.
+  void SetTable(ResponseTable table, bool blended);
+
+  /// Precondition: finite, load > 0.
+  virtual WheelAnswer OffTable(double v_x, double v_y, double rim_speed,
+                               double load) const noexcept = 0;
+
+  const Hull& domain() const { return hull_; }
+
+ private:
+  void EvaluateSome(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
+                    int count) const noexcept;
+  void EvaluateRest(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
+                    std::size_t count) const noexcept;
+  void Complete(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
+                std::uint32_t special) const noexcept;
+  void AnswerOff(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
+                 double share) const noexcept;
+  void Difference(const WheelStatesView& in, const ResponsesView& out,
+                  std::size_t i) const noexcept;
+  double ShareOff(double load) const noexcept;
+
+  Hull hull_;
+  std::shared_ptr<const ResponseTable> table_;  // immutable: copies share it
+  bool blended_ = false;
+  response::Constants constants_{};
+  response::BlockFn kernel_;
+};
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,210 @@
+#include "tests/bench/surrogate_bench.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <new>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+#include "proto/records/model_file.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/models/hybrid.h"
+#include "surrogate/models/lookup.h"
+#include "surrogate/models/response_isa.h"
+
+// Counts this program's allocations.
+namespace {
+std::atomic<long> g_allocations{0};
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace grouser::bench {
+namespace {
+
+using surrogate::HybridModel;
+using surrogate::kOutputs;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kStates = 10000;
+constexpr int kScalarStates = 500;  // of the scalar laws at small batches
+constexpr int kBatches[] = {1, 100, kStates};
+
+/// Random states inside the model's domain, and room for all answers.
+struct States {
+  std::vector<double> v_x, v_y, rim, load;
+  std::vector<std::uint32_t> flags = std::vector<std::uint32_t>(kStates);
+  std::array<std::array<std::vector<double>, 9>, kOutputs> part;
+
+  States(const v1alpha1::Domain& domain, unsigned seed) {
+    std::mt19937_64 random(seed);
+    const auto draw = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    while (v_x.size() < kStates) {
+      const double angle = draw(-1, 1) * domain.attack_angle_max_rad();
+      const auto v = surrogate::FromSlip(draw(domain.slip_min(), domain.slip_max()), angle, 0.1);
+      if (!std::isfinite(v.v_x)) continue;  // no motion has this slip
+      v_x.push_back(v.v_x);
+      v_y.push_back(v.v_y);
+      rim.push_back(v.rim_speed);
+      load.push_back(draw(domain.load_min_n(), domain.load_max_n()));
+    }
+    for (auto& output : part) {
+      for (auto& values : output) values.resize(kStates);
+    }
+  }
+
+  surrogate::WheelStatesView In(std::size_t first, std::size_t n) const {
+    const auto cut = [&](const std::vector<double>& v) {
+      return std::span<const double>(v).subspan(first, n);
+    };
+    return {cut(v_x), cut(v_y), cut(rim), cut(load), {}, {}, {}, {}};
+  }
+  surrogate::ResponsesView Out(std::size_t first, std::size_t n, bool gradients) {
+    surrogate::ResponsesView view;
+    view.flags = std::span(flags).subspan(first, n);
+    for (int o = 0; o < kOutputs; ++o) {
+      const auto cut = [&](int p) { return std::span<double>(part[o][p]).subspan(first, n); };
+      auto& to = view.output[o];
+      to = {cut(0), cut(1), cut(2), cut(3), cut(4), {}, {}, {}, {}};
+      if (!gradients) continue;
+      to.d_v_x = cut(5);
+      to.d_v_y = cut(6);
+      to.d_rim_speed = cut(7);
+      to.d_load = cut(8);
+    }
+    return view;
+  }
+};
+
+/// One row and what it runs: a pass over `states` of the states.
+struct Cell {
+  SurrogateRow row;
+  int states = kStates;
+  std::function<void()> pass;
+  std::vector<double> ns;
+};
+
+class Bench {
+ public:
+  Bench(const v1alpha1::Model& message, unsigned seed)
+      : states_(message.domain(), seed), model_(surrogate::MakeModel(message)) {
+    if (const auto* hybrid = dynamic_cast<const HybridModel*>(model_.get())) {
+      exact_ = std::make_unique<HybridModel>(*hybrid);
+      AddScalar("bekker", [this](std::size_t i) {
+        sink_ = sink_ + exact_->physics()
+                            .Solve(states_.v_x[i], states_.v_y[i], states_.rim[i], states_.load[i])
+                            .value[0];
+      });
+      AddScalar("hybrid_exact", [this](std::size_t i) {
+        sink_ = sink_ +
+                exact_->EvaluateOne(states_.v_x[i], states_.v_y[i], states_.rim[i], states_.load[i])
+                    .value[0];
+      });
+      AddTables<HybridModel>("hybrid", *hybrid);
+    } else if (const auto* lookup = dynamic_cast<const surrogate::LookupModel*>(model_.get())) {
+      AddTables<surrogate::LookupModel>("lookup", *lookup);
+    }
+  }
+
+  std::vector<SurrogateRow> Run(int repetitions) {
+    for (Cell& cell : cells_) {
+      cell.pass();  // page faults
+      const long before = g_allocations;
+      cell.pass();
+      cell.row.allocations = g_allocations - before;
+    }
+    for (int repetition = 0; repetition < repetitions; ++repetition) {
+      for (Cell& cell : cells_) {
+        const auto start = Clock::now();
+        cell.pass();
+        const std::chrono::duration<double, std::nano> spent = Clock::now() - start;
+        cell.ns.push_back(spent.count() / cell.states);
+      }
+    }
+    std::vector<SurrogateRow> rows;
+    for (Cell& cell : cells_) {
+      std::nth_element(cell.ns.begin(), cell.ns.begin() + cell.ns.size() / 2, cell.ns.end());
+      cell.row.ns_per_state = cell.ns[cell.ns.size() / 2];
+      rows.push_back(cell.row);
+    }
+    return rows;
+  }
+
+ private:
+  void AddScalar(const char* rung, std::function<void(std::size_t)> one) {
+    for (const int batch : kBatches) {
+      Cell cell;
+      cell.row = {rung, batch, kOutputs, false, "-", 0, 0};
+      cell.states = std::max(batch, kScalarStates);
+      cell.pass = [one, n = cell.states] {
+        for (int i = 0; i < n; ++i) one(static_cast<std::size_t>(i));
+      };
+      cells_.push_back(std::move(cell));
+    }
+  }
+
+  template <typename Model>
+  void AddTables(const char* rung, const Model& model) {
+    for (const char* isa : {"baseline", "avx2", "avx512"}) {
+      auto chosen = std::make_shared<Model>(model);
+      if (!chosen->SelectIsa(isa)) continue;
+      for (const int batch : kBatches) {
+        for (const bool gradients : {false, true}) {
+          Cell cell;
+          cell.row = {rung, batch, kOutputs, gradients, isa, 0, 0};
+          cell.pass = [this, chosen, batch, gradients] {
+            for (int first = 0; first < kStates; first += batch) {
+              chosen->Evaluate(states_.In(first, batch), states_.Out(first, batch, gradients));
+            }
+          };
+          cells_.push_back(std::move(cell));
+        }
+      }
+    }
+  }
+
+  States states_;
+  std::unique_ptr<const surrogate::WheelModel> model_;
+  std::unique_ptr<const HybridModel> exact_;
+  std::vector<Cell> cells_;
+  volatile double sink_ = 0;  // or the scalar calls would be left out
+};
+
+}  // namespace
+
+std::string ShippedModel() {
+  namespace fs = std::filesystem;
+  const fs::path name = "surrogate/shipped/cmu-smooth-62.5.model";
+  if (const char* root = std::getenv("GROUSER_ROOT")) {
+    if (fs::exists(root / name)) return root / name;
+  }
+  for (fs::path at = fs::read_symlink("/proc/self/exe"); at.has_relative_path();
+       at = at.parent_path()) {
+    if (fs::exists(at.parent_path() / name)) return at.parent_path() / name;
+  }
+  throw std::runtime_error("no " + name.string() +
+                           " in $GROUSER_ROOT or above this program; give one with --model");
+}
+
+std::vector<SurrogateRow> MeasureSurrogate(const SurrogateOptions& options) {
+  const std::string path = options.model.empty() ? ShippedModel() : options.model;
+  Bench bench(records::ReadModelFile(path).model, options.seed);
+  return bench.Run(options.repetitions);
+}
+
+}  // namespace grouser::bench

@@ -1,0 +1,215 @@
+// The table of the whole answer against the scalar law it was made from.
+#include "surrogate/models/response_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/unit/surrogate/tabulated.h"
+
+namespace grouser::surrogate {
+namespace {
+
+using testing::Anywhere;
+using testing::Batch;
+using testing::InsideHull;
+using testing::ScaleOf;
+using testing::Shipped;
+
+constexpr int kValue = 0, kFit = 1, kPatch = 2, kLow = 3, kHigh = 4, kSlopes = 5;
+
+// The stated error: a tenth of sd_patch at the 99th percentile. The largest
+// stand where |r w| = V, where the physics has a crease.
+TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
+  const HybridModel& model = Shipped();
+  ASSERT_TRUE(model.tabulated());
+  Batch b = InsideHull(model.hull(), 20000, 1);
+  model.Evaluate(b.In(), b.Out());
+  std::array<std::vector<double>, kOutputs> errors;
+  int other_flags = 0;
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    other_flags += exact.flags != b.flags[i];
+    for (int o = 0; o < kOutputs; ++o) {
+      const auto& p = b.part[o];
+      errors[o].push_back(std::fabs(p[kValue][i] - exact.value[o]) / exact.sd_patch[o]);
+      EXPECT_NEAR(p[kFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
+      EXPECT_NEAR(p[kPatch][i], exact.sd_patch[o], 1e-6 * exact.sd_patch[o]);
+      EXPECT_NEAR(p[kHigh][i] - p[kValue][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
+      EXPECT_NEAR(p[kValue][i] - p[kLow][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
+    }
+    EXPECT_NEAR(b.part[kFz][kValue][i], b.load[i], 1e-6 * b.load[i]);
+  }
+  EXPECT_LE(other_flags, 10);  // at the faces themselves
+  for (int o = 0; o < kOutputs; ++o) {
+    std::sort(errors[o].begin(), errors[o].end());
+    EXPECT_LT(errors[o][errors[o].size() * 99 / 100], 0.1) << kOutputNames[o];
+    EXPECT_LT(errors[o].back(), 0.6) << kOutputNames[o];
+  }
+}
+
+TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
+  const HybridModel& model = Shipped();
+  Batch b = Anywhere(4000, 2);
+  model.Evaluate(b.In(), b.Out());
+  int without_equilibrium = 0, other_flags = 0;
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    other_flags += exact.flags != b.flags[i];
+    EXPECT_EQ(exact.flags & kNoEquilibrium, b.flags[i] & kNoEquilibrium) << i;
+    without_equilibrium += (b.flags[i] & kNoEquilibrium) != 0;
+    const HullBox& hull = model.hull();
+    if (b.load[i] < 0.99 * hull.load_min_n || b.load[i] > 1.01 * hull.load_max_n) {
+      EXPECT_TRUE(b.flags[i] & kExtrapolated) << i;
+    }
+    for (int o = 0; o < kOutputs; ++o) {
+      for (const auto& part : b.part[o]) ASSERT_TRUE(std::isfinite(part[i])) << i;
+      EXPECT_NEAR(b.part[o][kValue][i], exact.value[o], 0.06 * ScaleOf(o, b.load[i])) << i;
+      const double half = b.part[o][kHigh][i] - b.part[o][kValue][i];
+      EXPECT_NEAR(half, exact.half_width[o], 0.06 * exact.half_width[o]) << i;
+    }
+  }
+  EXPECT_GT(without_equilibrium, 50);  // the scan does reach them
+  EXPECT_LE(other_flags, 40);          // at thresholds of distance and sinkage
+}
+
+// Through both ends of the load axis, where the scalar law takes over.
+TEST(ResponseTable, IsContinuousInTheLoad) {
+  const HybridModel& model = Shipped();
+  const auto largest_jump = [&](std::size_t steps, double x, double y, double u) {
+    Batch b(steps + 1);
+    for (std::size_t i = 0; i <= steps; ++i) {
+      b.Set(i, x, y, u, std::pow(300.0, static_cast<double>(i) / static_cast<double>(steps)));
+    }
+    model.Evaluate(b.In(), b.Out());
+    double largest = 0;
+    for (std::size_t i = 1; i <= steps; ++i) {
+      for (int o = 0; o < kOutputs; ++o) {
+        for (const int p : {kValue, kLow, kHigh}) {
+          const double ratio = o == kSinkage ? 1 : b.load[i] / b.load[i - 1];
+          const double step = std::fabs(b.part[o][p][i] - ratio * b.part[o][p][i - 1]);
+          largest = std::max(largest, step / ScaleOf(o, b.load[i]));
+        }
+      }
+    }
+    return largest;
+  };
+  for (const auto& s : {std::array{0.1, 0.0, 0.12},
+                        {0.1, 0.05, 0.05},
+                        {0.05, 0.1, -0.02},
+                        {0.1, 0.1, 0.0},
+                        {0.0, 0.1, 0.0}}) {
+    const double coarse = largest_jump(1000, s[0], s[1], s[2]);
+    const double fine = largest_jump(4000, s[0], s[1], s[2]);
+    EXPECT_LT(coarse, 0.1);
+    EXPECT_LT(fine, 0.4 * coarse);
+  }
+}
+
+// Central differences of the answers themselves, by v_x, v_y, rim speed, load.
+TEST(ResponseTable, GradientsAreThoseOfTheAnswers) {
+  const HybridModel& model = Shipped();
+  Batch b = InsideHull(model.hull(), 2000, 3);
+  model.Evaluate(b.In(), b.Out());
+  const std::vector<double>* inputs[4] = {&b.v_x, &b.v_y, &b.rim, &b.load};
+  std::array<std::array<double, 4>, kOutputs> size{};
+  for (int axis = 0; axis < 4; ++axis) {
+    Batch low = b, high = b;
+    std::vector<double>* moved[2][4] = {{&low.v_x, &low.v_y, &low.rim, &low.load},
+                                        {&high.v_x, &high.v_y, &high.rim, &high.load}};
+    for (std::size_t i = 0; i < b.load.size(); ++i) {
+      const double speed = std::max(std::fabs(b.rim[i]), std::hypot(b.v_x[i], b.v_y[i]));
+      const double step = 1e-3 * (axis == 3 ? b.load[i] : speed);
+      (*moved[0][axis])[i] = (*inputs[axis])[i] - step;
+      (*moved[1][axis])[i] = (*inputs[axis])[i] + step;
+    }
+    model.Evaluate(low.In(), low.Out());
+    model.Evaluate(high.In(), high.Out());
+    for (std::size_t i = 0; i < b.load.size(); ++i) {
+      const double width = (*moved[1][axis])[i] - (*moved[0][axis])[i];
+      for (int o = 0; o < kOutputs; ++o) {
+        const double difference = (high.part[o][kValue][i] - low.part[o][kValue][i]) / width;
+        const double slope = b.part[o][kSlopes + axis][i];
+        const double scale = ScaleOf(o, b.load[i]) * 2e-3 / width;  // for a change by M or load
+        EXPECT_NEAR(slope, difference, 2e-3 * scale + 5e-3 * std::fabs(difference))
+            << kOutputNames[o] << " by " << axis << " at " << i;
+        size[o][axis] = std::max(size[o][axis], std::fabs(slope) / scale);
+      }
+    }
+  }
+  for (const Output o : {kFx, kFy, kTorque, kMz, kSinkage}) {  // something was compared
+    for (int axis = 0; axis < 4; ++axis) EXPECT_GT(size[o][axis], 0.02) << kOutputNames[o];
+  }
+}
+
+TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
+  const HybridModel& model = Shipped();
+  Batch b = Anywhere(1003, 4), left = b, back = b;
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    left.v_y[i] = -b.v_y[i];
+    back.v_x[i] = -b.v_x[i];
+    back.rim[i] = -b.rim[i];
+  }
+  for (Batch* batch : {&b, &left, &back}) model.Evaluate(batch->In(), batch->Out());
+  for (int o = 0; o < kOutputs; ++o) {
+    const auto parity = ResidualTable::ParityOf(o);
+    const int by_left[4] = {parity.y, -parity.y, parity.y, parity.y};
+    const int by_back[4] = {-parity.x, parity.x, -parity.x, parity.x};
+    const auto &p = b.part[o], &l = left.part[o], &r = back.part[o];
+    for (std::size_t i = 0; i < b.load.size(); ++i) {
+      EXPECT_EQ(l[kValue][i], parity.y * p[kValue][i]);
+      EXPECT_EQ(r[kValue][i], parity.x * p[kValue][i]);
+      for (const int part : {kFit, kPatch}) {
+        EXPECT_EQ(l[part][i], p[part][i]);
+        EXPECT_EQ(r[part][i], p[part][i]);
+      }
+      for (int a = 0; a < 4; ++a) {
+        EXPECT_EQ(l[kSlopes + a][i], by_left[a] * p[kSlopes + a][i]) << i << " " << a;
+        EXPECT_EQ(r[kSlopes + a][i], by_back[a] * p[kSlopes + a][i]) << i << " " << a;
+      }
+    }
+  }
+}
+
+TEST(ResponseTable, StraightAheadAndSidewaysTheMirroredOutputsVanish) {
+  const HybridModel& model = Shipped();
+  Batch b(2);
+  b.Set(0, 0.1, 0, 0.13, 24);
+  b.Set(1, 0, -0.1, 0, 24);
+  model.Evaluate(b.In(), b.Out());
+  for (const Output o : {kFy, kMz}) EXPECT_EQ(b.part[o][kValue][0], 0);
+  for (const Output o : {kFx, kTorque}) EXPECT_EQ(b.part[o][kValue][1], 0);
+  for (const Output o : {kFx, kTorque, kFz, kSinkage}) EXPECT_EQ(b.part[o][kSlopes + 1][0], 0);
+  EXPECT_LT(b.part[kFy][kSlopes + 1][0], 0);  // the side pushes back
+}
+
+// At the pole, v_x = rim = 0, slopes come from differences, a little away from
+// it from the chart: the two must meet, but for the few per cent by which a
+// tensor product of polar coordinates keeps a cone there. At rest only the load
+// has slopes.
+TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
+  const HybridModel& model = Shipped();
+  Batch b(4);
+  b.Set(0, 0, 0.1, 0, 24);
+  b.Set(1, 2e-4, 0.1, 0, 24);
+  b.Set(2, 0, 0.1, 2e-4, 24);
+  b.Set(3, 0, 0, 0, 24);
+  model.Evaluate(b.In(), b.Out());
+  for (int o = 0; o < kOutputs; ++o) {
+    const double scale = ScaleOf(o, 24) / 0.1;
+    for (int a = 0; a < 3; ++a) {
+      const double pole = b.part[o][kSlopes + a][0];
+      EXPECT_NEAR(b.part[o][kSlopes + a][1], pole, 0.04 * scale) << kOutputNames[o] << a;
+      EXPECT_NEAR(b.part[o][kSlopes + a][2], pole, 0.04 * scale) << kOutputNames[o] << a;
+      EXPECT_EQ(b.part[o][kSlopes + a][3], 0);
+    }
+  }
+  EXPECT_LT(b.part[kFx][kSlopes][0], -0.5 * 24 / 0.1);  // resists v_x
+  EXPECT_NEAR(b.part[kFz][kSlopes + 3][3], 1, 1e-4);
+  EXPECT_GT(b.part[kSinkage][kSlopes + 3][3], 0);
+}
+
+}  // namespace
+}  // namespace grouser::surrogate
