@@ -14,7 +14,7 @@ struct Comparison {
   const Row* row;
   std::array<double, kOutputs> value, half_width;
 };
-std::vector<Comparison> CompareRows(const HybridModel& model, const std::vector<Row>& rows);
+std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vector<Row>& rows);
 
 v1alpha1::Region RegionOf(double slip, double attack_angle_rad);
 const char* RegionName(v1alpha1::Region region);

@@ -33,9 +33,9 @@ std::string StatusCounts(const std::vector<v1alpha1::RunSummary>& runs) {
       ++steady;
     }
   }
-  return std::to_string(steady) + " steady training runs, at least " +
-         std::to_string(kFewestRuns) + " needed (besides: " + std::to_string(other_role) +
-         " steady runs held out or repeats, " + std::to_string(not_steady) + " not steady)";
+  return std::to_string(steady) + " steady training runs, at least " + std::to_string(kFewestRuns) +
+         " needed (besides: " + std::to_string(other_role) + " steady runs held out or repeats, " +
+         std::to_string(not_steady) + " not steady)";
 }
 
 v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& request) {
@@ -74,8 +74,7 @@ v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& requ
 
 void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, double radius,
                     v1alpha1::Model* model) {
-  const double middle =
-      std::sqrt(model->domain().load_min_n() * model->domain().load_max_n());
+  const double middle = std::sqrt(model->domain().load_min_n() * model->domain().load_max_n());
   for (int o = 0; o < kOutputs; ++o) {
     const double scale = OutputScale(o, middle, radius);
     model->add_sd_fit_inside(calibration.inside[o] * scale);
@@ -169,24 +168,22 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   options.physics.patch = patch.sd;
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
-  const std::vector<LeftOut> left_out =
-      CrossValidate(training, options, trained, request.progress);
+  const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
   const Calibration calibration = Calibrate(left_out, patch, radius);
 
   v1alpha1::Model model;
   FillHead(request, training, &model);
-  SetBekker(trained.physics, &model);
-  const Table table =
-      Tabulate(trained, model.domain().load_min_n(), model.domain().load_max_n());
+  if (trained.with_physics) SetBekker(trained.physics, &model);
+  const Table table = Tabulate(trained, model.domain().load_min_n(), model.domain().load_max_n());
   SetResidual(table.axes, table.coefficients, &model);
   SetUncertainty(calibration, patch, radius, &model);
-  const HybridModel hybrid = MakeHybrid(model);
-  SetFormError(hybrid, &model);
+  const std::unique_ptr<TabulatedModel> made = MakeScalar(model);
+  SetFormError(*made, &model);
   for (const v1alpha1::ErrorRow& row :
        ErrorTable(AsComparisons(left_out, calibration, patch, radius), "leave_one_out")) {
     *model.add_errors() = row;
   }
-  for (const v1alpha1::ErrorRow& row : ErrorTable(CompareRows(hybrid, held_out), "held_out")) {
+  for (const v1alpha1::ErrorRow& row : ErrorTable(CompareRows(*made, held_out), "held_out")) {
     *model.add_errors() = row;
   }
   SetGoldenVectors(&model);

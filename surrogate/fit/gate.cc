@@ -40,11 +40,11 @@ std::vector<ScanState> Scan(const v1alpha1::Domain& d) {
   return states;
 }
 
-HybridModel::Answer At(const HybridModel& model, const VelocityState& v, double load) {
+WheelAnswer At(const TabulatedModel& model, const VelocityState& v, double load) {
   return model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
 }
 
-GateResult SelfTest(const v1alpha1::Model& candidate, const HybridModel& model) {
+GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   try {
     MakeModel(candidate);
   } catch (const std::runtime_error& error) {
@@ -52,7 +52,7 @@ GateResult SelfTest(const v1alpha1::Model& candidate, const HybridModel& model) 
   }
   const std::vector<ScanState> states = Scan(candidate.domain());
   for (const ScanState& s : states) {
-    const HybridModel::Answer a = At(model, s.v, s.load);
+    const WheelAnswer a = At(model, s.v, s.load);
     for (int o = 0; o < kOutputs; ++o) {
       if (std::isfinite(a.value[o]) && std::isfinite(a.half_width[o])) continue;
       return {"self_test", false, std::string(kOutputNames[o]) + " is not finite in the domain"};
@@ -70,7 +70,7 @@ std::vector<Row> SharedHeldOut(const v1alpha1::Model& candidate,
 }
 
 std::vector<GateResult> HeldOut(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
-                                const HybridModel& old_model, const HybridModel& new_model) {
+                                const TabulatedModel& old_model, const TabulatedModel& new_model) {
   std::vector<v1alpha1::RunSummary> keep;
   const std::vector<Row> rows = SharedHeldOut(candidate, &keep);
   if (rows.empty()) {
@@ -100,7 +100,7 @@ std::vector<GateResult> HeldOut(const v1alpha1::Model& base, const v1alpha1::Mod
   return {rmse, coverage};
 }
 
-GateResult Symmetry(const v1alpha1::Model& candidate, const HybridModel& model) {
+GateResult Symmetry(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   int count = 0;
   for (const ScanState& s : Scan(candidate.domain())) {
     const auto a = At(model, s.v, s.load).value;
@@ -116,15 +116,14 @@ GateResult Symmetry(const v1alpha1::Model& candidate, const HybridModel& model) 
   return {"symmetry", true, std::to_string(count) + " states, exact"};
 }
 
-GateResult Dissipation(const v1alpha1::Model& candidate, const HybridModel& model) {
+GateResult Dissipation(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   const double radius = candidate.wheel().radius_m();
   double worst = 1e300;
   ScanState at{};
   for (const ScanState& s : Scan(candidate.domain())) {
     const auto a = At(model, s.v, s.load).value;
     const double speed = std::fmax(std::fabs(s.v.rim_speed), std::hypot(s.v.v_x, s.v.v_y));
-    const double power =
-        a[kTorque] * s.v.rim_speed / radius - a[kFx] * s.v.v_x - a[kFy] * s.v.v_y;
+    const double power = a[kTorque] * s.v.rim_speed / radius - a[kFx] * s.v.v_x - a[kFy] * s.v.v_y;
     if (power / (s.load * speed) >= worst) continue;
     worst = power / (s.load * speed);
     at = s;
@@ -148,7 +147,7 @@ FieldPoint PointOf(const Row& row) {
 }
 
 GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
-                  const HybridModel& old_model, const HybridModel& new_model) {
+                  const TabulatedModel& old_model, const TabulatedModel& new_model) {
   const std::vector<v1alpha1::RunSummary> old_runs(base.provenance().runs().begin(),
                                                    base.provenance().runs().end());
   const std::vector<v1alpha1::RunSummary> new_runs(candidate.provenance().runs().begin(),
@@ -185,9 +184,9 @@ GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
 
 }  // namespace
 
-std::vector<GateResult> GateChecks(const v1alpha1::Model& base,
-                                   const v1alpha1::Model& candidate) {
-  const HybridModel old_model = MakeHybrid(base), new_model = MakeHybrid(candidate);
+std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate) {
+  const auto made_old = MakeScalar(base), made_new = MakeScalar(candidate);
+  const TabulatedModel &old_model = *made_old, &new_model = *made_new;
   std::vector<GateResult> checks;
   checks.push_back(SelfTest(candidate, new_model));
   for (GateResult& check : HeldOut(base, candidate, old_model, new_model)) {

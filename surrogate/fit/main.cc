@@ -120,7 +120,8 @@ int Show(const Arguments& a) {
 
 int Eval(const Arguments& a) {
   const records::LoadedModel loaded = records::ReadModelFile(a.model);
-  const HybridModel model = MakeHybrid(loaded.model);
+  const auto made = MakeScalar(loaded.model);
+  const TabulatedModel& model = *made;
   const double trained = loaded.model.domain().speed_m_per_s();
   const Query query{a.slip, a.angle_deg * std::numbers::pi / 180, a.load,
                     a.speed > 0 ? a.speed : trained};
@@ -128,14 +129,15 @@ int Eval(const Arguments& a) {
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
-  const HybridModel::Answer answer = model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, query.load_n);
+  const WheelAnswer answer = model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, query.load_n);
   Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
   return kOk;
 }
 
 int Compare(const Arguments& a) {
   const records::LoadedModel loaded = records::ReadModelFile(a.model);
-  const HybridModel model = MakeHybrid(loaded.model);
+  const auto made = MakeScalar(loaded.model);
+  const TabulatedModel& model = *made;
   const std::vector<v1alpha1::MeasuredPoint> points = ReadMeasured(a.measured);
   std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
                                          loaded.model.provenance().runs().end());

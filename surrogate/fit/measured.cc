@@ -26,9 +26,9 @@ struct Columns {
   const char *value, *sd;
 };
 constexpr std::array<Columns, kOutputs> kColumns = {
-    Columns{"f_x_n", "f_x_sd"},       Columns{"f_y_n", "f_y_sd"},
-    Columns{nullptr, nullptr},        Columns{"torque_n_m", "torque_sd"},
-    Columns{nullptr, nullptr},        Columns{"sinkage_m", "sinkage_sd"}};
+    Columns{"f_x_n", "f_x_sd"}, Columns{"f_y_n", "f_y_sd"},
+    Columns{nullptr, nullptr},  Columns{"torque_n_m", "torque_sd"},
+    Columns{nullptr, nullptr},  Columns{"sinkage_m", "sinkage_sd"}};
 
 std::vector<std::string> Split(const std::string& line) {
   std::vector<std::string> cells;
@@ -44,8 +44,9 @@ std::vector<std::string> Split(const std::string& line) {
 }
 
 /// Columns that are no output: the state, and what is told but not used.
-constexpr std::string_view kOtherColumns[] = {
-    "slip", "attack_angle_deg", "load_n", "load_sd", "rim_speed_m_per_s", "speed_m_per_s", "repeats"};
+constexpr std::string_view kOtherColumns[] = {"slip",    "attack_angle_deg",  "load_n",
+                                              "load_sd", "rim_speed_m_per_s", "speed_m_per_s",
+                                              "repeats"};
 
 struct Reader {
   std::string path;
@@ -107,8 +108,7 @@ struct Reader {
   }
 };
 
-HybridModel::Answer At(const HybridModel& model, const v1alpha1::MeasuredPoint& p,
-                       double speed) {
+WheelAnswer At(const TabulatedModel& model, const v1alpha1::MeasuredPoint& p, double speed) {
   const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed > 0 ? speed : 0.1);
   return model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, p.load_n());
 }
@@ -134,7 +134,8 @@ const v1alpha1::RunSummary* Nearest(const v1alpha1::MeasuredPoint& p,
 
 std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw std::invalid_argument(path + ": cannot be read, expected a CSV of measured tests");
+  if (!file)
+    throw std::invalid_argument(path + ": cannot be read, expected a CSV of measured tests");
   Reader reader{path, {}};
   const std::string source = path.substr(path.find_last_of('/') + 1);
   std::vector<v1alpha1::MeasuredPoint> points;
@@ -165,7 +166,7 @@ bool InDomain(const v1alpha1::Domain& d, const v1alpha1::MeasuredPoint& p) {
 
 }  // namespace
 
-void SetFormError(const HybridModel& model, v1alpha1::Model* message) {
+void SetFormError(const TabulatedModel& model, v1alpha1::Model* message) {
   message->clear_sd_form();
   for (int o = 0; o < kOutputs; ++o) {
     double square = 0;
@@ -173,8 +174,7 @@ void SetFormError(const HybridModel& model, v1alpha1::Model* message) {
     for (const v1alpha1::MeasuredPoint& p : message->measured()) {
       const bool known = p.value_size() == kOutputs && !std::isnan(p.value(o));
       if (!known || !InDomain(message->domain(), p)) continue;
-      const double miss =
-          At(model, p, message->domain().speed_m_per_s()).value[o] - p.value(o);
+      const double miss = At(model, p, message->domain().speed_m_per_s()).value[o] - p.value(o);
       square += miss * miss;
       ++n;
     }
@@ -182,7 +182,7 @@ void SetFormError(const HybridModel& model, v1alpha1::Model* message) {
   }
 }
 
-std::vector<MeasuredRow> MatchMeasured(const HybridModel& model, double speed,
+std::vector<MeasuredRow> MatchMeasured(const TabulatedModel& model, double speed,
                                        const std::vector<v1alpha1::MeasuredPoint>& points,
                                        const std::vector<v1alpha1::RunSummary>& runs) {
   std::vector<MeasuredRow> rows;
@@ -194,15 +194,14 @@ std::vector<MeasuredRow> MatchMeasured(const HybridModel& model, double speed,
 
 std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows) {
   std::vector<MeasuredError> errors;
-  for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING,
-                            v1alpha1::REGION_TOWED, v1alpha1::REGION_DRIVING,
-                            v1alpha1::REGION_LATERAL}) {
+  for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
+                            v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL}) {
     for (const Output o : {kFx, kFy, kTorque, kSinkage}) {
       MeasuredError e{region, o, 0, 0, 0, 0, 0};
       for (const MeasuredRow& row : rows) {
         const v1alpha1::MeasuredPoint& p = *row.measured;
-        const bool here = region == v1alpha1::REGION_ALL ||
-                          region == RegionOf(p.slip(), p.attack_angle_rad());
+        const bool here =
+            region == v1alpha1::REGION_ALL || region == RegionOf(p.slip(), p.attack_angle_rad());
         if (!here || std::isnan(p.value(o))) continue;
         ++e.n;
         e.rmse += std::pow(row.model.value[o] - p.value(o), 2);

@@ -18,17 +18,17 @@ std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path);
 
 /// sd_form of each output: rms of model minus measurement over the model's
 /// measured points within its domain; NaN where fewer than three are known.
-void SetFormError(const HybridModel& model, v1alpha1::Model* message);
+void SetFormError(const TabulatedModel& model, v1alpha1::Model* message);
 
 /// One measured point beside what the model and the nearest DEM run say.
 struct MeasuredRow {
   const v1alpha1::MeasuredPoint* measured;
-  HybridModel::Answer model;
+  WheelAnswer model;
   const v1alpha1::RunSummary* dem;  ///< null: no run near
 };
 /// A run is near within 0.06 of slip, 3 degrees and 20 % of load; among those
 /// the nearest is taken. Only steady runs.
-std::vector<MeasuredRow> MatchMeasured(const HybridModel& model, double speed,
+std::vector<MeasuredRow> MatchMeasured(const TabulatedModel& model, double speed,
                                        const std::vector<v1alpha1::MeasuredPoint>& points,
                                        const std::vector<v1alpha1::RunSummary>& runs);
 

@@ -81,6 +81,7 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
                         RegionName(e.region()), e.output(), e.n(), e.rmse(), e.max_abs(),
                         100 * e.covered90());
   }
+  if (m.rung() == v1alpha1::RUNG_LOOKUP) return text + "\nno physics: a table alone\n";
   text += "\nparameters:";
   const BekkerParameters p = ReadBekker(m.bekker());
   for (const BekkerField& field : BekkerFields()) {
@@ -103,7 +104,7 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
   return out.text();
 }
 
-std::string AnswerText(const Query& q, const HybridModel::Answer& a) {
+std::string AnswerText(const Query& q, const WheelAnswer& a) {
   std::string text =
       fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n", q.slip,
                   q.attack_angle_rad * kDegrees, q.load_n, q.speed_m_per_s);
@@ -121,7 +122,7 @@ std::string AnswerText(const Query& q, const HybridModel::Answer& a) {
   return text + "\n";
 }
 
-std::string AnswerJson(const Query& q, const HybridModel::Answer& a, const std::string& reference) {
+std::string AnswerJson(const Query& q, const WheelAnswer& a, const std::string& reference) {
   Json out;
   out.Open('{').Key("model").Value(reference);
   out.Key("slip").Value(q.slip).Key("attack_angle_rad").Value(q.attack_angle_rad);

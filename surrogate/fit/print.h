@@ -17,8 +17,8 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest);
 struct Query {
   double slip, attack_angle_rad, load_n, speed_m_per_s;
 };
-std::string AnswerText(const Query& query, const HybridModel::Answer& answer);
-std::string AnswerJson(const Query& query, const HybridModel::Answer& answer,
+std::string AnswerText(const Query& query, const WheelAnswer& answer);
+std::string AnswerJson(const Query& query, const WheelAnswer& answer,
                        const std::string& reference);
 
 std::string MeasuredText(const std::vector<MeasuredRow>& rows);

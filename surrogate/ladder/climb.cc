@@ -1,13 +1,12 @@
 // The rungs of the ladder, timed and judged on the test states of a pair.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
-#include <random>
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
@@ -16,7 +15,10 @@
 #include "surrogate/fit/measured.h"
 #include "surrogate/ladder/kriging.h"
 #include "surrogate/ladder/ladder.h"
+#include "surrogate/ladder/timing.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/write_model.h"
+#include "surrogate/soils/soil_table.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -24,11 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTwoSided90 = 1.6448536269514722;
-constexpr std::size_t kBatch = 10000;
 
-struct Answer {
-  std::array<double, kOutputs> value, half_width;
-};
 using Answerer = std::function<Answer(const Row&)>;
 
 /// What a pair's rows are judged by.
@@ -38,84 +36,6 @@ struct Ground {
   std::vector<Row> train, test, repeats;
   PatchNoise patch;
 };
-
-/// A batch of states in structure-of-arrays form, and room for the answers.
-class Batch {
- public:
-  explicit Batch(std::size_t n)
-      : v_x(n), v_y(n), rim(n), load(n), flags(n), out(4 * kOutputs * n) {}
-  void Set(std::size_t i, const VelocityState& v, double load_n) {
-    v_x[i] = v.v_x;
-    v_y[i] = v.v_y;
-    rim[i] = v.rim_speed;
-    load[i] = load_n;
-  }
-  void Run(const WheelModel& model) {
-    WheelStatesView in;
-    in.v_x = v_x;
-    in.v_y = v_y;
-    in.rim_speed = rim;
-    in.load = load;
-    ResponsesView to;
-    for (int o = 0; o < kOutputs; ++o) {
-      to.output[o].value = Part(o, 0);
-      to.output[o].sd_fit = Part(o, 1);
-      to.output[o].low = Part(o, 2);
-      to.output[o].high = Part(o, 3);
-    }
-    to.flags = flags;
-    model.Evaluate(in, to);
-  }
-  std::span<double> Part(int output, int part) {
-    const std::size_t n = load.size();
-    return std::span<double>(out).subspan((static_cast<std::size_t>(output) * 4 + part) * n, n);
-  }
-
- private:
-  std::vector<double> v_x, v_y, rim, load;
-  std::vector<std::uint32_t> flags;
-  std::vector<double> out;
-};
-
-double SecondsOf(const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-/// Median time of a call that answers `n` states [ns a state].
-double TimeOf(const std::function<void()>& call, double n, double seconds) {
-  call();
-  std::vector<double> times;
-  for (double spent = 0; spent < seconds || times.size() < 3;) {
-    times.push_back(SecondsOf(call));
-    spent += times.back();
-  }
-  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-  return times[times.size() / 2] / n * 1e9;
-}
-
-double TimeOfModel(const WheelModel& model, const Ground& ground, double seconds) {
-  Batch batch(kBatch);
-  std::mt19937_64 random(1);
-  for (std::size_t i = 0; i < kBatch; ++i) {
-    const Row& row = ground.test[random() % ground.test.size()];
-    batch.Set(i, row.motion, row.load_n);
-  }
-  return TimeOf([&] { batch.Run(model); }, kBatch, seconds);
-}
-
-Answer AnswerOf(const WheelModel& model, const VelocityState& motion, double load) {
-  Batch one(1);
-  one.Set(0, motion, load);
-  one.Run(model);
-  Answer a;
-  for (int o = 0; o < kOutputs; ++o) {
-    a.value[o] = one.Part(o, 0)[0];
-    a.half_width[o] = 0.5 * (one.Part(o, 3)[0] - one.Part(o, 2)[0]);
-  }
-  return a;
-}
 
 std::vector<Judged> OnTests(const Ground& ground, const Answerer& answer) {
   std::vector<Judged> out;
@@ -152,6 +72,34 @@ LadderRow Head(const Ground& ground, const std::string& rung, const char* refere
   return head;
 }
 
+/// Nothing fitted: the wheel on a published soil (untuned.soil names it).
+void ClimbUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Ground& ground,
+                  double seconds, std::vector<LadderRow>* rows) {
+  std::ifstream named(pair.path + "/untuned.soil");
+  std::string name;
+  if (!std::getline(named, name)) return;
+  const std::string table = pair.soils;
+  std::ifstream file(table);
+  if (!file) throw std::invalid_argument(table + ": cannot be read, expected the table of soils");
+  const std::vector<Soil> soils = ReadSoils(file, table);
+  const auto soil =
+      std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
+  if (soil == soils.end()) {
+    throw std::invalid_argument(pair.path + "/untuned.soil: '" + name + "', expected a soil of " +
+                                table);
+  }
+  const BekkerModel model(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
+                          {scene.wheel().radius_m(), scene.wheel().width_m()});
+  const double ns = TimeOfBekker(model, ground.test, seconds);
+  const auto answer = [&](const Row& row) {
+    const auto& m = row.motion;
+    return Answer{model.Solve(m.v_x, m.v_y, m.rim_speed, row.load_n).value, {}};
+  };
+  Append(Judge(Head(ground, "bekker_untuned", "dem", ns), OnTests(ground, answer), ground.patch.sd,
+               ground.radius_m),
+         rows);
+}
+
 void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
                  std::vector<LadderRow>* rows) {
   const std::string measured = pair.path + "/measured.csv";
@@ -165,7 +113,9 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
     }
     const v1alpha1::Model message = records::ReadModelFile(file).model;
     const std::unique_ptr<const WheelModel> model = MakeModel(message);
-    const double ns = TimeOfModel(*model, ground, seconds);
+    const bool physics = message.rung() == v1alpha1::RUNG_BEKKER;
+    const double ns = physics ? TimeOfBekker(MakeHybrid(message).physics(), ground.test, seconds)
+                              : TimeOfModel(*model, ground.test, seconds);
     const auto answer = [&](const Row& row) { return AnswerOf(*model, row.motion, row.load_n); };
     Append(Judge(Head(ground, rung, "dem", ns), OnTests(ground, answer), ground.patch.sd,
                  ground.radius_m),
@@ -261,15 +211,15 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
 
 }  // namespace
 
-std::vector<PairFolder> FindPairs(const std::string& root) {
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils) {
   std::vector<PairFolder> pairs;
   if (fs::exists(root + "/runs.json")) {
-    return {{root, fs::weakly_canonical(root).filename().string()}};
+    return {{root, fs::weakly_canonical(root).filename().string(), soils}};
   }
   if (fs::is_directory(root)) {
     for (const auto& entry : fs::directory_iterator(root)) {
       if (!fs::exists(entry.path() / "runs.json")) continue;
-      pairs.push_back({entry.path().string(), entry.path().filename().string()});
+      pairs.push_back({entry.path().string(), entry.path().filename().string(), soils});
     }
   }
   if (pairs.empty()) {
@@ -284,6 +234,7 @@ std::vector<LadderRow> Climb(const PairFolder& pair, double seconds) {
   const TrainingSet set = ReadRuns(pair.path + "/runs.json");
   const Ground ground = GroundOf(pair, set);
   std::vector<LadderRow> rows;
+  ClimbUntuned(pair, set.scene, ground, seconds, &rows);
   ClimbModels(pair, ground, seconds, &rows);
   ClimbKriging(ground, seconds, &rows);
   ClimbCoarse(pair.path + "/coarse.json", ground, &rows);

@@ -14,7 +14,7 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr int kInputs = 4;
+constexpr int kDimensions = 4;
 constexpr double kTwoSided90 = 1.6448536269514722;
 constexpr std::array kOutputsFitted = {kFx, kFy, kTorque, kMz, kSinkage};
 
@@ -29,7 +29,7 @@ double SignOf(int output, double x, double y) {
 }
 
 OT::Point Inputs(const FieldPoint& p, double mirror_x, double mirror_y) {
-  OT::Point x(kInputs);
+  OT::Point x(kDimensions);
   x[0] = mirror_x * p.direction[0];
   x[1] = mirror_y * p.direction[1];
   x[2] = mirror_x * p.direction[2];
@@ -48,7 +48,7 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
     : fits_(std::make_unique<Fits>()), patch_(patch), radius_(radius_m) {
   OT::Log::Show(OT::Log::NONE);
   for (const int o : kOutputsFitted) {
-    OT::Sample x(0, kInputs), y(0, 1);
+    OT::Sample x(0, kDimensions), y(0, 1);
     OT::Point noise;
     for (const Row& row : rows) {
       Canonical state{};
@@ -66,8 +66,9 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
       }
     }
     try {
-      const OT::MaternModel covariance(OT::Point(kInputs, 0.7), OT::Point(1, 0.3), 2.5);
-      OT::KrigingAlgorithm algorithm(x, y, covariance, OT::ConstantBasisFactory(kInputs).build());
+      const OT::MaternModel covariance(OT::Point(kDimensions, 0.7), OT::Point(1, 0.3), 2.5);
+      OT::KrigingAlgorithm algorithm(x, y, covariance,
+                                     OT::ConstantBasisFactory(kDimensions).build());
       algorithm.setNoise(noise);
       algorithm.run();
       fits_->of[o] = algorithm.getResult();

@@ -17,11 +17,12 @@ namespace grouser::surrogate {
 ///                  be missing
 struct PairFolder {
   std::string path, name;
+  std::string soils;  ///< table of published soils
 };
 
 /// Folders below `root` that hold a runs.json, by name. Throws
 /// std::invalid_argument where there is none.
-std::vector<PairFolder> FindPairs(const std::string& root);
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils = {});
 
 /// Fits hybrid, lookup and bekker to the folder's runs and writes the models
 /// there. `command`: for their provenance; progress: a line a file.

@@ -20,9 +20,9 @@ constexpr const char* kFooter =
     "  grouser-ladder fit surrogate/pairs/cmu-smooth-62.5   # models from its runs.json\n"
     "Exit codes: 0 ok, 1 failed, 2 usage or bad input.";
 
-std::string DefaultPairs() {
+std::string InCheckout(const char* path) {
   const char* root = std::getenv("GROUSER_ROOT");
-  return std::string(root ? root : ".") + "/surrogate/pairs";
+  return std::string(root ? root : ".") + "/surrogate/" + path;
 }
 
 }  // namespace
@@ -31,12 +31,14 @@ int main(int argc, char** argv) {
   CLI::App app("Time and error of every rung, against full DEM on the same test states.");
   app.name("grouser-ladder");
   app.footer(kFooter);
-  std::string folder = DefaultPairs(), markdown, fitted;
+  std::string folder = InCheckout("pairs"), soils = InCheckout("soils/bekker_soils.csv"), markdown,
+              fitted;
   double seconds = 0.5;
   bool json = false;
   app.add_option("folder", folder, "a pair's folder, or one of pairs (default: surrogate/pairs)");
   app.add_flag("--json", json, "machine-readable rows on stdout");
   app.add_option("--markdown", markdown, "tables for docs/speed-vs-error.md to write");
+  app.add_option("--soils", soils, "table of published soils")->capture_default_str();
   app.add_option("--seconds", seconds, "spent on the timing of each rung")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -50,7 +52,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     std::vector<LadderRow> rows;
-    for (const PairFolder& pair : FindPairs(folder)) {
+    for (const PairFolder& pair : FindPairs(folder, soils)) {
       const auto own = Climb(pair, seconds);
       rows.insert(rows.end(), own.begin(), own.end());
     }

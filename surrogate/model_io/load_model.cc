@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/models/lookup.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -45,9 +46,12 @@ int Intervals(const v1alpha1::Model& model, const char* field,
   return nodes.size() - 1;
 }
 
-ResidualTable MakeTable(const v1alpha1::Model& model) {
+using Channels = std::array<std::span<const double>, ResidualTable::kChannels>;
+
+/// Calls make(axes, channels) with the table of a message that has one.
+template <class Make>
+auto WithTable(const v1alpha1::Model& model, const Make& make) {
   const v1alpha1::ResidualTable& message = model.residual();
-  if (message.coefficients().empty()) return {};
   TableAxes axes;
   axes.direction = Intervals(model, "direction_knots_rad", message.direction_knots_rad());
   axes.lateral = Intervals(model, "lateral_knots_rad", message.lateral_knots_rad());
@@ -58,12 +62,19 @@ ResidualTable MakeTable(const v1alpha1::Model& model) {
     Fail(model, "residual.coefficients: " + std::to_string(message.coefficients_size()) +
                     " channels, expected " + std::to_string(ResidualTable::kChannels));
   }
-  std::array<std::span<const double>, ResidualTable::kChannels> channels;
+  Channels channels;
   for (int c = 0; c < ResidualTable::kChannels; ++c) {
     const auto& values = message.coefficients(c).values();
     channels[c] = {values.data(), static_cast<std::size_t>(values.size())};
   }
-  return ResidualTable(axes, channels);
+  return make(axes, channels);
+}
+
+ResidualTable MakeTable(const v1alpha1::Model& model) {
+  if (model.residual().coefficients().empty()) return {};
+  return WithTable(model, [](const TableAxes& axes, const Channels& channels) {
+    return ResidualTable(axes, channels);
+  });
 }
 
 HullBox MakeHull(const v1alpha1::Model& model) {
@@ -96,7 +107,12 @@ double ScaleOf(int output, double load, double radius) {
   return output == kTorque || output == kMz ? load * radius : load;
 }
 
-void CheckGolden(const v1alpha1::Model& message, const HybridModel& model) {
+// Tables answer in single precision.
+double GoldenTolerance(const v1alpha1::Model& message) {
+  return message.rung() == v1alpha1::RUNG_LOOKUP ? 1e-5 : 1e-9;
+}
+
+void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
   if (message.golden().empty()) Fail(message, "golden: expected at least one vector");
   for (int i = 0; i < message.golden_size(); ++i) {
     const v1alpha1::GoldenVector& g = message.golden(i);
@@ -105,16 +121,16 @@ void CheckGolden(const v1alpha1::Model& message, const HybridModel& model) {
                         std::isfinite(g.rim_speed_m_per_s()) && std::isfinite(g.load_n()) &&
                         g.load_n() > 0 && g.value_size() == kOutputs;
     if (!usable) Fail(message, where + ": expected finite input, a load and 6 values");
-    const HybridModel::Answer answer = model.EvaluateOne(
-        g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
+    const WheelAnswer answer =
+        model.EvaluateOne(g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
     for (int o = 0; o < kOutputs; ++o) {
       const double scale = ScaleOf(o, g.load_n(), message.wheel().radius_m());
-      const double allowed = 1e-9 * std::fmax(std::fabs(g.value(o)), scale);
+      const double allowed = GoldenTolerance(message) * std::fmax(std::fabs(g.value(o)), scale);
       if (std::fabs(answer.value[o] - g.value(o)) <= allowed) continue;
       std::ostringstream text;
       text.precision(17);
-      text << where << " " << kOutputNames[o] << ": computed " << answer.value[o]
-           << ", expected " << g.value(o) << " to 1e-9";
+      text << where << " " << kOutputNames[o] << ": computed " << answer.value[o] << ", expected "
+           << g.value(o) << " to " << GoldenTolerance(message);
       Fail(message, text.str());
     }
   }
@@ -144,23 +160,52 @@ BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message) {
   return parameters;
 }
 
-HybridModel MakeHybrid(const v1alpha1::Model& model) {
+namespace {
+
+void CheckHead(const v1alpha1::Model& model) {
   if (model.name().empty()) Fail(model, "name: expected one");
   if (!v1alpha1::Rung_IsValid(model.rung())) Fail(model, "rung: not known to this version");
+}
+
+std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
+  CheckHead(model);
+  if (model.residual().coefficients().empty()) Fail(model, "residual: expected a table");
+  try {
+    return WithTable(model, [&](const TableAxes& axes, const Channels& channels) {
+      return std::make_unique<LookupModel>(
+          axes, channels, MakeHull(model), MakeUncertainty(model),
+          WheelGeometry{model.wheel().radius_m(), model.wheel().width_m()});
+    });
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
+}
+
+}  // namespace
+
+HybridModel MakeHybrid(const v1alpha1::Model& model) {
+  CheckHead(model);
+  if (model.rung() == v1alpha1::RUNG_LOOKUP) Fail(model, "rung: lookup, expected one with physics");
   try {
     const BekkerModel physics(ReadBekker(model.bekker()),
-                        {model.wheel().radius_m(), model.wheel().width_m()});
+                              {model.wheel().radius_m(), model.wheel().width_m()});
     return HybridModel(physics, MakeTable(model), MakeHull(model), MakeUncertainty(model));
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());
   }
 }
 
+std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model) {
+  if (model.rung() == v1alpha1::RUNG_LOOKUP) return MakeLookup(model);
+  return std::make_unique<HybridModel>(MakeHybrid(model));
+}
+
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
-  auto hybrid = std::make_unique<HybridModel>(MakeHybrid(model));
-  CheckGolden(model, *hybrid);
-  hybrid->Tabulate();  // about 0.2 s; the fitter's many models do without
-  return hybrid;
+  std::unique_ptr<TabulatedModel> made = MakeScalar(model);
+  CheckGolden(model, *made);
+  // About 0.2 s; the fitter's many models do without.
+  if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) hybrid->Tabulate();
+  return made;
 }
 
 }  // namespace grouser::surrogate

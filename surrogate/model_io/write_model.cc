@@ -35,7 +35,7 @@ void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
 
 void SetGoldenVectors(v1alpha1::Model* model) {
   model->clear_golden();
-  const HybridModel hybrid = MakeHybrid(*model);
+  const std::unique_ptr<TabulatedModel> made = MakeScalar(*model);
   const v1alpha1::Domain& domain = model->domain();
   const double speed = domain.speed_m_per_s() > 0 ? domain.speed_m_per_s() : 0.1;
   constexpr std::array kSlips = {-1.0, -0.4, 0.0, 0.15, 0.5, 0.9};
@@ -46,8 +46,7 @@ void SetGoldenVectors(v1alpha1::Model* model) {
       const double mix = 0.25 * (count++ % 5);
       const double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
       const VelocityState v = FromSlip(slip, angle, speed);
-      const HybridModel::Answer answer =
-          hybrid.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      const WheelAnswer answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
       v1alpha1::GoldenVector* g = model->add_golden();
       g->set_v_x_m_per_s(v.v_x);
       g->set_v_y_m_per_s(v.v_y);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
@@ -23,7 +24,10 @@ void SetGoldenVectors(v1alpha1::Model* model);
 /// Throws std::invalid_argument naming the key that is missing or unknown.
 BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message);
 
-/// The evaluator without its self-test. Throws as MakeModel.
+/// The evaluator without its self-test. Throws as MakeModel; MakeHybrid also for
+/// a model that has no physics.
 HybridModel MakeHybrid(const v1alpha1::Model& model);
+/// That of any rung; a hybrid or Bekker one answers by its exact law, untabulated.
+std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model);
 
 }  // namespace grouser::surrogate

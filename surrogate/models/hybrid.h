@@ -43,7 +43,7 @@ class HybridModel final : public TabulatedModel {
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as
   /// BekkerModel::Solve, or V = r w = 0.
-  Answer EvaluateOne(double v_x, double v_y, double rim_speed, double load) const noexcept;
+  Answer EvaluateOne(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
   const BekkerModel& physics() const { return physics_; }
   const HullBox& hull() const { return domain().box(); }

@@ -265,4 +265,21 @@ void TabulatedModel::Difference(const WheelStatesView& in, const ResponsesView& 
   }
 }
 
+WheelAnswer TabulatedModel::EvaluateOne(double v_x, double v_y, double rim_speed,
+                                        double load) const noexcept {
+  WheelAnswer answer{};
+  std::array<double, kOutputs> high{};
+  ResponsesView view;
+  for (int o = 0; o < kOutputs; ++o) {
+    view.output[o].value = {&answer.value[o], 1};
+    view.output[o].sd_fit = {&answer.sd_fit[o], 1};
+    view.output[o].sd_patch = {&answer.sd_patch[o], 1};
+    view.output[o].high = {&high[o], 1};
+  }
+  view.flags = {&answer.flags, 1};
+  Evaluate({{&v_x, 1}, {&v_y, 1}, {&rim_speed, 1}, {&load, 1}, {}, {}, {}, {}}, view);
+  for (int o = 0; o < kOutputs; ++o) answer.half_width[o] = high[o] - answer.value[o];
+  return answer;
+}
+
 }  // namespace grouser::surrogate

@@ -28,6 +28,11 @@ class TabulatedModel : public WheelModel {
  public:
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
 
+  /// One state, by the law that the table stands for where there is one, else by
+  /// Evaluate; for fitters and tests. Precondition: finite, load > 0.
+  virtual WheelAnswer EvaluateOne(double v_x, double v_y, double rim_speed,
+                                  double load) const noexcept;
+
   /// Takes the kernel of "avx512", "avx2" or "baseline" instead of the best;
   /// false, and no change, where this machine lacks it. For tests and benches.
   bool SelectIsa(const char* isa) noexcept;

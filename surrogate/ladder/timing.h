@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "surrogate/fit/training_set.h"
+#include "surrogate/models/bekker.h"
+#include "surrogate/models/wheel_model.h"
+
+// What an answer costs, measured on this core.
+
+namespace grouser::surrogate {
+
+struct Answer {
+  std::array<double, kOutputs> value, half_width;
+};
+/// A model's answer to one state, by the code that batches go through.
+Answer AnswerOf(const WheelModel& model, const VelocityState& motion, double load_n);
+
+/// Median time of a call that answers n states, over so many seconds and at least
+/// three calls [ns a state].
+double TimeOf(const std::function<void()>& call, double n, double seconds);
+/// The same of a model, all outputs with intervals, in batches of 10,000 drawn
+/// from `states`.
+double TimeOfModel(const WheelModel& model, const std::vector<Row>& states, double seconds);
+/// The same of the Bekker solver, without a table before it.
+double TimeOfBekker(const BekkerModel& model, const std::vector<Row>& states, double seconds);
+
+}  // namespace grouser::surrogate
