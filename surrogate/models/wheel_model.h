@@ -69,6 +69,9 @@ class WheelModel {
   /// gets flag kInvalid and NaN outputs and harms no other.
   /// Precondition: sizes as documented above (checked once, by the caller).
   virtual void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept = 0;
+  /// How far the answers may lie from the law that made the model's golden
+  /// vectors: a share of load, load x radius or radius. 0: rounding alone.
+  virtual double Tolerance() const noexcept { return 0; }
 };
 
 }  // namespace grouser::surrogate

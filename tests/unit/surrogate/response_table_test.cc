@@ -50,6 +50,26 @@ TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
   }
 }
 
+// What the server's self-test relies on.
+TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
+  const v1alpha1::Model message = testing::ShippedMessage();
+  EXPECT_EQ(MakeHybrid(message).Tolerance(), 0);  // without its table: the law itself
+  const HybridModel& model = Shipped();
+  Batch b(static_cast<std::size_t>(message.golden_size()));
+  for (int i = 0; i < message.golden_size(); ++i) {
+    const auto& g = message.golden(i);
+    b.Set(i, g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
+  }
+  model.Evaluate(b.In(), b.Out());
+  for (int i = 0; i < message.golden_size(); ++i) {
+    for (int o = 0; o < kOutputs; ++o) {
+      EXPECT_NEAR(b.part[o][kValue][i], message.golden(i).value(o),
+                  model.Tolerance() * ScaleOf(o, b.load[i]))
+          << kOutputNames[o] << " " << i;
+    }
+  }
+}
+
 TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
   const HybridModel& model = Shipped();
   Batch b = Anywhere(4000, 2);
