@@ -12,7 +12,9 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kLighter = 4, kHeavier = 3;  // reach of the load axis beyond the hull
-constexpr double kCapacityShare = 0.9;        // of the least load without equilibrium
+constexpr double kCapacityShare = 0.98;       // of the largest load with an equilibrium
+// Margins (see Margin) below which the exact law answers, above which the table does.
+constexpr double kMarginExact = 0.3, kMarginTable = 0.6;
 
 // The canonical state at a place of the chart, exact at its ends.
 Canonical FromChart(const ChartPoint& at) {
@@ -80,8 +82,12 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
 
 std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoint& chart,
                                                                  double log_load) const noexcept {
-  const double load = std::exp(log_load), radius = physics_.wheel().radius_m;
+  const double radius = physics_.wheel().radius_m;
   const Canonical state = FromChart(chart);
+  // Beyond the largest load that has an equilibrium: as there, so that the table
+  // stays smooth up to it (the exact law answers there).
+  const double most = physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
+  const double load = std::min(std::exp(log_load), std::max(kCapacityShare * most, 1e-30));
   BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
   ApplyMirrors(state, &trend.value);  // the node at direction -pi/2 is a mirror
   if (chart.lateral_rad == 0) trend.value[kFy] = trend.value[kMz] = 0;
@@ -92,17 +98,16 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
   return channels;
 }
 
-// The smallest load that 1.2 r of sinkage carries at some state.
-double HybridModel::LeastCapacity(const Resolution& resolution) const noexcept {
-  double least = 1e300;
-  for (int i = 0; i <= resolution.direction; ++i) {
-    for (int j = 0; j <= resolution.lateral; ++j) {
-      const ChartPoint at{std::numbers::pi * (static_cast<double>(i) / resolution.direction - 0.5),
-                          std::numbers::pi / 2 * j / resolution.lateral};
-      least = std::min(least, physics_.AtSinkage(FromChart(at), physics_.max_sinkage()).value[kFz]);
-    }
-  }
-  return least;
+// ln(load that 1.2 r of sinkage carries/load), in [-1, 8].
+double HybridModel::Margin(const Canonical& state, double load) const noexcept {
+  const double most = physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
+  return std::clamp(std::log(std::max(most, 1e-30) / load), -1.0, 8.0);
+}
+
+double HybridModel::ShareOff(double v_x, double v_y, double rim_speed, double load) const noexcept {
+  const double margin = Margin(ToCanonical(v_x, v_y, rim_speed), load);
+  const double t = std::clamp((margin - kMarginExact) / (kMarginTable - kMarginExact), 0.0, 1.0);
+  return 1 - t * t * (3 - 2 * t);
 }
 
 void HybridModel::Tabulate(const Resolution& wanted) {
@@ -116,17 +121,17 @@ void HybridModel::Tabulate(const Resolution& wanted) {
     step = width / std::ceil(width / wanted.log_load);
     anchor = coarse.log_load_min;
   }
-  const double capacity = LeastCapacity(resolution);
   const double low = std::log(hull().load_min_n / kLighter);
-  const double high = std::log(std::min(hull().load_max_n * kHeavier, kCapacityShare * capacity));
-  if (!(high > std::log(hull().load_min_n) + step)) return;
+  const double high = std::log(hull().load_max_n * kHeavier);
   const int before = static_cast<int>(std::ceil((anchor - low) / step));
   const int after = static_cast<int>(std::floor((high - anchor) / step));
   const TableAxes axes{resolution.direction, resolution.lateral, before + after,
                        anchor - before * step, anchor + after * step};
 
   std::array<std::vector<double>, ResidualTable::kChannels> values;
+  std::vector<double> margin;
   for (const TableNode& node : TableNodes(axes)) {
+    margin.push_back(Margin(FromChart(node.chart), std::exp(node.log_load)));
     const auto channels = AtNode(node.chart, node.log_load);
     for (int c = 0; c < ResidualTable::kChannels; ++c) values[c].push_back(channels[c]);
   }
@@ -138,7 +143,9 @@ void HybridModel::Tabulate(const Resolution& wanted) {
     values[c] = InterpolateTable(axes, parity, values[c], ends);
     spans[c] = values[c];
   }
-  SetTable(ResponseTable(axes, spans), /*blended=*/true);
+  const SplineEnds even{SplineEnd::kEven, SplineEnd::kFree};
+  margin = InterpolateTable(axes, {1, 1}, margin, even);
+  SetTable(ResponseTable(axes, spans, margin), /*blended=*/true);
 }
 
 }  // namespace grouser::surrogate

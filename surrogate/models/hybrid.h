@@ -36,9 +36,8 @@ class HybridModel final : public TabulatedModel {
   /// Solves the physics at the nodes of a grid, adds the residual (which the
   /// grid's splines hold exactly, its knots being among theirs) and lets
   /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
-  /// 3 load_max, but no further than every state has an equilibrium; beyond it
-  /// the exact law answers. Leaves things as they are where too little of the
-  /// axis is left, or where the residual's own axis leaves no room.
+  /// 3 load_max; beyond it the exact law answers, and also where the load comes
+  /// near the largest that has an equilibrium (by a factor of 1.8 it fades in).
   void Tabulate(const Resolution& resolution = {});
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as
@@ -52,12 +51,13 @@ class HybridModel final : public TabulatedModel {
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override {
     return EvaluateOne(v_x, v_y, rim_speed, load);
   }
+  double ShareOff(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
  private:
   /// Per load, per load and radius, per radius; then the hull distance.
   std::array<double, ResidualTable::kChannels> AtNode(const ChartPoint& chart,
                                                       double log_load) const noexcept;
-  double LeastCapacity(const Resolution& resolution) const noexcept;
+  double Margin(const Canonical& state, double load) const noexcept;
 
   BekkerModel physics_;
   ResidualTable table_;

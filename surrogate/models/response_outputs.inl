@@ -27,6 +27,9 @@ GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
     out[i] = c.flags | static_cast<std::uint32_t>(int(s->flags[i])) | (sinkage < 0 ? 2u : 0u) |
              ((distance > c.far) | (sinkage > c.overload) ? 4u : 0u);
   }
+  for (int i = 0; i < n; ++i) {
+    b->special[i] |= s->channel[0][kMarginChannel][i] < kMarginSeen ? kBlend : 0u;
+  }
 }
 
 template <int kOutput>

@@ -54,22 +54,29 @@ void DescribeUncertainty(const Hull& hull, response::Constants* c) {
 }  // namespace
 
 ResponseTable::ResponseTable(const TableAxes& axes,
-                             const std::array<std::span<const double>, kChannels>& coefficients)
+                             const std::array<std::span<const double>, kChannels>& coefficients,
+                             std::span<const double> margin)
     : axes_(axes) {
-  static_assert(response::kOutputCount == kOutputs && kChannels <= response::kGroup);
+  static_assert(response::kOutputCount == kOutputs && kChannels == response::kMarginChannel);
   CheckCoefficients(axes, coefficients);
   const int lines = (axes.direction + 3) * (axes.lateral + 3), row = axes.load + 3;
   nodes_.resize(static_cast<std::size_t>(lines) * RowPairs());  // zeros
-  for (int channel = 0; channel < kChannels; ++channel) {
-    if (coefficients[channel].empty()) continue;
+  const auto fill = [&](int channel, const auto& value) {
     for (int line = 0; line < lines; ++line) {
       for (int k = 0; k < row; ++k) {
         nodes_[static_cast<std::size_t>(line) * RowPairs() + k / 2]
             .lane[k % 2 * response::kGroup + channel] =
-            static_cast<float>(coefficients[channel][static_cast<std::size_t>(line) * row + k]);
+            static_cast<float>(value(static_cast<std::size_t>(line) * row + k));
       }
     }
+  };
+  for (int channel = 0; channel < kChannels; ++channel) {
+    const std::span<const double> from = coefficients[channel];
+    if (!from.empty()) fill(channel, [&](std::size_t i) { return from[i]; });
   }
+  constexpr double kAmple = 8;
+  fill(response::kMarginChannel,
+       [&](std::size_t i) { return margin.empty() ? kAmple : margin[i]; });
 }
 
 response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) const {

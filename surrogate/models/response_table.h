@@ -19,9 +19,11 @@ class ResponseTable {
  public:
   static constexpr int kChannels = ResidualTable::kChannels;
 
-  /// Coefficients as ResidualTable takes them, and the same refusals.
+  /// Coefficients as ResidualTable takes them, and the same refusals. margin: the
+  /// same of ln(largest load that has an equilibrium/load); empty: everywhere ample.
   ResponseTable(const TableAxes& axes,
-                const std::array<std::span<const double>, kChannels>& coefficients);
+                const std::array<std::span<const double>, kChannels>& coefficients,
+                std::span<const double> margin = {});
 
   const TableAxes& axes() const { return axes_; }
 

@@ -105,7 +105,7 @@ void TabulatedModel::SetTable(ResponseTable table, bool blended) {
 }
 
 // What the scalar law has of the answer: 0 to 1 over the last interval.
-double TabulatedModel::ShareOff(double load) const noexcept {
+double TabulatedModel::ShareBeyond(double load) const noexcept {
   if (!table_) return 1;
   if (!blended_) return 0;
   const TableAxes& axes = table_->axes();
@@ -211,7 +211,11 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
     return;
   }
   if (special & response::kOff) AnswerOff(in, out, i, 1);
-  if (special & response::kBlend) AnswerOff(in, out, i, ShareOff(in.load[i]));
+  if ((special & response::kBlend) && !(special & response::kOff)) {
+    const double share = std::max(ShareBeyond(in.load[i]),
+                                  ShareOff(in.v_x[i], in.v_y[i], in.rim_speed[i], in.load[i]));
+    if (share > 0) AnswerOff(in, out, i, share);
+  }
   out.flags[i] |= context;
   if (special != 0 && WantsGradients(out)) Difference(in, out, i);
 }

@@ -55,6 +55,11 @@ class TabulatedModel : public WheelModel {
   virtual WheelAnswer OffTable(double v_x, double v_y, double rim_speed,
                                double load) const noexcept = 0;
 
+  /// What OffTable has of the answer where the table would answer badly for
+  /// another reason than its loads, 0 to 1. Asked where the table's margin is below
+  /// response::kMarginSeen; must be 0 from there on.
+  virtual double ShareOff(double, double, double, double) const noexcept { return 0; }
+
   const Hull& domain() const { return hull_; }
 
  private:
@@ -68,7 +73,7 @@ class TabulatedModel : public WheelModel {
                  double share) const noexcept;
   void Difference(const WheelStatesView& in, const ResponsesView& out,
                   std::size_t i) const noexcept;
-  double ShareOff(double load) const noexcept;
+  double ShareBeyond(double load) const noexcept;
 
   Hull hull_;
   std::shared_ptr<const ResponseTable> table_;  // immutable: copies share it
