@@ -37,9 +37,10 @@ def panel(axes, pair, rows):
     axes.set_xticks([t for t in TICKS], [TICKS[t] for t in TICKS])
     axes.set_xlim(low / 4, high * 6)
     bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom, top * 1.6)
-    axes.yaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
+    percents = [0.5, 1, 2, 5, 10, 20, 50, 100, 200]
+    axes.set_yticks(percents, [f"{p:g}" for p in percents])
     axes.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    axes.set_ylim(bottom / 1.2, top * 1.6)
     axes.grid(True, which="both", linewidth=0.3)
     axes.legend(fontsize=8)
 
