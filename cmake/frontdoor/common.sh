@@ -102,7 +102,7 @@ show_tenths() {
 # Runs ninja so that a signal for this shell alone ends it too.
 run_ninja() {
   local code=0 ninja
-  ninja -C "$1" -j "$(build_jobs)" </dev/null > >(show_tenths "$2") 2>&1 &
+  ninja -C "$1" -j "$(build_jobs)" "${@:3}" </dev/null > >(show_tenths "$2") 2>&1 &
   ninja=$!
   trap 'kill -TERM $ninja || true; wait $ninja || true; say "the build was interrupted"; exit 130' INT TERM HUP
   wait $ninja || code=$?
@@ -110,7 +110,7 @@ run_ninja() {
   return $code
 }
 
-# build_preset PRESET: configures where that was not done, then builds. One
+# build_preset PRESET [TARGET]: configures where that was not done, then builds. One
 # build at a time; the output goes to build/PRESET.log.
 build_preset() {
   local preset="$1" dir="$GROUSER_ROOT/build/$1" log="$GROUSER_ROOT/build/$1.log"
@@ -127,7 +127,7 @@ build_preset() {
       { tail -n 25 "$log" >&2; fail "configure failed; its output is in $log"; }
   fi
   say "building preset $preset (log: build/$preset.log)"
-  if ! run_ninja "$dir" "$log" 9>&-; then
+  if ! run_ninja "$dir" "$log" "${@:2}" 9>&-; then
     grep -nE -A 12 '^FAILED|error:|Error ' "$log" | head -n 60 >&2 || true
     fail "build failed; its output is in $log"
   fi

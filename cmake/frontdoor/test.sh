@@ -32,13 +32,21 @@ record_stage() {
     "$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)")")
 }
 
-# run_ctest PRESET ARGS...: builds the preset, runs its tests.
+# run_ctest PRESET ARGS...: builds the preset, runs its tests. BUILD_TARGET: that
+# alone is built.
 run_ctest() {
   local preset="$1"
   shift
-  build_preset "$preset" || return 1
+  build_preset "$preset" ${BUILD_TARGET:+"$BUILD_TARGET"} || return 1
   ctest --test-dir "$GROUSER_ROOT/build/$preset" --output-on-failure --no-tests=error \
     --parallel 2 "$@"
+}
+
+# Of what is not tested here nothing is built, but for --full.
+run_asan() {
+  local target=unit_tests
+  [ -z "$1" ] || target=all
+  BUILD_TARGET="$target" run_ctest asan --label-regex "unit${1:+|verify}"
 }
 
 run_tsan() {
@@ -83,7 +91,7 @@ word_test() {
   else
     record_stage release run_ctest release --label-exclude slow
     # The suites of the engine take minutes under ASan: with --full only.
-    record_stage asan run_ctest asan --label-regex "unit${full:+|verify}"
+    record_stage asan run_asan "$full"
     record_stage cuda run_cuda
     if [ -n "$full" ]; then
       record_stage slow run_ctest release --label-regex slow
