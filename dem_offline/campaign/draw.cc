@@ -56,7 +56,7 @@ std::string DrawStates(const DrawRequest& r) {
     const double slip = between(r.slip), angle = between(r.angle_deg), load = between(r.load_n);
     const double speed =
         speeds ? std::exp(between({std::log(r.speed[0]), std::log(r.speed[1])})) : 0;
-    // Rounded as they are printed: a Sobol draw numbers its tiles as it goes.
+    // By draw, so that a point keeps its tile whatever is left out before it.
     const std::uint64_t tile =
         r.tiles[0] + static_cast<std::uint64_t>(drawn) % (r.tiles[1] - r.tiles[0] + 1);
     if (slip < -1 - std::cos(angle * std::numbers::pi / 180) + 1e-3) continue;

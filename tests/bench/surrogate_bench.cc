@@ -19,19 +19,7 @@
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
 #include "surrogate/models/response_isa.h"
-
-// Counts this program's allocations.
-namespace {
-std::atomic<long> g_allocations{0};
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/unit/count_allocations.h"
 
 namespace grouser::bench {
 namespace {

@@ -43,9 +43,9 @@ class Ensemble {
     int stress_stride = 1;
   };
   void AddWheels(const std::vector<WheelSetup>& setups, int wheel_body);
-  /// What the wheels have to tell since the last visit, of all in one transfer; stresses (sums of forces [N]
-  /// by StressGrid's bins, as StressRecorder::AddSums takes them) are asked for
-  /// apart, and begin anew.
+  /// What the wheels have to tell since the last visit, of all in one transfer;
+  /// stresses (sums of forces [N] by StressGrid's bins, as StressRecorder::AddSums
+  /// takes them) are asked for apart, and begin anew.
   struct WheelNews {
     WheelState state;
     std::int32_t events = 0;
@@ -94,7 +94,7 @@ class Ensemble {
   void Begin();
   void Regrow(std::int32_t overflow);
   void Advance();
-  void SortDue(const std::vector<std::int64_t>& until);
+  void SortDue(const std::vector<std::int64_t>& until, const std::vector<bool>& open);
   std::int64_t NextStop(int world, std::int64_t until) const;
   void Relayout(const Layout& next);
   bool Overflowed(std::int32_t* bits);

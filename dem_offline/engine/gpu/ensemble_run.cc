@@ -20,7 +20,7 @@ void Ensemble::Run(std::int64_t steps) {
 void Ensemble::RunTo(const std::vector<std::int64_t>& until) {
   std::vector<bool> open(worlds_.size(), true);
   while (std::find(open.begin(), open.end(), true) != open.end()) {
-    SortDue(until);
+    SortDue(until, open);
     std::vector<std::int64_t> stop;
     for (int w = 0; w < size(); ++w) {
       stop.push_back(open[w] ? NextStop(w, until.at(w)) : states_[w].steps);
@@ -61,12 +61,13 @@ void Ensemble::Advance() {
 
 /// Sorts the worlds that stand at a multiple of their sort_steps and go on from
 /// there.
-void Ensemble::SortDue(const std::vector<std::int64_t>& until) {
+void Ensemble::SortDue(const std::vector<std::int64_t>& until, const std::vector<bool>& open) {
   std::vector<std::uint8_t> wanted(worlds_.size(), 0);
   for (int w = 0; w < size(); ++w) {
     const WorldState& s = states_[w];
     const std::int64_t every = worlds_[w]->config_.sort_steps;
-    if (every <= 0 || s.steps == 0 || s.steps % every != 0 || s.steps == sorted_at_[w]) continue;
+    if (!open[w] || every <= 0 || s.steps == 0 || s.steps % every != 0 || s.steps == sorted_at_[w])
+      continue;
     if (s.steps >= until.at(w) || s.halted || !worlds_[w]->MaySort()) continue;
     wanted[w] = 1;
     sorted_at_[w] = s.steps;

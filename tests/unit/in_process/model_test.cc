@@ -14,20 +14,8 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
+#include "tests/unit/count_allocations.h"
 #include "tests/unit/in_process/batch.h"
-
-// Counts allocations of this process, the shared library's among them.
-namespace {
-std::atomic<long> g_allocations{0};
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 namespace grouser {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <ctime>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <limits>
 #include <memory>
 #include <new>
@@ -16,18 +16,7 @@
 #include <stdexcept>
 #include <vector>
 
-// Counts allocations of this program, for the test of the hot path.
-namespace {
-std::atomic<long> g_allocations{0};
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/unit/count_allocations.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -103,8 +92,17 @@ HybridModel MakeHybridModel(double size = 0.02, double distance = 0.1) {
 // Buffers of a batch with everything asked for.
 struct Batch {
   explicit Batch(std::size_t n)
-      : v_x(n, 0.1), v_y(n, 0), rim(n, 0.1), load(n, 24), pitch(n, 0), roll(n, 0), yaw(n, 0),
-        pass(n, 1), flags(n, 99), slip(n), angle(n) {
+      : v_x(n, 0.1),
+        v_y(n, 0),
+        rim(n, 0.1),
+        load(n, 24),
+        pitch(n, 0),
+        roll(n, 0),
+        yaw(n, 0),
+        pass(n, 1),
+        flags(n, 99),
+        slip(n),
+        angle(n) {
     for (auto& output : outputs) {
       for (auto& part : output) part.assign(n, -7);
     }
@@ -181,17 +179,17 @@ TEST(Hybrid, IntervalsGrowBeyondTheBox) {
 TEST(Hybrid, FlagsSayWhatTheModelDoesNotCover) {
   const HybridModel model = MakeHybridModel(0.001);
   Batch b(12);
-  b.v_x[0] = b.rim[0] = 0;                    // static
-  b.v_x[1] = 0.01, b.v_y[1] = 0.1;            // beyond 60 degrees
-  b.load[2] = 50;                             // above the training loads
+  b.v_x[0] = b.rim[0] = 0;          // static
+  b.v_x[1] = 0.01, b.v_y[1] = 0.1;  // beyond 60 degrees
+  b.load[2] = 50;                   // above the training loads
   b.load[3] = 5;
-  b.v_x[4] = b.rim[4] = 3;                    // Froude number 14
+  b.v_x[4] = b.rim[4] = 3;  // Froude number 14
   b.pitch[5] = 0.1;
   b.pass[6] = 2;
   b.yaw[7] = 0.2;
-  b.load[8] = 1e5;                            // nothing carries this
-  b.v_x[9] = 0.05, b.rim[9] = -0.1;           // counter-rotating, rim the faster
-  b.pass[10] = 0;                             // not given
+  b.load[8] = 1e5;                   // nothing carries this
+  b.v_x[9] = 0.05, b.rim[9] = -0.1;  // counter-rotating, rim the faster
+  b.pass[10] = 0;                    // not given
   model.Evaluate(b.In(), b.Out());
   const auto has = [&](std::size_t i, Flag flag) { return (b.flags[i] & flag) != 0; };
   EXPECT_TRUE(has(0, kStatic));

@@ -164,6 +164,24 @@ TEST_F(PairTest, ASummaryKeepsWhatAFitNeeds) {
   }
 }
 
+// The mean over its window is what a run that still drifts is good for; one without
+// a window is good for nothing.
+TEST(Rows, RunsThatDriftToTheirEndCount) {
+  auto runs = Runs(NoisyTruth());
+  const std::size_t all = RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN).size();
+  runs[0].set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  runs[1].set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  runs[1].clear_drift();
+  runs[2].set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  runs[2].set_mean(kFx, std::nan(""));
+  runs[3].set_status(v1alpha1::RUN_STATUS_OVERLOAD);
+  const auto rows = RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN);
+  EXPECT_EQ(rows.size(), all - 3);
+  EXPECT_EQ(rows[0].source->run_id(), runs[0].run_id());
+  EXPECT_FALSE(rows[0].steady);
+  EXPECT_TRUE(rows[1].steady);
+}
+
 TEST_F(PairTest, BadSummariesAreRefusedWithTheirName) {
   const std::string file = (folder_ / "bad.json").string();
   std::ofstream(file) << "{\"runs\": [";

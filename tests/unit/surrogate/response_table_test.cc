@@ -231,5 +231,45 @@ TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
   EXPECT_GT(b.part[kSinkage][kSlopes + 3][3], 0);
 }
 
+// Soft soil: many states have no equilibrium within the hull's loads. There, and
+// near it, the exact law answers; the rest comes from the table all the same.
+TEST(ResponseTable, AnswersExactlyNearTheLargestLoadWithAnEquilibrium) {
+  BekkerParameters soft;
+  soft.k_phi = 4e4;
+  HullBox hull;
+  hull.attack_angle_max_rad = 1.5;
+  hull.load_min_n = 2;
+  hull.load_max_n = 40;
+  HybridModel model(BekkerModel(soft, {0.0625, 0.05}), {}, hull, Uncertainty{});
+  model.Tabulate();
+  ASSERT_TRUE(model.tabulated());
+  Batch b = InsideHull(hull, 4000, 11);
+  model.Evaluate(b.In(), b.Out());
+  int lost = 0, near = 0, clear = 0, off = 0;
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    const WheelAnswer exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const double most =
+        model.physics()
+            .AtSinkage(ToCanonical(b.v_x[i], b.v_y[i], b.rim[i]), model.physics().max_sinkage())
+            .value[kFz];
+    const double margin = std::log(std::max(most, 1e-30) / b.load[i]);
+    ASSERT_EQ((b.flags[i] & kNoEquilibrium) != 0, (exact.flags & kNoEquilibrium) != 0) << i;
+    lost += (exact.flags & kNoEquilibrium) != 0;
+    near += margin < 0.3;
+    clear += margin > 0.8;
+    for (int o = 0; o < kOutputs; ++o) {
+      const double miss = std::fabs(b.part[o][0][i] - exact.value[o]);
+      if (margin < 0.3) {
+        ASSERT_EQ(miss, 0) << "state " << i << " output " << o;
+      }
+      if (margin > 0.8) off += miss > 0.01 * ScaleOf(o, b.load[i]);
+    }
+  }
+  EXPECT_GT(lost, 100);
+  EXPECT_GT(near, lost);
+  EXPECT_GT(clear, 500);
+  EXPECT_LT(off, 0.01 * kOutputs * clear);
+}
+
 }  // namespace
 }  // namespace grouser::surrogate

@@ -18,20 +18,8 @@
 #include "surrogate/models/lookup.h"
 #include "surrogate/models/response_isa.h"
 #include "surrogate/models/spline.h"
+#include "tests/unit/count_allocations.h"
 #include "tests/unit/surrogate/tabulated.h"
-
-// Counts allocations of this program, for the test of the hot path.
-namespace {
-std::atomic<long> g_allocations{0};
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 namespace grouser::surrogate {
 namespace {
