@@ -18,6 +18,8 @@ namespace {
 
 // Runs say nothing about more than twice their speed: Froude goes with v^2.
 constexpr double kFroudeReserve = 4;
+// With a speed axis they say nothing of more than a tenth beyond.
+constexpr double kFroudeReserveOfAxis = 1.1 * 1.1;
 // Forces go nearly with the load: a campaign at one load answers a little
 // beside it. The hull distance grows there all the same.
 constexpr double kLoadReserve = 1.1;
@@ -38,7 +40,8 @@ std::string StatusCounts(const std::vector<v1alpha1::RunSummary>& runs) {
          std::to_string(not_steady) + " not steady)";
 }
 
-v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& request) {
+v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& request,
+                            bool speed_axis) {
   v1alpha1::Domain d;
   std::vector<double> speeds;
   const double inf = std::numeric_limits<double>::infinity();
@@ -61,7 +64,8 @@ v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& requ
   d.set_load_max_n(load_max * kLoadReserve);
   d.set_speed_m_per_s(speeds[speeds.size() / 2]);
   const v1alpha1::Scene& scene = request.set.scene;
-  d.set_froude_max(kFroudeReserve * speeds.back() * speeds.back() /
+  const double reserve = speed_axis ? kFroudeReserveOfAxis : kFroudeReserve;
+  d.set_froude_max(reserve * speeds.back() * speeds.back() /
                    (scene.soil().gravity_m_per_s2() * scene.wheel().radius_m()));
   double overload = 0;
   for (const v1alpha1::RunSummary& run : request.set.runs) {
@@ -123,7 +127,8 @@ void CheckScene(const v1alpha1::Scene& scene) {
   positive(scene.soil().bulk_density_kg_per_m3(), "scene.soil.bulk_density_kg_per_m3");
 }
 
-void FillHead(const FitRequest& request, const std::vector<Row>& rows, v1alpha1::Model* model) {
+void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool speed_axis,
+              v1alpha1::Model* model) {
   const v1alpha1::Scene& scene = request.set.scene;
   model->set_name(request.name);
   model->set_rung(request.rung == v1alpha1::RUNG_UNSPECIFIED ? v1alpha1::RUNG_HYBRID
@@ -131,7 +136,7 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, v1alpha1:
   *model->mutable_soil() = scene.soil();
   *model->mutable_wheel() = scene.wheel();
   *model->mutable_rig() = scene.rig();
-  *model->mutable_domain() = MakeDomain(rows, request);
+  *model->mutable_domain() = MakeDomain(rows, request, speed_axis);
   model->set_averaging_length_m(MedianTravel(rows));
   v1alpha1::Provenance* p = model->mutable_provenance();
   p->mutable_runs()->Add(request.set.runs.begin(), request.set.runs.end());
@@ -166,16 +171,21 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   options.physics.unit_weight =
       scene.soil().bulk_density_kg_per_m3() * scene.soil().gravity_m_per_s2();
   options.physics.patch = patch.sd;
+  options.gravity_m_per_s2 = scene.soil().gravity_m_per_s2();
+  if (options.with_residual) {
+    options.speed = SpeedAxisOf(training, radius, options.gravity_m_per_s2);
+  }
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
   const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
   const Calibration calibration = Calibrate(left_out, patch, radius);
 
   v1alpha1::Model model;
-  FillHead(request, training, &model);
+  FillHead(request, training, options.speed.present(), &model);
   if (trained.with_physics) SetBekker(trained.physics, &model);
   const Table table = Tabulate(trained, model.domain().load_min_n(), model.domain().load_max_n());
   SetResidual(table.axes, table.coefficients, &model);
+  if (options.speed.present()) SetSpeed(options.speed, table.rates, &model);
   SetUncertainty(calibration, patch, radius, &model);
   const std::unique_ptr<TabulatedModel> made = MakeScalar(model);
   SetFormError(*made, &model);

@@ -7,7 +7,7 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kJitter = 1e-6;       // of the prior variance
+constexpr double kJitter = 1e-6;  // of the prior variance
 constexpr double kDistanceRidge = 0.01;
 
 double Matern(double d2) {
@@ -34,8 +34,8 @@ double SymmetricKernel(const FieldPoint& a, const FieldPoint& b, ResidualTable::
   return sum;
 }
 
-Eigen::MatrixXd KernelMatrix(const std::vector<FieldPoint>& points,
-                             ResidualTable::Parity parity, double length, double load_length) {
+Eigen::MatrixXd KernelMatrix(const std::vector<FieldPoint>& points, ResidualTable::Parity parity,
+                             double length, double load_length) {
   const int n = static_cast<int>(points.size());
   Eigen::MatrixXd k(n, n);
   for (int i = 0; i < n; ++i) {
@@ -43,6 +43,17 @@ Eigen::MatrixXd KernelMatrix(const std::vector<FieldPoint>& points,
       k(i, j) = k(j, i) = SymmetricKernel(points[i], points[j], parity, length, load_length);
     }
   }
+  return k;
+}
+
+/// k without its noise, from both matrices of s.
+Eigen::MatrixXd Covariance(const std::vector<FieldPoint>& points, const Eigen::MatrixXd& plain,
+                           const Eigen::MatrixXd& rate, const FieldSettings& s) {
+  Eigen::MatrixXd k = Square(s.amplitude) * plain;
+  if (s.rate_amplitude == 0) return k;
+  Eigen::VectorXd u(k.rows());
+  for (Eigen::Index i = 0; i < u.size(); ++i) u(i) = points[i].u;
+  k += Square(s.rate_amplitude) * (u.asDiagonal() * rate * u.asDiagonal());
   return k;
 }
 
@@ -70,8 +81,7 @@ double LeaveOneOutDensity(const Eigen::MatrixXd& covariance, const Eigen::Vector
 }  // namespace
 
 FieldPoint MakeFieldPoint(const Canonical& s, double load_n) {
-  const double norm =
-      std::sqrt(s.forward * s.forward + s.lateral * s.lateral + s.rim * s.rim);
+  const double norm = std::sqrt(s.forward * s.forward + s.lateral * s.lateral + s.rim * s.rim);
   return {{s.forward / norm, s.lateral / norm, s.rim / norm}, std::log(load_n)};
 }
 
@@ -86,12 +96,15 @@ ResidualField::ResidualField(std::vector<FieldPoint> points, const Eigen::Vector
                              const Eigen::VectorXd& noise, ResidualTable::Parity parity,
                              const FieldSettings& settings)
     : points_(std::move(points)), parity_(parity), settings_(settings) {
-  if (settings.amplitude <= 0 || points_.empty()) return;
-  Eigen::MatrixXd covariance =
-      Square(settings.amplitude) *
-      KernelMatrix(points_, parity, settings.length, settings.load_length);
+  if ((settings.amplitude <= 0 && settings.rate_amplitude <= 0) || points_.empty()) return;
+  const auto kernel = [&](double length) {
+    return KernelMatrix(points_, parity, length, settings.load_length);
+  };
+  const Eigen::MatrixXd rate =
+      settings.rate_amplitude > 0 ? kernel(settings.rate_length) : Eigen::MatrixXd();
+  Eigen::MatrixXd covariance = Covariance(points_, kernel(settings.length), rate, settings);
   covariance.diagonal() += NoiseVariance(noise, settings);
-  weights_ = Square(settings.amplitude) * covariance.llt().solve(values);
+  weights_ = covariance.llt().solve(values);
 }
 
 double ResidualField::Mean(const FieldPoint& at) const {
@@ -100,33 +113,86 @@ double ResidualField::Mean(const FieldPoint& at) const {
     sum += weights_(i) *
            SymmetricKernel(at, points_[i], parity_, settings_.length, settings_.load_length);
   }
-  return sum;
+  sum *= Square(settings_.amplitude);
+  return at.u == 0 ? sum : sum + at.u * Rate(at);
 }
+
+double ResidualField::Rate(const FieldPoint& at) const {
+  if (settings_.rate_amplitude == 0) return 0;
+  double sum = 0;
+  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
+    sum += weights_(i) * points_[i].u *
+           SymmetricKernel(at, points_[i], parity_, settings_.rate_length, settings_.load_length);
+  }
+  return Square(settings_.rate_amplitude) * sum;
+}
+
+namespace {
+
+/// The best of the candidates that came by.
+class Contest {
+ public:
+  Contest(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
+          const Eigen::VectorXd& noise)
+      : points_(points), values_(values), noise_(noise) {}
+
+  void Enter(const Eigen::MatrixXd& plain, const Eigen::MatrixXd& rate, const FieldSettings& s) {
+    Eigen::MatrixXd covariance = Covariance(points_, plain, rate, s);
+    covariance.diagonal() += NoiseVariance(noise_, s);
+    const double density = LeaveOneOutDensity(covariance, values_);
+    // A later candidate must earn its place: a thousandth a value.
+    if (density <= best_density_ + 1e-3 * static_cast<double>(points_.size())) return;
+    best_density_ = density;
+    best_ = s;
+  }
+  const FieldSettings& best() const { return best_; }
+
+ private:
+  const std::vector<FieldPoint>& points_;
+  const Eigen::VectorXd &values_, &noise_;
+  FieldSettings best_;
+  double best_density_ = -std::numeric_limits<double>::infinity();
+};
+
+double RootMeanSquareOfU(const std::vector<FieldPoint>& points) {
+  double sum = 0;
+  for (const FieldPoint& p : points) sum += p.u * p.u / static_cast<double>(points.size());
+  return std::sqrt(sum);
+}
+
+}  // namespace
 
 FieldSettings SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise, ResidualTable::Parity parity) {
   const double size = std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
-  FieldSettings best;
-  double best_density = -std::numeric_limits<double>::infinity();
-  const auto n = static_cast<Eigen::Index>(points.size());
-  for (const double length : {0.25, 0.45, 0.8, 1.4}) {
-    for (const double load_length : {0.7, 2.0}) {
-      const Eigen::MatrixXd kernel = KernelMatrix(points, parity, length, load_length);
+  const double spread = RootMeanSquareOfU(points);
+  Contest contest(points, values, noise);
+  for (const double load_length : {0.7, 2.0}) {
+    const auto kernel = [&](double length) {
+      return KernelMatrix(points, parity, length, load_length);
+    };
+    std::vector<std::pair<double, Eigen::MatrixXd>> rates;
+    for (const double length : {0.8, 1.4, 2.5}) {
+      if (spread > 0) rates.emplace_back(length, kernel(length));
+    }
+    for (const double length : {0.25, 0.45, 0.8, 1.4}) {
+      const Eigen::MatrixXd plain = kernel(length);
       for (const double amplitude : {0.0, 0.25, 0.5, 1.0, 2.0}) {
         for (const double lack : {0.0, 0.25, 0.5, 1.0}) {
-          const FieldSettings s{length, load_length, amplitude * size, lack * size};
-          Eigen::MatrixXd covariance = Square(s.amplitude) * kernel;
-          covariance.diagonal() += NoiseVariance(noise, s);
-          const double density = LeaveOneOutDensity(covariance, values);
-          // A later candidate must earn its place: a thousandth a value.
-          if (density <= best_density + 1e-3 * static_cast<double>(n)) continue;
-          best_density = density;
-          best = s;
+          FieldSettings s{length, load_length, amplitude * size, lack * size};
+          contest.Enter(plain, {}, s);
+          for (const auto& [rate_length, rate] : rates) {
+            for (const double rate_amplitude : {0.25, 0.5, 1.0}) {
+              s.rate_length = rate_length;
+              s.rate_amplitude = rate_amplitude * size / spread;
+              contest.Enter(plain, rate, s);
+            }
+          }
         }
       }
     }
   }
-  return best;
+  return contest.best();
 }
 
 HullDistance::HullDistance(std::vector<FieldPoint> points, double length, double load_length)

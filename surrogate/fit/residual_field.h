@@ -11,24 +11,29 @@
 namespace grouser::surrogate {
 
 /// A wheel state where the residual lives: the canonical direction of
-/// (v_x, v_y, r w) on the unit sphere, and ln load.
+/// (v_x, v_y, r w) on the unit sphere, and ln load; SpeedAxis' u.
 struct FieldPoint {
   std::array<double, 3> direction;
   double log_load;
+  double u = 0;
 };
 FieldPoint MakeFieldPoint(const Canonical& state, double load_n);
 FieldPoint MakeFieldPoint(const ChartPoint& chart, double log_load);
 
 /// Kernel ridge regression of one channel (equally: the mean of a Gaussian
-/// process), k(a, b) = amplitude^2 sum_g chi(g) m(d(a, g b)), g over the mirrors
-/// {1, x, y, xy}, chi the channel's signs, so that the result has the mirror
-/// symmetries exactly; m Matern 5/2, d^2 = |e_a - e_b|^2/length^2 +
-/// (ln load_a - ln load_b)^2/load_length^2. Values fade to 0 away from the data.
+/// process),
+///   k(a, b) = amplitude^2 s(a, b; length) + rate_amplitude^2 u_a u_b s(a, b; rate_length),
+///   s(a, b; l) = sum_g chi(g) m(d(a, g b; l)), g over the mirrors {1, x, y, xy},
+/// chi the channel's signs, so that the result has the mirror symmetries exactly; m
+/// Matern 5/2, d^2 = |e_a - e_b|^2/l^2 + (ln load_a - ln load_b)^2/load_length^2. The
+/// mean is thus T + u T_rate. Values fade to 0 away from the data.
 struct FieldSettings {
   double length = 0.5;        ///< on the sphere [-]; slip 0 to 1 is 0.77 apart
   double load_length = 1.5;   ///< in ln load
   double amplitude = 0;       ///< prior sd of the residual, 0: no residual
   double lack_of_fit = 0;     ///< sd of what the field does not follow
+  double rate_length = 1;     ///< as length, of T_rate
+  double rate_amplitude = 0;  ///< prior sd of T_rate, 0: none
 };
 
 class ResidualField {
@@ -38,7 +43,8 @@ class ResidualField {
                 const Eigen::VectorXd& noise, ResidualTable::Parity parity,
                 const FieldSettings& settings);
 
-  double Mean(const FieldPoint& at) const;
+  double Mean(const FieldPoint& at) const;  ///< T + u T_rate
+  double Rate(const FieldPoint& at) const;  ///< T_rate
 
  private:
   std::vector<FieldPoint> points_;
@@ -48,7 +54,7 @@ class ResidualField {
 };
 
 /// Ridge strength and lengths by the leave-one-out predictive density (in
-/// closed form), over a fixed set of candidates.
+/// closed form), over a fixed set of candidates; a rate only where some u is not 0.
 FieldSettings SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise, ResidualTable::Parity parity);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "surrogate/models/spline.h"
 
@@ -12,9 +14,17 @@ namespace {
 constexpr std::array kResidualOutputs = {kFx, kFy, kTorque, kMz, kSinkage};
 constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
 
-FieldPoint PointOf(const Row& row) {
-  return MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
-                        row.load_n);
+double FroudeOf(const Row& row, double radius_m, double gravity_m_per_s2) {
+  const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+  return state.speed * state.speed / (gravity_m_per_s2 * radius_m);
+}
+
+FieldPoint PointOf(const Row& row, const WheelGeometry& wheel, const SpeedAxis& speed,
+                   double gravity) {
+  FieldPoint point =
+      MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed), row.load_n);
+  if (speed.present()) point.u = speed.At(FroudeOf(row, wheel.radius_m, gravity));
+  return point;
 }
 
 // Means of a mirrored state as those of its canonical one.
@@ -47,9 +57,24 @@ double SmoothStep(double x) {
 
 }  // namespace
 
+SpeedAxis SpeedAxisOf(const std::vector<Row>& rows, double radius_m, double gravity_m_per_s2) {
+  constexpr double kSameSpeed = 1.1 * 1.1;  // in Froude numbers
+  double low = std::numeric_limits<double>::infinity(), high = 0, sum = 0;
+  for (const Row& row : rows) {
+    const double froude = FroudeOf(row, radius_m, gravity_m_per_s2);
+    low = std::min(low, froude);
+    high = std::max(high, froude);
+    sum += froude;
+  }
+  if (rows.empty() || !(high > kSameSpeed * low)) return {};
+  return {sum / static_cast<double>(rows.size()), high};
+}
+
 Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm) {
   Trained result;
   result.with_physics = options.with_physics;
+  result.speed = options.speed;
+  result.gravity_m_per_s2 = options.gravity_m_per_s2;
   if (options.with_physics) {
     result.physics =
         FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
@@ -61,7 +86,7 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
   for (Eigen::Index i = 0; i < n; ++i) {
     const Row& row = rows[i];
     const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
-    points.push_back(PointOf(row));
+    points.push_back(PointOf(row, options.wheel, options.speed, options.gravity_m_per_s2));
     BekkerModel::Answer answer{};
     if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
     for (int o = 0; o < kOutputs; ++o) {
@@ -92,7 +117,7 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
 
 Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row& at) {
   const Canonical state = ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed);
-  const FieldPoint point = MakeFieldPoint(state, at.load_n);
+  const FieldPoint point = PointOf(at, wheel, trained.speed, trained.gravity_m_per_s2);
   Prediction result;
   result.physics = {};
   if (trained.with_physics) {
@@ -121,7 +146,7 @@ Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
   table.axes.log_load_min = low - margin;
   table.axes.log_load_max = high + margin;
   const std::vector<TableNode> nodes = TableNodes(table.axes);
-  std::array<std::vector<double>, ResidualTable::kChannels> values;
+  std::array<std::vector<double>, ResidualTable::kChannels> values, rates;
   for (const TableNode& node : nodes) {
     const FieldPoint point = MakeFieldPoint(node.chart, node.log_load);
     const double fade = margin == 0
@@ -131,15 +156,18 @@ Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
     for (int o = 0; o < kOutputs; ++o) {
       const bool load = o == kFz && !trained.with_physics;
       values[o].push_back(load ? 1 : fade * trained.fields[o].Mean(point));
+      rates[o].push_back(fade * trained.fields[o].Rate(point));
     }
     const double distance = trained.distance->At(point);
     values[ResidualTable::kDistance].push_back(1 - fade * (1 - distance));
   }
   for (int c = 0; c < ResidualTable::kChannels; ++c) {
-    const bool zero =
-        std::all_of(values[c].begin(), values[c].end(), [](double v) { return v == 0; });
-    if (zero) continue;  // an empty channel
-    table.coefficients[c] = InterpolateTable(table.axes, ResidualTable::ParityOf(c), values[c]);
+    for (const auto& [from, to] :
+         {std::pair{&values[c], &table.coefficients[c]}, std::pair{&rates[c], &table.rates[c]}}) {
+      const bool zero = std::all_of(from->begin(), from->end(), [](double v) { return v == 0; });
+      if (zero) continue;  // an empty channel
+      *to = InterpolateTable(table.axes, ResidualTable::ParityOf(c), *from);
+    }
   }
   return table;
 }

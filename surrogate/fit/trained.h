@@ -17,6 +17,8 @@ struct Trained {
   std::array<FieldSettings, kOutputs> settings;
   std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
+  SpeedAxis speed;  ///< of the fields
+  double gravity_m_per_s2;
 };
 
 struct TrainOptions {
@@ -24,7 +26,13 @@ struct TrainOptions {
   BekkerFitOptions physics;   ///< its `patch` is the noise of the fields too
   bool with_residual = true;  ///< false: the bekker rung
   bool with_physics = true;   ///< false: the lookup rung
+  SpeedAxis speed;            ///< of all runs, those left out included; may be none
+  double gravity_m_per_s2 = 9.81;
 };
+
+/// The speed axis of runs at speeds that differ by more than a tenth: reference, the
+/// mean of their Froude numbers. None, where they do not differ.
+SpeedAxis SpeedAxisOf(const std::vector<Row>& rows, double radius_m, double gravity_m_per_s2);
 
 /// Fits physics, then the fields to what it leaves. `warm`: start from its
 /// physics and keep its field settings (cross-validation), or null.
@@ -42,6 +50,7 @@ Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row
 struct Table {
   TableAxes axes;
   TableCoefficients coefficients;
+  TableCoefficients rates;  ///< all empty without a speed axis
 };
 Table Tabulate(const Trained& trained, double load_min_n, double load_max_n);
 

@@ -261,7 +261,7 @@ std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs) {
 
 StateKey KeyOf(const Row& row) {
   return {std::lround(row.slip * 1e3), std::lround(row.attack_angle_rad * 1e3),
-          std::lround(row.load_n * 1e3)};
+          std::lround(row.load_n * 1e3), std::lround(row.source->speed_m_per_s() * 1e3)};
 }
 
 }  // namespace grouser::surrogate

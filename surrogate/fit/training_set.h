@@ -63,7 +63,7 @@ std::vector<Row> RowsOf(const std::vector<v1alpha1::RunSummary>& runs, v1alpha1:
 std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs);
 
 /// Equal for all seeds of one state.
-using StateKey = std::tuple<long, long, long>;
+using StateKey = std::tuple<long, long, long, long>;
 StateKey KeyOf(const Row& row);
 
 /// Unit of a deviation: load, load r or r; by which outputs become comparable.

@@ -48,6 +48,20 @@ int Intervals(const v1alpha1::Model& model, const char* field,
 
 using Channels = std::array<std::span<const double>, ResidualTable::kChannels>;
 
+Channels ChannelsOf(const v1alpha1::Model& model, const char* field,
+                    const google::protobuf::RepeatedPtrField<v1alpha1::DoubleArray>& arrays) {
+  if (arrays.size() != ResidualTable::kChannels) {
+    Fail(model, std::string("residual.") + field + ": " + std::to_string(arrays.size()) +
+                    " channels, expected " + std::to_string(ResidualTable::kChannels));
+  }
+  Channels channels;
+  for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    const auto& values = arrays[c].values();
+    channels[c] = {values.data(), static_cast<std::size_t>(values.size())};
+  }
+  return channels;
+}
+
 /// Calls make(axes, channels) with the table of a message that has one.
 template <class Make>
 auto WithTable(const v1alpha1::Model& model, const Make& make) {
@@ -58,16 +72,22 @@ auto WithTable(const v1alpha1::Model& model, const Make& make) {
   axes.load = Intervals(model, "log_load_knots", message.log_load_knots());
   axes.log_load_min = message.log_load_knots(0);
   axes.log_load_max = message.log_load_knots(axes.load);
-  if (message.coefficients_size() != ResidualTable::kChannels) {
-    Fail(model, "residual.coefficients: " + std::to_string(message.coefficients_size()) +
-                    " channels, expected " + std::to_string(ResidualTable::kChannels));
+  return make(axes, ChannelsOf(model, "coefficients", message.coefficients()));
+}
+
+/// The speed axis; none where the message has no rates.
+struct Speed {
+  SpeedAxis axis;
+  Channels rates;
+};
+Speed SpeedOf(const v1alpha1::Model& model) {
+  const v1alpha1::ResidualTable& message = model.residual();
+  if (message.rate_coefficients().empty()) return {};
+  if (!(message.froude_max() > 0)) {
+    Fail(model, "residual.froude_max: expected a positive number beside rate_coefficients");
   }
-  Channels channels;
-  for (int c = 0; c < ResidualTable::kChannels; ++c) {
-    const auto& values = message.coefficients(c).values();
-    channels[c] = {values.data(), static_cast<std::size_t>(values.size())};
-  }
-  return make(axes, channels);
+  return {{message.froude_reference(), message.froude_max()},
+          ChannelsOf(model, "rate_coefficients", message.rate_coefficients())};
 }
 
 ResidualTable MakeTable(const v1alpha1::Model& model) {
@@ -171,10 +191,12 @@ std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
   CheckHead(model);
   if (model.residual().coefficients().empty()) Fail(model, "residual: expected a table");
   try {
+    const Speed speed = SpeedOf(model);
     return WithTable(model, [&](const TableAxes& axes, const Channels& channels) {
       return std::make_unique<LookupModel>(
           axes, channels, MakeHull(model), MakeUncertainty(model),
-          WheelGeometry{model.wheel().radius_m(), model.wheel().width_m()});
+          WheelGeometry{model.wheel().radius_m(), model.wheel().width_m()}, speed.axis,
+          speed.rates);
     });
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());
@@ -189,7 +211,15 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
   try {
     const BekkerModel physics(ReadBekker(model.bekker()),
                               {model.wheel().radius_m(), model.wheel().width_m()});
-    return HybridModel(physics, MakeTable(model), MakeHull(model), MakeUncertainty(model));
+    const Speed speed = SpeedOf(model);
+    if (!speed.axis.present()) {
+      return HybridModel(physics, MakeTable(model), MakeHull(model), MakeUncertainty(model));
+    }
+    ResidualTable rates = WithTable(model, [&](const TableAxes& axes, const Channels&) {
+      return ResidualTable(axes, speed.rates);
+    });
+    return HybridModel(physics, MakeTable(model), std::move(rates), speed.axis, MakeHull(model),
+                       MakeUncertainty(model));
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());
   }

@@ -17,6 +17,9 @@ using TableCoefficients = std::array<std::vector<double>, ResidualTable::kChanne
 void SetBekker(const BekkerParameters& parameters, v1alpha1::Model* model);
 void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
                  v1alpha1::Model* model);
+/// The speed axis: coefficients per unit of Froude number on the axes of SetResidual,
+/// which comes first (it clears them).
+void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::Model* model);
 /// Evaluates the model at 24 states over its domain and stores the answers as
 /// golden vectors, replacing older ones. Throws as MakeModel.
 void SetGoldenVectors(v1alpha1::Model* model);

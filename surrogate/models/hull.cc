@@ -1,6 +1,7 @@
 #include "surrogate/models/hull.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -34,7 +35,12 @@ bool Hull::Outside(const Canonical& s, double load) const noexcept {
          load > box_.load_max_n * (1 + kEdge);
 }
 
-double Hull::Excess(const Canonical& s, double load) const noexcept {
+double Hull::Fastest(double radius_m) const noexcept {
+  if (!(box_.froude_max > 0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(box_.froude_max * box_.gravity_m_per_s2 * radius_m);
+}
+
+double Hull::Excess(const Canonical& s, double load, double radius_m) const noexcept {
   // Slip and attack angle jump where a mirror takes over (v_x = 0). Braking
   // excess is weighted by the share of v_x, driving excess by that of the rim,
   // which is even there; |v_y|/M stands for the angle.
@@ -45,12 +51,14 @@ double Hull::Excess(const Canonical& s, double load) const noexcept {
   const double most_lateral =
       box_.attack_angle_max_rad < std::numbers::pi / 2 ? std::sin(box_.attack_angle_max_rad) : 1.0;
   const auto beyond = [](double over) { return over > 0 ? over : 0.0; };
+  const double fast = beyond(s.speed / Fastest(radius_m) - 1);
   return (beyond(box_.slip_min - (s.rim - s.forward)) * hub_share +
           beyond(driving - box_.slip_max) * rim_share) /
              kSlipReach +
          beyond(s.lateral - most_lateral) / kLateralReach +
          (beyond(std::log(box_.load_min_n / load)) + beyond(std::log(load / box_.load_max_n))) /
-             kLogLoadReach;
+             kLogLoadReach +
+         std::fmin(fast, kMostSpeedExcess) / kSpeedReach;
 }
 
 void Hull::AddUncertainty(double distance, double load, WheelAnswer* answer) const noexcept {

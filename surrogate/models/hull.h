@@ -17,6 +17,19 @@ struct HullBox {
   double gravity_m_per_s2 = 9.81;
 };
 
+/// How answers go with the Froude number Fr = M^2/(g r), M = max(|r w|, V): by
+/// u = min(Fr, high) - reference, in proportion. Inertia of the soil that a wheel
+/// moves goes with the square of the speed, beside what rests on friction alone
+/// (the two terms of dynamic resistive-force theory: Agarwal et al. 2021,
+/// Science Advances 7).
+struct SpeedAxis {
+  double reference = 0;  ///< Froude number that the table itself stands for
+  double high = 0;       ///< largest of the runs; 0: answers do not depend on speed
+
+  bool present() const { return high > 0; }
+  double At(double froude) const noexcept { return (froude < high ? froude : high) - reference; }
+};
+
 /// Uncertainty per output, at the middle load sqrt(load_min load_max).
 struct Uncertainty {
   std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
@@ -43,20 +56,28 @@ class Hull {
   static constexpr double kEdge = 1e-9;            // rounding at the hull's faces
   // One unit of hull distance beyond the box; by judgement, not fitted.
   static constexpr double kSlipReach = 0.15, kLateralReach = 0.15, kLogLoadReach = 0.3;
-  static constexpr double kFarFromRuns = 0.5;  // hull distance that is flagged
+  static constexpr double kSpeedReach = 0.5;       // of the speed above which kRate is set
+  static constexpr double kMostSpeedExcess = 1e6;  // beyond, intervals grow no more
+  static constexpr double kFarFromRuns = 0.5;      // hull distance that is flagged
 
   /// Throws std::invalid_argument "domain: ..." or "soil: ..." if unusable.
   Hull(const HullBox& box, const Uncertainty& uncertainty);
 
   bool Outside(const Canonical& state, double load) const noexcept;
-  /// How far a state is beyond the box, in units of hull distance: 0 inside,
-  /// continuous, growing without bound, so that intervals do too.
-  double Excess(const Canonical& state, double load) const noexcept;
+  /// How far a state is beyond the box, its loads and (radius_m) its speeds, in units of hull
+  /// distance: 0 inside, continuous, growing without bound, so that intervals do too.
+  double Excess(const Canonical& state, double load, double radius_m) const noexcept;
   void AddUncertainty(double distance, double load, WheelAnswer* answer) const noexcept;
 
   const HullBox& box() const { return box_; }
   const Uncertainty& uncertainty() const { return uncertainty_; }
   double middle_load() const { return middle_load_; }
+  /// Froude number of a speed M [m/s].
+  double Froude(double speed, double radius_m) const noexcept {
+    return speed * speed / (box_.gravity_m_per_s2 * radius_m);
+  }
+  /// Speed [m/s] above which kRate is set; infinite where it never is.
+  double Fastest(double radius_m) const noexcept;
 
  private:
   HullBox box_;

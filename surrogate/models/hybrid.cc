@@ -32,6 +32,28 @@ double ScaleOf(int output, double load, double radius) {
   return output == kTorque || output == kMz ? load * radius : load;
 }
 
+using Channels = std::array<std::vector<double>, ResidualTable::kChannels>;
+
+void Append(const std::array<double, ResidualTable::kChannels>& node, Channels* channels) {
+  for (int c = 0; c < ResidualTable::kChannels; ++c) (*channels)[c].push_back(node[c]);
+}
+
+std::array<std::span<const double>, ResidualTable::kChannels> Spans(const Channels& channels) {
+  std::array<std::span<const double>, ResidualTable::kChannels> spans;
+  for (int c = 0; c < ResidualTable::kChannels; ++c) spans[c] = channels[c];
+  return spans;
+}
+
+// Values at nodes to coefficients.
+void InterpolateChannels(const TableAxes& axes, Channels* channels) {
+  for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    // Across the pole a state meets its mirror in x.
+    const ResidualTable::Parity parity = ResidualTable::ParityOf(c);
+    const SplineEnds ends{parity.x > 0 ? SplineEnd::kEven : SplineEnd::kOdd, SplineEnd::kFree};
+    (*channels)[c] = InterpolateTable(axes, parity, (*channels)[c], ends);
+  }
+}
+
 // Knots of `fine` contain those of the residual's axis of `coarse` intervals.
 int Multiple(int coarse, int at_least) { return coarse * ((at_least + coarse - 1) / coarse); }
 
@@ -42,6 +64,26 @@ HybridModel::HybridModel(const BekkerModel& physics, ResidualTable table, const 
     : TabulatedModel(Hull(hull, uncertainty), physics.wheel().radius_m),
       physics_(physics),
       table_(std::move(table)) {}
+
+HybridModel::HybridModel(const BekkerModel& physics, ResidualTable table, ResidualTable rate,
+                         const SpeedAxis& speed, const HullBox& hull,
+                         const Uncertainty& uncertainty)
+    : HybridModel(physics, std::move(table), hull, uncertainty) {
+  CheckSpeedAxis(speed, table_.axes(), rate.axes());
+  rate_ = std::move(rate);
+  speed_ = speed;
+}
+
+std::array<double, ResidualTable::kChannels> HybridModel::Residual(const Canonical& state,
+                                                                   double log_load) const noexcept {
+  const ChartPoint chart = ToChart(state);
+  auto channels = table_.Evaluate(chart, log_load);
+  if (!speed_.present()) return channels;
+  const double u = speed_.At(domain().Froude(state.speed, physics_.wheel().radius_m));
+  const auto rate = rate_.Evaluate(chart, log_load);
+  for (int c = 0; c < ResidualTable::kChannels; ++c) channels[c] += u * rate[c];
+  return channels;
+}
 
 HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_speed,
                                              double load) const noexcept {
@@ -58,7 +100,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   const Canonical state = ToCanonical(v_x, v_y, rim_speed);
   const BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
   const double radius = physics_.wheel().radius_m, log_load = std::log(load);
-  const auto rest = table_.Evaluate(ToChart(state), log_load);
+  const auto rest = Residual(state, log_load);
   answer.value = trend.value;
   for (int o = 0; o < kOutputs; ++o) answer.value[o] += ScaleOf(o, load, radius) * rest[o];
   if (answer.value[kSinkage] < 0) {
@@ -68,10 +110,9 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   ApplyMirrors(state, &answer.value);
 
   if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
-  const double froude = state.speed * state.speed / (hull().gravity_m_per_s2 * radius);
-  if (hull().froude_max > 0 && froude > hull().froude_max) answer.flags |= kRate;
+  if (state.speed > domain().Fastest(radius)) answer.flags |= kRate;
   double distance = rest[ResidualTable::kDistance] > 0 ? rest[ResidualTable::kDistance] : 0;
-  distance += domain().Excess(state, load);
+  distance += domain().Excess(state, load, radius);
   if (domain().Outside(state, load) || distance > Hull::kFarFromRuns ||
       answer.value[kSinkage] > Hull::kOverloadSinkage * radius) {
     answer.flags |= kExtrapolated;
@@ -128,24 +169,23 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   const TableAxes axes{resolution.direction, resolution.lateral, before + after,
                        anchor - before * step, anchor + after * step};
 
-  std::array<std::vector<double>, ResidualTable::kChannels> values;
+  Channels values, rate;
   std::vector<double> margin;
   for (const TableNode& node : TableNodes(axes)) {
     margin.push_back(Margin(FromChart(node.chart), std::exp(node.log_load)));
-    const auto channels = AtNode(node.chart, node.log_load);
-    for (int c = 0; c < ResidualTable::kChannels; ++c) values[c].push_back(channels[c]);
+    Append(AtNode(node.chart, node.log_load), &values);
+    if (speed_.present()) Append(rate_.Evaluate(node.chart, node.log_load), &rate);
   }
-  std::array<std::span<const double>, ResidualTable::kChannels> spans;
-  for (int c = 0; c < ResidualTable::kChannels; ++c) {
-    // Across the pole a state meets its mirror in x.
-    const ResidualTable::Parity parity = ResidualTable::ParityOf(c);
-    const SplineEnds ends{parity.x > 0 ? SplineEnd::kEven : SplineEnd::kOdd, SplineEnd::kFree};
-    values[c] = InterpolateTable(axes, parity, values[c], ends);
-    spans[c] = values[c];
-  }
+  InterpolateChannels(axes, &values);
   const SplineEnds even{SplineEnd::kEven, SplineEnd::kFree};
   margin = InterpolateTable(axes, {1, 1}, margin, even);
-  SetTable(ResponseTable(axes, spans, margin), /*blended=*/true);
+  ResponseTable table(axes, Spans(values), margin);
+  if (speed_.present()) {
+    InterpolateChannels(axes, &rate);
+    rate[ResidualTable::kDistance].clear();
+    table.AddSpeed(speed_, Spans(rate));
+  }
+  SetTable(std::move(table), /*blended=*/true);
 }
 
 }  // namespace grouser::surrogate

@@ -32,6 +32,10 @@ class HybridModel final : public TabulatedModel {
 
   HybridModel(const BekkerModel& physics, ResidualTable table, const HullBox& hull,
               const Uncertainty& uncertainty);
+  /// With a speed axis: s (T + u T_rate) instead of s T, u by SpeedAxis::At. T_rate
+  /// has T's axes; throws std::invalid_argument "speed axis: ..." if not.
+  HybridModel(const BekkerModel& physics, ResidualTable table, ResidualTable rate,
+              const SpeedAxis& speed, const HullBox& hull, const Uncertainty& uncertainty);
 
   /// Solves the physics at the nodes of a grid, adds the residual (which the
   /// grid's splines hold exactly, its knots being among theirs) and lets
@@ -54,13 +58,17 @@ class HybridModel final : public TabulatedModel {
   double ShareOff(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
  private:
+  /// T + u T_rate.
+  std::array<double, ResidualTable::kChannels> Residual(const Canonical& state,
+                                                        double log_load) const noexcept;
   /// Per load, per load and radius, per radius; then the hull distance.
   std::array<double, ResidualTable::kChannels> AtNode(const ChartPoint& chart,
                                                       double log_load) const noexcept;
   double Margin(const Canonical& state, double load) const noexcept;
 
   BekkerModel physics_;
-  ResidualTable table_;
+  ResidualTable table_, rate_;  // rate_: empty without a speed axis
+  SpeedAxis speed_;
 };
 
 }  // namespace grouser::surrogate

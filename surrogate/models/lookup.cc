@@ -3,34 +3,44 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace grouser::surrogate {
 namespace {
 
 // Well inside what the kernel answers.
 constexpr double kLeastLoad = 1e-29, kMostLoad = 1e29;
+constexpr double kLeastSpeed = 1e-90, kMostSpeed = 1e90;
 
 }  // namespace
 
 LookupModel::LookupModel(
     const TableAxes& axes,
     const std::array<std::span<const double>, ResponseTable::kChannels>& coefficients,
-    const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel)
+    const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
+    const SpeedAxis& speed,
+    const std::array<std::span<const double>, ResponseTable::kChannels>& rate)
     : TabulatedModel(Hull(box, uncertainty), wheel.radius_m), wheel_(wheel) {
   if (!(wheel.radius_m > 0) || !std::isfinite(wheel.radius_m)) {
     throw std::invalid_argument("lookup: wheel radius: expected a positive length [m]");
   }
-  SetTable(ResponseTable(axes, coefficients), /*blended=*/false);
+  ResponseTable table(axes, coefficients);
+  if (speed.present()) {
+    CheckSpeedAxis(speed, axes, axes);
+    table.AddSpeed(speed, rate);
+  }
+  SetTable(std::move(table), /*blended=*/false);
 }
 
 WheelAnswer LookupModel::OffTable(double v_x, double v_y, double rim_speed,
                                   double load) const noexcept {
-  // Speeds and loads that single precision does not hold: the chart knows
-  // ratios alone, and the load's own end holds beyond it.
+  // Magnitudes that the kernel does not hold: the chart knows ratios of speeds
+  // alone, and beyond an end of the load or speed axis that end holds.
   const double most = std::max({std::fabs(v_x), std::fabs(v_y), std::fabs(rim_speed)});
   const bool rest = most == 0;
-  const double x = rest ? 1 : v_x / most, y = rest ? 0 : v_y / most;
-  const double rim = rest ? 1 : rim_speed / most;
+  const double speed = std::clamp(most, kLeastSpeed, kMostSpeed);
+  const double x = rest ? speed : v_x / most * speed, y = rest ? 0 : v_y / most * speed;
+  const double rim = rest ? speed : rim_speed / most * speed;
   const double bounded = std::clamp(load, kLeastLoad, kMostLoad), ratio = load / bounded;
   WheelAnswer answer;
   double value[kOutputs], high[kOutputs], fit[kOutputs], patch[kOutputs];
@@ -51,17 +61,12 @@ WheelAnswer LookupModel::OffTable(double v_x, double v_y, double rim_speed,
     answer.sd_fit[o] = scale * fit[o];
     answer.sd_patch[o] = scale * patch[o];
   }
-  const HullBox& box = domain().box();
-  answer.flags &= ~static_cast<std::uint32_t>(kRate);
-  if (!rest && box.froude_max > 0 &&
-      most > std::sqrt(box.froude_max * box.gravity_m_per_s2 * wheel_.radius_m)) {
-    answer.flags |= kRate;  // only magnitudes far from 1 come here
-  }
   if (rest) {
     for (const Output o : {kFx, kFy, kTorque, kMz}) answer.value[o] = 0;
     answer.value[kFz] = load;
     answer.flags |= kStatic | kExtrapolated;
-    domain().AddUncertainty(1 + domain().Excess(ToCanonical(1, 0, 1), load), load, &answer);
+    const double excess = domain().Excess(ToCanonical(speed, 0, speed), load, wheel_.radius_m);
+    domain().AddUncertainty(1 + excess, load, &answer);
   }
   return answer;
 }

@@ -10,7 +10,9 @@ namespace grouser::surrogate {
 
 /// A table of the whole answer, without physics beneath it.
 ///
-///   value = s T(state), s = load, load r or r; channels as ResidualTable's
+///   value = s (T(state) + u T_rate(state)), s = load, load r or r
+///
+/// channels as ResidualTable's; u by SpeedAxis::At, 0 without a speed axis.
 ///
 /// Beyond its load axis T keeps the values of the axis' end, flagged
 /// kExtrapolated with intervals that grow (Hull::Excess). A wheel at rest
@@ -22,7 +24,9 @@ class LookupModel final : public TabulatedModel {
   /// ResponseTable and Hull do, or for a radius that is not positive.
   LookupModel(const TableAxes& axes,
               const std::array<std::span<const double>, ResponseTable::kChannels>& coefficients,
-              const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel);
+              const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
+              const SpeedAxis& speed = {},
+              const std::array<std::span<const double>, ResponseTable::kChannels>& rate = {});
 
  protected:
   WheelAnswer OffTable(double v_x, double v_y, double rim_speed,

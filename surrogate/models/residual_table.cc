@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "surrogate/models/hull.h"
+
 namespace grouser::surrogate {
 namespace {
 
@@ -75,6 +77,17 @@ void CheckCoefficients(
       if (std::isfinite(source[i])) continue;
       throw std::invalid_argument(name + "[" + std::to_string(i) + "]: expected a finite number");
     }
+  }
+}
+
+void CheckSpeedAxis(const SpeedAxis& speed, const TableAxes& table, const TableAxes& rate) {
+  if (!(speed.high > 0) || !std::isfinite(speed.high) || !(speed.reference >= 0) ||
+      !(speed.reference <= speed.high)) {
+    throw std::invalid_argument(
+        "speed axis: froude_reference and froude_max: expected 0 <= reference <= max, max > 0");
+  }
+  if (!(table == rate)) {
+    throw std::invalid_argument("speed axis: its table has other axes than the answer's");
   }
 }
 

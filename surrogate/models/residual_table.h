@@ -13,6 +13,8 @@ namespace grouser::surrogate {
 /// direction [-pi/2, pi/2] and lateral [0, pi/2]: see ToChart;
 /// log_load: ln(load / 1 N).
 struct TableAxes {
+  bool operator==(const TableAxes&) const = default;
+
   int direction = 0, lateral = 0, load = 0;  ///< intervals, each at least 1
   double log_load_min = 0, log_load_max = 0;
 };
@@ -61,6 +63,11 @@ class ResidualTable {
   TableAxes axes_;
   std::vector<double> coefficients_;
 };
+
+struct SpeedAxis;
+/// Throws std::invalid_argument "speed axis: ..." unless it is present, finite, and
+/// its table stands on the axes of the other.
+void CheckSpeedAxis(const SpeedAxis& speed, const TableAxes& table, const TableAxes& rate);
 
 /// Throws std::invalid_argument where the constructor above does.
 void CheckCoefficients(

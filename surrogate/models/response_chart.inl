@@ -10,10 +10,13 @@ struct Scratch {
   float plane[kBlock];                                  // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
   float excess[kBlock], distance2[kBlock];
-  int node[kBlock];  // first float of the 4 x 4 x 4 nodes
+  float froude[kBlock], steepness[kBlock];  // SpeedAxis' u; 2/(g r) M below its end, else 0
+  float fast[kBlock];                       // by how much beyond the runs' speeds
+  float hub_first[kBlock];                  // 1: M is V, 0: it is |r w|
+  int node[kBlock];                         // first float of the 4 x 4 x 4 nodes
   float direction[kBlock], height[kBlock], log_load[kBlock];
   float weight[3][4][kBlock], slope[3][4][kBlock];
-  float channel[4][kGroup][kBlock];  // value, then by direction, lateral, log load
+  float channel[5][kGroup][kBlock];  // value, then by direction, lateral, log load; by u
 };
 
 // atan2(a, b) for a, b >= 0, 0 for both 0; error below 2e-7 (Cephes' atanf).
@@ -95,6 +98,26 @@ GROUSER_INLINE void ToCanonical(const Constants& c, Scratch* s, int n) {
   }
 }
 
+// Where the speed stands on its axis, and beyond the runs.
+template <bool kGradients>
+GROUSER_INLINE void ToSpeed(const Constants& c, Scratch* s, int n) {
+  const double per = c.froude_per_speed2, high = c.froude_high, reference = c.froude_reference;
+  const double inverse_fastest = c.inverse_fastest, most = c.most_fast;
+#pragma GCC ivdep
+  for (int i = 0; i < n; ++i) {
+    const double x = s->v_x[i], y = s->v_y[i], q = s->v_rim[i];
+    const double hub2 = x * x + y * y, rim2 = q * q;
+    const double speed2 = hub2 > rim2 ? hub2 : rim2;
+    const double speed = speed2 * s->inverse_speed[i];
+    const double froude = speed2 * per, beyond = speed * inverse_fastest - 1;
+    s->froude[i] = static_cast<float>((froude < high ? froude : high) - reference);
+    s->fast[i] = static_cast<float>(beyond > 0 ? (beyond < most ? beyond : most) : 0.0);
+    if (!kGradients) continue;
+    s->steepness[i] = static_cast<float>(froude < high ? 2 * per * speed : 0.0);
+    s->hub_first[i] = hub2 > rim2 ? 1.0f : 0.0f;
+  }
+}
+
 // Chart coordinates in node units, and Hull::Excess.
 GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
   constexpr float kPi = 3.14159265f;
@@ -119,7 +142,8 @@ GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
                     (driving > 0 ? driving : 0.0f) * (spin * inverse)) *
                        c.per_slip +
                    (lateral > 0 ? lateral : 0.0f) * c.per_lateral +
-                   ((light > 0 ? light : 0.0f) + (heavy > 0 ? heavy : 0.0f)) * c.per_log_load;
+                   ((light > 0 ? light : 0.0f) + (heavy > 0 ? heavy : 0.0f)) * c.per_log_load +
+                   s->fast[i] * c.per_fast;
   }
 }
 

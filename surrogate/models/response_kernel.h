@@ -27,6 +27,9 @@ enum Special : std::uint32_t {
 /// The table and the laws of Hull, in the form the kernel reads them.
 struct Constants {
   const float* nodes;                    // [direction + 3][lateral + 3][row][kGroup]
+  const float* rate;                     // the same per unit of Froude number; null: none
+  float froude_per_speed2;               // 1/(g r) [s^2/m^2]
+  float froude_reference, froude_high;   // SpeedAxis
   int direction_stride, lateral_stride;  // in floats
   int direction, lateral, load;          // intervals
   float log_load_min, load_per_log;      // node coordinate: (ln load - min) per_log
@@ -40,6 +43,8 @@ struct Constants {
   // Hull::Excess.
   float slip_min, slip_max, most_lateral, log_low, log_high;
   float per_slip, per_lateral, per_log_load;
+  double inverse_fastest, most_fast;  // by speed
+  float per_fast;
   float far, overload;  // kFarFromRuns; kOverloadSinkage
   float inside2[kOutputCount], growth2[kOutputCount], patch[kOutputCount], patch2[kOutputCount],
       factor[kOutputCount];

@@ -31,10 +31,11 @@ GROUSER_INLINE Lanes Line(const float* p, const float* w) {
 }
 
 // All channels of one state: the 4 x 4 x 4 nodes around it, load innermost.
-GROUSER_INLINE void SumValue(const Constants& c, const Scratch& s, int i, float* row) {
+GROUSER_INLINE void SumValue(const Constants& c, const float* nodes, const Scratch& s, int i,
+                             float* row) {
   const float *w_d = &s.weight[0][0][i], *w_l = &s.weight[1][0][i], *w_k = &s.weight[2][0][i];
   for (int lane = 0; lane < kGroup; lane += kWide) {
-    const float* corner = c.nodes + s.node[i] + lane;
+    const float* corner = nodes + s.node[i] + lane;
     Lanes sum{};
     for (int d = 0; d < 4; ++d) {
       const float* p = corner + d * c.direction_stride;
@@ -47,11 +48,12 @@ GROUSER_INLINE void SumValue(const Constants& c, const Scratch& s, int i, float*
 }
 
 // The same and its slopes by direction, lateral and log load.
-GROUSER_INLINE void SumSlopes(const Constants& c, const Scratch& s, int i, float* row) {
+GROUSER_INLINE void SumSlopes(const Constants& c, const float* nodes, const Scratch& s, int i,
+                              float* row) {
   const float *w_d = &s.weight[0][0][i], *w_l = &s.weight[1][0][i], *w_k = &s.weight[2][0][i];
   const float *s_d = &s.slope[0][0][i], *s_l = &s.slope[1][0][i], *s_k = &s.slope[2][0][i];
   for (int lane = 0; lane < kGroup; lane += kWide) {
-    const float* corner = c.nodes + s.node[i] + lane;
+    const float* corner = nodes + s.node[i] + lane;
     Lanes sum{}, by_d{}, by_l{}, by_k{};
     for (int d = 0; d < 4; ++d) {
       const float* p = corner + d * c.direction_stride;
@@ -71,6 +73,24 @@ GROUSER_INLINE void SumSlopes(const Constants& c, const Scratch& s, int i, float
     At(row + kSquare + lane) = by_d;
     At(row + 2 * kSquare + lane) = by_l;
     At(row + 3 * kSquare + lane) = by_k;
+  }
+}
+
+// Adds what the speed does; keeps the rate itself, the slope by u.
+template <bool kGradients>
+GROUSER_INLINE void AddSpeed(const Constants& c, const Scratch& s, int i, float* row) {
+  alignas(64) float rate[4 * kSquare];
+  if (kGradients) {
+    SumSlopes(c, c.rate, s, i, rate);
+  } else {
+    SumValue(c, c.rate, s, i, rate);
+  }
+  const float u = s.froude[i];
+  for (int lane = 0; lane < kGroup; lane += kWide) {
+    for (int k = 0; k < (kGradients ? 4 : 1); ++k) {
+      At(row + k * kSquare + lane) += u * At(rate + k * kSquare + lane);
+    }
+    if (kGradients) At(row + 4 * kSquare + lane) = At(rate + lane);
   }
 }
 
@@ -107,6 +127,7 @@ GROUSER_INLINE void Run(const Constants& c, Block* b, Scratch* s, Unwanted* unwa
   const int n = Padded(*b);
   Admit(c, b, s, n);
   ToCanonical(c, s, n);
+  ToSpeed<kGradients>(c, s, n);
   ToChart(c, s, n);
   for (int i = 0; i < n; ++i) s->node[i] = 0;
   ToWeights<kGradients>(s->direction, c.direction, c.direction_stride, 1, s->weight[0], s->slope[0],
@@ -114,17 +135,18 @@ GROUSER_INLINE void Run(const Constants& c, Block* b, Scratch* s, Unwanted* unwa
   ToWeights<kGradients>(s->height, c.lateral, c.lateral_stride, 1, s->weight[1], s->slope[1],
                         s->node, n);
   ToWeights<kGradients>(s->log_load, c.load, kGroup, 0, s->weight[2], s->slope[2], s->node, n);
-  alignas(64) float row[4 * kSquare] = {};
+  alignas(64) float row[5 * kSquare] = {};
   for (int first = 0; first < n; first += kGroup) {
     const int left = b->count - first, full = left < kGroup ? left : kGroup;
     for (int k = 0; k < full; ++k) {
       if (kGradients) {
-        SumSlopes(c, *s, first + k, row + k * kGroup);
+        SumSlopes(c, c.nodes, *s, first + k, row + k * kGroup);
       } else {
-        SumValue(c, *s, first + k, row + k * kGroup);
+        SumValue(c, c.nodes, *s, first + k, row + k * kGroup);
       }
+      if (c.rate) AddSpeed<kGradients>(c, *s, first + k, row + k * kGroup);
     }
-    for (int k = 0; k < (kGradients ? 4 : 1); ++k) {
+    for (int k = 0; k < (kGradients ? 5 : 1); ++k) {
       Transpose(row + k * kSquare, s->channel[k], first);
     }
   }

@@ -69,7 +69,8 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
 // (p, y, r), rho = hypot(p, r) and R^2 = rho^2 + y^2:
 //   d direction = (p dr - r dp)/rho^2,
 //   d lateral   = (rho dy - y (p dp + r dr)/rho)/R^2;
-// the table is homogeneous of degree 0, so that 1/M is all that M adds.
+// the table is homogeneous of degree 0, so that 1/M is all that M adds. On a speed
+// axis du = 2 M dM/(g r), where M is V: M dM = v_x dv_x + v_y dv_y, else r w d(r w).
 template <int kOutput>
 GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scratch& s,
                                    Unwanted* unwanted, int n) {
@@ -101,9 +102,15 @@ GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scr
     const double rate = held ? 0.0 : scale * s.inverse_speed[i];
     const double lever = kLength || kMoment[kOutput] ? radius : 1.0;
     const double inverse_load = kLength ? 1.0 / s.load[i] : 1.0;
-    d_x[i] = static_cast<double>(sign_plane * (-turn * r - along * p)) * rate;
-    d_rim[i] = static_cast<double>(sign_plane * (turn * p - along * r)) * rate;
-    d_y[i] = static_cast<double>(sign_side * (tilt * rho)) * rate;
+    const float by_speed = s.channel[4][kOutput][i] * s.steepness[i];
+    const float by_hub = by_speed * s.hub_first[i], by_rim = by_speed - by_hub;
+    const double faster = held ? 0.0 : scale;
+    d_x[i] = static_cast<double>(sign_plane * (-turn * r - along * p)) * rate +
+             static_cast<double>(sign_plane * (by_hub * p)) * faster;
+    d_rim[i] = static_cast<double>(sign_plane * (turn * p - along * r)) * rate +
+               static_cast<double>(sign_plane * (by_rim * r)) * faster;
+    d_y[i] = static_cast<double>(sign_side * (tilt * rho)) * rate +
+             static_cast<double>(sign_side * (by_hub * y)) * faster;
     const float with_load = kLength ? by_load : value + by_load;
     d_load[i] = held ? 0.0 : static_cast<double>(sign * with_load) * lever * inverse_load;
   }

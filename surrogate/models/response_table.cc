@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 namespace grouser::surrogate {
 namespace {
@@ -22,8 +23,11 @@ void DescribeHull(const Hull& hull, double radius_m, response::Constants* c) {
   c->load_low = box.load_min_n * (1 - edge);
   c->load_high = box.load_max_n * (1 + edge);
   c->rim_faster = 1 - edge;
-  c->fastest2 = box.froude_max > 0 ? box.froude_max * box.gravity_m_per_s2 * radius_m : kNever;
-
+  const double fastest = hull.Fastest(radius_m);
+  c->fastest2 = fastest < kNever ? fastest * fastest : kNever;
+  c->inverse_fastest = 1 / fastest;
+  c->most_fast = Hull::kMostSpeedExcess;
+  c->per_fast = static_cast<float>(1 / Hull::kSpeedReach);
   c->slip_min = static_cast<float>(box.slip_min);
   c->slip_max = static_cast<float>(box.slip_max);
   c->most_lateral = box.attack_angle_max_rad < std::numbers::pi / 2
@@ -59,24 +63,41 @@ ResponseTable::ResponseTable(const TableAxes& axes,
     : axes_(axes) {
   static_assert(response::kOutputCount == kOutputs && kChannels == response::kMarginChannel);
   CheckCoefficients(axes, coefficients);
-  const int lines = (axes.direction + 3) * (axes.lateral + 3), row = axes.load + 3;
+  const int lines = (axes.direction + 3) * (axes.lateral + 3);
   nodes_.resize(static_cast<std::size_t>(lines) * RowPairs());  // zeros
-  const auto fill = [&](int channel, const auto& value) {
-    for (int line = 0; line < lines; ++line) {
-      for (int k = 0; k < row; ++k) {
-        nodes_[static_cast<std::size_t>(line) * RowPairs() + k / 2]
-            .lane[k % 2 * response::kGroup + channel] =
-            static_cast<float>(value(static_cast<std::size_t>(line) * row + k));
-      }
-    }
-  };
   for (int channel = 0; channel < kChannels; ++channel) {
-    const std::span<const double> from = coefficients[channel];
-    if (!from.empty()) fill(channel, [&](std::size_t i) { return from[i]; });
+    Fill(channel, coefficients[channel], &nodes_);
   }
   constexpr double kAmple = 8;
-  fill(response::kMarginChannel,
-       [&](std::size_t i) { return margin.empty() ? kAmple : margin[i]; });
+  const std::vector<double> ample(margin.empty() ? ResidualTable::Size(axes) : 0, kAmple);
+  Fill(response::kMarginChannel, margin.empty() ? ample : margin, &nodes_);
+}
+
+void ResponseTable::AddSpeed(const SpeedAxis& speed,
+                             const std::array<std::span<const double>, kChannels>& coefficients) {
+  CheckSpeedAxis(speed, axes_, axes_);
+  CheckCoefficients(axes_, coefficients);
+  if (!coefficients[ResidualTable::kDistance].empty()) {
+    throw std::invalid_argument("speed axis: a hull distance, expected none");
+  }
+  speed_ = speed;
+  rate_.resize(nodes_.size());
+  for (int channel = 0; channel < kChannels; ++channel) {
+    Fill(channel, coefficients[channel], &rate_);
+  }
+}
+
+void ResponseTable::Fill(int channel, std::span<const double> values,
+                         std::vector<NodePair>* nodes) const {
+  if (values.empty()) return;
+  const int lines = (axes_.direction + 3) * (axes_.lateral + 3), row = axes_.load + 3;
+  for (int line = 0; line < lines; ++line) {
+    for (int k = 0; k < row; ++k) {
+      (*nodes)[static_cast<std::size_t>(line) * RowPairs() + k / 2]
+          .lane[k % 2 * response::kGroup + channel] =
+          static_cast<float>(values[static_cast<std::size_t>(line) * row + k]);
+    }
+  }
 }
 
 response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) const {
@@ -93,6 +114,12 @@ response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) c
   c.lowest_load = c.blend_low = 1e-30;
   c.highest_load = c.blend_high = 1e30;
   c.radius = radius_m;
+  if (speed_.present()) {
+    c.rate = rate_.data()->lane;
+    c.froude_per_speed2 = static_cast<float>(hull.Froude(1, radius_m));
+    c.froude_reference = static_cast<float>(speed_.reference);
+    c.froude_high = static_cast<float>(speed_.high);
+  }
   DescribeHull(hull, radius_m, &c);
   DescribeUncertainty(hull, &c);
   return c;

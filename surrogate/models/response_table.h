@@ -25,6 +25,11 @@ class ResponseTable {
                 const std::array<std::span<const double>, kChannels>& coefficients,
                 std::span<const double> margin = {});
 
+  /// A second table on the same axes: the answer is T + u T_rate, u by SpeedAxis::At.
+  /// The hull distance's channel must be none. Refuses as the constructor does.
+  void AddSpeed(const SpeedAxis& speed,
+                const std::array<std::span<const double>, kChannels>& coefficients);
+
   const TableAxes& axes() const { return axes_; }
 
   /// The table, and the laws of `hull`, as a kernel reads them; valid as long
@@ -37,9 +42,11 @@ class ResponseTable {
     float lane[2 * response::kGroup];
   };
   int RowPairs() const { return (axes_.load + 4) / 2; }  // load + 3 nodes, rounded up
+  void Fill(int channel, std::span<const double> values, std::vector<NodePair>* nodes) const;
 
   TableAxes axes_;
-  std::vector<NodePair> nodes_;
+  std::vector<NodePair> nodes_, rate_;
+  SpeedAxis speed_;
 };
 
 }  // namespace grouser::surrogate

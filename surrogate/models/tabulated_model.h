@@ -22,6 +22,7 @@ namespace grouser::surrogate {
 /// share, and where both v_x and the rim speed are below |v_y|/1000 or so: the
 /// chart's pole. At rest no answer is differentiable in the velocities: those
 /// are 0, that by load is a difference. A sinkage clamped to 0 has gradient 0.
+/// With a speed axis they are one-sided where |r w| = V.
 /// At v_y = 0 the mirrors make the derivatives of odd outputs by v_x, of even
 /// ones by v_y, 0.
 class TabulatedModel : public WheelModel {
