@@ -185,7 +185,7 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   if (trained.with_physics) SetBekker(trained.physics, &model);
   const Table table = Tabulate(trained, model.domain().load_min_n(), model.domain().load_max_n());
   SetResidual(table.axes, table.coefficients, &model);
-  if (options.speed.present()) SetSpeed(options.speed, table.rates, &model);
+  if (trained.speed.present()) SetSpeed(trained.speed, table.rates, &model);
   SetUncertainty(calibration, patch, radius, &model);
   const std::unique_ptr<TabulatedModel> made = MakeScalar(model);
   SetFormError(*made, &model);

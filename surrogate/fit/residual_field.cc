@@ -141,17 +141,15 @@ class Contest {
     covariance.diagonal() += NoiseVariance(noise_, s);
     const double density = LeaveOneOutDensity(covariance, values_);
     // A later candidate must earn its place: a thousandth a value.
-    if (density <= best_density_ + 1e-3 * static_cast<double>(points_.size())) return;
-    best_density_ = density;
-    best_ = s;
+    if (density <= best_.density + 1e-3 * static_cast<double>(points_.size())) return;
+    best_ = {s, density};
   }
-  const FieldSettings& best() const { return best_; }
+  const SelectedField& best() const { return best_; }
 
  private:
   const std::vector<FieldPoint>& points_;
   const Eigen::VectorXd &values_, &noise_;
-  FieldSettings best_;
-  double best_density_ = -std::numeric_limits<double>::infinity();
+  SelectedField best_{{}, -std::numeric_limits<double>::infinity()};
 };
 
 double RootMeanSquareOfU(const std::vector<FieldPoint>& points) {
@@ -162,7 +160,7 @@ double RootMeanSquareOfU(const std::vector<FieldPoint>& points) {
 
 }  // namespace
 
-FieldSettings SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
+SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise, ResidualTable::Parity parity) {
   const double size = std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
   const double spread = RootMeanSquareOfU(points);

@@ -55,7 +55,11 @@ class ResidualField {
 
 /// Ridge strength and lengths by the leave-one-out predictive density (in
 /// closed form), over a fixed set of candidates; a rate only where some u is not 0.
-FieldSettings SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
+struct SelectedField {
+  FieldSettings settings;
+  double density;  ///< logarithm of the leave-one-out predictive density, all values
+};
+SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise, ResidualTable::Parity parity);
 
 /// Hull distance: prior share of variance that the runs leave open, as a

@@ -70,45 +70,89 @@ SpeedAxis SpeedAxisOf(const std::vector<Row>& rows, double radius_m, double grav
   return {sum / static_cast<double>(rows.size()), high};
 }
 
+namespace {
+
+/// What physics leaves of the rows, over OutputScale.
+struct Residuals {
+  Eigen::MatrixXd value, noise;  // row by output
+};
+
+Residuals ResidualsOf(const std::vector<Row>& rows, const TrainOptions& options,
+                      const BekkerModel& model) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Residuals r{Eigen::MatrixXd(n, kOutputs), Eigen::MatrixXd(n, kOutputs)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Row& row = rows[i];
+    const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+    BekkerModel::Answer answer{};
+    if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
+    for (int o = 0; o < kOutputs; ++o) {
+      const double scale = OutputScale(o, row.load_n, options.wheel.radius_m);
+      r.value(i, o) = (CanonicalSign(o, state) * row.mean[o] - answer.value[o]) / scale;
+      if (o == kFz && !options.with_physics) r.value(i, o) = 0;
+      r.noise(i, o) = std::hypot(row.standard_error[o] / scale, options.physics.patch[o]);
+    }
+  }
+  return r;
+}
+
+std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOptions& options,
+                                 const SpeedAxis& speed) {
+  std::vector<FieldPoint> points;
+  for (const Row& row : rows) {
+    points.push_back(PointOf(row, options.wheel, speed, options.gravity_m_per_s2));
+  }
+  return points;
+}
+
+/// Field settings by output, and the speed axis' saturation: what all outputs
+/// together find likeliest.
+void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
+                    const Residuals& rest, Trained* result) {
+  double best = -std::numeric_limits<double>::infinity();
+  for (const double saturation : {0.0, 1.0, 3.0}) {
+    SpeedAxis speed = options.speed;
+    speed.saturation = saturation;
+    const std::vector<FieldPoint> points = PointsOf(rows, options, speed);
+    std::array<FieldSettings, kOutputs> settings;
+    double density = 0;
+    for (const Output o : kResidualOutputs) {
+      const SelectedField selected =
+          SelectField(points, rest.value.col(o), rest.noise.col(o), ResidualTable::ParityOf(o));
+      settings[o] = selected.settings;
+      density += selected.density;
+    }
+    if (density > best) {
+      best = density;
+      result->settings = settings;
+      if (options.speed.present()) result->speed = speed;
+    }
+    if (!options.speed.present()) return;
+  }
+}
+
+}  // namespace
+
 Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm) {
   Trained result;
   result.with_physics = options.with_physics;
-  result.speed = options.speed;
+  result.speed = warm ? warm->speed : options.speed;
   result.gravity_m_per_s2 = options.gravity_m_per_s2;
   if (options.with_physics) {
     result.physics =
         FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
   }
-  const BekkerModel model(result.physics, options.wheel);
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  std::vector<FieldPoint> points;
-  Eigen::MatrixXd rest(n, kOutputs), noise(n, kOutputs);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Row& row = rows[i];
-    const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
-    points.push_back(PointOf(row, options.wheel, options.speed, options.gravity_m_per_s2));
-    BekkerModel::Answer answer{};
-    if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
-    for (int o = 0; o < kOutputs; ++o) {
-      const double scale = OutputScale(o, row.load_n, options.wheel.radius_m);
-      rest(i, o) = (CanonicalSign(o, state) * row.mean[o] - answer.value[o]) / scale;
-      if (o == kFz && !options.with_physics) rest(i, o) = 0;
-      noise(i, o) = std::hypot(row.standard_error[o] / scale, options.physics.patch[o]);
-    }
-  }
+  const Residuals rest = ResidualsOf(rows, options, BekkerModel(result.physics, options.wheel));
+  if (options.with_residual && warm) result.settings = warm->settings;
+  if (options.with_residual && !warm) SelectSettings(rows, options, rest, &result);
+  const std::vector<FieldPoint> points = PointsOf(rows, options, result.speed);
   std::vector<double> lengths, load_lengths;
-  for (const Output o : kResidualOutputs) {
-    if (!options.with_residual) break;
-    result.settings[o] =
-        warm ? warm->settings[o]
-             : SelectField(points, rest.col(o), noise.col(o), ResidualTable::ParityOf(o));
+  for (int o = 0; o < kOutputs; ++o) {
+    result.fields.emplace_back(points, rest.value.col(o), rest.noise.col(o),
+                               ResidualTable::ParityOf(o), result.settings[o]);
     if (result.settings[o].amplitude == 0) continue;
     lengths.push_back(result.settings[o].length);
     load_lengths.push_back(result.settings[o].load_length);
-  }
-  for (int o = 0; o < kOutputs; ++o) {
-    result.fields.emplace_back(points, rest.col(o), noise.col(o), ResidualTable::ParityOf(o),
-                               result.settings[o]);
   }
   result.distance = std::make_shared<const HullDistance>(points, Median(lengths, 0.45),
                                                          Median(load_lengths, 0.7));

@@ -17,7 +17,7 @@ struct Trained {
   std::array<FieldSettings, kOutputs> settings;
   std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
-  SpeedAxis speed;  ///< of the fields
+  SpeedAxis speed;  ///< of the fields, its saturation by the predictive density
   double gravity_m_per_s2;
 };
 
@@ -26,7 +26,7 @@ struct TrainOptions {
   BekkerFitOptions physics;   ///< its `patch` is the noise of the fields too
   bool with_residual = true;  ///< false: the bekker rung
   bool with_physics = true;   ///< false: the lookup rung
-  SpeedAxis speed;            ///< of all runs, those left out included; may be none
+  SpeedAxis speed;            ///< reference and end, of all runs; may be none
   double gravity_m_per_s2 = 9.81;
 };
 

@@ -86,7 +86,7 @@ Speed SpeedOf(const v1alpha1::Model& model) {
   if (!(message.froude_max() > 0)) {
     Fail(model, "residual.froude_max: expected a positive number beside rate_coefficients");
   }
-  return {{message.froude_reference(), message.froude_max()},
+  return {{message.froude_reference(), message.froude_max(), message.froude_saturation()},
           ChannelsOf(model, "rate_coefficients", message.rate_coefficients())};
 }
 

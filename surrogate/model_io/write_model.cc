@@ -37,6 +37,7 @@ void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::
   v1alpha1::ResidualTable* table = model->mutable_residual();
   table->set_froude_reference(speed.reference);
   table->set_froude_max(speed.high);
+  table->set_froude_saturation(speed.saturation);
   for (const std::vector<double>& channel : rates) {
     table->add_rate_coefficients()->mutable_values()->Add(channel.begin(), channel.end());
   }

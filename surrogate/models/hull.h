@@ -17,17 +17,25 @@ struct HullBox {
   double gravity_m_per_s2 = 9.81;
 };
 
-/// How answers go with the Froude number Fr = M^2/(g r), M = max(|r w|, V): by
-/// u = min(Fr, high) - reference, in proportion. Inertia of the soil that a wheel
-/// moves goes with the square of the speed, beside what rests on friction alone
-/// (the two terms of dynamic resistive-force theory: Agarwal et al. 2021,
-/// Science Advances 7).
+/// How answers go with the Froude number Fr = M^2/(g r), M = max(|r w|, V): in
+/// proportion to
+///
+///   u = s(min(Fr, high)) - s(reference), s(Fr) = Fr/(1 + saturation Fr).
+///
+/// Inertia of the soil that a wheel moves goes with the square of the speed, beside
+/// what rests on friction alone (the two terms of dynamic resistive-force theory:
+/// Agarwal et al. 2021, Science Advances 7): saturation 0. A fit may find that the
+/// effect levels off; s is 0 and regular at rest either way.
 struct SpeedAxis {
-  double reference = 0;  ///< Froude number that the table itself stands for
-  double high = 0;       ///< largest of the runs; 0: answers do not depend on speed
+  double reference = 0;   ///< Froude number that the table itself stands for
+  double high = 0;        ///< largest of the runs; 0: answers do not depend on speed
+  double saturation = 0;  ///< 1/Fr at which half of the largest effect is reached
 
   bool present() const { return high > 0; }
-  double At(double froude) const noexcept { return (froude < high ? froude : high) - reference; }
+  double Scale(double froude) const noexcept { return froude / (1 + saturation * froude); }
+  double At(double froude) const noexcept {
+    return Scale(froude < high ? froude : high) - Scale(reference);
+  }
 };
 
 /// Uncertainty per output, at the middle load sqrt(load_min load_max).

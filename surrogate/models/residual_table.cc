@@ -81,6 +81,9 @@ void CheckCoefficients(
 }
 
 void CheckSpeedAxis(const SpeedAxis& speed, const TableAxes& table, const TableAxes& rate) {
+  if (!(speed.saturation >= 0) || !std::isfinite(speed.saturation)) {
+    throw std::invalid_argument("speed axis: froude_saturation: expected 0 or more");
+  }
   if (!(speed.high > 0) || !std::isfinite(speed.high) || !(speed.reference >= 0) ||
       !(speed.reference <= speed.high)) {
     throw std::invalid_argument(

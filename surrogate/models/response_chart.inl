@@ -10,7 +10,7 @@ struct Scratch {
   float plane[kBlock];                                  // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
   float excess[kBlock], distance2[kBlock];
-  float froude[kBlock], steepness[kBlock];  // SpeedAxis' u; 2/(g r) M below its end, else 0
+  float u[kBlock], steepness[kBlock];       // of SpeedAxis; du/dM, 0 beyond its end
   float fast[kBlock];                       // by how much beyond the runs' speeds
   float hub_first[kBlock];                  // 1: M is V, 0: it is |r w|
   int node[kBlock];                         // first float of the 4 x 4 x 4 nodes
@@ -101,7 +101,8 @@ GROUSER_INLINE void ToCanonical(const Constants& c, Scratch* s, int n) {
 // Where the speed stands on its axis, and beyond the runs.
 template <bool kGradients>
 GROUSER_INLINE void ToSpeed(const Constants& c, Scratch* s, int n) {
-  const double per = c.froude_per_speed2, high = c.froude_high, reference = c.froude_reference;
+  const double per = c.froude_per_speed2, high = c.froude_high, saturation = c.saturation;
+  const double reference = c.scale_reference;
   const double inverse_fastest = c.inverse_fastest, most = c.most_fast;
 #pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
@@ -110,10 +111,11 @@ GROUSER_INLINE void ToSpeed(const Constants& c, Scratch* s, int n) {
     const double speed2 = hub2 > rim2 ? hub2 : rim2;
     const double speed = speed2 * s->inverse_speed[i];
     const double froude = speed2 * per, beyond = speed * inverse_fastest - 1;
-    s->froude[i] = static_cast<float>((froude < high ? froude : high) - reference);
+    const double bounded = froude < high ? froude : high, part = 1 / (1 + saturation * bounded);
+    s->u[i] = static_cast<float>(bounded * part - reference);
     s->fast[i] = static_cast<float>(beyond > 0 ? (beyond < most ? beyond : most) : 0.0);
     if (!kGradients) continue;
-    s->steepness[i] = static_cast<float>(froude < high ? 2 * per * speed : 0.0);
+    s->steepness[i] = static_cast<float>(froude < high ? 2 * per * speed * part * part : 0.0);
     s->hub_first[i] = hub2 > rim2 ? 1.0f : 0.0f;
   }
 }

@@ -28,8 +28,9 @@ enum Special : std::uint32_t {
 struct Constants {
   const float* nodes;                    // [direction + 3][lateral + 3][row][kGroup]
   const float* rate;                     // the same per unit of Froude number; null: none
-  float froude_per_speed2;               // 1/(g r) [s^2/m^2]
-  float froude_reference, froude_high;   // SpeedAxis
+  double froude_per_speed2;              // 1/(g r) [s^2/m^2]
+  double froude_high, saturation;        // SpeedAxis
+  double scale_reference;                // its s(reference)
   int direction_stride, lateral_stride;  // in floats
   int direction, lateral, load;          // intervals
   float log_load_min, load_per_log;      // node coordinate: (ln load - min) per_log

@@ -85,7 +85,7 @@ GROUSER_INLINE void AddSpeed(const Constants& c, const Scratch& s, int i, float*
   } else {
     SumValue(c, c.rate, s, i, rate);
   }
-  const float u = s.froude[i];
+  const float u = s.u[i];
   for (int lane = 0; lane < kGroup; lane += kWide) {
     for (int k = 0; k < (kGradients ? 4 : 1); ++k) {
       At(row + k * kSquare + lane) += u * At(rate + k * kSquare + lane);

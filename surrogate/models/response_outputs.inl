@@ -70,7 +70,7 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
 //   d direction = (p dr - r dp)/rho^2,
 //   d lateral   = (rho dy - y (p dp + r dr)/rho)/R^2;
 // the table is homogeneous of degree 0, so that 1/M is all that M adds. On a speed
-// axis du = 2 M dM/(g r), where M is V: M dM = v_x dv_x + v_y dv_y, else r w d(r w).
+// axis du/dM is added, where M is V: M dM = v_x dv_x + v_y dv_y, else r w d(r w).
 template <int kOutput>
 GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scratch& s,
                                    Unwanted* unwanted, int n) {

@@ -116,9 +116,10 @@ response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) c
   c.radius = radius_m;
   if (speed_.present()) {
     c.rate = rate_.data()->lane;
-    c.froude_per_speed2 = static_cast<float>(hull.Froude(1, radius_m));
-    c.froude_reference = static_cast<float>(speed_.reference);
-    c.froude_high = static_cast<float>(speed_.high);
+    c.froude_per_speed2 = hull.Froude(1, radius_m);
+    c.froude_high = speed_.high;
+    c.saturation = speed_.saturation;
+    c.scale_reference = speed_.Scale(speed_.reference);
   }
   DescribeHull(hull, radius_m, &c);
   DescribeUncertainty(hull, &c);

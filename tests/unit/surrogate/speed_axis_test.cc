@@ -17,7 +17,7 @@ using testing::ScaleOf;
 
 constexpr int kValue = 0, kLow = 3, kHigh = 4, kSlopes = 5;
 constexpr double kGravity = 9.81, kRadius = 0.0625;
-constexpr SpeedAxis kAxis{0.4, 1.5};
+constexpr SpeedAxis kAxis{0.4, 1.5, 0.7};
 
 double SpeedOf(double froude) { return std::sqrt(froude * kGravity * kRadius); }
 
@@ -95,7 +95,8 @@ TEST(SpeedAxis, TheAnswerGoesWithTheFroudeNumberAndStopsAtItsEnd) {
     const auto at = model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, 20);
     const auto reference = model.EvaluateOne(slow.v_x, slow.v_y, slow.rim_speed, 20);
     const Canonical state = ToCanonical(v.v_x, v.v_y, v.rim_speed);
-    const double u = std::min(froude, 1.5) - 0.4;
+    const double end = std::min(froude, 1.5);
+    const double u = end / (1 + 0.7 * end) - 0.4 / (1 + 0.7 * 0.4);
     for (const Output o : {kFx, kFy, kTorque, kMz, kSinkage}) {
       // 2e-4: the rate's own table.
       EXPECT_NEAR(at.value[o] - reference.value[o], u * RateAt(o, ToChart(state)) * ScaleOf(o, 20),
@@ -221,8 +222,7 @@ TEST(SpeedAxis, LookupHasItToo) {
   const auto at = [&](double m) { return model->EvaluateOne(m, 0.3 * m, 0.9 * m, 20); };
   const double y = at(SpeedOf(1.2)).value[kFy], slow = at(SpeedOf(0.4)).value[kFy];
   const ChartPoint chart = ToChart(ToCanonical(1, 0.3, 0.9));
-  // V = 1.044 m there.
-  const double u = 1.2 * (1 + 0.09) - 0.4 * (1 + 0.09);
+  const double u = kAxis.At(1.2 * (1 + 0.09)) - kAxis.At(0.4 * (1 + 0.09));  // V^2 = 1.09 m^2
   EXPECT_NEAR(y - slow, u * RateAt(kFy, chart) * 20, 2e-3 * 20);
   EXPECT_NEAR(at(1e120).value[kFy], at(SpeedOf(2)).value[kFy], 1e-5 * 20);
   EXPECT_TRUE(at(1e120).flags & kRate);
@@ -246,6 +246,9 @@ TEST(SpeedAxis, RefusesWhatMakesNoSense) {
   bad = FastMessage();
   bad.mutable_residual()->set_froude_reference(9);
   EXPECT_THAT(why(bad), ::testing::HasSubstr("froude_reference"));
+  bad = FastMessage();
+  bad.mutable_residual()->set_froude_saturation(-1);
+  EXPECT_THAT(why(bad), ::testing::HasSubstr("froude_saturation"));
   bad = FastMessage();
   bad.mutable_residual()->mutable_rate_coefficients()->RemoveLast();
   EXPECT_THAT(why(bad), ::testing::HasSubstr("rate_coefficients: 6 channels"));
