@@ -15,8 +15,8 @@ constexpr std::size_t kConformalFrom = 30;
 
 double ConformalQuantile(std::vector<double> scores, double level) {
   std::sort(scores.begin(), scores.end());
-  const auto rank = static_cast<std::size_t>(
-      std::ceil(level * static_cast<double>(scores.size() + 1)));
+  const auto rank =
+      static_cast<std::size_t>(std::ceil(level * static_cast<double>(scores.size() + 1)));
   return scores[std::min(rank, scores.size()) - 1];
 }
 
@@ -81,7 +81,7 @@ std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOpti
       }
     }
     const Trained part = Train(kept, quick, &full);
-    for (const Row* row : left) result.push_back({row, Predict(part, options.wheel, *row)});
+    for (const Row* row : left) result.push_back({row, Predict(part, options.wheel, *row), fold});
     progress("cross-validation " + std::to_string(fold + 1) + "/" + std::to_string(folds));
   }
   return result;
@@ -124,6 +124,37 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
                                  std::sqrt((1 + 1 / n) * std::max(1.0, square));
   }
   return result;
+}
+
+double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int o, double distance,
+                 double load_n, double radius_m) {
+  const double inside = calibration.inside[o], grown = calibration.growth[o] * distance;
+  return calibration.factor[o] * OutputScale(o, load_n, radius_m) *
+         std::sqrt(inside * inside + grown * grown + patch.sd[o] * patch.sd[o]);
+}
+
+std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
+                                                    const PatchNoise& patch, double radius_m) {
+  std::map<std::size_t, std::vector<LeftOut>> folds;
+  for (const LeftOut& l : left_out) folds[l.fold].push_back(l);
+  std::array<double, kOutputs> share{};
+  for (const auto& [fold, members] : folds) {
+    std::vector<LeftOut> others;
+    for (const LeftOut& l : left_out) {
+      if (l.fold != fold) others.push_back(l);
+    }
+    const Calibration calibration = Calibrate(others, patch, radius_m);
+    for (const LeftOut& l : members) {
+      for (int o = 0; o < kOutputs; ++o) {
+        const double half =
+            HalfWidth(calibration, patch, o, l.prediction.distance, l.row->load_n, radius_m);
+        const bool inside = std::fabs(l.row->mean[o] - l.prediction.value[o]) <= half;
+        share[o] += inside ? 1 : 0;
+      }
+    }
+  }
+  for (double& s : share) s /= static_cast<double>(left_out.size());
+  return share;
 }
 
 }  // namespace grouser::surrogate

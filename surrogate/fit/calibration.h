@@ -26,6 +26,7 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
 struct LeftOut {
   const Row* row;
   Prediction prediction;
+  std::size_t fold;  ///< left out together
 };
 
 /// Leave-one-state-out (all seeds of a state leave together) up to 24 states,
@@ -49,6 +50,16 @@ struct Calibration {
 };
 Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
                       double radius_m);
+
+/// Half width of the interval, in units of the output.
+double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int output,
+                 double distance, double load_n, double radius_m);
+
+/// Share of the runs inside intervals that were calibrated without their fold
+/// (cross-conformal prediction: Vovk 2015, Ann. Math. Artif. Intell. 74, 9-28);
+/// unlike that of Calibrate's own, which holds by construction.
+std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
+                                                    const PatchNoise& patch, double radius_m);
 
 /// t quantile at 95 % (two-sided 90 %), to 1e-2 for 3 or more degrees.
 double StudentT95(int degrees);

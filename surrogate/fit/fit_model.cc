@@ -97,14 +97,27 @@ std::vector<Comparison> AsComparisons(const std::vector<LeftOut>& left_out,
   for (const LeftOut& l : left_out) {
     Comparison c{l.row, l.prediction.value, {}};
     for (int o = 0; o < kOutputs; ++o) {
-      const double grown = calibration.growth[o] * l.prediction.distance;
-      c.half_width[o] = calibration.factor[o] * OutputScale(o, l.row->load_n, radius) *
-                        std::sqrt(calibration.inside[o] * calibration.inside[o] + grown * grown +
-                                  patch.sd[o] * patch.sd[o]);
+      c.half_width[o] =
+          HalfWidth(calibration, patch, o, l.prediction.distance, l.row->load_n, radius);
     }
     result.push_back(c);
   }
   return result;
+}
+
+// The rows "leave_one_out" of all regions once more, with that coverage.
+void AddCrossConformal(const std::vector<LeftOut>& left_out, const PatchNoise& patch, double radius,
+                       v1alpha1::Model* model) {
+  const auto covered = CrossConformalCoverage(left_out, patch, radius);
+  const std::vector<v1alpha1::ErrorRow> rows(model->errors().begin(), model->errors().end());
+  for (v1alpha1::ErrorRow row : rows) {
+    if (row.region() != v1alpha1::REGION_ALL) continue;
+    for (int o = 0; o < kOutputs; ++o) {
+      if (row.output() == kOutputNames[o]) row.set_covered90(covered[o]);
+    }
+    row.set_set("cross_conformal");
+    *model->add_errors() = row;
+  }
 }
 
 double MedianTravel(const std::vector<Row>& rows) {
@@ -193,6 +206,7 @@ v1alpha1::Model FitModel(const FitRequest& request) {
        ErrorTable(AsComparisons(left_out, calibration, patch, radius), "leave_one_out")) {
     *model.add_errors() = row;
   }
+  AddCrossConformal(left_out, patch, radius, &model);
   for (const v1alpha1::ErrorRow& row : ErrorTable(CompareRows(*made, held_out), "held_out")) {
     *model.add_errors() = row;
   }

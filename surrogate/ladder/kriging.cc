@@ -10,11 +10,11 @@
 #include <string>
 
 #include "surrogate/fit/residual_field.h"
+#include "surrogate/fit/trained.h"
 
 namespace grouser::surrogate {
 namespace {
 
-constexpr int kDimensions = 4;
 constexpr double kTwoSided90 = 1.6448536269514722;
 constexpr std::array kOutputsFitted = {kFx, kFy, kTorque, kMz, kSinkage};
 
@@ -28,12 +28,13 @@ double SignOf(int output, double x, double y) {
   return (parity.x < 0 ? x : 1) * (parity.y < 0 ? y : 1);
 }
 
-OT::Point Inputs(const FieldPoint& p, double mirror_x, double mirror_y) {
-  OT::Point x(kDimensions);
-  x[0] = mirror_x * p.direction[0];
-  x[1] = mirror_y * p.direction[1];
-  x[2] = mirror_x * p.direction[2];
-  x[3] = p.log_load;
+/// As many of them as asked for: the last is ln speed.
+OT::Point Inputs(const FieldPoint& p, double log_speed, int dimensions, double mirror_x,
+                 double mirror_y) {
+  const double all[] = {mirror_x * p.direction[0], mirror_y * p.direction[1],
+                        mirror_x * p.direction[2], p.log_load, log_speed};
+  OT::Point x(dimensions);
+  for (int i = 0; i < dimensions; ++i) x[i] = all[i];
   return x;
 }
 
@@ -41,14 +42,17 @@ OT::Point Inputs(const FieldPoint& p, double mirror_x, double mirror_y) {
 
 struct Kriging::Fits {
   std::array<OT::KrigingResult, kOutputs> of;
+  int dimensions;
 };
 
 Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs>& patch,
                  double radius_m)
     : fits_(std::make_unique<Fits>()), patch_(patch), radius_(radius_m) {
+  // A length along an axis on which nothing changes cannot be found.
+  fits_->dimensions = SpeedAxisOf(rows, radius_m, 1).present() ? 5 : 4;
   OT::Log::Show(OT::Log::NONE);
   for (const int o : kOutputsFitted) {
-    OT::Sample x(0, kDimensions), y(0, 1);
+    OT::Sample x(0, fits_->dimensions), y(0, 1);
     OT::Point noise;
     for (const Row& row : rows) {
       Canonical state{};
@@ -58,7 +62,7 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
           SignOf(o, state.sign_x == 0 ? 1 : state.sign_x, state.sign_y == 0 ? 1 : state.sign_y);
       for (const double mx : {1.0, -1.0}) {
         for (const double my : {1.0, -1.0}) {
-          x.add(Inputs(point, mx, my));
+          x.add(Inputs(point, std::log(state.speed), fits_->dimensions, mx, my));
           y.add(OT::Point(1, own * SignOf(o, mx, my) * row.mean[o] / scale));
           const double sd = std::hypot(row.standard_error[o] / scale, patch[o]);
           noise.add(std::max(sd * sd, 1e-10));
@@ -66,9 +70,9 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
       }
     }
     try {
-      const OT::MaternModel covariance(OT::Point(kDimensions, 0.7), OT::Point(1, 0.3), 2.5);
+      const OT::MaternModel covariance(OT::Point(fits_->dimensions, 0.7), OT::Point(1, 0.3), 2.5);
       OT::KrigingAlgorithm algorithm(x, y, covariance,
-                                     OT::ConstantBasisFactory(kDimensions).build());
+                                     OT::ConstantBasisFactory(fits_->dimensions).build());
       algorithm.setNoise(noise);
       algorithm.run();
       fits_->of[o] = algorithm.getResult();
@@ -83,7 +87,7 @@ Kriging::~Kriging() = default;
 Kriging::Answer Kriging::At(const Row& row) const {
   Canonical state{};
   const FieldPoint point = PointOf(row, &state);
-  const OT::Point x = Inputs(point, 1, 1);
+  const OT::Point x = Inputs(point, std::log(state.speed), fits_->dimensions, 1, 1);
   Answer answer{};
   for (const int o : kOutputsFitted) {
     const double scale = OutputScale(o, row.load_n, radius_);

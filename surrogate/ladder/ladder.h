@@ -40,7 +40,9 @@ std::vector<LadderRow> Climb(const PairFolder& pair, double seconds);
 
 std::string LadderJson(const std::vector<LadderRow>& rows);
 std::string LadderText(const std::vector<LadderRow>& rows);
-/// Markdown: a table of region `all` by rung and output, and one by region.
-std::string LadderMarkdown(const std::vector<LadderRow>& rows);
+/// Markdown: by pair its targets, a table of region `all` by rung and output, and one
+/// by region.
+struct Target;
+std::string LadderMarkdown(const std::vector<LadderRow>& rows, const std::vector<Target>& targets);
 
 }  // namespace grouser::surrogate

@@ -7,6 +7,7 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/ladder/ladder.h"
+#include "surrogate/ladder/targets.h"
 
 namespace {
 
@@ -52,12 +53,22 @@ int main(int argc, char** argv) {
       return 0;
     }
     std::vector<LadderRow> rows;
+    std::vector<Target> targets;
     for (const PairFolder& pair : FindPairs(folder, soils)) {
       const auto own = Climb(pair, seconds);
       rows.insert(rows.end(), own.begin(), own.end());
+      const auto reached = TargetsOf(own, pair);
+      targets.insert(targets.end(), reached.begin(), reached.end());
     }
-    fmt::print("{}\n", json ? LadderJson(rows) : LadderText(rows));
-    if (!markdown.empty()) records::WriteFileDurably(markdown, LadderMarkdown(rows));
+    if (json) {
+      fmt::print("{}\n", LadderJson(rows));
+    } else {
+      fmt::print("{}\nTargets of the default rung, hybrid, and of speed:\n{}", LadderText(rows),
+                 TargetsText(targets));
+    }
+    if (!markdown.empty()) {
+      records::WriteFileDurably(markdown, LadderMarkdown(rows, targets));
+    }
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;

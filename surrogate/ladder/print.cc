@@ -5,6 +5,7 @@
 
 #include "surrogate/fit/json.h"
 #include "surrogate/ladder/ladder.h"
+#include "surrogate/ladder/targets.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -86,14 +87,19 @@ std::string LadderText(const std::vector<LadderRow>& rows) {
   return out + "! outside the exact 95 % binomial band of a 90 % interval; rmse in N, N m, m\n";
 }
 
-std::string LadderMarkdown(const std::vector<LadderRow>& rows) {
+std::string LadderMarkdown(const std::vector<LadderRow>& rows, const std::vector<Target>& targets) {
   std::vector<std::string> pairs;
   for (const LadderRow& r : rows) {
     if (pairs.empty() || pairs.back() != r.pair) pairs.push_back(r.pair);
   }
   std::string out;
   for (const std::string& pair : pairs) {
-    out += "### " + pair + ": all test states, against full DEM\n";
+    std::vector<Target> own;
+    for (const Target& t : targets) {
+      if (t.pair == pair) own.push_back(t);
+    }
+    out += "### " + pair + ": targets of the default rung and of speed\n" + TargetsMarkdown(own);
+    out += "\n### " + pair + ": all test states, against full DEM\n";
     MarkdownRows(
         rows, pair, "dem", [](const LadderRow& r) { return r.region == "all"; }, &out);
     out += "\n### " + pair + ": the default rung, by region\n";

@@ -11,6 +11,7 @@
 
 #include "surrogate/fit/calibration.h"
 #include "surrogate/ladder/kriging.h"
+#include "surrogate/ladder/targets.h"
 #include "tests/unit/surrogate/synthetic.h"
 
 namespace grouser::surrogate {
@@ -215,7 +216,45 @@ TEST_F(PairTest, IsClimbedFromItsFiles) {
   EXPECT_EQ(find("dem", "f_x").n, 5);  // four repeats and the training run itself
   EXPECT_NEAR(find("dem", "f_x").ns_per_answer, 50e9, 1);
   EXPECT_NE(LadderJson(rows).find("\"kriging\""), std::string::npos);
-  EXPECT_NE(LadderMarkdown(rows).find("| hybrid |"), std::string::npos);
+  EXPECT_NE(LadderMarkdown(rows, {}).find("| hybrid |"), std::string::npos);
+  const auto targets = TargetsOf(rows, pairs[0]);
+  const auto count = [&](const std::string& text) {
+    return std::count_if(targets.begin(), targets.end(),
+                         [&](const Target& t) { return t.what.find(text) != std::string::npos; });
+  };
+  EXPECT_EQ(count("rmse over patch noise"), 5);
+  EXPECT_EQ(count("R2, all 25 states"), 4);
+  EXPECT_EQ(count("cross-conformal"), 5);
+  EXPECT_EQ(count("interval width"), 5);
+  EXPECT_EQ(count("ns a state"), 3);
+  EXPECT_GE(count("p95 over load"), 4);
+}
+
+// One row by hand, either side of each limit.
+TEST(Targets, AreMetOrMissed) {
+  LadderRow row;
+  row.pair = "p";
+  row.rung = "hybrid";
+  row.reference = "dem";
+  row.output = "f_x";
+  row.region = "all";
+  row.n = 60;
+  row.noise_ratio = 1.5;
+  row.r2 = 0.96;
+  row.coverage90 = 54.0 / 60;
+  row.covered = true;
+  row.width_sd = 4.5;
+  row.ns_per_answer = 14;
+  const auto targets = TargetsOf({row}, "p", {{{"f_x", 0.80}}, 60});
+  ASSERT_EQ(targets.size(), 6u);
+  EXPECT_TRUE(targets[0].Met());  // 1.5 <= 2, not 1.2
+  EXPECT_FALSE(targets[0].Moonshot());
+  EXPECT_FALSE(targets[1].Met());              // .96 < .97
+  EXPECT_TRUE(targets[2].Met());               // in the band
+  EXPECT_NEAR(targets[3].value, 0.05, 1e-12);  // (80 % of 60 + 90 % of 60)/120 = 85 %
+  EXPECT_FALSE(targets[3].Met());
+  EXPECT_FALSE(targets[4].Met());
+  EXPECT_TRUE(targets[5].Moonshot());
 }
 
 }  // namespace
