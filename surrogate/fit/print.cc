@@ -74,10 +74,10 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
                         m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o), m.interval_factor(o),
                         o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
-  text += fmt::format("\n{:<15}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
+  text += fmt::format("\n{:<17}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");
   for (const v1alpha1::ErrorRow& e : m.errors()) {
-    text += fmt::format("{:<15}{:<10}{:<10}{:>5}{:>12.4g}{:>12.4g}{:>9.0f}%\n", e.set(),
+    text += fmt::format("{:<17}{:<10}{:<10}{:>5}{:>12.4g}{:>12.4g}{:>9.0f}%\n", e.set(),
                         RegionName(e.region()), e.output(), e.n(), e.rmse(), e.max_abs(),
                         100 * e.covered90());
   }

@@ -170,7 +170,7 @@ SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::Ve
       return KernelMatrix(points, parity, length, load_length);
     };
     std::vector<std::pair<double, Eigen::MatrixXd>> rates;
-    for (const double length : {0.8, 1.4, 2.5}) {
+    for (const double length : {0.8, 1.6}) {
       if (spread > 0) rates.emplace_back(length, kernel(length));
     }
     for (const double length : {0.25, 0.45, 0.8, 1.4}) {

@@ -191,6 +191,8 @@ TEST(Draw, GivesTheStatesOfTheCmuCampaign) {
   test.seed = 20261122;
   test.tiles = {9, 12};
   EXPECT_THAT(file, HasSubstr("held_out:\n" + DrawStates(test)));
+  const std::string coarse = records::ReadFileBytes(kCampaigns + "/cmu_coarse.campaign.yaml");
+  EXPECT_THAT(coarse, HasSubstr("held_out:\n" + DrawStates(test)));
   DrawRequest sobol;
   sobol.sobol = true;
   sobol.states = 104;
