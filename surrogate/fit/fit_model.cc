@@ -11,6 +11,7 @@
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/stress_profile.h"
 #include "surrogate/fit/trained.h"
 
 namespace grouser::surrogate {
@@ -146,6 +147,10 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, v1alpha1:
 
 }  // namespace
 
+double ProfileWeightOf(v1alpha1::Rung rung) {
+  return rung == v1alpha1::RUNG_BEKKER ? kProfileWeight : 0;
+}
+
 v1alpha1::Model FitModel(const FitRequest& request) {
   if (request.name.empty()) throw std::runtime_error("model name: expected one");
   CheckScene(request.set.scene);
@@ -166,6 +171,8 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   options.physics.unit_weight =
       scene.soil().bulk_density_kg_per_m3() * scene.soil().gravity_m_per_s2();
   options.physics.patch = patch.sd;
+  options.physics.profile_weight = request.profile_weight.value_or(ProfileWeightOf(request.rung));
+  options.physics.smear_rad = GrainAngle(scene);
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
   const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
