@@ -120,7 +120,9 @@ int Profiles(const Arguments& a) {
       RowsOf(set.runs, a.role == "test" ? v1alpha1::RUN_ROLE_TEST : v1alpha1::RUN_ROLE_TRAIN);
   const std::vector<ProfileRow> profiles = CompareProfiles(rows, physics, GrainAngle(set.scene));
   if (profiles.empty()) throw std::runtime_error("no " + a.role + " run has a stress profile");
-  Print(a.json ? ProfilesJson(profiles, Reference(loaded)) : ProfilesText(profiles));
+  const ProfileMisfit repeats = RepeatMisfit(PatchRows(set.runs), physics.wheel());
+  Print(a.json ? ProfilesJson(profiles, repeats, Reference(loaded))
+               : ProfilesText(profiles, repeats));
   return kOk;
 }
 

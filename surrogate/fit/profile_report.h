@@ -26,9 +26,16 @@ std::vector<ProfileRow> CompareProfiles(const std::vector<Row>& rows, const Bekk
 /// Root mean square over the rows used of their misfits: every run counts alike.
 ProfileMisfit PooledMisfit(const std::vector<ProfileRow>& rows);
 
-std::string ProfilesText(const std::vector<ProfileRow>& rows);
+/// What DEM itself differs by from bed to bed: of states with several repeats, the
+/// bins' standard deviation over the rms of their mean; root mean square over the
+/// states. A perfect model is off by about this from single runs. 0 without repeats.
+ProfileMisfit RepeatMisfit(const std::vector<Row>& repeats, const WheelGeometry& wheel);
+
+/// repeats: RepeatMisfit, for comparison.
+std::string ProfilesText(const std::vector<ProfileRow>& rows, const ProfileMisfit& repeats);
 /// With the bins, for plots: degrees and Pa.
-std::string ProfilesJson(const std::vector<ProfileRow>& rows, const std::string& reference);
+std::string ProfilesJson(const std::vector<ProfileRow>& rows, const ProfileMisfit& repeats,
+                         const std::string& reference);
 
 /// Errors of the physics alone on some runs.
 struct PhysicsErrors {

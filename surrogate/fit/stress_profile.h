@@ -36,7 +36,9 @@ bool HasProfile(const v1alpha1::RunSummary& run);
 
 /// The profile of a run (HasProfile), in the half-space of its canonical state:
 /// a wheel that rolls backward is seen from the other side, so angles and
-/// tangential stresses change sign. Bins start at the summary's first angle.
+/// tangential stresses change sign. The summary's first angle is where its first
+/// bin starts, as in StressProfile (model.proto calls it that bin's middle, but it
+/// is copied from the recorder, whose first edge is -pi).
 RimProfile CanonicalProfile(const Row& row);
 
 /// What `model` says in the bins of `like`, at a sinkage [m]. A bed of grains of

@@ -271,6 +271,28 @@ TEST(StressProfile, RecordedStressesAddUpToTheRecordedForces) {
   EXPECT_NEAR(GrainAngle(set.scene), 0.128, 1e-9);
 }
 
+TEST(StressProfile, RepeatsShowTheNoiseOfAProfile) {
+  Truth truth;
+  const v1alpha1::RunSummary state = RandomRuns(truth, 1, v1alpha1::RUN_ROLE_PATCH, 5)[0];
+  std::vector<v1alpha1::RunSummary> runs(40, state);
+  for (std::size_t i = 0; i < runs.size(); ++i) AddProfile(truth, 0.1, 500 + i, &runs[i]);
+  const std::vector<Row> rows = PatchRows(runs);
+  const ProfileMisfit noise = RepeatMisfit(rows, kWheel);
+  // 0.1 of the peak, in the bins in contact, over the rms of those bins.
+  const RimProfile clean = MakeCompared(rows[0], kWheel).measured;
+  double peak = 0, square = 0;
+  int contact = 0;
+  for (const double v : clean.normal) {
+    peak = std::max(peak, v);
+    square += v * v;
+    contact += v != 0 ? 1 : 0;
+  }
+  const double expected = 0.1 * peak / std::sqrt(square / contact);
+  EXPECT_NEAR(noise.normal, expected, 0.3 * expected);
+  EXPECT_GT(noise.tangential, 0.5 * noise.normal);
+  EXPECT_EQ(RepeatMisfit({rows[0]}, kWheel).normal, 0);
+}
+
 TEST(StressProfile, ReportsCompareRunsAndWeights) {
   Truth truth;
   truth.noise = 0.01;
@@ -288,7 +310,7 @@ TEST(StressProfile, ReportsCompareRunsAndWeights) {
   const ProfileMisfit misfit = PooledMisfit(profiles);
   EXPECT_LT(misfit.normal, 0.25);  // the noise
   EXPECT_LT(misfit.tangential, 0.35);
-  EXPECT_THAT(ProfilesText(profiles), testing::HasSubstr("not compared"));
+  EXPECT_THAT(ProfilesText(profiles, {0, 0}), testing::HasSubstr("not compared"));
 
   TrainingSet set;
   set.scene = synthetic::MakeScene();
