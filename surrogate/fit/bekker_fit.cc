@@ -6,21 +6,24 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "surrogate/fit/stress_profile.h"
+
 namespace grouser::surrogate {
 namespace {
 
 constexpr std::array kFitted = {kFx, kFy, kTorque, kMz, kSinkage};
 constexpr int kResiduals = static_cast<int>(kFitted.size());
 constexpr double kModelFloor = 0.04;  // of the scale: no smooth model does better
+constexpr double kCorner = 5;         // of Huber's loss
 constexpr int kFirstIterations = 12;
 constexpr double kReferenceDepth = 0.3;  // of r: where the pressure is a parameter
 
 // A fitted coordinate x: ln(parameter), or 1 + parameter/unit; the 1 keeps the
 // relative steps of numeric derivatives large where the parameter is 0.
 struct Coordinate {
-  double BekkerParameters::* member;  // null: pressure at the reference depth
-  double unit;                        // 0: logarithmic
-  double center, sd, low, high;       // of ln(parameter), or of parameter/unit
+  double BekkerParameters::*member;  // null: pressure at the reference depth
+  double unit;                       // 0: logarithmic
+  double center, sd, low, high;      // of ln(parameter), or of parameter/unit
 
   double Shift() const { return unit == 0 ? 0 : 1; }
   double Value(double x) const { return unit == 0 ? std::exp(x) : (x - 1) * unit; }
@@ -31,7 +34,7 @@ struct Coordinate {
 };
 
 // Numeric derivatives step a little over a bound: the model's own range holds.
-double Bounded(double BekkerParameters::* member, double value) {
+double Bounded(double BekkerParameters::*member, double value) {
   for (const BekkerField& field : BekkerFields()) {
     if (field.member == member) return std::clamp(value, field.low, field.high);
   }
@@ -59,8 +62,16 @@ std::vector<Coordinate> Coordinates(double radius) {
   };
 }
 
+// A row's profile, ready for the residuals.
+struct RowProfile {
+  const Row* row;
+  Canonical state;
+  ComparedProfile compared;
+};
+
 struct Problem {
   const std::vector<Row>* rows;
+  std::vector<RowProfile> profiles;
   WheelGeometry wheel;
   BekkerFitOptions options;
   std::vector<Coordinate> coordinates;
@@ -84,8 +95,7 @@ struct Problem {
     for (std::size_t i = 0; i < x.size(); ++i) {
       const Coordinate& c = coordinates[i];
       const double modulus = p.k_c / wheel.width_m + p.k_phi;
-      x[i] = c.At(c.member == nullptr ? modulus * std::pow(ReferenceDepth(), p.n)
-                                      : p.*c.member);
+      x[i] = c.At(c.member == nullptr ? modulus * std::pow(ReferenceDepth(), p.n) : p.*c.member);
     }
     return x;
   }
@@ -104,12 +114,37 @@ struct RowResidual {
         const int o = kFitted[i];
         const double scale = OutputScale(o, row->load_n, problem->wheel.radius_m);
         const double patch = problem->options.patch[o] * scale;
-        const double sigma = std::hypot(std::hypot(row->standard_error[o], patch),
-                                        kModelFloor * scale);
+        const double sigma =
+            std::hypot(std::hypot(row->standard_error[o], patch), kModelFloor * scale);
         residual[i] = (a.value[o] - row->mean[o]) / sigma;
       }
     } catch (const std::invalid_argument&) {
       return false;  // outside the model's range: the step is refused
+    }
+    return true;
+  }
+};
+
+struct StressResidual {
+  const Problem* problem;
+  const RowProfile* own;
+
+  bool operator()(const double* const* x, double* residual) const {
+    try {
+      const BekkerModel model(problem->Parameters(x[0]), problem->wheel);
+      const RimProfile& measured = own->compared.measured;
+      const double sinkage = model.SolveCanonical(own->state, own->row->load_n).value[kSinkage];
+      const RimProfile said =
+          ModelProfile(model, own->state, sinkage, measured, problem->options.smear_rad);
+      const double root =
+          std::sqrt(problem->options.profile_weight * kResiduals / (2.0 * own->compared.bins));
+      for (std::size_t i = 0; i < measured.size(); ++i) {
+        residual[2 * i] = root * (said.normal[i] - measured.normal[i]) / own->compared.sd_normal;
+        residual[2 * i + 1] =
+            root * (said.tangential[i] - measured.tangential[i]) / own->compared.sd_tangential;
+      }
+    } catch (const std::invalid_argument&) {
+      return false;
     }
     return true;
   }
@@ -145,6 +180,7 @@ void MatchSinkage(const Problem& problem, std::vector<double>* x) {
 }
 
 using Cost = ceres::DynamicNumericDiffCostFunction<RowResidual, ceres::FORWARD>;
+using StressCost = ceres::DynamicNumericDiffCostFunction<StressResidual, ceres::FORWARD>;
 using PriorCost = ceres::DynamicNumericDiffCostFunction<PriorResidual, ceres::FORWARD>;
 
 // Returns false where Ceres found nothing usable.
@@ -155,7 +191,13 @@ bool Minimise(const Problem& problem, int iterations, std::vector<double>* x, do
     auto* function = new Cost(new RowResidual{&problem, &row});
     function->AddParameterBlock(n);
     function->SetNumResiduals(kResiduals);
-    ceres_problem.AddResidualBlock(function, new ceres::HuberLoss(5.0), x->data());
+    ceres_problem.AddResidualBlock(function, new ceres::HuberLoss(kCorner), x->data());
+  }
+  for (const RowProfile& own : problem.profiles) {
+    auto* function = new StressCost(new StressResidual{&problem, &own});
+    function->AddParameterBlock(n);
+    function->SetNumResiduals(2 * static_cast<int>(own.compared.measured.size()));
+    ceres_problem.AddResidualBlock(function, new ceres::HuberLoss(kCorner), x->data());
   }
   auto* prior = new PriorCost(new PriorResidual{&problem});
   prior->AddParameterBlock(n);
@@ -198,11 +240,23 @@ std::vector<double> Start(const Problem& problem, int number) {
   return x;
 }
 
+std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeometry& wheel) {
+  std::vector<RowProfile> profiles;
+  for (const Row& row : rows) {
+    if (!HasProfile(*row.source)) continue;
+    RowProfile own{&row, ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
+                   MakeCompared(row, wheel)};
+    if (IsComparable(own.compared)) profiles.push_back(std::move(own));
+  }
+  return profiles;
+}
+
 }  // namespace
 
 BekkerFit FitBekker(const std::vector<Row>& rows, const WheelGeometry& wheel,
                     const BekkerFitOptions& options, const BekkerParameters* from) {
-  const Problem problem{&rows, wheel, options, Coordinates(wheel.radius_m)};
+  Problem problem{&rows, {}, wheel, options, Coordinates(wheel.radius_m)};
+  if (options.profile_weight > 0) problem.profiles = ProfilesOf(rows, wheel);
   // A short way from every start, the rest from the best.
   std::vector<double> best;
   double best_cost = 0;

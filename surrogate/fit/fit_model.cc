@@ -11,6 +11,7 @@
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/stress_profile.h"
 #include "surrogate/fit/trained.h"
 
 namespace grouser::surrogate {
@@ -164,6 +165,10 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool spee
 
 }  // namespace
 
+double ProfileWeightOf(v1alpha1::Rung rung) {
+  return rung == v1alpha1::RUNG_BEKKER ? kProfileWeight : 0;
+}
+
 v1alpha1::Model FitModel(const FitRequest& request) {
   if (request.name.empty()) throw std::runtime_error("model name: expected one");
   CheckScene(request.set.scene);
@@ -177,17 +182,7 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   const double radius = scene.wheel().radius_m();
   const PatchNoise patch = EstimatePatch(repeats, training, radius);
 
-  TrainOptions options;
-  options.wheel = {radius, scene.wheel().width_m()};
-  options.with_residual = request.rung != v1alpha1::RUNG_BEKKER;
-  options.with_physics = request.rung != v1alpha1::RUNG_LOOKUP;
-  options.physics.unit_weight =
-      scene.soil().bulk_density_kg_per_m3() * scene.soil().gravity_m_per_s2();
-  options.physics.patch = patch.sd;
-  options.gravity_m_per_s2 = scene.soil().gravity_m_per_s2();
-  if (options.with_residual) {
-    options.speed = SpeedAxisOf(training, radius, options.gravity_m_per_s2);
-  }
+  const TrainOptions options = OptionsOf(request, training, patch);
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
   const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);

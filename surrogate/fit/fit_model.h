@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/fit/bekker_fit.h"
 #include "surrogate/fit/training_set.h"
 
 namespace grouser::surrogate {
@@ -17,8 +19,15 @@ struct FitRequest {
   TrainingSet set;
   std::string base_digest, command, reason;
   std::vector<v1alpha1::MeasuredPoint> measured;
+  /// Of stress profiles (BekkerFitOptions); none: ProfileWeightOf(rung).
+  std::optional<double> profile_weight;
   ProgressText progress = [](const std::string&) {};
 };
+
+/// kProfileWeight for the bekker rung, whose parameters are to mean what they
+/// say. 0 for the hybrid: its table takes up what physics leaves of the totals,
+/// which profiles only pull away from them.
+double ProfileWeightOf(v1alpha1::Rung rung);
 
 /// Fewest steady training runs that a fit accepts.
 inline constexpr int kFewestRuns = 6;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/fit/print.h"
+#include "surrogate/fit/profile_report.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/write_model.h"
 
@@ -27,8 +29,11 @@ constexpr int kOk = 0, kFailed = 1, kUsage = 2, kGateFailed = 3;
 
 struct Arguments {
   std::vector<std::string> run_dirs;
-  std::string name, out, measured, base, run, candidate, model, rung = "hybrid", reason;
+  std::string name, out, measured, base, run, candidate, model, rung = "hybrid", reason,
+                                                                role = "test";
   double slip = 0, angle_deg = 0, load = 0, speed = 0;
+  std::optional<double> profile_weight;
+  std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
   bool json = false;
   std::string command;  // as typed
 };
@@ -79,6 +84,12 @@ int FitAndWrite(FitRequest request, const Arguments& a) {
   return kOk;
 }
 
+TrainingSet ReadAll(const std::vector<std::string>& paths) {
+  TrainingSet set = ReadRuns(paths.front());
+  for (std::size_t i = 1; i < paths.size(); ++i) Merge(ReadRuns(paths[i]), &set);
+  return set;
+}
+
 int Fit(const Arguments& a) {
   FitRequest request;
   request.name = a.name;
@@ -86,21 +97,39 @@ int Fit(const Arguments& a) {
                  : a.rung == "lookup" ? v1alpha1::RUNG_LOOKUP
                                       : v1alpha1::RUNG_HYBRID;
   request.reason = a.reason.empty() ? "campaign" : a.reason;
-  request.set = ReadRuns(a.run_dirs.front());
-  for (std::size_t i = 1; i < a.run_dirs.size(); ++i) {
-    Merge(ReadRuns(a.run_dirs[i]), &request.set);
-  }
+  request.profile_weight = a.profile_weight;
+  request.set = ReadAll(a.run_dirs);
   if (!a.measured.empty()) request.measured = ReadMeasured(a.measured);
   return FitAndWrite(std::move(request), a);
 }
 
 int Summarise(const Arguments& a) {
-  TrainingSet set = ReadRuns(a.run_dirs.front());
-  for (std::size_t i = 1; i < a.run_dirs.size(); ++i) Merge(ReadRuns(a.run_dirs[i]), &set);
+  const TrainingSet set = ReadAll(a.run_dirs);
   LogNotes(set.notes);
   WriteSummary(a.out, set);
   Log(fmt::format("wrote {}: {} runs, {} planned and not there", a.out, set.runs.size(),
                   set.notes.size()));
+  return kOk;
+}
+
+int Profiles(const Arguments& a) {
+  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const BekkerModel physics = MakeHybrid(loaded.model).physics();
+  const TrainingSet set = ReadAll(a.run_dirs);
+  const std::vector<Row> rows =
+      RowsOf(set.runs, a.role == "test" ? v1alpha1::RUN_ROLE_TEST : v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<ProfileRow> profiles = CompareProfiles(rows, physics, GrainAngle(set.scene));
+  if (profiles.empty()) throw std::runtime_error("no " + a.role + " run has a stress profile");
+  const ProfileMisfit repeats = RepeatMisfit(PatchRows(set.runs), physics.wheel());
+  Print(a.json ? ProfilesJson(profiles, repeats, Reference(loaded))
+               : ProfilesText(profiles, repeats));
+  return kOk;
+}
+
+int Weigh(const Arguments& a) {
+  const TrainingSet set = ReadAll(a.run_dirs);
+  const std::vector<WeightTrial> trials = TryWeights(set, a.weights);
+  Print(a.json ? WeightsJson(trials, PatchOf(set)) : WeightsText(trials, PatchOf(set)));
   return kOk;
 }
 
@@ -182,10 +211,26 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::IsMember({"hybrid", "bekker", "lookup"}))
       ->capture_default_str();
   fit->add_option("--reason", a->reason, "kept in the provenance");
+  fit->add_option("--profile-weight", a->profile_weight,
+                  fmt::format("of a run's stress profile beside its totals; 0: totals alone "
+                              "(default: {:g} for bekker, else 0)",
+                              kProfileWeight))
+      ->check(CLI::NonNegativeNumber);
   CLI::App* summarise =
       add("summarise", "Keep of campaigns what fits need, in one file", Summarise);
   summarise->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
   summarise->add_option("--out", a->out, "summary file to write (*.runs.json)")->required();
+  CLI::App* profiles = add("profiles", "Stresses on the rim, DEM beside physics", Profiles);
+  profiles->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  profiles->add_option("--model", a->model, "model file with physics")->required();
+  profiles->add_option("--role", a->role, "which runs")
+      ->check(CLI::IsMember({"test", "train"}))
+      ->capture_default_str();
+  CLI::App* weigh = add("weigh", "What a weight of the stress profiles does to the physics", Weigh);
+  weigh->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  weigh->add_option("--weights", a->weights, "weights to try")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   CLI::App* refit = add("refit", "Fit a model's own runs and a new one", Refit);
   refit->add_option("--base", a->base, "model file")->required();
   refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
@@ -220,6 +265,7 @@ int main(int argc, char** argv) {
       "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
       "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
       "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
+      "  grouser-fit profiles --runs campaign/ --model cmu.model\n"
       "  grouser-fit refit --base cmu.model --run new.run.h5 --out cmu-2.model\n"
       "  grouser-fit gate --base cmu.model --candidate cmu-2.model\n"
       "Exit codes: 0 ok, 1 failed, 2 usage or bad input, 3 a gate check failed.");

@@ -15,6 +15,7 @@
 
 #include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
+#include "surrogate/fit/stress_profile.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -234,6 +235,7 @@ Row MakeRow(const v1alpha1::RunSummary& s) {
       Fail(where, std::string(kOutputNames[o]) + ": expected a finite mean and standard error");
     }
   }
+  HasProfile(s);  // throws for a broken one
   return row;
 }
 

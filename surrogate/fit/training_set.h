@@ -51,7 +51,8 @@ void Merge(const TrainingSet& more, TrainingSet* set);
 v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole role);
 
 /// A state in either form; throws std::invalid_argument "run ID: ..." for a
-/// summary without six outputs or with an impossible motion.
+/// summary without six outputs, with an impossible motion or with a stress profile
+/// that is none (HasProfile).
 Row MakeRow(const v1alpha1::RunSummary& summary);
 
 /// The runs of a role (UNSPECIFIED counts as TRAIN) that are steady or drifted to

@@ -15,6 +15,15 @@ struct WheelGeometry {
   double radius_m = 0, width_m = 0;
 };
 
+/// Stress on a wheel's rim, per area of the rim [Pa].
+struct RimStress {
+  double normal;      ///< compression, >= 0
+  double tangential;  ///< on the wheel, along (cos theta, sin theta): forward below the hub
+  double axial;       ///< on the wheel, along +y
+};
+
+struct BekkerContact;  // bekker_integrals.cc
+
 /// Quasi-static force of dry soil on a smooth rigid wheel with closed sides:
 /// driven, free, braked, locked and counter-rotating, at any attack angle.
 ///
@@ -87,6 +96,16 @@ class BekkerModel {
   /// At a given sinkage [m] in (0, 1.2 r]; f_z is what the soil carries.
   Answer AtSinkage(const Canonical& state, double sinkage,
                    Points points = Points::kPlain) const noexcept;
+  /// The stresses that AtSinkage integrates, at `angle` [rad] from straight down,
+  /// forward positive: with normal s, tangential t, axial a, and no passive
+  /// pressure on sides or blade,
+  ///   f_z = b r int(s cos + t sin), f_x = b r int(t cos - s sin), f_y = b r int a,
+  ///   torque = e b r^2 int t, over theta.
+  /// 0 outside the contact. Precondition as AtSinkage.
+  RimStress StressAt(const Canonical& state, double sinkage, double angle) const noexcept;
+  /// At many angles; `stress` has as many entries as `angle`.
+  void StressesAt(const Canonical& state, double sinkage, std::span<const double> angle,
+                  std::span<RimStress> stress) const noexcept;
   /// Of the wheel that stands: f_z and sinkage, the rest 0.
   Answer SolveStatic(double load) const noexcept;
 
@@ -106,6 +125,7 @@ class BekkerModel {
   struct Integrals;                   // canonical force sums
 
   Motion MakeMotion(double p, double y, double q) const noexcept;
+  void Touch(const Motion& motion, double sinkage, BekkerContact* contact) const noexcept;
   Integrals Integrate(const Motion& motion, double sinkage, Points points) const noexcept;
   double Blade(const Motion& motion, double sinkage, double theta_f) const noexcept;
   Answer Balance(const Motion& motion, double load) const noexcept;

@@ -29,9 +29,16 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name);
 /// nothing fitted. What the soil does not say is taken from the literature:
 /// - density, if unpublished: 1600 (sand, loam), 1800 (clay), 300 (snow) kg/m^3;
 /// - K, if unpublished: 10 mm (sand, loam), 6 mm (clay), 25 mm (snow) (Wong,
-///   Theory of Ground Vehicles, ch. 2: firm sand 10, compact clay 6, fresh snow 25 to 50);
+///   Theory of Ground Vehicles, ch. 2: firm sand 10, compact clay 6, fresh snow 25 to 50;
+///   of these only the snow could be checked, in austinlines/PhD below);
 /// - c1 = 0.18, c2 = 0.32: Wong & Reece (1967) for loose sand; compact sand has
-///   0.43, 0.32. c3 = 0: they neglect the exit angle;
+///   0.43, 0.32. c3 = 0: they neglect the exit angle. Checked at second hand, the
+///   paper itself was not at hand: public code quotes 0.18, 0.32 as "Wong and Reece
+///   1967, loose sand" (austinlines/PhD, TerramechanicsDynamicsModel) and takes 0.43,
+///   0.32 for their wheel (melanz/wheel-soil). Elsewhere 0.4, 0.15 stands for a lunar
+///   simulant, 0.365, 0.503 and 0.33, 0.11 for Martian ones
+///   (mmbaxter484/Mars-Terrain-Simulator; the first are Ishigami's of 2007). A DEM
+///   campaign's own profiles say 0.35, 0.06 (docs/stress-profiles.md);
 /// - sinkage_drive = 1.5: Lyasko's (2010) slip sinkage (1 + i)/(1 - i/2), which
 ///   the model's exp(1.5 D) follows within 5 % from slip 0.2 to 0.7;
 /// - passive pressures: Rankine's tan^2(45 deg + phi/2); K_b = K.

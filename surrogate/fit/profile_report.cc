@@ -1,0 +1,204 @@
+#include "surrogate/fit/profile_report.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "surrogate/fit/calibration.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr int kGroups = 10;
+constexpr std::array kJudged = {kFx, kFy, kTorque, kMz, kSinkage};
+
+Canonical StateOf(const Row& row) {
+  return ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+}
+
+// Fitted to all rows but those of `group`; -1: to all.
+struct Fitter {
+  std::vector<Row> rows;
+  std::vector<int> group;  // of each row; all seeds of a state are in one
+  WheelGeometry wheel;
+  BekkerFitOptions options;
+
+  BekkerParameters Without(int left_out, const BekkerParameters* from) const {
+    std::vector<Row> kept;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (group[i] != left_out) kept.push_back(rows[i]);
+    }
+    return FitBekker(kept, wheel, options, from).parameters;
+  }
+};
+
+std::vector<int> GroupsOf(const std::vector<Row>& rows) {
+  std::map<StateKey, int> of_state;
+  std::vector<int> groups;
+  for (const Row& row : rows) {
+    const auto [at, added] = of_state.emplace(KeyOf(row), static_cast<int>(of_state.size()));
+    groups.push_back(at->second % kGroups);
+  }
+  return groups;
+}
+
+// Sums first; Finish makes means of them.
+struct ErrorSums {
+  PhysicsErrors errors;
+  ProfileMisfit size{0, 0};
+
+  void Add(const std::vector<Row>& rows, const BekkerModel& model, double smear) {
+    for (const Row& row : rows) {
+      const auto value =
+          model.Solve(row.motion.v_x, row.motion.v_y, row.motion.rim_speed, row.load_n).value;
+      for (const Output o : kJudged) {
+        const double error =
+            (value[o] - row.mean[o]) / OutputScale(o, row.load_n, model.wheel().radius_m);
+        errors.rmse[o] += error * error;
+      }
+      ++errors.runs;
+    }
+    const std::vector<ProfileRow> profiles = CompareProfiles(rows, model, smear);
+    const int used = static_cast<int>(
+        std::count_if(profiles.begin(), profiles.end(), [](const auto& p) { return p.used; }));
+    if (used == 0) return;
+    const ProfileMisfit misfit = PooledMisfit(profiles);
+    errors.misfit.normal += used * misfit.normal * misfit.normal;
+    errors.misfit.tangential += used * misfit.tangential * misfit.tangential;
+    errors.profiles += used;
+  }
+
+  PhysicsErrors Finish() const {
+    PhysicsErrors e = errors;
+    for (double& rmse : e.rmse) rmse = std::sqrt(rmse / std::max(1, e.runs));
+    e.misfit.normal = std::sqrt(e.misfit.normal / std::max(1, e.profiles));
+    e.misfit.tangential = std::sqrt(e.misfit.tangential / std::max(1, e.profiles));
+    return e;
+  }
+};
+
+WeightTrial Try(double weight, Fitter fitter, const std::vector<Row>& test) {
+  using Clock = std::chrono::steady_clock;
+  fitter.options.profile_weight = weight;
+  WeightTrial trial{};
+  trial.weight = weight;
+  const auto start = Clock::now();
+  trial.parameters = fitter.Without(-1, nullptr);
+  trial.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const double smear = fitter.options.smear_rad;
+  std::vector<BekkerParameters> without;
+  ErrorSums left_out, held;
+  for (int g = 0; g < kGroups; ++g) {
+    without.push_back(fitter.Without(g, &trial.parameters));
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < fitter.rows.size(); ++i) {
+      if (fitter.group[i] == g) rows.push_back(fitter.rows[i]);
+    }
+    left_out.Add(rows, BekkerModel(without.back(), fitter.wheel), smear);
+  }
+  held.Add(test, BekkerModel(trial.parameters, fitter.wheel), smear);
+  trial.left_out = left_out.Finish();
+  trial.test = held.Finish();
+  for (const BekkerField& field : BekkerFields()) {
+    double mean = 0, sum = 0;
+    for (const BekkerParameters& p : without) mean += p.*field.member / kGroups;
+    for (const BekkerParameters& p : without) {
+      sum += (p.*field.member - mean) * (p.*field.member - mean);
+    }
+    trial.spread.*field.member = std::sqrt(sum * (kGroups - 1) / kGroups);
+  }
+  return trial;
+}
+
+// Sum over bins of the variance between profiles, over that of their mean squared.
+double RelativeVariance(const std::vector<RimProfile>& profiles,
+                        std::vector<double> RimProfile::*stress) {
+  const auto n = static_cast<double>(profiles.size());
+  double variance = 0, size = 0;
+  for (std::size_t i = 0; i < profiles.front().size(); ++i) {
+    double mean = 0;
+    for (const RimProfile& p : profiles) mean += (p.*stress).at(i) / n;
+    for (const RimProfile& p : profiles) {
+      variance += ((p.*stress)[i] - mean) * ((p.*stress)[i] - mean) / (n - 1);
+    }
+    size += mean * mean;
+  }
+  return variance / size;
+}
+
+}  // namespace
+
+std::vector<ProfileRow> CompareProfiles(const std::vector<Row>& rows, const BekkerModel& model,
+                                        double smear_rad) {
+  std::vector<ProfileRow> result;
+  for (const Row& row : rows) {
+    if (!HasProfile(*row.source)) continue;
+    ProfileRow p{&row, MakeCompared(row, model.wheel()), {}, 0, false, {}};
+    p.sinkage = model.SolveCanonical(StateOf(row), row.load_n).value[kSinkage];
+    p.model = ModelProfile(model, StateOf(row), p.sinkage, p.compared.measured, smear_rad);
+    p.used = IsComparable(p.compared);
+    if (p.used) p.misfit = MisfitOf(p.model, p.compared.measured);
+    result.push_back(std::move(p));
+  }
+  return result;
+}
+
+ProfileMisfit PooledMisfit(const std::vector<ProfileRow>& rows) {
+  ProfileMisfit sum{0, 0};
+  int used = 0;
+  for (const ProfileRow& row : rows) {
+    if (!row.used) continue;
+    sum.normal += row.misfit.normal * row.misfit.normal;
+    sum.tangential += row.misfit.tangential * row.misfit.tangential;
+    ++used;
+  }
+  return {std::sqrt(sum.normal / std::max(1, used)), std::sqrt(sum.tangential / std::max(1, used))};
+}
+
+ProfileMisfit RepeatMisfit(const std::vector<Row>& repeats, const WheelGeometry& wheel) {
+  std::map<StateKey, std::vector<RimProfile>> states;
+  for (const Row& row : repeats) {
+    if (!HasProfile(*row.source)) continue;
+    const ComparedProfile compared = MakeCompared(row, wheel);
+    if (IsComparable(compared)) states[KeyOf(row)].push_back(compared.measured);
+  }
+  ProfileMisfit sum{0, 0};
+  int count = 0;
+  for (const auto& [key, profiles] : states) {
+    if (profiles.size() < 2) continue;
+    sum.normal += RelativeVariance(profiles, &RimProfile::normal);
+    sum.tangential += RelativeVariance(profiles, &RimProfile::tangential);
+    ++count;
+  }
+  return {std::sqrt(sum.normal / std::max(1, count)),
+          std::sqrt(sum.tangential / std::max(1, count))};
+}
+
+std::vector<WeightTrial> TryWeights(const TrainingSet& set, const std::vector<double>& weights) {
+  Fitter fitter;
+  fitter.rows = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  if (fitter.rows.size() < 2 * kGroups) {
+    throw std::invalid_argument(set.name + ": " + std::to_string(fitter.rows.size()) +
+                                " training runs, expected at least " + std::to_string(2 * kGroups));
+  }
+  fitter.group = GroupsOf(fitter.rows);
+  fitter.wheel = {set.scene.wheel().radius_m(), set.scene.wheel().width_m()};
+  fitter.options.unit_weight =
+      set.scene.soil().bulk_density_kg_per_m3() * set.scene.soil().gravity_m_per_s2();
+  fitter.options.patch = PatchOf(set);
+  fitter.options.smear_rad = GrainAngle(set.scene);
+  std::vector<WeightTrial> trials;
+  const std::vector<Row> test = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
+  for (const double weight : weights) trials.push_back(Try(weight, fitter, test));
+  return trials;
+}
+
+std::array<double, kOutputs> PatchOf(const TrainingSet& set) {
+  return EstimatePatch(PatchRows(set.runs), RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN),
+                       set.scene.wheel().radius_m())
+      .sd;
+}
+
+}  // namespace grouser::surrogate
