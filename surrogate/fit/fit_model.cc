@@ -163,6 +163,23 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool spee
   model->mutable_measured()->Add(request.measured.begin(), request.measured.end());
 }
 
+TrainOptions OptionsOf(const FitRequest& request, const std::vector<Row>& training,
+                       const PatchNoise& patch) {
+  const v1alpha1::Scene& scene = request.set.scene;
+  const double radius = scene.wheel().radius_m(), gravity = scene.soil().gravity_m_per_s2();
+  TrainOptions options;
+  options.wheel = {radius, scene.wheel().width_m()};
+  options.with_residual = request.rung != v1alpha1::RUNG_BEKKER;
+  options.with_physics = request.rung != v1alpha1::RUNG_LOOKUP;
+  options.physics.unit_weight = scene.soil().bulk_density_kg_per_m3() * gravity;
+  options.physics.patch = patch.sd;
+  options.physics.profile_weight = request.profile_weight.value_or(ProfileWeightOf(request.rung));
+  options.physics.smear_rad = GrainAngle(scene);
+  options.gravity_m_per_s2 = gravity;
+  if (options.with_residual) options.speed = SpeedAxisOf(training, radius, gravity);
+  return options;
+}
+
 }  // namespace
 
 double ProfileWeightOf(v1alpha1::Rung rung) {
