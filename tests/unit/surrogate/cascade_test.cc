@@ -247,6 +247,18 @@ TEST_F(CascadeTest, BudgetEndsTheClimbAndTheFlagSaysSo) {
   EXPECT_THAT(batch.flags, Each(kToleranceUnmet));
 }
 
+TEST_F(CascadeTest, ARungThatTheBudgetCannotPayIsPassedOver) {
+  // Equally dear by the rule, so that the finer one comes first; only the other fits.
+  const Cascade near({RungOf(rough_, 10), RungOf(fine_, 140), RungOf(fair_, 100)});
+  Batch batch(1);
+  Demand demand = Force(2.5);
+  demand.budget_ns = 120;
+  near.Evaluate(batch.in(), demand, batch.out(), batch.rung, nullptr);
+  ASSERT_EQ(near.rungs()[2].model, &fair_);
+  EXPECT_EQ(batch.rung[0], 2u);
+  EXPECT_EQ(batch.flags[0], 0u);
+}
+
 TEST_F(CascadeTest, BudgetIsSpentInProportionAlongTheCall) {
   const std::size_t n = 4 * Cascade::kBlock;
   Batch batch(n);
