@@ -92,7 +92,11 @@ void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
   fmt::print("model {} (generation {}), {:.1f} us in the server\n", response.model(),
              response.generation(), response.latency_us());
   const auto& r = response.responses();
-  for (int i = 0; i < r.flags_size(); ++i) PrintState(r, i, loads[i]);
+  for (int i = 0; i < r.flags_size(); ++i) {
+    PrintState(r, i, loads[i]);
+    const bool chosen = i < response.rung_size() && response.rungs_size() > 1;
+    if (chosen) fmt::print("  answered by {}\n", response.rungs(response.rung(i)));
+  }
   if (r.averaging_length_m() > 0) {
     fmt::print("sd_patch: one random placement, averaged over {:.3g} m; NaN: unknown\n",
                r.averaging_length_m());

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "clients/cli/commands.h"
+#include "clients/cli/demand_options.h"
 #include "clients/cli/print.h"
 #include "clients/cli/state_options.h"
 #include "clients/cpp/lcm_client.h"
@@ -17,6 +18,7 @@ using client::Milliseconds;
 struct QueryOptions {
   std::string model;
   StateOptions states;
+  DemandOptions demand;
   bool values_only = false;
 };
 
@@ -31,12 +33,14 @@ int RunQuery(const Common& common, const QueryOptions& options) {
   request.set_model(options.model);
   request.set_values_only(options.values_only);
   *request.mutable_states() = options.states.Build();
+  options.demand.Apply(&request);
   const auto response = client.Evaluate(request);
   if (common.json) {
     PrintJson(response);
   } else {
     const auto& loads = request.states().closure_value();
     PrintResponses(response, {loads.begin(), loads.end()});
+    PrintDemandOutcome(response, common.jobs == Common().jobs ? "" : common.jobs);
   }
   return kExitOk;
 }
@@ -147,6 +151,7 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   query->add_option("--model", query_options->model, model_text);
   query->add_flag("--values-only", query_options->values_only, "Leave the uncertainty out");
   query_options->states.AddTo(*query);
+  query_options->demand.AddTo(*query);
   query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });
 
   auto* lcm = app.add_subcommand("lcm-query", "The same over LCM (velocities, up to 64 states)");

@@ -4,18 +4,17 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "clients/in_process/parts.h"
 #include "proto/records/model_file.h"
+#include "surrogate/model_io/cascade_rung.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The public header repeats these; it may not include ours.
 static_assert(kOutputs == surrogate::kOutputs);
@@ -34,57 +33,6 @@ static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrog
               SameBit(kVirginAssumed, surrogate::kVirginAssumed) &&
               SameBit(kFormUnknown, surrogate::kFormUnknown) &&
               SameBit(kToleranceUnmet, surrogate::kToleranceUnmet));
-
-struct SpanField {
-  const char* name;
-  std::span<double> OutputSpans::*member;
-};
-constexpr std::array<SpanField, 9> kSpanFields = {{{"value", &OutputSpans::value},
-                                                   {"sd_fit", &OutputSpans::sd_fit},
-                                                   {"sd_patch", &OutputSpans::sd_patch},
-                                                   {"low", &OutputSpans::low},
-                                                   {"high", &OutputSpans::high},
-                                                   {"d_v_x", &OutputSpans::d_v_x},
-                                                   {"d_v_y", &OutputSpans::d_v_y},
-                                                   {"d_rim_speed", &OutputSpans::d_rim_speed},
-                                                   {"d_load", &OutputSpans::d_load}}};
-constexpr std::size_t kFirstGradient = 5;  // in kSpanFields
-
-bool Fits(std::span<const double> span, std::size_t n) noexcept {
-  return span.empty() || span.size() == n;
-}
-
-bool SizesFit(const States& in, const Answers& out) noexcept {
-  const std::size_t n = in.load.size();
-  bool fit = in.v_x.size() == n && in.v_y.size() == n && in.rim_speed.size() == n &&
-             out.flags.size() == n && Fits(out.slip, n) && Fits(out.attack_angle, n);
-  for (const OutputSpans& o : out.output) {
-    for (const SpanField& field : kSpanFields) fit &= Fits(o.*field.member, n);
-  }
-  return fit;
-}
-
-surrogate::ResponsesView ToView(const Answers& out) noexcept {
-  surrogate::ResponsesView view;
-  for (std::size_t o = 0; o < kOutputs; ++o) {
-    const OutputSpans& s = out.output[o];
-    view.output[o] = {s.value, s.sd_fit, s.sd_patch,    s.low,   s.high,
-                      s.d_v_x, s.d_v_y,  s.d_rim_speed, s.d_load};
-  }
-  view.flags = out.flags;
-  view.slip = out.slip;
-  view.attack_angle = out.attack_angle;
-  return view;
-}
-
-void FillGradients(const Answers& out, double with) noexcept {
-  for (const OutputSpans& o : out.output) {
-    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
-      const std::span<double> span = o.*kSpanFields[f].member;
-      std::fill(span.begin(), span.end(), with);
-    }
-  }
-}
 
 // Spans of length 1 into `answer`.
 Answers ViewOf(Answer* answer) noexcept {
@@ -112,37 +60,23 @@ std::string NameOf(v1alpha1::Rung rung) {
 
 }  // namespace
 
-struct Model::Parts {
-  std::unique_ptr<const surrogate::WheelModel> evaluator;
-  std::string name, soil, wheel, rung, digest;
-  double radius_m = 0, width_m = 0, interval_level = 0;
-  bool has_gradients = false;
-  Domain domain{};
-
-  void Evaluate(const States& in, const Answers& out) const noexcept {
-    // Never leave what the caller's memory held before where a derivative belongs.
-    if (!has_gradients) FillGradients(out, kNaN);
-    evaluator->Evaluate({in.v_x, in.v_y, in.rim_speed, in.load, {}, {}, {}, {}}, ToView(out));
-  }
-
-  // Asks the evaluator itself, so that no list of rungs has to be kept here.
-  bool FillsGradients() const noexcept {
-    const double angle = std::min(0.2, domain.attack_angle_max_rad / 2);
-    const double speed = domain.speed_m_per_s > 0 ? domain.speed_m_per_s : 0.1;
-    const double load = std::sqrt(domain.load_min_n * domain.load_max_n);
-    const surrogate::VelocityState v = surrogate::FromSlip(0.1, angle, speed);
-    Answer answer{};
-    const Answers out = ViewOf(&answer);
-    Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}}, out);
-    bool filled = true;
-    for (const OutputSpans& o : out.output) {
-      for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
-        filled &= !std::isnan((o.*kSpanFields[f].member)[0]);
-      }
+// Asks the evaluator itself, so that no list of rungs has to be kept here.
+bool Model::Parts::FillsGradients() const noexcept {
+  const double angle = std::min(0.2, domain.attack_angle_max_rad / 2);
+  const double speed = domain.speed_m_per_s > 0 ? domain.speed_m_per_s : 0.1;
+  const double load = std::sqrt(domain.load_min_n * domain.load_max_n);
+  const surrogate::VelocityState v = surrogate::FromSlip(0.1, angle, speed);
+  Answer answer{};
+  const Answers out = ViewOf(&answer);
+  Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}}, out);
+  bool filled = true;
+  for (const OutputSpans& o : out.output) {
+    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+      filled &= !std::isnan((o.*kSpanFields[f].member)[0]);
     }
-    return filled;
   }
-};
+  return filled;
+}
 
 Model::Model(std::unique_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
 Model::Model(Model&& other) noexcept = default;
@@ -166,6 +100,8 @@ Model Model::Open(const std::filesystem::path& model_file) try {
   parts->domain = {d.slip_min(),   d.slip_max(),   d.attack_angle_max_rad(),
                    d.load_min_n(), d.load_max_n(), d.speed_m_per_s()};
   parts->has_gradients = parts->FillsGradients();
+  parts->as_rung = surrogate::MakeCascadeRung(message, *parts->evaluator);
+  parts->pair = surrogate::PairKey(message);
   return Model(std::move(parts));
 } catch (const std::exception& error) {
   const std::string file = model_file.string(), what = error.what();

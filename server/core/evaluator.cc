@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "server/core/demand.h"
+
 namespace grouser::server {
 namespace {
 
@@ -121,8 +123,9 @@ void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* 
                 surrogate::OutputView* view) {
   view->value = Fill(array->mutable_value(), n);
   if (values_only) {
-    for (auto* unused : {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
-                         array->mutable_high(), array->mutable_sd_form(), array->mutable_sd_soil()}) {
+    for (auto* unused :
+         {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
+          array->mutable_high(), array->mutable_sd_form(), array->mutable_sd_soil()}) {
       unused->Clear();
     }
     return;
@@ -142,13 +145,30 @@ std::array<v1alpha1::OutputArray*, kOutputs> OutputArrays(v1alpha1::WheelRespons
           r->mutable_torque(), r->mutable_m_z(), r->mutable_sinkage()};
 }
 
+/// The rungs of a ladder answer; what is told by model is told by who answered.
+void ClimbViews(const surrogate::WheelStatesView& in, const surrogate::ResponsesView& out,
+                const std::array<v1alpha1::OutputArray*, kOutputs>& arrays, Climb* climb) {
+  const Ladder& ladder = *climb->ladder;
+  const auto rung_of = Fill(&climb->rung_of, static_cast<int>(in.load.size()));
+  ladder.cascade.Evaluate(in, climb->demand, out, rung_of, &climb->worst);
+  for (std::size_t i = 0; i < rung_of.size(); ++i) {
+    const ServedModel& model = *ladder.models[rung_of[i]];
+    const bool invalid = (out.flags[i] & surrogate::kInvalid) != 0;
+    if (model.form_unknown && !invalid) out.flags[i] |= surrogate::kFormUnknown;
+    for (int k = 0; k < kOutputs; ++k) {
+      if (arrays[k]->sd_form_size() == 0) break;  // values only
+      arrays[k]->set_sd_form(static_cast<int>(i), model.sd_form[k]);
+    }
+  }
+}
+
 }  // namespace
 
 QueryStatus ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
   const int n = states.closure_value_size();
   if (n > max_states) {
-    return QueryStatus::ResourceExhausted(fmt::format(
-        "states.closure_value: {} entries, at most {} in one message", n, max_states));
+    return QueryStatus::ResourceExhausted(
+        fmt::format("states.closure_value: {} entries, at most {} in one message", n, max_states));
   }
   if (states.kinematics_case() == v1alpha1::WheelStates::KINEMATICS_NOT_SET) {
     return QueryStatus::InvalidArgument("states.kinematics: missing, expected velocity or slip");
@@ -184,8 +204,8 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
   }
 }
 
-void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states,
-                    bool values_only, v1alpha1::WheelResponses* responses) {
+void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
+                    v1alpha1::WheelResponses* responses, Climb* climb) {
   const int n = states.closure_value_size();
   if (states.has_velocity()) {
     *responses->mutable_velocity() = states.velocity();
@@ -212,7 +232,11 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   out.flags = Fill(responses->mutable_flags(), n);
   out.slip = Fill(responses->mutable_slip()->mutable_slip(), n);
   out.attack_angle = Fill(responses->mutable_slip()->mutable_attack_angle_rad(), n);
-  EvaluateViews(model, in, out);
+  if (climb && climb->ladder) {
+    ClimbViews(in, out, arrays, climb);
+  } else {
+    EvaluateViews(model, in, out);
+  }
   EchoSpeed(velocity, responses->mutable_slip());
   if (states.has_slip()) EchoInvalidSlips(states.slip(), out.flags, responses->mutable_slip());
   responses->set_interval_level(model.message.interval_level());
@@ -222,16 +246,24 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
 
 QueryStatus Evaluate(const Snapshot& snapshot, std::string_view model_reference,
                      const v1alpha1::WheelStates& states, bool values_only,
-                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses) {
+                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
+                     const v1alpha1::Demand& demand, Climb* climb) {
   *answered_by = nullptr;
   const ServedModel* model = nullptr;
+  surrogate::Demand wanted;
   QueryStatus status = ValidateStates(states);
+  if (status.ok()) status = ReadDemand(demand, &wanted);
   if (status.ok()) status = snapshot.Find(model_reference, &model);
+  if (climb) climb->ladder = nullptr;
   if (!status.ok()) {
     responses->Clear();
     return status;
   }
-  EvaluateStates(*model, states, values_only, responses);
+  if (climb && !wanted.IsEmpty()) {
+    climb->demand = wanted;
+    climb->ladder = &snapshot.LadderOf(model_reference, *model);
+  }
+  EvaluateStates(*model, states, values_only, responses, climb);
   *answered_by = model;
   return status;
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "server/core/model_reference.h"
+#include "surrogate/model_io/cascade_rung.h"
 
 namespace grouser::server {
 namespace {
@@ -68,6 +69,17 @@ void SelfTest(const std::string& name, const v1alpha1::Model& message,
   }
 }
 
+std::unique_ptr<const Ladder> MakeLadder(const std::vector<const ServedModel*>& models) {
+  std::vector<surrogate::CascadeRung> rungs;
+  for (const ServedModel* model : models) rungs.push_back(model->rung);
+  auto ladder = std::make_unique<Ladder>(Ladder{{}, surrogate::Cascade(std::move(rungs))});
+  for (const auto& rung : ladder->cascade.rungs()) {
+    ladder->models.push_back(*std::ranges::find(
+        models, rung.model, [](const ServedModel* model) { return model->evaluator.get(); }));
+  }
+  return ladder;
+}
+
 }  // namespace
 
 std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std::string digest,
@@ -90,6 +102,8 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
   served->form_unknown = std::any_of(served->sd_form.begin(), served->sd_form.end(),
                                      [](double sd) { return std::isnan(sd); });
   served->message = std::move(message);
+  served->rung = surrogate::MakeCascadeRung(served->message, *served->evaluator);
+  served->pair = surrogate::PairKey(served->message);
   return served;
 }
 
@@ -99,6 +113,33 @@ Snapshot::Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
   std::sort(models_.begin(), models_.end(), [](const ModelPtr& a, const ModelPtr& b) {
     return std::tie(a->message.name(), a->digest) < std::tie(b->message.name(), b->digest);
   });
+  MakeLadders();
+}
+
+void Snapshot::MakeLadders() {
+  std::vector<const ServedModel*> stable;
+  for (const auto& [name, of_model] : aliases_) {
+    const auto found = of_model.find(kDefaultAlias);
+    if (found != of_model.end()) stable.push_back(found->second.get());
+  }
+  for (const ModelPtr& model : models_) alone_.emplace(model.get(), MakeLadder({model.get()}));
+  for (const auto& [name, of_model] : aliases_) {
+    for (const auto& [alias, named] : of_model) {
+      if (together_.contains(named.get())) continue;
+      // A candidate stands in for the stable model of its own name.
+      std::vector<const ServedModel*> models = {named.get()};
+      for (const ServedModel* other : stable) {
+        const bool same = other->pair == named->pair;
+        if (same && other->message.name() != named->message.name()) models.push_back(other);
+      }
+      together_.emplace(named.get(), MakeLadder(models));
+    }
+  }
+}
+
+const Ladder& Snapshot::LadderOf(std::string_view reference, const ServedModel& named) const {
+  const bool pinned = reference.find("@sha256:") != std::string_view::npos;
+  return *(pinned ? alone_ : together_).at(&named);
 }
 
 QueryStatus Snapshot::Find(std::string_view reference, const ServedModel** model) const {

@@ -12,6 +12,7 @@
 #include "grouser/v1alpha1/model.pb.h"
 #include "server/core/repository.h"
 #include "server/core/status.h"
+#include "surrogate/models/cascade.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::server {
@@ -26,10 +27,18 @@ struct ServedModel {
   std::string digest;     ///< sha256 hex of the file's payload
   std::string reference;  ///< "name@sha256:HEX", echoed with every answer
   bool shipped = false;
-  v1alpha1::Model message;  ///< domain, errors, provenance, ...
+  v1alpha1::Model message;                            ///< domain, errors, provenance, ...
   std::array<double, surrogate::kOutputs> sd_form{};  ///< NaN: unknown
   bool form_unknown = true;                           ///< some sd_form is NaN
   std::unique_ptr<const surrogate::WheelModel> evaluator;
+  surrogate::CascadeRung rung;  ///< what it costs (measured once) and claims
+  std::string pair;             ///< equal for models of one wheel on one soil
+};
+
+/// The models that may answer a query with a demand.
+struct Ladder {
+  std::vector<const ServedModel*> models;  ///< as cascade.rungs(): the cheapest first
+  surrogate::Cascade cascade;
 };
 
 /// Builds and self-tests a model: the golden vectors must come out to 1e-9
@@ -59,12 +68,19 @@ class Snapshot {
   /// INVALID_ARGUMENT (malformed). Allocates only on failure.
   QueryStatus Find(std::string_view reference, const ServedModel** model) const;
 
+  /// Who may answer where `named` was found by `reference` and a demand given:
+  /// `named` and the stable models of other names with its wheel and soil; itself
+  /// alone where the reference has a digest. Made with the snapshot.
+  const Ladder& LadderOf(std::string_view reference, const ServedModel& named) const;
+
  private:
+  void MakeLadders();
   QueryStatus Unknown(std::string_view reference, const char* why) const;
 
   std::uint64_t generation_ = 0;
   std::vector<ModelPtr> models_;
   std::map<std::string, Aliases, std::less<>> aliases_;
+  std::map<const ServedModel*, std::unique_ptr<const Ladder>> alone_, together_;
 };
 
 }  // namespace grouser::server

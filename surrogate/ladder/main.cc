@@ -7,6 +7,7 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/ladder/ladder.h"
+#include "surrogate/ladder/promise.h"
 #include "surrogate/ladder/targets.h"
 
 namespace {
@@ -19,6 +20,7 @@ constexpr const char* kFooter =
     "  grouser-ladder --json\n"
     "  grouser-ladder surrogate/pairs/cmu-smooth-62.5 --markdown ladder.md\n"
     "  grouser-ladder fit surrogate/pairs/cmu-smooth-62.5   # models from its runs.json\n"
+    "  grouser-ladder promise surrogate/pairs/cmu-smooth-62.5   # tolerances, met and kept\n"
     "Exit codes: 0 ok, 1 failed, 2 usage or bad input.";
 
 std::string InCheckout(const char* path) {
@@ -45,8 +47,22 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   CLI::App* fit = app.add_subcommand("fit", "Fit hybrid, lookup and bekker to a pair's runs.json");
   fit->add_option("folder", fitted, "the pair's folder")->required();
+  CLI::App* promise =
+      app.add_subcommand("promise", "Tolerances at a pair's test states: met by whom, and kept");
+  PromiseOptions asked;
+  promise->add_option("folder", fitted, "the pair's folder")->required();
+  promise->add_option("--costs", asked.cost_ns, "of bekker, lookup, hybrid [ns]; default: measured")
+      ->delimiter(',');
+  promise->add_flag("--training-only", asked.without_held_out,
+                    "leave the held-out rows of the models' error tables out");
+  promise->add_flag("--json", json, "machine-readable rows on stdout");
   try {
     app.parse(argc, argv);
+    if (promise->parsed()) {
+      const Promise kept = MeasurePromise(fitted, asked);
+      fmt::print("{}", json ? PromiseJson(kept) : PromiseText(kept));
+      return 0;
+    }
     if (fit->parsed()) {
       FitPair(fitted, "grouser-ladder fit",
               [](const std::string& line) { fmt::print(stderr, "grouser-ladder: {}\n", line); });

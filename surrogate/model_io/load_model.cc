@@ -97,19 +97,6 @@ ResidualTable MakeTable(const v1alpha1::Model& model) {
   });
 }
 
-HullBox MakeHull(const v1alpha1::Model& model) {
-  const v1alpha1::Domain& d = model.domain();
-  HullBox hull;
-  hull.slip_min = d.slip_min();
-  hull.slip_max = d.slip_max();
-  hull.attack_angle_max_rad = d.attack_angle_max_rad();
-  hull.load_min_n = d.load_min_n();
-  hull.load_max_n = d.load_max_n();
-  hull.froude_max = d.froude_max();
-  hull.gravity_m_per_s2 = model.soil().gravity_m_per_s2();
-  return hull;
-}
-
 Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   Uncertainty u;
   u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
@@ -158,6 +145,19 @@ void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
 
 }  // namespace
 
+HullBox HullOf(const v1alpha1::Model& model) {
+  const v1alpha1::Domain& d = model.domain();
+  HullBox hull;
+  hull.slip_min = d.slip_min();
+  hull.slip_max = d.slip_max();
+  hull.attack_angle_max_rad = d.attack_angle_max_rad();
+  hull.load_min_n = d.load_min_n();
+  hull.load_max_n = d.load_max_n();
+  hull.froude_max = d.froude_max();
+  hull.gravity_m_per_s2 = model.soil().gravity_m_per_s2();
+  return hull;
+}
+
 BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message) {
   BekkerParameters parameters;
   std::size_t known = 0;
@@ -194,7 +194,7 @@ std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
     const Speed speed = SpeedOf(model);
     return WithTable(model, [&](const TableAxes& axes, const Channels& channels) {
       return std::make_unique<LookupModel>(
-          axes, channels, MakeHull(model), MakeUncertainty(model),
+          axes, channels, HullOf(model), MakeUncertainty(model),
           WheelGeometry{model.wheel().radius_m(), model.wheel().width_m()}, speed.axis,
           speed.rates);
     });
@@ -213,12 +213,12 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
                               {model.wheel().radius_m(), model.wheel().width_m()});
     const Speed speed = SpeedOf(model);
     if (!speed.axis.present()) {
-      return HybridModel(physics, MakeTable(model), MakeHull(model), MakeUncertainty(model));
+      return HybridModel(physics, MakeTable(model), HullOf(model), MakeUncertainty(model));
     }
     ResidualTable rates = WithTable(model, [&](const TableAxes& axes, const Channels&) {
       return ResidualTable(axes, speed.rates);
     });
-    return HybridModel(physics, MakeTable(model), std::move(rates), speed.axis, MakeHull(model),
+    return HybridModel(physics, MakeTable(model), std::move(rates), speed.axis, HullOf(model),
                        MakeUncertainty(model));
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());

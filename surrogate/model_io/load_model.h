@@ -4,6 +4,7 @@
 #include <string>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/hull.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
@@ -13,5 +14,8 @@ namespace grouser::surrogate {
 /// golden vectors are not reproduced to 1e-9 relative. The evaluator then makes
 /// the table that it answers with (HybridModel::Tabulate), about 0.3 s.
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model);
+
+/// The box of a message's domain, unchecked.
+HullBox HullOf(const v1alpha1::Model& model);
 
 }  // namespace grouser::surrogate

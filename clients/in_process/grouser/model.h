@@ -143,6 +143,7 @@ class GROUSER_PUBLIC Model {
   const Domain& domain() const noexcept;
 
  private:
+  friend class Ladder;
   struct Parts;
   explicit Model(std::unique_ptr<const Parts> parts) noexcept;
   std::unique_ptr<const Parts> parts_;

@@ -2,30 +2,59 @@
 
 #include <chrono>
 
+#include "server/core/demand.h"
 #include "server/core/evaluator.h"
 
 namespace grouser::server {
+namespace {
+
+/// Who answered each state, and the run that would help most where it matters.
+void Tell(const Climb& climb, v1alpha1::EvaluateWheelsResponse* response) {
+  for (const ServedModel* model : climb.ladder->models) response->add_rungs(model->reference);
+  if (climb.worst.excess == 0) return;
+  const auto i = static_cast<int>(climb.worst.index);
+  const v1alpha1::VelocityForm& v = response->responses().velocity();
+  v1alpha1::RefinementHint* hint = response->mutable_refinement();
+  hint->set_index(climb.worst.index);
+  hint->set_excess(climb.worst.excess);
+  hint->set_output(surrogate::kOutputNames[climb.worst.output]);
+  hint->set_model(climb.ladder->models[response->rung(i)]->reference);
+  *hint->mutable_state() =
+      ToTestState(v.v_x_m_per_s(i), v.v_y_m_per_s(i), v.rim_speed_m_per_s(i), climb.worst.load);
+}
+
+}  // namespace
 
 QueryStatus Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
                    v1alpha1::EvaluateWheelsResponse* response) {
   const auto start = std::chrono::steady_clock::now();
   const auto snapshot = store.Current();
   const ServedModel* model = nullptr;
-  QueryStatus status = Evaluate(*snapshot, request.model(), request.states(),
-                                request.values_only(), &model, response->mutable_responses());
+  Climb climb;
+  climb.rung_of.Swap(response->mutable_rung());  // its memory is reused
+  QueryStatus status = Evaluate(*snapshot, request.model(), request.states(), request.values_only(),
+                                &model, response->mutable_responses(), request.demand(), &climb);
+  climb.rung_of.Swap(response->mutable_rung());
+  response->clear_rungs();
+  response->clear_refinement();
   response->set_sequence(request.sequence());
   response->set_generation(snapshot->generation());
   if (status.ok()) {
     response->set_model(model->reference);
     response->clear_error();
+    if (climb.ladder) {
+      Tell(climb, response);
+    } else {
+      response->clear_rung();
+    }
   } else {
+    response->clear_rung();
     response->clear_model();
     response->clear_responses();
     response->mutable_error()->set_code(static_cast<int>(status.code));
     response->mutable_error()->set_message(status.message);
   }
-  const std::chrono::duration<double, std::micro> spent =
-      std::chrono::steady_clock::now() - start;
+  const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
   response->set_latency_us(spent.count());
   return status;
 }

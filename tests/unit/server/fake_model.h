@@ -14,10 +14,11 @@ namespace grouser::testing {
 /// An analytic model whose answers a test can work out by hand:
 /// f_x = gain load slip, f_y = -gain load sin(beta), f_z = load,
 /// torque = r f_x, m_z = 0, sinkage = 1e-3 load; sd_fit 1, sd_patch 2,
-/// interval value +- 3.
+/// interval value +- half (3).
 class FakeModel final : public surrogate::WheelModel {
  public:
-  FakeModel(double gain, double radius_m) : gain_(gain), radius_m_(radius_m) {}
+  FakeModel(double gain, double radius_m, double half = 3)
+      : gain_(gain), radius_m_(radius_m), half_(half) {}
 
   void Evaluate(const surrogate::WheelStatesView& in,
                 const surrogate::ResponsesView& out) const noexcept override {
@@ -29,16 +30,17 @@ class FakeModel final : public surrogate::WheelModel {
       out.flags[i] = !valid ? surrogate::kInvalid : s.is_static ? surrogate::kStatic : 0u;
       const double nan = std::numeric_limits<double>::quiet_NaN();
       const double f_x = gain_ * load * s.slip;
-      const double values[] = {f_x,  -gain_ * load * std::sin(s.attack_angle_rad), load,
-                               radius_m_ * f_x, 0.0, 1e-3 * load};
+      const double values[] = {f_x,  -gain_ * load * std::sin(s.attack_angle_rad),
+                               load, radius_m_ * f_x,
+                               0.0,  1e-3 * load};
       for (int k = 0; k < surrogate::kOutputs; ++k) {
         const auto& to = out.output[k];
         const double value = valid ? values[k] : nan;
         if (!to.value.empty()) to.value[i] = value;
         if (!to.sd_fit.empty()) to.sd_fit[i] = valid ? 1.0 : nan;
         if (!to.sd_patch.empty()) to.sd_patch[i] = valid ? 2.0 : nan;
-        if (!to.low.empty()) to.low[i] = value - 3;
-        if (!to.high.empty()) to.high[i] = value + 3;
+        if (!to.low.empty()) to.low[i] = value - half_;
+        if (!to.high.empty()) to.high[i] = value + half_;
       }
       if (!out.slip.empty()) out.slip[i] = valid ? s.slip : nan;
       if (!out.attack_angle.empty()) out.attack_angle[i] = valid ? s.attack_angle_rad : nan;
@@ -46,7 +48,7 @@ class FakeModel final : public surrogate::WheelModel {
   }
 
  private:
-  double gain_, radius_m_;
+  double gain_, radius_m_, half_;
 };
 
 /// A model message for FakeModel with one golden vector.
@@ -68,11 +70,14 @@ inline v1alpha1::Model FakeMessage(const std::string& name, double gain) {
   return message;
 }
 
-/// ModelFactory of FakeMessage(); refuses a gain of 0.
+/// ModelFactory of FakeMessage(), with "half" beside "gain" if it is there;
+/// refuses a gain of 0.
 inline std::unique_ptr<const surrogate::WheelModel> MakeFakeModel(const v1alpha1::Model& message) {
   const double gain = message.bekker().values().at("gain");
   if (gain == 0) throw std::runtime_error("bekker.gain: 0, expected another number");
-  return std::make_unique<FakeModel>(gain, message.wheel().radius_m());
+  const auto half = message.bekker().values().find("half");
+  return std::make_unique<FakeModel>(gain, message.wheel().radius_m(),
+                                     half == message.bekker().values().end() ? 3 : half->second);
 }
 
 }  // namespace grouser::testing

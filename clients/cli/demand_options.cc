@@ -1,0 +1,91 @@
+#include "clients/cli/demand_options.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+#include <stdexcept>
+
+namespace grouser::cli {
+namespace {
+
+using v1alpha1::Demand;
+
+const struct {
+  const char* name;
+  void (Demand::*set)(double);
+} kTolerances[] = {{"f_x", &Demand::set_f_x_n},   {"f_y", &Demand::set_f_y_n},
+                   {"f_z", &Demand::set_f_z_n},   {"torque", &Demand::set_torque_n_m},
+                   {"m_z", &Demand::set_m_z_n_m}, {"sinkage", &Demand::set_sinkage_m}};
+
+void ApplyTolerance(const std::string& text, Demand* demand) {
+  const std::size_t at = text.find('=');
+  for (const auto& t : kTolerances) {
+    if (at == std::string::npos || text.substr(0, at) != t.name) continue;
+    try {
+      std::size_t used = 0;
+      const std::string number = text.substr(at + 1);
+      const double value = std::stod(number, &used);
+      if (used != number.size()) break;
+      (demand->*t.set)(value);
+      return;
+    } catch (const std::logic_error&) {  // no number, or one that a double cannot hold
+      break;
+    }
+  }
+  throw CLI::ValidationError("--tolerance", "'" + text +
+                                                "', expected OUTPUT=NUMBER with f_x, f_y, f_z [N], "
+                                                "torque, m_z [N m] or sinkage [m]");
+}
+
+}  // namespace
+
+void DemandOptions::AddTo(CLI::App& command) {
+  command
+      .add_option("--tolerance", tolerances_,
+                  "Largest errors to accept, as f_x=0.5,sinkage=0.002 [N, N m, m]")
+      ->delimiter(',')
+      ->group("Demand");
+  command
+      .add_option("--share", share_,
+                  "The same for forces over load and moments over load and radius [-]")
+      ->group("Demand");
+  command.add_option("--budget-us", budget_us_, "What the evaluation may cost [us]")
+      ->group("Demand");
+}
+
+void DemandOptions::Apply(v1alpha1::EvaluateWheelsRequest* request) const {
+  if (tolerances_.empty() && share_ == 0 && budget_us_ == 0) return;
+  Demand* demand = request->mutable_demand();
+  for (const std::string& text : tolerances_) ApplyTolerance(text, demand);
+  demand->set_share_of_load(share_);
+  demand->set_budget_us(budget_us_);
+}
+
+void PrintDemandOutcome(const v1alpha1::EvaluateWheelsResponse& response, const std::string& jobs) {
+  std::vector<int> count(response.rungs_size());
+  for (const std::uint32_t k : response.rung()) ++count.at(k);
+  for (int k = 0; k < response.rungs_size(); ++k) {
+    fmt::print("answered by {}: {} of {} states\n", response.rungs(k), count[k],
+               response.rung_size());
+  }
+  int unmet = 0;
+  for (const std::uint32_t flags : response.responses().flags()) {
+    if ((flags & v1alpha1::STATE_FLAG_TOLERANCE_UNMET) != 0) ++unmet;
+  }
+  if (unmet == 0) return;
+  if (!response.has_refinement()) {
+    fmt::print("tolerance unmet: {} states; no DEM run would mend them\n", unmet);
+    return;
+  }
+  const v1alpha1::RefinementHint& hint = response.refinement();
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  fmt::print(
+      "tolerance unmet: {} states, state {} most: its {} may err by {:.3g} times the tolerance.\n"
+      "A DEM run there helps most:\n"
+      "  grouser-client submit --model {} --slip {:.6g} --angle-deg {:.6g} --load {:.6g}{}\n",
+      unmet, hint.index(), hint.output(), hint.excess(), hint.model(), hint.state().slip(),
+      hint.state().attack_angle_rad() * kDegrees, hint.state().load_n(),
+      jobs.empty() ? "" : " --jobs " + jobs);
+}
+
+}  // namespace grouser::cli

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "clients/in_process/grouser/model.h"
+#include "surrogate/models/demand.h"
+#include "surrogate/models/wheel_model.h"
+
+// What model.cc and ladder.cc share; not installed.
+
+namespace grouser {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct SpanField {
+  const char* name;
+  std::span<double> OutputSpans::*member;
+};
+inline constexpr std::array<SpanField, 9> kSpanFields = {
+    {{"value", &OutputSpans::value},
+     {"sd_fit", &OutputSpans::sd_fit},
+     {"sd_patch", &OutputSpans::sd_patch},
+     {"low", &OutputSpans::low},
+     {"high", &OutputSpans::high},
+     {"d_v_x", &OutputSpans::d_v_x},
+     {"d_v_y", &OutputSpans::d_v_y},
+     {"d_rim_speed", &OutputSpans::d_rim_speed},
+     {"d_load", &OutputSpans::d_load}}};
+inline constexpr std::size_t kFirstGradient = 5;  // in kSpanFields
+
+inline bool Fits(std::span<const double> span, std::size_t n) noexcept {
+  return span.empty() || span.size() == n;
+}
+
+/// Whether Model::SizeProblem would be empty.
+inline bool SizesFit(const States& in, const Answers& out) noexcept {
+  const std::size_t n = in.load.size();
+  bool fit = in.v_x.size() == n && in.v_y.size() == n && in.rim_speed.size() == n &&
+             out.flags.size() == n && Fits(out.slip, n) && Fits(out.attack_angle, n);
+  for (const OutputSpans& o : out.output) {
+    for (const SpanField& field : kSpanFields) fit &= Fits(o.*field.member, n);
+  }
+  return fit;
+}
+
+inline surrogate::WheelStatesView ToView(const States& in) noexcept {
+  return {in.v_x, in.v_y, in.rim_speed, in.load, {}, {}, {}, {}};
+}
+
+inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
+  surrogate::ResponsesView view;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    const OutputSpans& s = out.output[o];
+    view.output[o] = {s.value, s.sd_fit, s.sd_patch,    s.low,   s.high,
+                      s.d_v_x, s.d_v_y,  s.d_rim_speed, s.d_load};
+  }
+  view.flags = out.flags;
+  view.slip = out.slip;
+  view.attack_angle = out.attack_angle;
+  return view;
+}
+
+inline void FillGradients(const Answers& out, double with) noexcept {
+  for (const OutputSpans& o : out.output) {
+    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+      const std::span<double> span = o.*kSpanFields[f].member;
+      std::fill(span.begin(), span.end(), with);
+    }
+  }
+}
+
+struct Model::Parts {
+  std::unique_ptr<const surrogate::WheelModel> evaluator;
+  std::string name, soil, wheel, rung, digest;
+  double radius_m = 0, width_m = 0, interval_level = 0;
+  bool has_gradients = false;
+  Domain domain{};
+  surrogate::CascadeRung as_rung;  ///< of a Ladder
+  std::string pair;                ///< equal for models of one wheel on one soil
+
+  void Evaluate(const States& in, const Answers& out) const noexcept {
+    // Never leave what the caller's memory held before where a derivative belongs.
+    if (!has_gradients) FillGradients(out, kNaN);
+    evaluator->Evaluate(ToView(in), ToView(out));
+  }
+  bool FillsGradients() const noexcept;
+};
+
+}  // namespace grouser

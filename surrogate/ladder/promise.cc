@@ -1,0 +1,198 @@
+#include "surrogate/ladder/promise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+#include "surrogate/fit/error_table.h"
+#include "surrogate/fit/training_set.h"
+#include "surrogate/ladder/judge.h"
+#include "surrogate/model_io/cascade_rung.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/models/cascade.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr std::array kModels = {"bekker", "lookup", "hybrid"};
+constexpr std::array kJudged = {kFx, kFy, kTorque, kMz, kSinkage};  // f_z is the load
+
+/// The pair's models and the cascade of them.
+struct Loaded {
+  std::vector<std::unique_ptr<const WheelModel>> models;
+  std::vector<std::string> names;  // in the order of the cascade
+  std::unique_ptr<const Cascade> cascade;
+  double radius_m = 0;
+};
+
+void DropHeldOut(v1alpha1::Model* message) {
+  v1alpha1::Model kept = *message;
+  kept.clear_errors();
+  for (const auto& row : message->errors()) {
+    if (row.set() != "held_out") *kept.add_errors() = row;
+  }
+  *message = kept;
+}
+
+Loaded Load(const std::string& folder, const PromiseOptions& options) {
+  if (!options.cost_ns.empty() && options.cost_ns.size() != kModels.size()) {
+    throw std::invalid_argument(
+        fmt::format("costs: {} numbers, expected {} (bekker, lookup, hybrid)",
+                    options.cost_ns.size(), kModels.size()));
+  }
+  Loaded loaded;
+  std::vector<CascadeRung> rungs;
+  for (std::size_t k = 0; k < kModels.size(); ++k) {
+    const std::string file = folder + "/" + kModels[k] + ".model";
+    if (!std::filesystem::exists(file)) throw std::invalid_argument(file + ": not there");
+    v1alpha1::Model message = records::ReadModelFile(file).model;
+    if (options.without_held_out) DropHeldOut(&message);
+    loaded.models.push_back(MakeModel(message));
+    rungs.push_back(MakeCascadeRung(message, *loaded.models.back()));
+    if (!options.cost_ns.empty()) rungs.back().cost_ns = options.cost_ns[k];
+    loaded.radius_m = message.wheel().radius_m();
+  }
+  loaded.cascade = std::make_unique<const Cascade>(std::move(rungs));
+  for (const CascadeRung& rung : loaded.cascade->rungs()) {
+    for (std::size_t k = 0; k < kModels.size(); ++k) {
+      if (rung.model == loaded.models[k].get()) loaded.names.emplace_back(kModels[k]);
+    }
+  }
+  return loaded;
+}
+
+std::vector<PromiseRow> Questions(double radius_m) {
+  std::vector<PromiseRow> rows;
+  for (const int percent : {3, 6, 10, 15, 20, 30}) {
+    PromiseRow row;
+    row.tolerance = fmt::format("{} %", percent);
+    row.demand.share_of_load = 0.01 * percent;
+    row.demand.tolerance[kSinkage] = 0.01 * percent * radius_m;
+    for (const Output o : kJudged) row.judged[o] = true;
+    rows.push_back(row);
+  }
+  for (const int mm : {2, 4, 8}) {
+    PromiseRow row;
+    row.tolerance = fmt::format("sinkage {} mm", mm);
+    row.demand.tolerance[kSinkage] = 1e-3 * mm;
+    row.judged[kSinkage] = true;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void Ask(const Loaded& loaded, const std::vector<Row>& states, PromiseRow* row) {
+  const std::size_t n = states.size();
+  std::vector<double> in(4 * n), out(kOutputs * n);
+  std::vector<std::uint32_t> flags(n), rung_of(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const VelocityState& v = states[i].motion;
+    const double state[] = {v.v_x, v.v_y, v.rim_speed, states[i].load_n};
+    for (std::size_t a = 0; a < 4; ++a) in[a * n + i] = state[a];
+  }
+  const auto axis = [&](std::size_t a) { return std::span<const double>(in).subspan(a * n, n); };
+  ResponsesView to;
+  to.flags = flags;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    to.output[o].value = std::span<double>(out).subspan(o * n, n);
+  }
+  loaded.cascade->Evaluate({axis(0), axis(1), axis(2), axis(3), {}, {}, {}, {}}, row->demand, to,
+                           rung_of, nullptr);
+  row->n = static_cast<int>(n);
+  row->by_rung.assign(loaded.names.size(), 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if ((flags[i] & (kToleranceUnmet | kInvalid)) != 0) continue;
+    ++row->met;
+    ++row->by_rung[rung_of[i]];
+    const auto tolerance = row->demand.At(states[i].load_n, loaded.radius_m);
+    bool all = true;
+    for (std::size_t o = 0; o < kOutputs; ++o) {
+      if (!row->judged[o]) continue;
+      const bool inside = Covered(states[i].mean[o], out[o * n + i], tolerance[o]);
+      row->within[o] += inside ? 1 : 0;
+      all &= inside;
+    }
+    row->all_within += all ? 1 : 0;
+  }
+}
+
+/// The output that keeps its promise least.
+int LeastWithin(const PromiseRow& row) {
+  int least = row.met;
+  for (const Output o : kJudged) {
+    if (row.judged[o]) least = std::min(least, row.within[o]);
+  }
+  return least;
+}
+
+}  // namespace
+
+int FewestWithin(int n) { return BinomialBand(n, 0.9).low; }
+
+Promise MeasurePromise(const std::string& folder, const PromiseOptions& options) {
+  const TrainingSet set = ReadRuns(folder + "/runs.json");
+  const std::vector<Row> states = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
+  if (states.empty()) {
+    throw std::invalid_argument(folder + "/runs.json: no test state that ran");
+  }
+  const Loaded loaded = Load(folder, options);
+  Promise promise;
+  promise.rungs = loaded.names;
+  for (const CascadeRung& rung : loaded.cascade->rungs()) promise.cost_ns.push_back(rung.cost_ns);
+  promise.rows = Questions(loaded.radius_m);
+  for (PromiseRow& row : promise.rows) Ask(loaded, states, &row);
+  return promise;
+}
+
+std::string PromiseText(const Promise& p) {
+  std::string out = "| tolerance | states | met |";
+  for (std::size_t k = 0; k < p.rungs.size(); ++k) {
+    out += fmt::format(" {} ({:.0f} ns) |", p.rungs[k], p.cost_ns[k]);
+  }
+  out += " f_x | f_y | torque | m_z | sinkage | fewest of a kept promise | all at once |\n|";
+  for (std::size_t k = 0; k < 10 + p.rungs.size(); ++k) out += " --- |";
+  out += "\n";
+  for (const PromiseRow& row : p.rows) {
+    out += fmt::format("| {} | {} | {} |", row.tolerance, row.n, row.met);
+    for (const int count : row.by_rung) out += fmt::format(" {} |", count);
+    for (const Output o : kJudged) {
+      out += row.judged[o] && row.met > 0 ? fmt::format(" {} |", row.within[o]) : " - |";
+    }
+    if (row.met > 0) {
+      const int fewest = FewestWithin(row.met);
+      out += fmt::format(" {}{} | {} |\n", fewest, LeastWithin(row) < fewest ? " (broken)" : "",
+                         row.all_within);
+    } else {
+      out += " - | - |\n";
+    }
+  }
+  return out;
+}
+
+std::string PromiseJson(const Promise& p) {
+  std::string out = "[";
+  for (const PromiseRow& row : p.rows) {
+    out += fmt::format("{}{{\"tolerance\": \"{}\", \"n\": {}, \"met\": {}, \"by_rung\": {{",
+                       out.size() > 1 ? ",\n " : "", row.tolerance, row.n, row.met);
+    for (std::size_t k = 0; k < p.rungs.size(); ++k) {
+      out += fmt::format("{}\"{}\": {}", k ? ", " : "", p.rungs[k], row.by_rung[k]);
+    }
+    out += "}, \"within\": {";
+    bool first = true;
+    for (const Output o : kJudged) {
+      if (!row.judged[o]) continue;
+      out += fmt::format("{}\"{}\": {}", first ? "" : ", ", kOutputNames[o], row.within[o]);
+      first = false;
+    }
+    out += fmt::format("}}, \"all_within\": {}, \"fewest\": {}}}", row.all_within,
+                       FewestWithin(row.met));
+  }
+  return out + "]\n";
+}
+
+}  // namespace grouser::surrogate

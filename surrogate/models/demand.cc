@@ -1,0 +1,137 @@
+#include "surrogate/models/demand.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "surrogate/models/cascade.h"
+#include "surrogate/models/kinematics.h"
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+const double kMostAlong = std::tan(15 * std::numbers::pi / 180 + 1e-9);
+
+bool IsMoment(int output) { return output == kTorque || output == kMz; }
+
+/// The k-th of a sequence that fills the box evenly: its coordinates advance by
+/// powers of the root of x^4 = x + 1, which repeats itself least in three axes.
+struct Sampled {
+  VelocityState motion;
+  double load;
+};
+Sampled SampleOf(const HullBox& box, int k) {
+  constexpr double kRoot = 1.2207440846057596;
+  const auto part = [k](double step) { return std::fmod(0.5 + k * step, 1.0); };
+  const auto between = [](double a, double b, double t) { return a + (b - a) * t; };
+  const double slip = between(box.slip_min, box.slip_max, part(1 / kRoot));
+  const double angle = box.attack_angle_max_rad * part(1 / (kRoot * kRoot));
+  const double t = part(1 / (kRoot * kRoot * kRoot));
+  return {FromSlip(slip, angle, 0.1),
+          std::exp(between(std::log(box.load_min_n), std::log(box.load_max_n), t))};
+}
+
+}  // namespace
+
+bool Demand::HasTolerance() const {
+  return share_of_load > 0 ||
+         std::any_of(tolerance.begin(), tolerance.end(), [](double t) { return t > 0; });
+}
+
+std::array<double, kOutputs> Demand::At(double load, double radius_m) const noexcept {
+  std::array<double, kOutputs> at;
+  for (int o = 0; o < kOutputs; ++o) {
+    at[o] = tolerance[o] > 0 ? tolerance[o] : kInf;
+    if (share_of_load == 0 || o == kSinkage) continue;
+    at[o] = std::min(at[o], share_of_load * load * (IsMoment(o) ? radius_m : 1));
+  }
+  return at;
+}
+
+ErrorRegion ErrorRegionAt(double v_x, double v_y, double rim_speed) noexcept {
+  const Canonical state = ToCanonical(v_x, v_y, rim_speed);
+  if (state.lateral > kMostAlong * state.forward) return ErrorRegion::kLateral;
+  const double slip = state.rim - state.forward;
+  if (slip < -0.05) return ErrorRegion::kBraking;
+  return slip > 0.05 ? ErrorRegion::kDriving : ErrorRegion::kTowed;
+}
+
+double ClaimedError(const CascadeRung& rung, ErrorRegion region, int output, double low,
+                    double high, double load) noexcept {
+  double unit = output == kSinkage ? 1 : load;
+  if (IsMoment(output)) unit *= rung.radius_m;
+  const double rms = rung.rms_error[static_cast<std::size_t>(region)][output];
+  const double half = 0.5 * (high - low), table = kTwoSided90 * rms * unit;
+  if (std::isnan(half)) return kInf;
+  const double claim = std::max(half, table);
+  return claim > 0 ? claim : kInf;
+}
+
+double MeanClaim(const CascadeRung& rung, const HullBox& box) noexcept {
+  constexpr int kSamples = 256;
+  double sum = 0;
+  int count = 0;
+  for (int k = 0; k < kSamples; ++k) {
+    const auto [v, load] = SampleOf(box, k);
+    if (std::isnan(v.v_x)) continue;  // a slip that this angle does not allow
+    std::array<double, kOutputs> low{}, high{};
+    std::uint32_t flags = 0;
+    ResponsesView out;
+    out.flags = {&flags, 1};
+    for (int o = 0; o < kOutputs; ++o) {
+      out.output[o].low = {&low[o], 1};
+      out.output[o].high = {&high[o], 1};
+    }
+    rung.model->Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}, {}, {}, {}, {}},
+                         out);
+    if ((flags & kInvalid) != 0) continue;
+    const ErrorRegion region = ErrorRegionAt(v.v_x, v.v_y, v.rim_speed);
+    for (int o = 0; o < kOutputs; ++o) {
+      const double force = o == kSinkage ? 1 : load;
+      const double scale = force * (IsMoment(o) || o == kSinkage ? rung.radius_m : 1);
+      sum += ClaimedError(rung, region, o, low[o], high[o], load) / scale;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : kInf;
+}
+
+double MeasureCost(const CascadeRung& rung) {
+  constexpr int kStates = 1024, kRuns = 12, kParts = 5;
+  std::vector<double> in(4 * kStates), out(kOutputs * kParts * kStates);
+  std::vector<std::uint32_t> flags(kStates);
+  for (int i = 0, k = 0; i < kStates; ++k) {
+    const auto [v, load] = SampleOf(rung.hull, k);
+    if (std::isnan(v.v_x) && k < 16 * kStates) continue;
+    const double state[] = {v.v_x, v.v_y, v.rim_speed, load};
+    for (int a = 0; a < 4; ++a) in[a * kStates + i] = state[a];
+    ++i;
+  }
+  const auto axis = [&](int a) { return std::span<const double>(&in[a * kStates], kStates); };
+  const auto part = [&](int o, int p) {
+    return std::span<double>(&out[(o * kParts + p) * kStates], kStates);
+  };
+  ResponsesView to;
+  to.flags = flags;
+  for (int o = 0; o < kOutputs; ++o) {
+    to.output[o] = {part(o, 0), part(o, 1), part(o, 2), part(o, 3), part(o, 4), {}, {}, {}, {}};
+  }
+  CascadeRung one = rung;
+  one.cost_ns = 1;
+  const Cascade alone({one});
+  Demand demand;
+  demand.share_of_load = 1;
+  double best = kInf;
+  for (int run = 0; run < kRuns; ++run) {  // other programs can only add to a run's time
+    const auto begin = std::chrono::steady_clock::now();
+    alone.Evaluate({axis(0), axis(1), axis(2), axis(3), {}, {}, {}, {}}, demand, to, {}, nullptr);
+    const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - begin;
+    best = std::min(best, spent.count() / kStates);
+  }
+  return std::max(best, 1e-3);
+}
+
+}  // namespace grouser::surrogate
