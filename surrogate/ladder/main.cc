@@ -28,21 +28,46 @@ std::string InCheckout(const char* path) {
   return std::string(root ? root : ".") + "/surrogate/" + path;
 }
 
+struct LadderRequest {
+  std::string folder = InCheckout("pairs"), soils = InCheckout("soils/bekker_soils.csv"), markdown;
+  double seconds = 0.5;
+  bool json = false;
+};
+
+void PrintLadder(const LadderRequest& asked) {
+  std::vector<LadderRow> rows;
+  std::vector<Target> targets;
+  for (const PairFolder& pair : FindPairs(asked.folder, asked.soils)) {
+    const auto own = Climb(pair, asked.seconds);
+    rows.insert(rows.end(), own.begin(), own.end());
+    const auto reached = TargetsOf(own, pair);
+    targets.insert(targets.end(), reached.begin(), reached.end());
+  }
+  if (asked.json) {
+    fmt::print("{}\n", LadderJson(rows));
+  } else {
+    fmt::print("{}\nTargets of the default rung, hybrid, and of speed:\n{}", LadderText(rows),
+               TargetsText(targets));
+  }
+  if (!asked.markdown.empty()) {
+    records::WriteFileDurably(asked.markdown, LadderMarkdown(rows, targets));
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Time and error of every rung, against full DEM on the same test states.");
   app.name("grouser-ladder");
   app.footer(kFooter);
-  std::string folder = InCheckout("pairs"), soils = InCheckout("soils/bekker_soils.csv"), markdown,
-              fitted;
-  double seconds = 0.5;
-  bool json = false;
-  app.add_option("folder", folder, "a pair's folder, or one of pairs (default: surrogate/pairs)");
-  app.add_flag("--json", json, "machine-readable rows on stdout");
-  app.add_option("--markdown", markdown, "tables for docs/speed-vs-error.md to write");
-  app.add_option("--soils", soils, "table of published soils")->capture_default_str();
-  app.add_option("--seconds", seconds, "spent on the timing of each rung")
+  LadderRequest asked_for;
+  std::string fitted;
+  app.add_option("folder", asked_for.folder,
+                 "a pair's folder, or one of pairs (default: surrogate/pairs)");
+  app.add_flag("--json", asked_for.json, "machine-readable rows on stdout");
+  app.add_option("--markdown", asked_for.markdown, "tables for docs/speed-vs-error.md to write");
+  app.add_option("--soils", asked_for.soils, "table of published soils")->capture_default_str();
+  app.add_option("--seconds", asked_for.seconds, "spent on the timing of each rung")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   CLI::App* fit = app.add_subcommand("fit", "Fit hybrid, lookup and bekker to a pair's runs.json");
@@ -55,12 +80,12 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   promise->add_flag("--training-only", asked.without_held_out,
                     "leave the held-out rows of the models' error tables out");
-  promise->add_flag("--json", json, "machine-readable rows on stdout");
+  promise->add_flag("--json", asked_for.json, "machine-readable rows on stdout");
   try {
     app.parse(argc, argv);
     if (promise->parsed()) {
       const Promise kept = MeasurePromise(fitted, asked);
-      fmt::print("{}", json ? PromiseJson(kept) : PromiseText(kept));
+      fmt::print("{}", asked_for.json ? PromiseJson(kept) : PromiseText(kept));
       return 0;
     }
     if (fit->parsed()) {
@@ -68,23 +93,7 @@ int main(int argc, char** argv) {
               [](const std::string& line) { fmt::print(stderr, "grouser-ladder: {}\n", line); });
       return 0;
     }
-    std::vector<LadderRow> rows;
-    std::vector<Target> targets;
-    for (const PairFolder& pair : FindPairs(folder, soils)) {
-      const auto own = Climb(pair, seconds);
-      rows.insert(rows.end(), own.begin(), own.end());
-      const auto reached = TargetsOf(own, pair);
-      targets.insert(targets.end(), reached.begin(), reached.end());
-    }
-    if (json) {
-      fmt::print("{}\n", LadderJson(rows));
-    } else {
-      fmt::print("{}\nTargets of the default rung, hybrid, and of speed:\n{}", LadderText(rows),
-                 TargetsText(targets));
-    }
-    if (!markdown.empty()) {
-      records::WriteFileDurably(markdown, LadderMarkdown(rows, targets));
-    }
+    PrintLadder(asked_for);
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
