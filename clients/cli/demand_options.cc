@@ -82,9 +82,12 @@ void PrintDemandOutcome(const v1alpha1::EvaluateWheelsResponse& response, const 
   fmt::print(
       "tolerance unmet: {} states, state {} most: its {} may err by {:.3g} times the tolerance.\n"
       "A DEM run there helps most:\n"
-      "  grouser-client submit --model {} --slip {:.6g} --angle-deg {:.6g} --load {:.6g}{}\n",
+      "  grouser-client submit --model {} --slip {:.6g} --angle-deg {:.6g} --load {:.6g}{}{}\n",
       unmet, hint.index(), hint.output(), hint.excess(), hint.model(), hint.state().slip(),
       hint.state().attack_angle_rad() * kDegrees, hint.state().load_n(),
+      hint.state().speed_m_per_s() > 0
+          ? fmt::format(" --speed {:.6g}", hint.state().speed_m_per_s())
+          : "",
       jobs.empty() ? "" : " --jobs " + jobs);
 }
 

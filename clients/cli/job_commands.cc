@@ -116,6 +116,8 @@ void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   AddField<double>(submit, "--load", "Vertical load [N]", [request](double v) {
     request->mutable_state()->set_load_n(v);
   })->required();
+  AddField<double>(submit, "--speed", "max(|r w|, V) [m/s]; default: the model's",
+                   [request](double v) { request->mutable_state()->set_speed_m_per_s(v); });
   AddField<double>(submit, "--drawbar", "Pull to overcome, mode free [N]",
                    [request](double v) { request->mutable_state()->set_drawbar_n(v); });
   AddField<std::uint64_t>(submit, "--seed", "Tile seed; 0: the model's own",

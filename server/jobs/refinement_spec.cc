@@ -68,6 +68,10 @@ v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
   *spec.mutable_rig() = model.rig();
   if (request.max_time_s() > 0) spec.mutable_rig()->set_max_time_s(request.max_time_s());
   *spec.mutable_state() = Canonical(request.state());
+  if (spec.state().speed_m_per_s() > 0) {  // one place for it, as campaigns have it
+    spec.mutable_rig()->set_speed_m_per_s(spec.state().speed_m_per_s());
+    spec.mutable_state()->clear_speed_m_per_s();
+  }
   spec.set_seed(request.seed() != 0 ? request.seed() : OwnSeed(model));
   return spec;
 }

@@ -68,6 +68,11 @@ void CheckTestState(const v1alpha1::TestState& state) {
   if (state.load_n() <= 0) {
     Refuse(fmt::format("state.load_n: {}, expected a load above 0 N", state.load_n()));
   }
+  CheckFinite("state.speed_m_per_s", state.speed_m_per_s());
+  if (state.speed_m_per_s() < 0) {
+    Refuse(fmt::format("state.speed_m_per_s: {}, expected 0 (the model's) or more",
+                       state.speed_m_per_s()));
+  }
   CheckFinite("state.attack_angle_rad", state.attack_angle_rad());
   if (std::abs(state.attack_angle_rad()) > std::numbers::pi) {
     Refuse(fmt::format("state.attack_angle_rad: {}, expected a value in [-pi, pi]",
@@ -132,6 +137,7 @@ v1alpha1::TestState Canonical(const v1alpha1::TestState& state) {
                                                               : state.mode());
   out.set_load_n(state.load_n());
   out.set_attack_angle_rad(PlusZero(state.attack_angle_rad()));
+  out.set_speed_m_per_s(PlusZero(state.speed_m_per_s()));
   if (out.mode() == v1alpha1::RIG_MODE_RIM_SPEED) out.set_slip(PlusZero(state.slip()));
   if (out.mode() == v1alpha1::RIG_MODE_FREE_SLIP) out.set_drawbar_n(PlusZero(state.drawbar_n()));
   return out;

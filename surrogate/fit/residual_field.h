@@ -20,19 +20,23 @@ struct FieldPoint {
 FieldPoint MakeFieldPoint(const Canonical& state, double load_n);
 FieldPoint MakeFieldPoint(const ChartPoint& chart, double log_load);
 
+/// Distances at which two states have little to do with one another.
+struct Lengths {
+  double plane = 0.5;    ///< along v_x and r w on the sphere [-]; slip 0 to 1 is 0.77 apart
+  double lateral = 0.5;  ///< along v_y on the sphere [-]; 0 to 90 degrees is 1 apart
+  double load = 1.5;     ///< in ln load
+};
+
 /// Kernel ridge regression of one channel (equally: the mean of a Gaussian
 /// process),
-///   k(a, b) = amplitude^2 s(a, b; length) + rate_amplitude^2 u_a u_b s(a, b; rate_length),
-///   s(a, b; l) = sum_g chi(g) m(d(a, g b; l)), g over the mirrors {1, x, y, xy},
-/// chi the channel's signs, so that the result has the mirror symmetries exactly; m
-/// Matern 5/2, d^2 = |e_a - e_b|^2/l^2 + (ln load_a - ln load_b)^2/load_length^2. The
-/// mean is thus T + u T_rate. Values fade to 0 away from the data.
+///   k(a, b) = (amplitude^2 + rate_amplitude^2 u_a u_b) sum_g chi(g) m(d(a, g b)),
+/// g over the mirrors {1, x, y, xy}, chi the channel's signs, so that the result has
+/// the mirror symmetries exactly; m Matern 5/2, d over Lengths. The mean is
+/// T + u T_rate. Values fade to 0 away from the data.
 struct FieldSettings {
-  double length = 0.5;        ///< on the sphere [-]; slip 0 to 1 is 0.77 apart
-  double load_length = 1.5;   ///< in ln load
+  Lengths lengths;
   double amplitude = 0;       ///< prior sd of the residual, 0: no residual
   double lack_of_fit = 0;     ///< sd of what the field does not follow
-  double rate_length = 1;     ///< as length, of T_rate
   double rate_amplitude = 0;  ///< prior sd of T_rate, 0: none
 };
 
@@ -53,11 +57,12 @@ class ResidualField {
   Eigen::VectorXd weights_;
 };
 
-/// Ridge strength and lengths by the leave-one-out predictive density (in
-/// closed form), over a fixed set of candidates; a rate only where some u is not 0.
+/// Lengths, amplitudes and ridge by the marginal likelihood (Rasmussen & Williams
+/// 2006, eq. 2.30), over a fixed set of candidates whose lateral length is no shorter
+/// than the other; a rate only where some u is not 0.
 struct SelectedField {
   FieldSettings settings;
-  double density;  ///< logarithm of the leave-one-out predictive density, all values
+  double likelihood;  ///< its logarithm, but for a constant
 };
 SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise, ResidualTable::Parity parity);
@@ -66,12 +71,12 @@ SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::Ve
 /// standard deviation; near 0 at runs, 1 far away.
 class HullDistance {
  public:
-  HullDistance(std::vector<FieldPoint> points, double length, double load_length);
+  HullDistance(std::vector<FieldPoint> points, const Lengths& lengths);
   double At(const FieldPoint& point) const;
 
  private:
   std::vector<FieldPoint> points_;
-  double length_, load_length_;
+  Lengths lengths_;
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 

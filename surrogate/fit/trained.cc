@@ -110,20 +110,20 @@ std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOption
 void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
                     const Residuals& rest, Trained* result) {
   double best = -std::numeric_limits<double>::infinity();
-  for (const double saturation : {0.0, 1.0, 3.0}) {
+  for (const double saturation : {0.0, 1.0, 3.0, 10.0}) {
     SpeedAxis speed = options.speed;
     speed.saturation = saturation;
     const std::vector<FieldPoint> points = PointsOf(rows, options, speed);
     std::array<FieldSettings, kOutputs> settings;
-    double density = 0;
+    double likelihood = 0;
     for (const Output o : kResidualOutputs) {
       const SelectedField selected =
           SelectField(points, rest.value.col(o), rest.noise.col(o), ResidualTable::ParityOf(o));
       settings[o] = selected.settings;
-      density += selected.density;
+      likelihood += selected.likelihood;
     }
-    if (density > best) {
-      best = density;
+    if (likelihood > best) {
+      best = likelihood;
       result->settings = settings;
       if (options.speed.present()) result->speed = speed;
     }
@@ -146,16 +146,18 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
   if (options.with_residual && warm) result.settings = warm->settings;
   if (options.with_residual && !warm) SelectSettings(rows, options, rest, &result);
   const std::vector<FieldPoint> points = PointsOf(rows, options, result.speed);
-  std::vector<double> lengths, load_lengths;
+  std::vector<double> plane, lateral, load;
   for (int o = 0; o < kOutputs; ++o) {
+    const FieldSettings& settings = result.settings[o];
     result.fields.emplace_back(points, rest.value.col(o), rest.noise.col(o),
-                               ResidualTable::ParityOf(o), result.settings[o]);
-    if (result.settings[o].amplitude == 0) continue;
-    lengths.push_back(result.settings[o].length);
-    load_lengths.push_back(result.settings[o].load_length);
+                               ResidualTable::ParityOf(o), settings);
+    if (settings.amplitude == 0) continue;
+    plane.push_back(settings.lengths.plane);
+    lateral.push_back(settings.lengths.lateral);
+    load.push_back(settings.lengths.load);
   }
-  result.distance = std::make_shared<const HullDistance>(points, Median(lengths, 0.45),
-                                                         Median(load_lengths, 0.7));
+  const Lengths middle{Median(plane, 0.45), Median(lateral, 0.45), Median(load, 0.7)};
+  result.distance = std::make_shared<const HullDistance>(points, middle);
   return result;
 }
 

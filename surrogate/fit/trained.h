@@ -17,7 +17,7 @@ struct Trained {
   std::array<FieldSettings, kOutputs> settings;
   std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
-  SpeedAxis speed;  ///< of the fields, its saturation by the predictive density
+  SpeedAxis speed;  ///< of the fields, its saturation by the likelihood
   double gravity_m_per_s2;
 };
 

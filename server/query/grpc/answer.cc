@@ -18,9 +18,14 @@ void Tell(const Climb& climb, v1alpha1::EvaluateWheelsResponse* response) {
   hint->set_index(climb.worst.index);
   hint->set_excess(climb.worst.excess);
   hint->set_output(surrogate::kOutputNames[climb.worst.output]);
-  hint->set_model(climb.ladder->models[response->rung(i)]->reference);
+  const ServedModel& answered = *climb.ladder->models[response->rung(i)];
+  hint->set_model(answered.reference);
   *hint->mutable_state() =
       ToTestState(v.v_x_m_per_s(i), v.v_y_m_per_s(i), v.rim_speed_m_per_s(i), climb.worst.load);
+  // Elsewhere the speed is the model's own: its answers do not depend on it.
+  if (!answered.message.residual().rate_coefficients().empty()) {
+    hint->mutable_state()->set_speed_m_per_s(response->responses().slip().speed_m_per_s(i));
+  }
 }
 
 }  // namespace

@@ -55,6 +55,10 @@ TEST(RequestChecks, NamesTheBadField) {
     EXPECT_THAT(Verdict([&](auto& r) { r.mutable_state()->set_load_n(bad); }),
                 StartsWith("state.load_n:"));
   }
+  for (const double bad : {kNaN, kInf, -0.1}) {
+    EXPECT_THAT(Verdict([&](auto& r) { r.mutable_state()->set_speed_m_per_s(bad); }),
+                StartsWith("state.speed_m_per_s:"));
+  }
   for (const double bad : {kNaN, -kInf, 3.2, -3.2}) {
     EXPECT_THAT(Verdict([&](auto& r) { r.mutable_state()->set_attack_angle_rad(bad); }),
                 StartsWith("state.attack_angle_rad:"));
@@ -141,6 +145,16 @@ TEST(RefinementSpec, TakesSoilWheelAndRigFromTheModel) {
   EXPECT_EQ(spec.seed(), 7u) << "the tile of most training runs";
   request.set_seed(11);
   EXPECT_EQ(BuildSpec(BaseModel(), request).seed(), 11u);
+}
+
+TEST(RefinementSpec, RunsAtTheSpeedThatIsAskedFor) {
+  auto request = Request("a");
+  const double own = BuildSpec(BaseModel(), request).rig().speed_m_per_s();
+  EXPECT_EQ(own, BaseModel().rig().speed_m_per_s());
+  request.mutable_state()->set_speed_m_per_s(3 * own);
+  const auto spec = BuildSpec(BaseModel(), request);
+  EXPECT_EQ(spec.rig().speed_m_per_s(), 3 * own);
+  EXPECT_EQ(spec.state().speed_m_per_s(), 0);
 }
 
 TEST(RefinementSpec, EqualWorkHasOneJoinKey) {
