@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <set>
+#include <tuple>
 
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/training_set.h"
@@ -47,6 +49,13 @@ double Percentile(std::vector<double> values, double share) {
   return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
+/// Repeats of one state are one.
+std::size_t CountStates(const std::vector<const Judged*>& judged) {
+  std::set<std::tuple<double, double, double>> states;
+  for (const Judged* j : judged) states.insert({j->slip, j->attack_angle_rad, j->load_n});
+  return states.size();
+}
+
 LadderRow JudgeOutput(const LadderRow& head, const std::vector<const Judged*>& states, int o,
                       double noise, double radius_m) {
   LadderRow row = head;
@@ -75,7 +84,7 @@ LadderRow JudgeOutput(const LadderRow& head, const std::vector<const Judged*>& s
   }
   row.rmse = std::sqrt(error2);
   row.p95_over_load = Percentile(relative, 0.95);
-  row.r2 = row.n >= 3 && about2 > 0 ? 1 - error2 / about2 : kNaN;
+  row.r2 = CountStates(states) >= 3 && about2 > 0 ? 1 - error2 / about2 : kNaN;
   row.noise_ratio = noise2 > 0 ? row.rmse / std::sqrt(noise2) : kNaN;
   row.coverage90 = row.width_sd = kNaN;
   if (intervals < row.n) return row;

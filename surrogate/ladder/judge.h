@@ -23,7 +23,7 @@ struct LadderRow {
   int n = 0;
   double rmse = 0;           ///< [N, N m, m]
   double p95_over_load = 0;  ///< 95th percentile of |error| over load, load r or r
-  double r2 = 0;             ///< 1 - sum of squared errors over that about the mean; NaN: n < 3
+  double r2 = 0;  ///< 1 - sum of squared errors over that about the mean; NaN: under 3 states
   double noise_ratio = 0;    ///< rmse over the patch noise (rms over the states); NaN: unknown
   double coverage90 = 0;     ///< share inside the nominal 90 % interval; NaN: no interval
   bool covered = false;      ///< that share lies in the exact 95 % binomial band

@@ -77,6 +77,17 @@ TEST(Judge, CountsByRegionAsByHand) {
   EXPECT_THROW(RowOf(rows, "towed"), std::out_of_range);
 }
 
+TEST(Judge, RepeatsOfOneStateHaveNoR2) {
+  std::vector<Judged> repeats(5, Judged{0.3, 0, 20, {}, {}, {}});
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    repeats[i].truth[kFx] = 1 + 0.1 * static_cast<double>(i);
+  }
+  EXPECT_TRUE(std::isnan(Judge({}, repeats, {}, 1)[0].r2));
+  repeats[1].slip = 0.4;
+  repeats[2].slip = 0.5;
+  EXPECT_FALSE(std::isnan(Judge({}, repeats, {}, 1)[0].r2));
+}
+
 TEST(Judge, WithoutIntervalsThereIsNoCoverage) {
   const auto rows = Judge({}, {State(0.3, 0, 10, 1, 2, 0)}, {}, 0.05);
   EXPECT_TRUE(std::isnan(RowOf(rows, "all").coverage90));
