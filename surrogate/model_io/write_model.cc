@@ -58,9 +58,14 @@ void SetGoldenVectors(v1alpha1::Model* model) {
                                 ? 1
                                 : 1 + 0.3 * (count % 3 - 1);  // slower, as it is, faster
       ++count;
-      const double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
       const VelocityState v = FromSlip(slip, angle, faster * speed);
-      const WheelAnswer answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      const double most = Hull::kOverloadSinkage * model->wheel().radius_m();
+      double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
+      WheelAnswer answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      for (int halved = 0; halved < 5 && answer.value[kSinkage] > most; ++halved) {
+        load /= 2;
+        answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      }
       v1alpha1::GoldenVector* g = model->add_golden();
       g->set_v_x_m_per_s(v.v_x);
       g->set_v_y_m_per_s(v.v_y);

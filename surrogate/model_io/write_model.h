@@ -21,7 +21,9 @@ void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
 /// which comes first (it clears them).
 void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::Model* model);
 /// Evaluates the model at 24 states over its domain and stores the answers as
-/// golden vectors, replacing older ones. Throws as MakeModel.
+/// golden vectors, replacing older ones. Where a wheel would sink beyond 0.7 r, where no
+/// answer means anything and tables are coarse, its load is halved, five times at most.
+/// Throws as MakeModel.
 void SetGoldenVectors(v1alpha1::Model* model);
 
 /// Throws std::invalid_argument naming the key that is missing or unknown.

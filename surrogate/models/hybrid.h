@@ -41,10 +41,10 @@ class HybridModel final : public TabulatedModel {
   /// grid's splines hold exactly, its knots being among theirs) and lets
   /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
   /// 3 load_max; beyond it the exact law answers, and also where the load comes
-  /// near the largest that has an equilibrium (by a factor of 1.8 it fades in). The
-  /// table alone would be off there by more than the 1 % of Tolerance: in the CMU pair's
-  /// hull, 99 of 100 states over load, load r or r (f_y is the worst), by that factor:
-  ///   over 2.7: 0.005; 2 to 2.7: 0.02; 1.35 to 2: 0.05.
+  /// near the largest that has an equilibrium (from a factor of 1.35 it fades in, from
+  /// 1.05 it stands alone). The table's error, in the CMU pair's hull, by that factor
+  /// (99 of 100 states, over load, load r or r; f_y is the worst):
+  ///   over 2.7: 0.005; 2 to 2.7: 0.02; 1.35 to 2: 0.05, and overloaded all the same.
   void Tabulate(const Resolution& resolution = {});
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as

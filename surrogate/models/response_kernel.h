@@ -12,7 +12,7 @@ inline constexpr int kBlock = 64;  // states per call at most, a multiple of kGr
 inline constexpr int kOutputCount = 6;
 /// ln(largest load with an equilibrium/load); below kMarginSeen states are marked.
 inline constexpr int kMarginChannel = 7;
-inline constexpr float kMarginSeen = 0.7f;
+inline constexpr float kMarginSeen = 0.35f;
 
 /// Parts of an output, in the order of OutputView.
 enum Part { kValue, kSdFit, kSdPatch, kLow, kHigh, kDvX, kDvY, kDRim, kDLoad, kParts };

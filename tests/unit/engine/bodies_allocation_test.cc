@@ -1,24 +1,10 @@
 // The contact queries of the step loop allocate nothing.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <memory>
-#include <new>
 
+#include "tests/unit/count_allocations.h"
 #include "tests/unit/engine/bodies_testing.h"
-
-namespace {
-long g_allocations = 0;
-}
-// NOLINTBEGIN(misc-new-delete-overloads)
-__attribute__((noinline)) void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-__attribute__((noinline)) void operator delete(void* p) noexcept { std::free(p); }
-__attribute__((noinline)) void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-// NOLINTEND(misc-new-delete-overloads)
 
 namespace grouser::dem {
 namespace {

@@ -256,11 +256,11 @@ TEST(ResponseTable, AnswersExactlyNearTheLargestLoadWithAnEquilibrium) {
     const double margin = std::log(std::max(most, 1e-30) / b.load[i]);
     ASSERT_EQ((b.flags[i] & kNoEquilibrium) != 0, (exact.flags & kNoEquilibrium) != 0) << i;
     lost += (exact.flags & kNoEquilibrium) != 0;
-    near += margin < 0.3;
+    near += margin < 0.05;
     clear += margin > 0.8;
     for (int o = 0; o < kOutputs; ++o) {
       const double miss = std::fabs(b.part[o][0][i] - exact.value[o]);
-      if (margin < 0.3) {
+      if (margin < 0.05) {
         ASSERT_EQ(miss, 0) << "state " << i << " output " << o;
       }
       if (margin > 0.8) off += miss > 0.01 * ScaleOf(o, b.load[i]);
