@@ -12,12 +12,6 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kLighter = 4, kHeavier = 3;  // reach of the load axis beyond the hull
-constexpr double kCapacityShare = 0.98;       // of the largest load with an equilibrium
-// Margins (see Margin) below which the exact law answers, above which the table does.
-// A wheel that uses half of its largest load has sunk beyond 0.7 r already, where no
-// run is steady and every answer is flagged: there a table that is some per cent of the
-// load off (header) is worth a hundredfold of the time.
-constexpr double kMarginExact = 0.05, kMarginTable = 0.3;
 
 // The canonical state at a place of the chart, exact at its ends.
 Canonical FromChart(const ChartPoint& at) {
@@ -128,11 +122,9 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
                                                                  double log_load) const noexcept {
   const double radius = physics_.wheel().radius_m;
   const Canonical state = FromChart(chart);
-  // Beyond the largest load that has an equilibrium: as there, so that the table
-  // stays smooth up to it (the exact law answers there).
-  const double most = physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
-  const double load = std::min(std::exp(log_load), std::max(kCapacityShare * most, 1e-30));
+  const double load = std::exp(log_load);
   BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
+  trend.value[kFz] = load;            // where the soil carries less: Carried
   ApplyMirrors(state, &trend.value);  // the node at direction -pi/2 is a mirror
   if (chart.lateral_rad == 0) trend.value[kFy] = trend.value[kMz] = 0;
   auto channels = table_.Evaluate(chart, log_load);
@@ -142,16 +134,9 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
   return channels;
 }
 
-// ln(load that 1.2 r of sinkage carries/load), in [-1, 8].
-double HybridModel::Margin(const Canonical& state, double load) const noexcept {
-  const double most = physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
-  return std::clamp(std::log(std::max(most, 1e-30) / load), -1.0, 8.0);
-}
-
-double HybridModel::ShareOff(double v_x, double v_y, double rim_speed, double load) const noexcept {
-  const double margin = Margin(ToCanonical(v_x, v_y, rim_speed), load);
-  const double t = std::clamp((margin - kMarginExact) / (kMarginTable - kMarginExact), 0.0, 1.0);
-  return 1 - t * t * (3 - 2 * t);
+double HybridModel::Carried(double v_x, double v_y, double rim_speed) const noexcept {
+  const Canonical state = ToCanonical(v_x, v_y, rim_speed);
+  return physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
 }
 
 void HybridModel::Tabulate(const Resolution& wanted) {
@@ -175,7 +160,9 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   Channels values, rate;
   std::vector<double> margin;
   for (const TableNode& node : TableNodes(axes)) {
-    margin.push_back(Margin(FromChart(node.chart), std::exp(node.log_load)));
+    const double most =
+        physics_.AtSinkage(FromChart(node.chart), physics_.max_sinkage()).value[kFz];
+    margin.push_back(std::clamp(std::log(std::max(most, 1e-30)) - node.log_load, -1.0, 8.0));
     Append(AtNode(node.chart, node.log_load), &values);
     if (speed_.present()) Append(rate_.Evaluate(node.chart, node.log_load), &rate);
   }

@@ -40,11 +40,12 @@ class HybridModel final : public TabulatedModel {
   /// Solves the physics at the nodes of a grid, adds the residual (which the
   /// grid's splines hold exactly, its knots being among theirs) and lets
   /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
-  /// 3 load_max; beyond it the exact law answers, and also where the load comes
-  /// near the largest that has an equilibrium (from a factor of 1.35 it fades in, from
-  /// 1.05 it stands alone). The table's error, in the CMU pair's hull, by that factor
-  /// (99 of 100 states, over load, load r or r; f_y is the worst):
-  ///   over 2.7: 0.005; 2 to 2.7: 0.02; 1.35 to 2: 0.05, and overloaded all the same.
+  /// 3 load_max; beyond it the exact law answers. Where no sinkage carries the load
+  /// the law answers as at 1.2 r, and the table rounds off that corner: its error in
+  /// the CMU pair's hull, 99 of 100 states, over load, load r or r (f_y is the worst):
+  ///   sinkage up to 0.5 r 0.003, to 0.7 r 0.02 (n.b. 1 r: 0.03), beyond it, where every
+  ///   answer is flagged, 0.13 (half of the states: 0.02).
+  /// f_z and kNoEquilibrium are the law's everywhere.
   void Tabulate(const Resolution& resolution = {});
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as
@@ -58,7 +59,7 @@ class HybridModel final : public TabulatedModel {
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override {
     return EvaluateOne(v_x, v_y, rim_speed, load);
   }
-  double ShareOff(double v_x, double v_y, double rim_speed, double load) const noexcept override;
+  double Carried(double v_x, double v_y, double rim_speed) const noexcept override;
 
  private:
   /// T + u T_rate.
@@ -67,7 +68,6 @@ class HybridModel final : public TabulatedModel {
   /// Per load, per load and radius, per radius; then the hull distance.
   std::array<double, ResidualTable::kChannels> AtNode(const ChartPoint& chart,
                                                       double log_load) const noexcept;
-  double Margin(const Canonical& state, double load) const noexcept;
 
   BekkerModel physics_;
   ResidualTable table_, rate_;  // rate_: empty without a speed axis

@@ -10,9 +10,10 @@ namespace grouser::surrogate::response {
 inline constexpr int kGroup = 8;   // states at a time; also lanes (channels) of a node
 inline constexpr int kBlock = 64;  // states per call at most, a multiple of kGroup
 inline constexpr int kOutputCount = 6;
-/// ln(largest load with an equilibrium/load); below kMarginSeen states are marked.
+/// ln(largest load with an equilibrium/load), interpolated; below kMarginSeen, which is
+/// more than its error, states are marked.
 inline constexpr int kMarginChannel = 7;
-inline constexpr float kMarginSeen = 0.35f;
+inline constexpr float kMarginSeen = 0.05f;
 
 /// Parts of an output, in the order of OutputView.
 enum Part { kValue, kSdFit, kSdPatch, kLow, kHigh, kDvX, kDvY, kDRim, kDLoad, kParts };
@@ -21,7 +22,8 @@ enum Part { kValue, kSdFit, kSdPatch, kLow, kHigh, kDvX, kDvY, kDRim, kDLoad, kP
 enum Special : std::uint32_t {
   kOff = 1,    // non-finite, at rest, magnitude or load not answered: nonsense was written
   kPole = 2,   // near v_x = rim = 0: gradients by v_x and rim from elsewhere
-  kBlend = 4,  // load beyond [blend_low, blend_high], or margin below kMarginSeen
+  kBlend = 4,  // load beyond [blend_low, blend_high]
+  kFull = 8,   // margin below kMarginSeen
 };
 
 /// The table and the laws of Hull, in the form the kernel reads them.

@@ -28,7 +28,7 @@ GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
              ((distance > c.far) | (sinkage > c.overload) ? 4u : 0u);
   }
   for (int i = 0; i < n; ++i) {
-    b->special[i] |= s->channel[0][kMarginChannel][i] < kMarginSeen ? kBlend : 0u;
+    b->special[i] |= s->channel[0][kMarginChannel][i] < kMarginSeen ? kFull : 0u;
   }
 }
 

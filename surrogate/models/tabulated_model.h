@@ -56,10 +56,10 @@ class TabulatedModel : public WheelModel {
   virtual WheelAnswer OffTable(double v_x, double v_y, double rim_speed,
                                double load) const noexcept = 0;
 
-  /// What OffTable has of the answer where the table would answer badly for
-  /// another reason than its loads, 0 to 1. Asked where the table's margin is below
-  /// response::kMarginSeen; must be 0 from there on.
-  virtual double ShareOff(double, double, double, double) const noexcept { return 0; }
+  /// The largest load that the soil carries [N], beyond which f_z is that and the flags
+  /// are kNoEquilibrium and kClamped. Asked where the table's margin is below
+  /// response::kMarginSeen.
+  virtual double Carried(double v_x, double v_y, double rim_speed) const noexcept;
 
   const Hull& domain() const { return hull_; }
 
@@ -70,6 +70,7 @@ class TabulatedModel : public WheelModel {
                     std::size_t count) const noexcept;
   void Complete(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
                 std::uint32_t special) const noexcept;
+  bool Limit(const WheelStatesView& in, const ResponsesView& out, std::size_t i) const noexcept;
   void AnswerOff(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
                  double share) const noexcept;
   void Difference(const WheelStatesView& in, const ResponsesView& out,

@@ -57,6 +57,24 @@ TEST(MakeModel, ReproducesThePartsItWasMadeFrom) {
   EXPECT_NO_THROW(MakeModel(back));
 }
 
+// Soft soil: most states of the domain are overloads, where tables are coarse.
+TEST(SetGoldenVectors, KeepsClearOfOverloads) {
+  v1alpha1::Model soft = MakeMessage();
+  BekkerParameters weak;
+  weak.k_phi = 4e4;
+  SetBekker(weak, &soft);
+  SetGoldenVectors(&soft);
+  int lighter = 0;
+  for (const v1alpha1::GoldenVector& g : soft.golden()) {
+    EXPECT_LE(g.value(kSinkage), 0.7 * 0.0625);
+    EXPECT_GE(g.load_n(), 12 / 32.0);
+    lighter += g.load_n() < 12;
+  }
+  EXPECT_EQ(soft.golden_size(), 24);
+  EXPECT_GT(lighter, 0);
+  EXPECT_NO_THROW(MakeModel(soft));
+}
+
 // What MakeModel says about a message with one change.
 std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
   v1alpha1::Model message = MakeMessage();
