@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+
+#include "surrogate/models/hull.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -12,6 +15,25 @@ constexpr double kPriorRepeats = 4;  // weight of the standard errors among repe
 constexpr std::size_t kLeaveOneOut = 24;
 constexpr std::size_t kFolds = 12;
 constexpr std::size_t kConformalFrom = 30;
+constexpr double kMostPloughing = 8;
+
+// By which sds grow at a row.
+double Growth(double ploughing, const Row& row) {
+  const VelocityState& v = row.motion;
+  const bool rest = v.v_x == 0 && v.v_y == 0 && v.rim_speed == 0;
+  return rest ? 1 : 1 + ploughing * Hull::Ploughing(ToCanonical(v.v_x, v.v_y, v.rim_speed));
+}
+
+// What a residual is measured in.
+double ScaleAt(const PatchNoise& patch, int o, const Row& row, double radius_m) {
+  return OutputScale(o, row.load_n, radius_m) * Growth(patch.ploughing[o], row);
+}
+
+double Score(const Calibration& calibration, const PatchNoise& patch, int o, const LeftOut& l,
+             double radius_m) {
+  return std::fabs(l.row->mean[o] - l.prediction.value[o]) * calibration.factor[o] /
+         HalfWidth(calibration, patch, o, l, radius_m);
+}
 
 double ConformalQuantile(std::vector<double> scores, double level) {
   std::sort(scores.begin(), scores.end());
@@ -32,10 +54,11 @@ double StudentT95(int degrees) {
 }
 
 PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
-                         double radius_m) {
+                         double radius_m, const std::array<double, kOutputs>& ploughing) {
   std::map<StateKey, std::vector<const Row*>> states;
   for (const Row& row : patch_rows) states[KeyOf(row)].push_back(&row);
   PatchNoise noise;
+  noise.ploughing = ploughing;
   std::array<double, kOutputs> squares{};
   for (const auto& [key, repeats] : states) {
     if (repeats.size() < 2) continue;
@@ -44,7 +67,7 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
       double mean = 0;
       for (const Row* row : repeats) mean += row->mean[o] / static_cast<double>(repeats.size());
       for (const Row* row : repeats) {
-        const double miss = (row->mean[o] - mean) / OutputScale(o, row->load_n, radius_m);
+        const double miss = (row->mean[o] - mean) / ScaleAt(noise, o, *row, radius_m);
         squares[o] += miss * miss;
       }
     }
@@ -52,7 +75,7 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
   for (int o = 0; o < kOutputs; ++o) {
     double widened2 = 0;
     for (const Row& row : training) {
-      const double error = row.standard_error[o] / OutputScale(o, row.load_n, radius_m);
+      const double error = row.standard_error[o] / ScaleAt(noise, o, row, radius_m);
       widened2 += kWidening * kWidening * error * error / static_cast<double>(training.size());
     }
     const double prior = training.empty() && noise.repeats > 0 ? 0 : kPriorRepeats;
@@ -96,7 +119,7 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
   for (int o = 0; o < kOutputs; ++o) {
     double miss2 = 0, physics2 = 0;
     for (const LeftOut& l : left_out) {
-      const double scale = OutputScale(o, l.row->load_n, radius_m);
+      const double scale = ScaleAt(patch, o, *l.row, radius_m);
       miss2 += std::pow((l.row->mean[o] - l.prediction.value[o]) / scale, 2) / n;
       physics2 += std::pow((l.row->mean[o] - l.prediction.physics[o]) / scale, 2) / n;
     }
@@ -111,11 +134,9 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
     result.growth[o] = std::sqrt(growth2);
     std::vector<double> scores;
     double square = 0;
+    result.factor[o] = 1;
     for (const LeftOut& l : left_out) {
-      const double scale = OutputScale(o, l.row->load_n, radius_m);
-      const double d = l.prediction.distance;
-      const double sd = std::sqrt(inside2 + growth2 * d * d + patch2);
-      scores.push_back(std::fabs(l.row->mean[o] - l.prediction.value[o]) / (scale * sd));
+      scores.push_back(Score(result, patch, o, l, radius_m));
       square += scores.back() * scores.back() / n;
     }
     result.factor[o] = left_out.size() >= kConformalFrom
@@ -126,11 +147,37 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
   return result;
 }
 
-double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int o, double distance,
-                 double load_n, double radius_m) {
-  const double inside = calibration.inside[o], grown = calibration.growth[o] * distance;
-  return calibration.factor[o] * OutputScale(o, load_n, radius_m) *
+double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int o, const LeftOut& at,
+                 double radius_m) {
+  const double inside = calibration.inside[o];
+  const double grown = calibration.growth[o] * at.prediction.distance;
+  return calibration.factor[o] * ScaleAt(patch, o, *at.row, radius_m) *
          std::sqrt(inside * inside + grown * grown + patch.sd[o] * patch.sd[o]);
+}
+
+std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_out,
+                                               const PatchNoise& patch, double radius_m) {
+  std::array<double, kOutputs> best{};
+  if (left_out.size() < kConformalFrom) return best;
+  constexpr double kStep = 0.02;
+  const double n = static_cast<double>(left_out.size());
+  const Calibration calibration = Calibrate(left_out, patch, radius_m);
+  for (int o = 0; o < kOutputs; ++o) {
+    double least = std::numeric_limits<double>::infinity();
+    for (double log_growth = 0; log_growth <= std::log(1 + kMostPloughing); log_growth += kStep) {
+      const double ploughing = std::exp(log_growth) - 1;
+      double spread = 0, cost = 0.5 * log_growth * log_growth;
+      for (const LeftOut& l : left_out) {
+        const double growth = Growth(ploughing, *l.row);
+        spread += Score(calibration, patch, o, l, radius_m) / (growth * n);
+        cost += std::log(growth);
+      }
+      cost += n * std::log(std::max(spread, 1e-12));
+      if (cost < least) best[o] = ploughing;
+      least = std::min(least, cost);
+    }
+  }
+  return best;
 }
 
 std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
@@ -146,8 +193,7 @@ std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& 
     const Calibration calibration = Calibrate(others, patch, radius_m);
     for (const LeftOut& l : members) {
       for (int o = 0; o < kOutputs; ++o) {
-        const double half =
-            HalfWidth(calibration, patch, o, l.prediction.distance, l.row->load_n, radius_m);
+        const double half = HalfWidth(calibration, patch, o, l, radius_m);
         const bool inside = std::fabs(l.row->mean[o] - l.prediction.value[o]) <= half;
         share[o] += inside ? 1 : 0;
       }

@@ -85,6 +85,7 @@ void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, dou
     model->add_sd_fit_inside(calibration.inside[o] * scale);
     model->add_sd_fit_growth(calibration.growth[o] * scale);
     model->add_sd_patch(patch.sd[o] * scale);
+    model->add_sd_ploughing(patch.ploughing[o]);
     model->add_interval_factor(calibration.factor[o]);
   }
   model->set_interval_level(calibration.level);
@@ -98,8 +99,7 @@ std::vector<Comparison> AsComparisons(const std::vector<LeftOut>& left_out,
   for (const LeftOut& l : left_out) {
     Comparison c{l.row, l.prediction.value, {}};
     for (int o = 0; o < kOutputs; ++o) {
-      c.half_width[o] =
-          HalfWidth(calibration, patch, o, l.prediction.distance, l.row->load_n, radius);
+      c.half_width[o] = HalfWidth(calibration, patch, o, l, radius);
     }
     result.push_back(c);
   }
@@ -197,12 +197,14 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   }
   const v1alpha1::Scene& scene = request.set.scene;
   const double radius = scene.wheel().radius_m();
-  const PatchNoise patch = EstimatePatch(repeats, training, radius);
+  const PatchNoise alike = EstimatePatch(repeats, training, radius);
 
-  const TrainOptions options = OptionsOf(request, training, patch);
+  const TrainOptions options = OptionsOf(request, training, alike);
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
   const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
+  const PatchNoise patch =
+      EstimatePatch(repeats, training, radius, EstimatePloughing(left_out, alike, radius));
   const Calibration calibration = Calibrate(left_out, patch, radius);
 
   v1alpha1::Model model;

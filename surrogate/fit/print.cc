@@ -67,12 +67,13 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
       m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
       m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(), d.attack_angle_max_rad() * kDegrees,
       d.load_min_n(), d.load_max_n(), d.froude_max());
-  text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>12}\n", "output", "sd_fit in", "growth",
-                      "sd_patch", "factor", "sd_form");
+  text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>10}{:>12}\n", "output", "sd_fit in",
+                      "growth", "sd_patch", "ploughing", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {
-    text += fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>12.3g}\n", kOutputNames[o],
-                        m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o), m.interval_factor(o),
-                        o < m.sd_form_size() ? m.sd_form(o) : NAN);
+    const double ploughing = o < m.sd_ploughing_size() ? m.sd_ploughing(o) : 0;
+    text += fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>10.3g}{:>12.3g}\n",
+                        kOutputNames[o], m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
+                        ploughing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
   text += fmt::format("\n{:<17}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");

@@ -18,8 +18,7 @@ struct Query {
   double slip, attack_angle_rad, load_n, speed_m_per_s;
 };
 std::string AnswerText(const Query& query, const WheelAnswer& answer);
-std::string AnswerJson(const Query& query, const WheelAnswer& answer,
-                       const std::string& reference);
+std::string AnswerJson(const Query& query, const WheelAnswer& answer, const std::string& reference);
 
 std::string MeasuredText(const std::vector<MeasuredRow>& rows);
 std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string& reference);

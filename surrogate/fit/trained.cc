@@ -106,11 +106,13 @@ std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOption
 }
 
 /// Field settings by output, and the speed axis' saturation: what all outputs
-/// together find likeliest.
+/// together find likeliest, or that of `warm`.
 void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
-                    const Residuals& rest, Trained* result) {
+                    const Residuals& rest, const Trained* warm, Trained* result) {
   double best = -std::numeric_limits<double>::infinity();
-  for (const double saturation : {0.0, 1.0, 3.0, 10.0}) {
+  std::vector<double> saturations = {0, 1, 3, 10};
+  if (warm || !options.speed.present()) saturations = {result->speed.saturation};
+  for (const double saturation : saturations) {
     SpeedAxis speed = options.speed;
     speed.saturation = saturation;
     const std::vector<FieldPoint> points = PointsOf(rows, options, speed);
@@ -127,7 +129,6 @@ void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
       result->settings = settings;
       if (options.speed.present()) result->speed = speed;
     }
-    if (!options.speed.present()) return;
   }
 }
 
@@ -143,8 +144,7 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
         FitBekker(rows, options.wheel, options.physics, warm ? &warm->physics : nullptr).parameters;
   }
   const Residuals rest = ResidualsOf(rows, options, BekkerModel(result.physics, options.wheel));
-  if (options.with_residual && warm) result.settings = warm->settings;
-  if (options.with_residual && !warm) SelectSettings(rows, options, rest, &result);
+  if (options.with_residual) SelectSettings(rows, options, rest, warm, &result);
   const std::vector<FieldPoint> points = PointsOf(rows, options, result.speed);
   std::vector<double> plane, lateral, load;
   for (int o = 0; o < kOutputs; ++o) {

@@ -34,8 +34,8 @@ struct TrainOptions {
 /// mean of their Froude numbers. None, where they do not differ.
 SpeedAxis SpeedAxisOf(const std::vector<Row>& rows, double radius_m, double gravity_m_per_s2);
 
-/// Fits physics, then the fields to what it leaves. `warm`: start from its
-/// physics and keep its field settings (cross-validation), or null.
+/// Fits physics, then the fields to what it leaves, their settings by the likelihood.
+/// `warm`: start from its physics and keep its speed axis (cross-validation), or null.
 Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm);
 
 struct Prediction {

@@ -103,6 +103,9 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   u.fit_growth = Six(model, "sd_fit_growth", model.sd_fit_growth());
   u.patch = Six(model, "sd_patch", model.sd_patch());
   u.interval_factor = Six(model, "interval_factor", model.interval_factor());
+  if (!model.sd_ploughing().empty()) {
+    u.ploughing = Six(model, "sd_ploughing", model.sd_ploughing());
+  }
   u.form_unknown = model.sd_form_size() != kOutputs;
   for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
   return u;

@@ -61,10 +61,17 @@ double Hull::Excess(const Canonical& s, double load, double radius_m) const noex
          std::fmin(fast, kMostSpeedExcess) / kSpeedReach;
 }
 
-void Hull::AddUncertainty(double distance, double load, WheelAnswer* answer) const noexcept {
+double Hull::Ploughing(const Canonical& s) noexcept {
+  const double plane = std::sqrt(s.forward * s.forward + s.rim * s.rim);
+  const double brake = s.forward > s.rim ? s.forward - s.rim : 0;
+  return s.lateral * s.lateral + (plane > 0 ? brake * brake * s.forward / plane : 0);
+}
+
+void Hull::AddUncertainty(double distance, double ploughing, double load,
+                          WheelAnswer* answer) const noexcept {
   const double ratio = load / middle_load_;
   for (int o = 0; o < kOutputs; ++o) {
-    const double scale = o == kSinkage ? 1 : ratio;
+    const double scale = (o == kSinkage ? 1 : ratio) * (1 + uncertainty_.ploughing[o] * ploughing);
     const double grown = uncertainty_.fit_growth[o] * distance;
     const double inside = uncertainty_.fit_inside[o];
     const double patch = uncertainty_.patch[o], fit2 = inside * inside + grown * grown;

@@ -42,7 +42,8 @@ struct SpeedAxis {
 struct Uncertainty {
   std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
   std::array<double, kOutputs> interval_factor{};
-  bool form_unknown = true;  ///< sd_form of some output is NaN
+  std::array<double, kOutputs> ploughing{};  ///< >= 0; both sds times 1 + this P
+  bool form_unknown = true;                  ///< sd_form of some output is NaN
 };
 
 /// One state's answer.
@@ -53,7 +54,9 @@ struct WheelAnswer {
 
 /// Where a model was trained and how sure it is there and beyond:
 ///
-///   sd_fit   = hypot(fit_inside, fit_growth D), D the hull distance
+///   sd_fit   = g hypot(fit_inside, fit_growth D), D the hull distance
+///   sd_patch = g patch, g = 1 + ploughing P: a wheel that is pushed through the
+///              soil rather than rolled over it is less certain
 ///   interval = value +- factor hypot(sd_fit, sd_patch): a fresh DEM run's mean
 ///
 /// Deviations of forces and moments are taken proportional to the load. These
@@ -75,7 +78,11 @@ class Hull {
   /// How far a state is beyond the box, its loads and (radius_m) its speeds, in units of hull
   /// distance: 0 inside, continuous, growing without bound, so that intervals do too.
   double Excess(const Canonical& state, double load, double radius_m) const noexcept;
-  void AddUncertainty(double distance, double load, WheelAnswer* answer) const noexcept;
+  /// P = y^2 + B^2 p/hypot(p, q), B = max(0, p - q), with p, y, q = v_x, |v_y|, r w over
+  /// M: 0 rolling straight, 1 locked or sideways, continuous through v_x = 0.
+  static double Ploughing(const Canonical& state) noexcept;
+  void AddUncertainty(double distance, double ploughing, double load,
+                      WheelAnswer* answer) const noexcept;
 
   const HullBox& box() const { return box_; }
   const Uncertainty& uncertainty() const { return uncertainty_; }

@@ -91,7 +91,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
     answer.value = still.value;
     answer.flags |= kStatic | kExtrapolated;
     if (still.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
-    domain().AddUncertainty(1, load, &answer);
+    domain().AddUncertainty(1, 0, load, &answer);
     return answer;
   }
   const Canonical state = ToCanonical(v_x, v_y, rim_speed);
@@ -114,7 +114,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
       answer.value[kSinkage] > Hull::kOverloadSinkage * radius) {
     answer.flags |= kExtrapolated;
   }
-  domain().AddUncertainty(distance, load, &answer);
+  domain().AddUncertainty(distance, Hull::Ploughing(state), load, &answer);
   return answer;
 }
 

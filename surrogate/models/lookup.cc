@@ -66,7 +66,7 @@ WheelAnswer LookupModel::OffTable(double v_x, double v_y, double rim_speed,
     answer.value[kFz] = load;
     answer.flags |= kStatic | kExtrapolated;
     const double excess = domain().Excess(ToCanonical(speed, 0, speed), load, wheel_.radius_m);
-    domain().AddUncertainty(1 + excess, load, &answer);
+    domain().AddUncertainty(1 + excess, 0, load, &answer);
   }
   return answer;
 }

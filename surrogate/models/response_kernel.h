@@ -50,7 +50,7 @@ struct Constants {
   float per_fast;
   float far, overload;  // kFarFromRuns; kOverloadSinkage
   float inside2[kOutputCount], growth2[kOutputCount], patch[kOutputCount], patch2[kOutputCount],
-      factor[kOutputCount];
+      factor[kOutputCount], ploughing[kOutputCount];
   std::uint32_t flags;  // of every state
 };
 

@@ -45,11 +45,13 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
   const float* channel = s.channel[0][kOutput];
   const float inside2 = c.inside2[kOutput], growth2 = c.growth2[kOutput];
   const float patch = c.patch[kOutput], patch2 = c.patch2[kOutput], factor = c.factor[kOutput];
+  const float ploughing = c.ploughing[kOutput];
   const double radius = c.radius, inverse_middle = c.inverse_middle_load;
 #pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const double scale = kLength ? radius : kMoment[kOutput] ? s.load[i] * radius : s.load[i];
-    const double ratio = kLength ? 1.0 : s.load[i] * inverse_middle;
+    const float grown = 1.0f + ploughing * s.ploughing[i];
+    const double ratio = (kLength ? 1.0 : s.load[i] * inverse_middle) * static_cast<double>(grown);
     float x = channel[i];
     if (kLength) x = x > 0 ? x : 0.0f;
     if (kOddX[kOutput]) x = x * s.sign_x[i];

@@ -51,6 +51,7 @@ void DescribeUncertainty(const Hull& hull, response::Constants* c) {
     c->patch[o] = static_cast<float>(u.patch[o]);
     c->patch2[o] = static_cast<float>(u.patch[o] * u.patch[o]);
     c->factor[o] = static_cast<float>(u.interval_factor[o]);
+    c->ploughing[o] = static_cast<float>(u.ploughing[o]);
   }
   c->flags = u.form_unknown ? kFormUnknown : 0u;
 }

@@ -99,8 +99,12 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
       &response->f_x,    &response->f_y, &response->f_z,
       &response->torque, &response->m_z, &response->sinkage};
   for (int k = 0; k < surrogate::kOutputs; ++k) {
-    out.output[k] = {outputs[k]->value, outputs[k]->sd_fit, outputs[k]->sd_patch, outputs[k]->low,
-                     outputs[k]->high};
+    surrogate::OutputView& to = out.output[k];
+    to.value = outputs[k]->value;
+    to.sd_fit = outputs[k]->sd_fit;
+    to.sd_patch = outputs[k]->sd_patch;
+    to.low = outputs[k]->low;
+    to.high = outputs[k]->high;
   }
   out.flags = {flags.data(), static_cast<std::size_t>(query.n)};
   out.slip = response->slip;

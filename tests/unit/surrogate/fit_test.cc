@@ -253,12 +253,51 @@ TEST(Calibration, CrossConformalCoverageIsNotByConstruction) {
   const Calibration all = Calibrate(left_out, patch, 0.0625);
   int inside = 0;
   for (const LeftOut& l : left_out) {
-    inside += std::fabs(l.prediction.value[kFx]) <= HalfWidth(all, patch, kFx, 0, 20, 0.0625);
+    inside += std::fabs(l.prediction.value[kFx]) <= HalfWidth(all, patch, kFx, l, 0.0625);
   }
   EXPECT_GE(inside, 54);
   EXPECT_LT(share[kFx], 0.92);  // the odd fold is not covered by the others'
   EXPECT_GT(share[kFx], 0.7);
   EXPECT_EQ(share[kFy], 1);
+}
+
+// Left-out runs straight ahead and sideways, the latter off `more` times as much.
+std::vector<LeftOut> LeftOutByDirection(double more, std::vector<Row>* rows) {
+  std::vector<LeftOut> left_out;
+  rows->assign(200, Row{});
+  for (std::size_t i = 0; i < rows->size(); ++i) {
+    Row& row = (*rows)[i];
+    const bool sideways = i % 2 == 1;
+    row.load_n = 20;
+    row.motion = sideways ? VelocityState{0, 0.1, 0} : VelocityState{0.1, 0, 0.1};
+    Prediction p{};
+    const double u = (static_cast<double>(i / 2) + 0.5) / 100;  // even quantiles
+    p.value[kFy] = std::log(1 / u) * (i / 2 % 2 == 0 ? 1 : -1) * (sideways ? more : 1);
+    left_out.push_back({&row, p, i % 12});
+  }
+  return left_out;
+}
+
+TEST(Calibration, WidensWhereWheelsPloughIfRunsAreFurtherOffThere) {
+  std::vector<Row> rows;
+  PatchNoise patch;
+  patch.sd.fill(0.01);
+  EXPECT_LT(EstimatePloughing(LeftOutByDirection(1, &rows), patch, 0.0625)[kFy], 0.1);
+  const auto left_out = LeftOutByDirection(3, &rows);
+  patch.ploughing = EstimatePloughing(left_out, patch, 0.0625);
+  EXPECT_NEAR(patch.ploughing[kFy], 2, 0.3);
+  EXPECT_EQ(patch.ploughing[kFx], 0);  // no residual at all
+  const Calibration calibration = Calibrate(left_out, patch, 0.0625);
+  int straight = 0, sideways = 0;
+  for (const LeftOut& l : left_out) {
+    const bool inside =
+        std::fabs(l.prediction.value[kFy]) <= HalfWidth(calibration, patch, kFy, l, 0.0625);
+    (l.row->motion.v_y == 0 ? straight : sideways) += inside;
+  }
+  EXPECT_NEAR(straight, 90, 3);
+  EXPECT_NEAR(sideways, 90, 3);
+  const auto few = std::vector<LeftOut>(left_out.begin(), left_out.begin() + 29);
+  EXPECT_EQ(EstimatePloughing(few, patch, 0.0625)[kFy], 0);
 }
 
 TEST(Calibration, StudentQuantiles) {

@@ -80,6 +80,7 @@ Uncertainty MakeUncertainty() {
   u.fit_growth.fill(2.0);
   u.patch.fill(0.4);
   u.interval_factor.fill(1.8);
+  u.ploughing.fill(0.2);
   u.form_unknown = true;
   return u;
 }

@@ -1,10 +1,9 @@
-#include "surrogate/model_io/load_model.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 
+#include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/write_model.h"
 
 namespace grouser::surrogate {
@@ -109,6 +108,7 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(Complaint([](M m) { (*m->mutable_bekker()->mutable_values())["nn"] = 1; }),
               HasSubstr("unknown entry \"nn\""));
   EXPECT_THAT(Complaint([](M m) { m->clear_sd_patch(); }), HasSubstr("sd_patch: 0 numbers"));
+  EXPECT_THAT(Complaint([](M m) { m->add_sd_ploughing(1); }), HasSubstr("sd_ploughing: 1 numbers"));
   EXPECT_THAT(Complaint([](M m) { m->set_interval_factor(2, -1); }),
               HasSubstr("interval_factor[2]"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_domain()->set_load_min_n(0); }),
@@ -117,13 +117,11 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
               HasSubstr("gravity"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_residual()->set_log_load_knots(1, 4); }),
               HasSubstr("log_load_knots"));
-  EXPECT_THAT(Complaint([](M m) {
-                m->mutable_residual()->mutable_coefficients(kSinkage)->add_values(1);
-              }),
-              HasSubstr("coefficients[5]"));
+  EXPECT_THAT(
+      Complaint([](M m) { m->mutable_residual()->mutable_coefficients(kSinkage)->add_values(1); }),
+      HasSubstr("coefficients[5]"));
   EXPECT_THAT(Complaint([](M m) { m->clear_golden(); }), HasSubstr("golden"));
-  EXPECT_THAT(Complaint([](M m) { m->mutable_golden(3)->set_load_n(-1); }),
-              HasSubstr("golden[3]"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_golden(3)->set_load_n(-1); }), HasSubstr("golden[3]"));
 }
 
 TEST(MakeModel, GoldenVectorsCatchASwappedParameter) {

@@ -50,6 +50,33 @@ TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
   }
 }
 
+TEST(ResponseTable, IntervalsOfWheelsThatPloughGrowAsTheLawSays) {
+  v1alpha1::Model message = testing::ShippedMessage();
+  for (int o = 0; o < kOutputs; ++o) message.add_sd_ploughing(0.5 * o);
+  HybridModel model = MakeHybrid(message);
+  model.Tabulate();
+  Batch b = InsideHull(model.hull(), 2000, 3);
+  model.Evaluate(b.In(), b.Out());
+  for (std::size_t i = 0; i < b.load.size(); ++i) {
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const double most = std::max(std::hypot(b.v_x[i], b.v_y[i]), std::fabs(b.rim[i]));
+    const double forward = std::fabs(b.v_x[i]) / most, y = b.v_y[i] / most;
+    const double rim = (b.v_x[i] < 0 ? -b.rim[i] : b.rim[i]) / most;
+    const double brake = std::max(0.0, forward - rim), plane = std::hypot(forward, rim);
+    for (int o = 0; o < kOutputs; ++o) {
+      const auto& p = b.part[o];
+      const double grown = 1 + 0.5 * o * (y * y + brake * brake * forward / plane);
+      const double middle = o == kSinkage ? 1
+                                          : b.load[i] / std::sqrt(message.domain().load_min_n() *
+                                                                  message.domain().load_max_n());
+      EXPECT_NEAR(p[kPatch][i], grown * middle * message.sd_patch(o), 1e-5 * p[kPatch][i]);
+      EXPECT_NEAR(exact.sd_patch[o], p[kPatch][i], 1e-5 * p[kPatch][i]);
+      EXPECT_NEAR(p[kFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
+      EXPECT_NEAR(p[kHigh][i] - p[kValue][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
+    }
+  }
+}
+
 // What the server's self-test relies on.
 TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
   const v1alpha1::Model message = testing::ShippedMessage();
