@@ -6,7 +6,8 @@ test_help() {
 Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
-  asan      tests labelled "unit", under AddressSanitizer and UBSan
+  asan      tests labelled "unit", under AddressSanitizer and UBSan (of the slow
+            suites the ensemble's emulated device and the fit of speeds wait for --full)
   cuda      where nvcc is: every kernel compiled for sm_80 and sm_90 (run by tests/gpu/run)
 With --full also:
   asan      tests labelled "verify" as well
@@ -63,14 +64,17 @@ run_cuda() {
   local nvcc
   nvcc="$(find_nvcc)" || { echo "no nvcc: kernels not compiled"; return; }
   CUDACXX="$nvcc" cmake -S "$GROUSER_ROOT/dem_offline/engine" -B "$GROUSER_ROOT/build/kernels" \
-    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' &&
+    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' -DCMAKE_CUDA_FLAGS=--threads=2 &&
     cmake --build "$GROUSER_ROOT/build/kernels" --target grouser_cuda grouser-gpu-law-check
 }
 
+# Its sources are compiled one by one, so that each has its own command line; of the
+# build only the generated headers are needed.
 run_tidy() {
-  build_preset release || return 1
+  build_preset tidy grouser_messages grouser_services grouser_lcm_headers \
+    generated_lite/grouser/v1alpha1/model.pb.h || return 1
   cd "$GROUSER_ROOT" || return
-  git ls-files -z '*.cc' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/release
+  git ls-files -z '*.cc' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/tidy
 }
 
 word_test() {

@@ -8,7 +8,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kBenchExamples[] = R"(Examples:
   grouser-dem bench                                # 20,000 grains at rest, one core
   grouser-dem bench --json --workload shear        # lists rebuild
   grouser-dem bench --particles 100000 --order shuffled --bed bed.csv   # made once, kept
@@ -22,7 +22,7 @@ void AddBenchCommand(CLI::App& app, Action* action) {
   auto o = std::make_shared<dem::bench::BenchOptions>();
   auto json = std::make_shared<bool>(false);
   CLI::App* bench = app.add_subcommand("bench", "Times the engine on beds that its peers run too");
-  bench->footer(kExamples);
+  bench->footer(kBenchExamples);
   bench->add_option("--workload", o->workload, "bed, shear or wheel")->capture_default_str();
   bench->add_option("--particles", o->particles, "Grains of a world")->capture_default_str();
   bench->add_option("--cores", o->cores, "Threads, of one world or one a world")

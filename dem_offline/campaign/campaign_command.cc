@@ -16,7 +16,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kCampaignExamples[] = R"(Examples:
   grouser-dem campaign run dem_offline/campaigns/demo.campaign.yaml --out out/demo
   grouser-dem campaign run demo.campaign.yaml --out out/demo --jobs 1   # goes on where it stopped
   grouser-dem campaign status out/demo --json
@@ -140,7 +140,7 @@ void AddDraw(CLI::App* campaign, Action* action) {
   auto request = std::make_shared<DrawRequest>();
   CLI::App* draw =
       campaign->add_subcommand("draw", "States for a campaign file, to fix them there");
-  draw->footer(kExamples);
+  draw->footer(kCampaignExamples);
   draw->add_flag("--sobol", request->sobol, "Sobol's sequence; else independent draws");
   draw->add_option("--states", request->states, "How many")->capture_default_str();
   draw->add_option("--seed", request->seed, "Of the draws; Sobol: points passed over")
@@ -164,12 +164,12 @@ void AddDraw(CLI::App* campaign, Action* action) {
 void AddCampaignCommand(CLI::App& app, Action* action) {
   CLI::App* campaign = app.add_subcommand("campaign", "A designed set of wheel tests");
   campaign->require_subcommand(1);
-  campaign->footer(kExamples);
+  campaign->footer(kCampaignExamples);
   auto arguments = std::make_shared<CampaignArguments>();
   AddDraw(campaign, action);
 
   CLI::App* run = campaign->add_subcommand("run", "Run it, or go on where it stopped");
-  run->footer(kExamples);
+  run->footer(kCampaignExamples);
   run->add_option("file", arguments->file, "Campaign file (*.campaign.yaml)")->required();
   run->add_option("--out", arguments->folder, "Campaign folder")->required();
   run->add_option("--jobs", arguments->jobs, "Runs at a time; default: all cores")
@@ -186,7 +186,7 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   const auto add = [&](const char* name, const char* help, int (*work)(const CampaignArguments&),
                        bool json) {
     CLI::App* command = campaign->add_subcommand(name, help);
-    command->footer(kExamples);
+    command->footer(kCampaignExamples);
     command->add_option("folder", arguments->folder, "Campaign folder")->required();
     if (json) command->add_flag("--json", arguments->json, "JSON on stdout");
     command->callback(

@@ -8,7 +8,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kLawsExamples[] = R"(Examples:
   grouser-dem laws
   grouser-dem laws --json    # [{"slot", "name", "settings": {...}}]
 In a scene file:
@@ -49,7 +49,7 @@ int PrintTable() {
 void AddLawsCommand(CLI::App& app, Action* action) {
   auto json = std::make_shared<bool>(false);
   CLI::App* laws = app.add_subcommand("laws", "The contact laws that a scene may name");
-  laws->footer(kExamples);
+  laws->footer(kLawsExamples);
   laws->add_flag("--json", *json, "As a JSON array on stdout");
   laws->callback([=] {
     *action = [json](const StopSignals&) { return *json ? PrintJson() : PrintTable(); };

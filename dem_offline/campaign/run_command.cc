@@ -23,7 +23,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kRunExamples[] = R"(Examples:
   grouser-dem run --scene dem_offline/campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 \
     --load 1.5 --out a.run.h5
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
@@ -155,7 +155,7 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
 void AddRunCommand(CLI::App& app, Action* action) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* run = app.add_subcommand("run", "One wheel test; writes one run file");
-  run->footer(kExamples);
+  run->footer(kRunExamples);
   auto* scene = run->add_option("--scene", arguments->scene, "Scene file (*.scene.yaml)");
   auto* spec = run->add_option("--spec", arguments->spec,
                                "JSON of a grouser.v1alpha1.WheelTestSpec, instead of a scene");

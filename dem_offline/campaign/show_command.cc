@@ -9,7 +9,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kShowExamples[] = R"(Examples:
   grouser-dem show out/demo/campaign/runs/*.run.h5
   grouser-dem show a.run.h5 --json      # a JSON array of grouser.v1alpha1.RunRecord)";
 
@@ -52,7 +52,7 @@ void PrintRecord(const v1alpha1::RunRecord& record) {
 void AddShowCommand(CLI::App& app, Action* action) {
   auto arguments = std::make_shared<ShowArguments>();
   CLI::App* show = app.add_subcommand("show", "What run files hold, without the series");
-  show->footer(kExamples);
+  show->footer(kShowExamples);
   show->add_option("files", arguments->files, "Run files (*.run.h5)")->required();
   show->add_flag("--json", arguments->json, "The records as a JSON array on stdout");
   show->callback([=] {

@@ -6,7 +6,7 @@
 namespace grouser::campaign {
 namespace {
 
-constexpr char kExamples[] = R"(Examples:
+constexpr char kVerifyExamples[] = R"(Examples:
   grouser-dem verify                 # the engine against exact and published answers
   grouser-dem torture --json         # cases chosen to break it
   grouser-dem verify --case oblique_impact
@@ -40,7 +40,7 @@ void AddSuite(CLI::App& app, Action* action, const char* name, const char* about
               dem::verify::Suite (*make)()) {
   auto arguments = std::make_shared<VerifyArguments>();
   CLI::App* command = app.add_subcommand(name, about);
-  command->footer(kExamples);
+  command->footer(kVerifyExamples);
   auto* quick = command->add_flag("--quick", arguments->quick, "Cases of seconds alone");
   command->add_flag("--full", arguments->full, "All cases, hours included")->excludes(quick);
   auto* json = command->add_flag("--json", arguments->json, "Rows as a JSON array on stdout");

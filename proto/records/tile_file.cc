@@ -6,8 +6,8 @@ namespace {
 
 using internal::H5Image;
 
-constexpr char kFormat[] = "grouser-tile";
-constexpr int kSchema = 1;
+constexpr char kTileFormat[] = "grouser-tile";
+constexpr int kTileSchema = 1;
 
 template <typename Map>
 void WriteGroup(H5Image& file, const std::string& group, const Map& arrays) {
@@ -26,7 +26,7 @@ void ReadGroup(const H5Image& file, const std::string& group, Map* arrays) {
 
 void WriteTileFile(const std::string& path, const TileFile& tile) {
   H5Image file = H5Image::Create(path);
-  file.WriteFormat(kFormat, kSchema);
+  file.WriteFormat(kTileFormat, kTileSchema);
   file.WriteText("meta_json", tile.meta_json);
   WriteGroup(file, "/doubles", tile.doubles);
   WriteGroup(file, "/floats", tile.floats);
@@ -36,7 +36,7 @@ void WriteTileFile(const std::string& path, const TileFile& tile) {
 
 TileFile ReadTileFile(const std::string& path) {
   const H5Image file = H5Image::Open(path);
-  file.CheckFormat(kFormat, kSchema);
+  file.CheckFormat(kTileFormat, kTileSchema);
   TileFile tile;
   tile.meta_json = file.ReadText("meta_json");
   ReadGroup(file, "/doubles", &tile.doubles);

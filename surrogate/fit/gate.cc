@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kRmseFactor = 1.1, kRmsePatch = 0.25;
 constexpr double kDissipationSlack = 0.01;
-constexpr double kNearDirection = 0.3, kNearLoad = 0.405;  // ln 1.5
+constexpr double kNearDirection = 0.3, kNearLogLoad = 0.405;  // ln 1.5
 
 struct ScanState {
   VelocityState v;
@@ -138,7 +138,7 @@ GateResult Dissipation(const v1alpha1::Model& candidate, const TabulatedModel& m
 bool Near(const FieldPoint& a, const FieldPoint& b) {
   double d2 = 0;
   for (int i = 0; i < 3; ++i) d2 += std::pow(a.direction[i] - b.direction[i], 2);
-  return d2 < kNearDirection * kNearDirection && std::fabs(a.log_load - b.log_load) < kNearLoad;
+  return d2 < kNearDirection * kNearDirection && std::fabs(a.log_load - b.log_load) < kNearLogLoad;
 }
 
 FieldPoint PointOf(const Row& row) {

@@ -1,6 +1,5 @@
 // What the machine's memory does at best, by its own threads.
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <memory>
 #include <thread>
@@ -13,10 +12,6 @@ namespace {
 
 constexpr std::size_t kBytes = std::size_t{1} << 28;  // of one array, shared out over the threads
 constexpr int kTries = 4;
-
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 

@@ -1,7 +1,6 @@
 #include "dem_offline/engine/bench/wheel.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <memory>
@@ -104,10 +103,6 @@ Body Wheel(const WheelBench& bench, double x_m, double y_m) {
   wheel.velocity_m_per_s = {motion.v_x, 0, -bench.load_n / bench.damper_n_s_per_m};
   wheel.spin_rad_per_s = {0, motion.rim / bench.wheel.radius_m, 0};
   return wheel;
-}
-
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace

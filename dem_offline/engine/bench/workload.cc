@@ -22,10 +22,6 @@ void Expect(bool ok, const char* option, const std::string& got, const char* exp
   if (!ok) throw std::invalid_argument(std::string(option) + ": " + got + ", expected " + expected);
 }
 
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 double CpuTime() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 /// W worlds on C threads: a world each where there are enough, else all
@@ -120,6 +116,10 @@ void RunOnce(const Bed& bed, BenchResult* out) {
 std::vector<BenchPhase> PhasesOf(const Phases& p) {
   return {{"search", p.search_s}, {"refresh", p.refresh_s}, {"pairs", p.pairs_s},
           {"sum", p.sum_s},       {"drift", p.drift_s},     {"bodies", p.bodies_s}};
+}
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 double BenchResult::Rate() const {

@@ -89,6 +89,9 @@ Bed OpenBed(const BenchOptions& options);
 void RunOnDevice(const Bed& bed, gpu::Device& device, BenchResult* result);
 double DeviceCopyRate(gpu::Device& device, const std::string& name);
 
+/// Wall clock [s].
+double Now();
+
 /// Bytes read and written per second when `threads` copy arrays far larger than any cache.
 double CopyRate(int threads);
 

@@ -6,7 +6,7 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kPeriod = 4294967296.0;
+constexpr double kQuanta = 4294967296.0;  // of a periodic axis
 
 }  // namespace
 
@@ -25,13 +25,13 @@ struct Freezer::Grid {
         cell(cell_m),
         moving(static_cast<std::size_t>(nx) * ny * kLayers, 0) {}
   int X(const Grain& g) const {
-    return static_cast<int>(static_cast<std::uint32_t>(g.x) / kPeriod * nx);
+    return static_cast<int>(static_cast<std::uint32_t>(g.x) / kQuanta * nx);
   }
   int Y(const Grain& g) const {
-    return static_cast<int>(static_cast<std::uint32_t>(g.y) / kPeriod * ny);
+    return static_cast<int>(static_cast<std::uint32_t>(g.y) / kQuanta * ny);
   }
   int Z(const Grain& g) const {
-    const double layer = std::floor(g.z / kPeriod * frame.z_span_m / cell) + kLayers / 2;
+    const double layer = std::floor(g.z / kQuanta * frame.z_span_m / cell) + kLayers / 2;
     return static_cast<int>(std::clamp(layer, 0.0, kLayers - 1.0));
   }
   void Mark(const Grain& g) {
@@ -54,10 +54,10 @@ struct Freezer::Grid {
 Freezer::Place Freezer::PlaceOf(const World& world, const Grain& g, const Vec3d& hub_m) const {
   const Frame& f = world.config().frame;
   const double dx =
-      std::remainder(static_cast<std::uint32_t>(g.x) / kPeriod * f.length_m - hub_m[0], f.length_m);
+      std::remainder(static_cast<std::uint32_t>(g.x) / kQuanta * f.length_m - hub_m[0], f.length_m);
   const double dy =
-      std::remainder(static_cast<std::uint32_t>(g.y) / kPeriod * f.width_m - hub_m[1], f.width_m);
-  const double down = hub_m[2] - g.z / kPeriod * f.z_span_m;
+      std::remainder(static_cast<std::uint32_t>(g.y) / kQuanta * f.width_m - hub_m[1], f.width_m);
+  const double down = hub_m[2] - g.z / kQuanta * f.z_span_m;
   const double out = std::max({std::abs(dx) / settings_.half_m[0],
                                std::abs(dy) / settings_.half_m[1], down / settings_.half_m[2]});
   if (out <= 1) return Place::kInside;

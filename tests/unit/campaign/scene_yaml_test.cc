@@ -18,10 +18,10 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-const std::string kCampaigns = GROUSER_CAMPAIGNS;
+const std::string kScenes = GROUSER_CAMPAIGNS;
 
 TEST(SceneYaml, ReadsAShippedScene) {
-  const auto scene = LoadScene(kCampaigns + "/cmu_smooth_demo.scene.yaml");
+  const auto scene = LoadScene(kScenes + "/cmu_smooth_demo.scene.yaml");
   EXPECT_EQ(scene.soil().bulk_density_kg_per_m3(), 1330);
   EXPECT_EQ(scene.wheel().radius_m(), 0.0625);
   EXPECT_EQ(scene.soil().grains().sizes_size(), 3);
@@ -41,7 +41,7 @@ class BadScene : public testing::TestWithParam<Edit> {};
 
 TEST_P(BadScene, IsRefusedWithFileLineKeyAndExpectation) {
   const records::TempFolder folder;
-  std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+  std::string text = records::ReadFileBytes(kScenes + "/smoke.scene.yaml");
   const std::size_t at = text.find(GetParam().line);
   ASSERT_NE(at, std::string::npos);
   const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   const records::TempFolder folder;
-  std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+  std::string text = records::ReadFileBytes(kScenes + "/smoke.scene.yaml");
   const auto after = [&](const std::string& line, const std::string& more) {
     text.insert(text.find(line) + line.size(), "\n" + more);
   };
@@ -141,7 +141,7 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
 TEST(SceneYaml, SceneChoiceReachesTheEngine) {
   const records::TempFolder folder;
   const auto read = [&](const std::string& scene) {
-    std::string text = records::ReadFileBytes(kCampaigns + "/smoke.scene.yaml");
+    std::string text = records::ReadFileBytes(kScenes + "/smoke.scene.yaml");
     text += scene;
     records::WriteFileDurably(folder / "a.scene.yaml", text);
     v1alpha1::WheelTestSpec spec;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLength = 0.06, kWidth = 0.05;
 
-WorldConfig Config() {
+WorldConfig ChangeConfig() {
   WorldConfig c;
   c.frame = {kLength, kWidth, 1.0};
   c.dt_s = 2e-5;
@@ -47,7 +47,7 @@ const std::vector<GrainState>& Bed() {
       g.density_kg_per_m3 = 2500;
       grains.push_back(g);
     }
-    World world(Config(), grains);
+    World world(ChangeConfig(), grains);
     world.AddBody(Floor());
     world.SetDrag(0.998);
     world.Run(20000);
@@ -80,7 +80,7 @@ double Highest(const World& world) {
 }
 
 TEST(Freeze, TheFrozenStayAndTheirNeighboursRestOnThem) {
-  World world(Config(), Bed());
+  World world(ChangeConfig(), Bed());
   Settled(world);
   const double top = Highest(world);
   std::vector<std::uint8_t> frozen(world.count());
@@ -99,7 +99,7 @@ TEST(Freeze, TheFrozenStayAndTheirNeighboursRestOnThem) {
 }
 
 TEST(Freeze, TheWokenAreInEquilibriumStill) {
-  World world(Config(), Bed());
+  World world(ChangeConfig(), Bed());
   Settled(world);
   const double top = Highest(world), mean = world.MeanContacts(), stir = world.KineticEnergy();
   world.Freeze(std::vector<std::uint8_t>(world.count(), 1));
@@ -113,7 +113,7 @@ TEST(Freeze, TheWokenAreInEquilibriumStill) {
 }
 
 TEST(Freeze, HistoriesOfFrozenPairsSleepThroughSearches) {
-  World world(Config(), Bed());
+  World world(ChangeConfig(), Bed());
   Settled(world);
   using Histories = std::map<std::pair<std::int32_t, std::int32_t>, std::vector<float>>;
   const auto of = [&](const std::vector<std::uint8_t>& flags) {
@@ -160,7 +160,7 @@ TEST(Freeze, EnergyIsAccountedFor) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-0.05, 0.05);
   for (GrainState& g : moving) g.v_x = u(random), g.v_y = u(random), g.v_z = u(random);
-  World world(Config(), moving);
+  World world(ChangeConfig(), moving);
   world.AddBody(Floor());
   world.Run(500);
   const double kinetic = world.KineticEnergy(), total = world.Balance().Total();
@@ -176,7 +176,7 @@ TEST(Freeze, EnergyIsAccountedFor) {
 
 /// The same grains out and in again, with their histories: as if nothing was.
 TEST(Exchange, WhatLeavesAndComesBackLeavesNoTrace) {
-  World world(Config(), Bed()), twin(Config(), Bed());
+  World world(ChangeConfig(), Bed()), twin(ChangeConfig(), Bed());
   Settled(world);
   Settled(twin);
   GrainExchange e;
@@ -227,7 +227,7 @@ TEST(Exchange, WhatLeavesAndComesBackLeavesNoTrace) {
 }
 
 TEST(Exchange, ThePlacesLeftBehindTieNobody) {
-  World world(Config(), Bed());
+  World world(ChangeConfig(), Bed());
   Settled(world);
   GrainExchange away;  // so few that the same tiles stay
   for (std::int64_t i = 0; i < world.count() && away.out.size() < 5; ++i) {
@@ -241,7 +241,7 @@ TEST(Exchange, ThePlacesLeftBehindTieNobody) {
 }
 
 TEST(Exchange, NewGrainsFallAndOldOnesAreGone) {
-  World world(Config(), Bed());
+  World world(ChangeConfig(), Bed());
   Settled(world);
   GrainExchange e;
   e.out = {0, 1, 2};
@@ -267,7 +267,7 @@ TEST(Order, OfTheInputDoesNotMatter) {
   for (std::size_t i = 0; i < from.size(); ++i) from[i] = static_cast<std::int32_t>(i);
   std::shuffle(from.begin(), from.end(), std::mt19937(9));
   for (std::size_t i = 0; i < from.size(); ++i) shuffled[i] = Bed()[from[i]];
-  World a(Config(), Bed()), b(Config(), shuffled);
+  World a(ChangeConfig(), Bed()), b(ChangeConfig(), shuffled);
   a.AddBody(Floor());
   b.AddBody(Floor());
   ASSERT_EQ(a.Run(1000), StepFault::kNone);
@@ -287,7 +287,7 @@ TEST(Order, ASortOnTheWayLeavesNoTrace) {
     g.v_x = 0.4 * std::sin(600 * g.z_m);
     g.v_y = 0.2 * std::cos(300 * g.x_m);
   }
-  World a(Config(), stirred), b(Config(), stirred);
+  World a(ChangeConfig(), stirred), b(ChangeConfig(), stirred);
   a.AddBody(Floor());
   b.AddBody(Floor());
   const auto order = [](const World& w) {

@@ -19,8 +19,6 @@ using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 Snapshot::ModelPtr Make(const std::string& name, char digest, double half,
                         const std::string& soil = "sand", double width = 0.05) {
   v1alpha1::Model message = testing::FakeMessage(name, 0.5);
@@ -28,7 +26,7 @@ Snapshot::ModelPtr Make(const std::string& name, char digest, double half,
   message.mutable_soil()->set_name(soil);
   message.mutable_wheel()->set_width_m(width);
   for (int k = 0; k < 6; ++k) message.add_sd_form(half);
-  if (half > 1) message.set_sd_form(0, kNan);
+  if (half > 1) message.set_sd_form(0, testing::kNan);
   return MakeServedModel(message, std::string(64, digest), false, testing::MakeFakeModel);
 }
 
@@ -104,7 +102,7 @@ TEST_F(DemandTest, ADigestAnswersAlone) {
 
 TEST_F(DemandTest, TheOneThatSufficesAnswersWithItsOwnUncertainty) {
   AddState(0.05, 24);
-  AddState(kNan, 24);
+  AddState(testing::kNan, 24);
   demand_.set_f_x_n(2);
   ASSERT_TRUE(Run("rough").ok());
   EXPECT_EQ(model_->message.name(), "rough");  // that was named
@@ -156,7 +154,7 @@ TEST_F(DemandTest, AnEmptyDemandIsNone) {
 TEST_F(DemandTest, BadNumbersNameTheField) {
   AddState(0.05, 24);
   const auto refused = [&](void (v1alpha1::Demand::*set)(double), const char* field) {
-    for (const double bad : {-1.0, kNan, std::numeric_limits<double>::infinity()}) {
+    for (const double bad : {-1.0, testing::kNan, std::numeric_limits<double>::infinity()}) {
       demand_.Clear();
       (demand_.*set)(bad);
       const QueryStatus status = Run("rough");

@@ -19,7 +19,6 @@ using ::testing::HasSubstr;
 using v1alpha1::WheelResponses;
 using v1alpha1::WheelStates;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 WheelStates Velocities(int n) {
@@ -116,7 +115,7 @@ TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic)
   };
   add(2.5, 0, 0.1);
   add(0.1, 0, -0.1);
-  add(0.1, 0, kNan);
+  add(0.1, 0, testing::kNan);
   add(0.1, 0, 0);
   add(0.1, 0, 0.1);
   ASSERT_TRUE(Run(states).ok());
@@ -131,7 +130,7 @@ TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic)
 
 TEST_F(EvaluatorTest, BadStatesAreFlaggedAndHarmNoOther) {
   WheelStates states = Velocities(6);
-  states.mutable_velocity()->set_v_x_m_per_s(1, kNan);
+  states.mutable_velocity()->set_v_x_m_per_s(1, testing::kNan);
   states.mutable_velocity()->set_rim_speed_m_per_s(2, kInf);
   states.set_closure_value(3, -1);
   states.mutable_velocity()->set_v_x_m_per_s(4, 0);

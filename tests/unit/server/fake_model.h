@@ -11,6 +11,8 @@
 
 namespace grouser::testing {
 
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
 /// An analytic model whose answers a test can work out by hand:
 /// f_x = gain load slip, f_y = -gain load sin(beta), f_z = load,
 /// torque = r f_x, m_z = 0, sinkage = 1e-3 load; sd_fit 1, sd_patch 2,

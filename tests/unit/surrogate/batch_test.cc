@@ -9,11 +9,10 @@
 
 #include "surrogate/models/bekker.h"
 #include "surrogate/models/bekker_batch.h"
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
-
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 struct States {
   std::vector<double> v_x, v_y, rim, load;

@@ -4,11 +4,10 @@
 #include <stdexcept>
 
 #include "surrogate/models/bekker.h"
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
-
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 // Stress a flat plate as wide as the wheel would feel, from F_z of the wheel:
 // both forms with the same k must give the same wheel.

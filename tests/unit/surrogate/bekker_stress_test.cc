@@ -3,16 +3,14 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "surrogate/models/bekker.h"
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
-
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 // Passive pressure on sides and blade is no stress of the rim.
 BekkerParameters RimAlone() {

@@ -4,15 +4,13 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <random>
 #include <stdexcept>
 
+#include "tests/unit/surrogate/small_wheel.h"
+
 namespace grouser::surrogate {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 BekkerModel::Answer AtSlip(const BekkerModel& model, double slip, double angle, double load) {
   const VelocityState v = FromSlip(slip, angle, 0.1);
@@ -40,8 +38,8 @@ Reference BruteForce(const BekkerParameters& p, double slip, double z) {
     const double h = r * (std::cos(mapped) - std::cos(front));
     const double sigma = (p.k_c / b + p.k_phi) * std::pow(h / depth_scale, p.n);
     const double j = r * ((front - theta) - (1 - slip) * (std::sin(front) - std::sin(theta)));
-    const double tau = (p.cohesion + sigma * std::tan(p.friction_angle)) *
-                       (1 - std::exp(-j / p.shear_modulus));
+    const double tau =
+        (p.cohesion + sigma * std::tan(p.friction_angle)) * (1 - std::exp(-j / p.shear_modulus));
     sum.f_z += b * r * (sigma * std::cos(theta) + tau * std::sin(theta)) * step;
     sum.f_x += b * r * (tau * std::cos(theta) - sigma * std::sin(theta)) * step;
     sum.torque += b * r * r * tau * step;
@@ -131,11 +129,11 @@ TEST(Bekker, MirrorSymmetriesAreExact) {
 
 TEST(Bekker, SignsOfForces) {
   const BekkerModel model(BekkerParameters{}, kWheel);
-  EXPECT_LT(AtSlip(model, -0.5, 0, 24).value[kFx], 0);     // braked: holds back
+  EXPECT_LT(AtSlip(model, -0.5, 0, 24).value[kFx], 0);  // braked: holds back
   EXPECT_LT(AtSlip(model, -0.5, 0, 24).value[kTorque], 0);
   EXPECT_GT(AtSlip(model, 0.5, 0, 24).value[kTorque], 0);  // driven
   EXPECT_GT(AtSlip(model, 0.5, 0, 24).value[kFx], AtSlip(model, 0, 0, 24).value[kFx]);
-  EXPECT_LT(AtSlip(model, 0, 0.5, 24).value[kFy], 0);      // against v_y
+  EXPECT_LT(AtSlip(model, 0, 0.5, 24).value[kFy], 0);  // against v_y
   const auto sideways = AtSlip(model, 0, kPi / 2, 24).value;
   EXPECT_EQ(sideways[kFx], 0);
   EXPECT_EQ(sideways[kTorque], 0);
@@ -164,11 +162,11 @@ double LargestJump(const BekkerModel& model, int steps, int path) {
   for (int i = 0; i <= steps; ++i) {
     const double t = static_cast<double>(i) / steps, a = 2 * kPi * t;
     double v[3] = {0, 0, 0};
-    if (path == 0) v[0] = std::cos(a), v[2] = std::sin(a);         // all slips, both senses
+    if (path == 0) v[0] = std::cos(a), v[2] = std::sin(a);              // all slips, both senses
     if (path == 1) v[0] = std::cos(a), v[1] = std::sin(a), v[2] = 0.5;  // all attack angles
-    if (path == 2) v[1] = std::cos(a), v[2] = std::sin(a);         // v_x = 0 throughout
+    if (path == 2) v[1] = std::cos(a), v[2] = std::sin(a);              // v_x = 0 throughout
     if (path == 3) v[0] = std::cos(a), v[1] = 0.3, v[2] = std::sin(a);
-    if (path == 4) v[0] = std::cos(a), v[1] = std::sin(a);         // locked
+    if (path == 4) v[0] = std::cos(a), v[1] = std::sin(a);  // locked
     if (path == 5) v[0] = 1e-3 * std::cos(a), v[1] = 1e-3 * std::sin(a), v[2] = 1;
     const auto now = model.Solve(v[0], v[1], v[2], 24).value;
     for (int o = 0; o < kOutputs && i > 0; ++o) {
@@ -253,9 +251,9 @@ TEST(Bekker, DingRoverWheelWithItsOwnSoil) {
     double slip, pull, torque, sinkage;
   };
   std::printf("Ding et al. 2011: slip | pull N | torque N m | sinkage mm (measured, model)\n");
-  for (const Point& m : {Point{0.0, -6.5, 0.0, 5.0}, Point{0.1, 11, 3.0, 5.5},
-                         Point{0.2, 14.5, 4.2, 7.5}, Point{0.3, 15, 4.8, 10},
-                         Point{0.4, 15, 5.0, 12.5}, Point{0.6, 15, 5.3, 17.5}}) {
+  for (const Point& m :
+       {Point{0.0, -6.5, 0.0, 5.0}, Point{0.1, 11, 3.0, 5.5}, Point{0.2, 14.5, 4.2, 7.5},
+        Point{0.3, 15, 4.8, 10}, Point{0.4, 15, 5.0, 12.5}, Point{0.6, 15, 5.3, 17.5}}) {
     const auto a = AtSlip(model, m.slip, 0, 80).value;
     std::printf("%4.1f | %5.1f %5.1f | %4.1f %4.1f | %4.1f %4.1f\n", m.slip, m.pull, a[kFx],
                 m.torque, a[kTorque], m.sinkage, a[kSinkage] * 1e3);

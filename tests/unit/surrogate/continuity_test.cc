@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "tests/unit/surrogate/hard_cases.h"
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -15,9 +15,6 @@ namespace {
 using hard_cases::Batch;
 using hard_cases::Scale;
 using hard_cases::Soils;
-
-constexpr double kPi = std::numbers::pi;
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 // A line through the space of states, at t in [0, 1].
 struct Line {

@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -16,9 +17,6 @@ using hard_cases::Clay;
 using hard_cases::Scale;
 using hard_cases::Soils;
 using hard_cases::With;
-
-constexpr double kPi = std::numbers::pi;
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 
 // Batch and scalar code agree (their quadratures differ by 2e-3 at most here).
 void ExpectSane(const BekkerModel& model, Batch* batch) {

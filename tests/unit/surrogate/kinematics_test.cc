@@ -3,20 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
+
+#include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 TEST(ToSlip, ClassicalSlipAtAttackAngleZero) {
-  EXPECT_DOUBLE_EQ(ToSlip(0.08, 0, 0.1).slip, 0.2);    // driving: 1 - v/(r w)
-  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, 0.08).slip, -0.2);   // braking: r w/v - 1
-  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, 0).slip, -1);        // locked
-  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, -0.1).slip, -2);     // full counter-rotation
-  EXPECT_DOUBLE_EQ(ToSlip(0, 0, 0.1).slip, 1);         // spinning in place
+  EXPECT_DOUBLE_EQ(ToSlip(0.08, 0, 0.1).slip, 0.2);   // driving: 1 - v/(r w)
+  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, 0.08).slip, -0.2);  // braking: r w/v - 1
+  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, 0).slip, -1);       // locked
+  EXPECT_DOUBLE_EQ(ToSlip(0.1, 0, -0.1).slip, -2);    // full counter-rotation
+  EXPECT_DOUBLE_EQ(ToSlip(0, 0, 0.1).slip, 1);        // spinning in place
   EXPECT_DOUBLE_EQ(ToSlip(0, 0.1, 0).attack_angle_rad, kPi / 2);
   EXPECT_TRUE(ToSlip(0, -0.0, 0).is_static);
 }

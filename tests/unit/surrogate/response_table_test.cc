@@ -15,10 +15,14 @@ namespace {
 using testing::Anywhere;
 using testing::Batch;
 using testing::InsideHull;
+using testing::kFit;
+using testing::kHigh;
+using testing::kLow;
+using testing::kPatch;
+using testing::kSlopes;
+using testing::kValue;
 using testing::ScaleOf;
 using testing::Shipped;
-
-constexpr int kValue = 0, kFit = 1, kPatch = 2, kLow = 3, kHigh = 4, kSlopes = 5;
 
 // The stated error: a tenth of sd_patch at the 99th percentile. The largest
 // stand where |r w| = V, where the physics has a crease.

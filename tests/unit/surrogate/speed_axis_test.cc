@@ -13,9 +13,12 @@ namespace {
 using testing::Anywhere;
 using testing::Batch;
 using testing::InsideHull;
+using testing::kHigh;
+using testing::kLow;
+using testing::kSlopes;
+using testing::kValue;
 using testing::ScaleOf;
 
-constexpr int kValue = 0, kLow = 3, kHigh = 4, kSlopes = 5;
 constexpr double kGravity = 9.81, kRadius = 0.0625;
 constexpr SpeedAxis kAxis{0.4, 1.5, 0.7};
 

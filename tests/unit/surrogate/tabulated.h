@@ -12,7 +12,8 @@
 
 namespace grouser::surrogate::testing {
 
-inline constexpr int kParts = 9;  // value, sd_fit, sd_patch, low, high, four slopes
+inline constexpr int kValue = 0, kFit = 1, kPatch = 2, kLow = 3, kHigh = 4, kSlopes = 5;
+inline constexpr int kParts = 9;  // four slopes
 
 /// Buffers of a batch with everything asked for, echoes and gradients as well.
 struct Batch {
