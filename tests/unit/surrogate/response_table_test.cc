@@ -262,19 +262,25 @@ TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
   EXPECT_GT(b.part[kSinkage][kSlopes + 3][3], 0);
 }
 
-// Soft soil: many states have no equilibrium within the hull's loads. The table rounds
-// that corner off, but knows where it is and what the soil carries beyond it.
-TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
+// A wheel that many loads from `lightest` to 40 N sink beyond any equilibrium.
+HybridModel OnSoftSoil(double k_phi, double lightest) {
   BekkerParameters soft;
-  soft.k_phi = 4e4;
+  soft.k_phi = k_phi;
   HullBox hull;
   hull.attack_angle_max_rad = 1.5;
-  hull.load_min_n = 2;
+  hull.load_min_n = lightest;
   hull.load_max_n = 40;
   HybridModel model(BekkerModel(soft, {0.0625, 0.05}), {}, hull, Uncertainty{});
   model.Tabulate();
+  return model;
+}
+
+// Soft soil: many states have no equilibrium within the hull's loads. The table rounds
+// that corner off, but knows where it is and what the soil carries beyond it.
+TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
+  const HybridModel model = OnSoftSoil(4e4, 2);
   ASSERT_TRUE(model.tabulated());
-  Batch b = InsideHull(hull, 4000, 11);
+  Batch b = InsideHull(model.hull(), 4000, 11);
   model.Evaluate(b.In(), b.Out());
   int lost = 0, clear = 0, off = 0;
   double worst = 0;
@@ -305,14 +311,7 @@ TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
 
 // What the soil carries has slopes of its own: f_z follows it, not the load.
 TEST(ResponseTable, BeyondTheLargestLoadVerticalForceStays) {
-  BekkerParameters soft;
-  soft.k_phi = 1e4;
-  HullBox hull;
-  hull.attack_angle_max_rad = 1.5;
-  hull.load_min_n = 10;
-  hull.load_max_n = 40;
-  HybridModel model(BekkerModel(soft, {0.0625, 0.05}), {}, hull, Uncertainty{});
-  model.Tabulate();
+  const HybridModel model = OnSoftSoil(1e4, 10);
   Batch b(2);
   b.Set(0, 0.07, 0.02, 0.1, 30);
   b.Set(1, 0.07, 0.02, 0.1, 31);
