@@ -134,11 +134,6 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
   return channels;
 }
 
-double HybridModel::Carried(double v_x, double v_y, double rim_speed) const noexcept {
-  const Canonical state = ToCanonical(v_x, v_y, rim_speed);
-  return physics_.AtSinkage(state, physics_.max_sinkage()).value[kFz];
-}
-
 void HybridModel::Tabulate(const Resolution& wanted) {
   Resolution resolution = wanted;
   double step = wanted.log_load, anchor = std::log(hull().load_min_n);
@@ -162,7 +157,7 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   for (const TableNode& node : TableNodes(axes)) {
     const double most =
         physics_.AtSinkage(FromChart(node.chart), physics_.max_sinkage()).value[kFz];
-    margin.push_back(std::clamp(std::log(std::max(most, 1e-30)) - node.log_load, -1.0, 8.0));
+    margin.push_back(std::clamp(std::log(std::max(most, 1e-30)) - node.log_load, -8.0, 8.0));
     Append(AtNode(node.chart, node.log_load), &values);
     if (speed_.present()) Append(rate_.Evaluate(node.chart, node.log_load), &rate);
   }

@@ -45,7 +45,7 @@ class HybridModel final : public TabulatedModel {
   /// the CMU pair's hull, 99 of 100 states, over load, load r or r (f_y is the worst):
   ///   sinkage up to 0.5 r 0.003, to 0.7 r 0.02 (n.b. 1 r: 0.03), beyond it, where every
   ///   answer is flagged, 0.13 (half of the states: 0.02).
-  /// f_z and kNoEquilibrium are the law's everywhere.
+  /// f_z and kNoEquilibrium come from an interpolated ln(largest load/load) there.
   void Tabulate(const Resolution& resolution = {});
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as
@@ -59,7 +59,6 @@ class HybridModel final : public TabulatedModel {
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override {
     return EvaluateOne(v_x, v_y, rim_speed, load);
   }
-  double Carried(double v_x, double v_y, double rim_speed) const noexcept override;
 
  private:
   /// T + u T_rate.

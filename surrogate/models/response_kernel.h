@@ -10,10 +10,8 @@ namespace grouser::surrogate::response {
 inline constexpr int kGroup = 8;   // states at a time; also lanes (channels) of a node
 inline constexpr int kBlock = 64;  // states per call at most, a multiple of kGroup
 inline constexpr int kOutputCount = 6;
-/// ln(largest load with an equilibrium/load), interpolated; below kMarginSeen, which is
-/// more than its error, states are marked.
+/// ln(largest load with an equilibrium/load), interpolated: below 0 there is none.
 inline constexpr int kMarginChannel = 7;
-inline constexpr float kMarginSeen = 0.05f;
 
 /// Parts of an output, in the order of OutputView.
 enum Part { kValue, kSdFit, kSdPatch, kLow, kHigh, kDvX, kDvY, kDRim, kDLoad, kParts };
@@ -23,7 +21,6 @@ enum Special : std::uint32_t {
   kOff = 1,    // non-finite, at rest, magnitude or load not answered: nonsense was written
   kPole = 2,   // near v_x = rim = 0: gradients by v_x and rim from elsewhere
   kBlend = 4,  // load beyond [blend_low, blend_high]
-  kFull = 8,   // margin below kMarginSeen
 };
 
 /// The table and the laws of Hull, in the form the kernel reads them.

@@ -151,6 +151,7 @@ GROUSER_INLINE void Run(const Constants& c, Block* b, Scratch* s, Unwanted* unwa
     }
   }
   Judge(c, b, s, n);
+  Limit<kGradients>(b, s, n);
   WriteOutput<0>(c, *b, *s, unwanted, n);
   WriteOutput<1>(c, *b, *s, unwanted, n);
   WriteOutput<2>(c, *b, *s, unwanted, n);

@@ -11,7 +11,7 @@ GROUSER_INLINE double* Or(double* wanted, double* unwanted) { return wanted ? wa
 // Signs under the mirrors, in the order of the outputs.
 constexpr bool kOddX[kOutputCount] = {true, false, false, true, true, false};
 constexpr bool kOddY[kOutputCount] = {false, true, false, false, true, false};
-constexpr int kSinkageOutput = 5, kDistanceChannel = 6;
+constexpr int kVerticalOutput = 2, kSinkageOutput = 5, kDistanceChannel = 6;
 constexpr bool kMoment[kOutputCount] = {false, false, false, true, true, false};
 
 // kClamped for a negative sinkage, kExtrapolated far from every run and where
@@ -27,8 +27,33 @@ GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
     out[i] = c.flags | static_cast<std::uint32_t>(int(s->flags[i])) | (sinkage < 0 ? 2u : 0u) |
              ((distance > c.far) | (sinkage > c.overload) ? 4u : 0u);
   }
+}
+
+// e^x for x <= 0, held at -8: to 1e-7 of 1.
+GROUSER_INLINE float ExpOfLoss(float x) {
+  const float y = (x > -8 ? x : -8.0f) * (1.0f / 16);
+  float e = 1 + y * (1.0f / 8);
+  for (int k = 7; k > 0; --k) e = 1 + y * e / static_cast<float>(k);
+  e *= e;
+  e *= e;
+  e *= e;
+  return e * e;
+}
+
+// What the soil carries where that is less than the load: kNoEquilibrium, kClamped,
+// f_z and its slopes.
+template <bool kGradients>
+GROUSER_INLINE void Limit(Block* b, Scratch* s, int n) {
   for (int i = 0; i < n; ++i) {
-    b->special[i] |= s->channel[0][kMarginChannel][i] < kMarginSeen ? kFull : 0u;
+    const float margin = s->channel[0][kMarginChannel][i];
+    if (!(margin < 0)) continue;
+    b->flags[i] |= 16u | 2u;
+    const float carried = ExpOfLoss(margin), f_z = s->channel[0][kVerticalOutput][i] * carried;
+    s->channel[0][kVerticalOutput][i] = f_z;
+    for (int k = 1; k < (kGradients ? 5 : 1); ++k) {
+      s->channel[k][kVerticalOutput][i] = s->channel[k][kVerticalOutput][i] * carried +
+                                          f_z * s->channel[k][kMarginChannel][i];
+    }
   }
 }
 

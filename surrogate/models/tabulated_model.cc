@@ -213,29 +213,11 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
   if (special & response::kOff) {
     AnswerOff(in, out, i, 1);
   } else {
-    if ((special & response::kFull) && !Limit(in, out, i)) special &= ~response::kFull;
     const double share = special & response::kBlend ? ShareBeyond(in.load[i]) : 0;
     if (share > 0) AnswerOff(in, out, i, share);
   }
   out.flags[i] |= context;
   if (special != 0 && WantsGradients(out)) Difference(in, out, i);
-}
-
-double TabulatedModel::Carried(double, double, double) const noexcept {
-  return std::numeric_limits<double>::infinity();
-}
-
-// f_z and flags of a load that the soil does not carry; false if it does.
-bool TabulatedModel::Limit(const WheelStatesView& in, const ResponsesView& out,
-                           std::size_t i) const noexcept {
-  const double less = in.load[i] - Carried(in.v_x[i], in.v_y[i], in.rim_speed[i]);
-  if (!(less > 0)) return false;
-  out.flags[i] |= kNoEquilibrium | kClamped;
-  const OutputView& f_z = out.output[kFz];
-  for (const std::span<double>& part : {f_z.value, f_z.low, f_z.high}) {
-    if (!part.empty()) part[i] -= less;
-  }
-  return true;
 }
 
 // Mixes the scalar law's answer into what the table left; a share of 1 replaces.

@@ -56,11 +56,6 @@ class TabulatedModel : public WheelModel {
   virtual WheelAnswer OffTable(double v_x, double v_y, double rim_speed,
                                double load) const noexcept = 0;
 
-  /// The largest load that the soil carries [N], beyond which f_z is that and the flags
-  /// are kNoEquilibrium and kClamped. Asked where the table's margin is below
-  /// response::kMarginSeen.
-  virtual double Carried(double v_x, double v_y, double rim_speed) const noexcept;
-
   const Hull& domain() const { return hull_; }
 
  private:
@@ -70,7 +65,6 @@ class TabulatedModel : public WheelModel {
                     std::size_t count) const noexcept;
   void Complete(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
                 std::uint32_t special) const noexcept;
-  bool Limit(const WheelStatesView& in, const ResponsesView& out, std::size_t i) const noexcept;
   void AnswerOff(const WheelStatesView& in, const ResponsesView& out, std::size_t i,
                  double share) const noexcept;
   void Difference(const WheelStatesView& in, const ResponsesView& out,

@@ -291,10 +291,13 @@ TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
             .AtSinkage(ToCanonical(b.v_x[i], b.v_y[i], b.rim[i]), model.physics().max_sinkage())
             .value[kFz];
     const double margin = std::log(std::max(most, 1e-30) / b.load[i]);
-    ASSERT_EQ((b.flags[i] & kNoEquilibrium) != 0, (exact.flags & kNoEquilibrium) != 0) << i;
+    if (std::fabs(margin) > 0.01) {
+      ASSERT_EQ((b.flags[i] & kNoEquilibrium) != 0, margin < 0) << i;
+    }
+    ASSERT_EQ((exact.flags & kNoEquilibrium) != 0, margin < 0) << i;
     lost += (exact.flags & kNoEquilibrium) != 0;
     clear += margin > 0.8;
-    ASSERT_NEAR(b.part[kFz][kValue][i], exact.value[kFz], 1e-6 * b.load[i]) << i;
+    ASSERT_NEAR(b.part[kFz][kValue][i], exact.value[kFz], 0.01 * b.load[i]) << i;
     ASSERT_GE(b.part[kFz][kHigh][i], b.part[kFz][kValue][i]) << i;
     ASSERT_LE(b.part[kFz][kLow][i], b.part[kFz][kValue][i]) << i;
     for (int o = 0; o < kOutputs; ++o) {
@@ -318,8 +321,8 @@ TEST(ResponseTable, BeyondTheLargestLoadVerticalForceStays) {
   model.Evaluate(b.In(), b.Out());
   ASSERT_TRUE(b.flags[0] & kNoEquilibrium);
   EXPECT_TRUE(b.flags[0] & kExtrapolated);
-  EXPECT_NEAR(b.part[kFz][kValue][0], b.part[kFz][kValue][1], 1e-6);
-  EXPECT_NEAR(b.part[kFz][kSlopes + 3][0], 0, 1e-6);
+  EXPECT_NEAR(b.part[kFz][kValue][0], b.part[kFz][kValue][1], 1e-3);
+  EXPECT_NEAR(b.part[kFz][kSlopes + 3][0], 0, 1e-3);
   EXPECT_NE(b.part[kFz][kSlopes][0], 0);
 }
 
