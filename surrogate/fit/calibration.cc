@@ -15,7 +15,7 @@ constexpr double kPriorRepeats = 4;  // weight of the standard errors among repe
 constexpr std::size_t kLeaveOneOut = 24;
 constexpr std::size_t kFolds = 12;
 constexpr std::size_t kConformalFrom = 30;
-constexpr double kMostPloughing = 8;
+constexpr double kMostPloughing = 30;
 
 // By which sds grow at a row.
 double Growth(double ploughing, const Row& row) {

@@ -55,7 +55,7 @@ struct Calibration {
 Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
                       double radius_m);
 
-/// `ploughing` of PatchNoise, 0 to 8: that by which left-out residuals over the sds of
+/// `ploughing` of PatchNoise, 0 to 30: that by which left-out residuals over the sds of
 /// Calibrate are likeliest, Laplace's law of errors taken (of long tails, as these have)
 /// and a prior of sd 1 on ln(1 + ploughing). 0 below 30 runs.
 std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_out,

@@ -16,7 +16,7 @@ struct GateResult {
 /// What a candidate must show before it may replace its base:
 /// - self_test: loads, golden vectors reproduced, finite over a scan;
 /// - held_out: rmse on the runs held out at most 1.1 of the base's plus a
-///   quarter of the patch noise, for every output;
+///   quarter of the base's sd_patch at them (rms), for every output;
 /// - coverage: covers at most one held-out mean fewer than the base, per output;
 /// - symmetry: both mirrors exact over a scan;
 /// - dissipation: torque x spin covers pull x speed: T r w/r - F_x v_x - F_y v_y

@@ -80,7 +80,7 @@ void AddIntervals(const CrossConformal& cross, Collector* c) {
     const auto found = cross.share.find(output);
     if (found != cross.share.end()) {
       const double all = (found->second * cross.n + r->coverage90 * r->n) / (cross.n + r->n);
-      c->Add(fmt::format("{}: cross-conformal coverage off 90 %, {} runs", output, cross.n + r->n),
+      c->Add(fmt::format("{}: cross-conformal and test coverage off 90 %, {} runs", output, cross.n + r->n),
              std::fabs(all - 0.9), 0.03, kNone, false);
     }
     c->Add(fmt::format("{}: interval width over sd of the errors", output), r->width_sd, 4, kNone,

@@ -44,6 +44,7 @@ void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::
 }
 
 void SetGoldenVectors(v1alpha1::Model* model) {
+  constexpr double kGoldenSinkage = 0.5;  // of the radius
   model->clear_golden();
   const std::unique_ptr<TabulatedModel> made = MakeScalar(*model);
   const v1alpha1::Domain& domain = model->domain();
@@ -59,10 +60,10 @@ void SetGoldenVectors(v1alpha1::Model* model) {
                                 : 1 + 0.3 * (count % 3 - 1);  // slower, as it is, faster
       ++count;
       const VelocityState v = FromSlip(slip, angle, faster * speed);
-      const double most = Hull::kOverloadSinkage * model->wheel().radius_m();
+      const double most = kGoldenSinkage * model->wheel().radius_m();
       double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
       WheelAnswer answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
-      for (int halved = 0; halved < 5 && answer.value[kSinkage] > most; ++halved) {
+      for (int halved = 0; halved < 10 && answer.value[kSinkage] > most; ++halved) {
         load /= 2;
         answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
       }

@@ -21,8 +21,8 @@ void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
 /// which comes first (it clears them).
 void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::Model* model);
 /// Evaluates the model at 24 states over its domain and stores the answers as
-/// golden vectors, replacing older ones. Where a wheel would sink beyond 0.7 r, where no
-/// answer means anything and tables are coarse, its load is halved, five times at most.
+/// golden vectors, replacing older ones. Where a wheel would sink beyond 0.5 r, where
+/// tables are coarser than TabulatedModel::Tolerance, its load is halved, ten times at most.
 /// Throws as MakeModel.
 void SetGoldenVectors(v1alpha1::Model* model);
 

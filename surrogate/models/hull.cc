@@ -64,7 +64,8 @@ double Hull::Excess(const Canonical& s, double load, double radius_m) const noex
 double Hull::Ploughing(const Canonical& s) noexcept {
   const double plane = std::sqrt(s.forward * s.forward + s.rim * s.rim);
   const double brake = s.forward > s.rim ? s.forward - s.rim : 0;
-  return s.lateral * s.lateral + (plane > 0 ? brake * brake * s.forward / plane : 0);
+  const double share = s.lateral * s.lateral + (plane > 0 ? brake * brake * s.forward / plane : 0);
+  return share < 1 ? share : 1;
 }
 
 void Hull::AddUncertainty(double distance, double ploughing, double load,

@@ -56,7 +56,9 @@ struct WheelAnswer {
 ///
 ///   sd_fit   = g hypot(fit_inside, fit_growth D), D the hull distance
 ///   sd_patch = g patch, g = 1 + ploughing P: a wheel that is pushed through the
-///              soil rather than rolled over it is less certain
+///              soil rather than rolled over it is less certain (one factor for
+///              both, found by what the fit misses: the interval is calibrated,
+///              its division among the two is not)
 ///   interval = value +- factor hypot(sd_fit, sd_patch): a fresh DEM run's mean
 ///
 /// Deviations of forces and moments are taken proportional to the load. These
@@ -78,8 +80,8 @@ class Hull {
   /// How far a state is beyond the box, its loads and (radius_m) its speeds, in units of hull
   /// distance: 0 inside, continuous, growing without bound, so that intervals do too.
   double Excess(const Canonical& state, double load, double radius_m) const noexcept;
-  /// P = y^2 + B^2 p/hypot(p, q), B = max(0, p - q), with p, y, q = v_x, |v_y|, r w over
-  /// M: 0 rolling straight, 1 locked or sideways, continuous through v_x = 0.
+  /// P = min(1, y^2 + B^2 p/hypot(p, q)), B = max(0, p - q), with p, y, q = v_x, |v_y|,
+  /// r w over M: 0 rolling straight, 1 locked or sideways, continuous through v_x = 0.
   static double Ploughing(const Canonical& state) noexcept;
   void AddUncertainty(double distance, double ploughing, double load,
                       WheelAnswer* answer) const noexcept;

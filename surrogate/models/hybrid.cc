@@ -124,7 +124,7 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
   const Canonical state = FromChart(chart);
   const double load = std::exp(log_load);
   BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
-  trend.value[kFz] = load;            // where the soil carries less: Carried
+  trend.value[kFz] = load;            // where the soil carries less: Limit, in the kernel
   ApplyMirrors(state, &trend.value);  // the node at direction -pi/2 is a mirror
   if (chart.lateral_rad == 0) trend.value[kFy] = trend.value[kMz] = 0;
   auto channels = table_.Evaluate(chart, log_load);

@@ -140,7 +140,8 @@ GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
     const float driving = (spin - (r < 0 ? -p : p)) - c.slip_max;
     const float inverse = 1.0f / (plane > 0 ? plane : 1.0f);
     const float brake = p > r ? p - r : 0.0f;
-    s->ploughing[i] = y * y + brake * brake * (p * inverse);
+    const float share = y * y + brake * brake * (p * inverse);
+    s->ploughing[i] = share < 1 ? share : 1.0f;
     const float light = c.log_low - log_load, heavy = log_load - c.log_high;
     s->excess[i] = ((braking > 0 ? braking : 0.0f) * (p * inverse) +
                     (driving > 0 ? driving : 0.0f) * (spin * inverse)) *

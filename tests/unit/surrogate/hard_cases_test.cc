@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surrogate/models/hybrid.h"
 #include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
@@ -36,6 +37,44 @@ void ExpectSane(const BekkerModel& model, Batch* batch) {
       ASSERT_NEAR(scalar.value[kSinkage] / batch->value[kSinkage][i], 1, 3e-3) << i;
     }
   }
+}
+
+// Every soil as a table: where it says that there is no equilibrium, so does the law.
+TEST(HardCases, TablesOfAnySoilKnowWhereTheLoadIsTooLarge) {
+  HullBox hull;
+  hull.attack_angle_max_rad = 1.5;
+  hull.load_min_n = 20;
+  hull.load_max_n = 5000;
+  int lost = 0, all = 0, other = 0;
+  for (const BekkerParameters& soil : Soils()) {
+    HybridModel model(BekkerModel(soil, kWheel), {}, hull, Uncertainty{});
+    model.Tabulate({30, 12, 0.5});
+    const HybridModel law(BekkerModel(soil, kWheel), {}, hull, Uncertainty{});
+    for (const double slip : {-0.95, -0.5, -0.1, 0.2, 0.7}) {
+      for (const double angle : {0.0, 0.4, 1.1, 1.5}) {
+        const VelocityState v = FromSlip(slip, angle, 0.1);
+        for (double load = 20; load < 5000; load *= 1.3) {
+          double f_z = 0;
+          std::uint32_t flags = 0;
+          ResponsesView out;
+          out.flags = {&flags, 1};
+          out.output[kFz].value = {&f_z, 1};
+          model.Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}, {}, {}, {}, {}},
+                         out);
+          const WheelAnswer exact = law.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+          ASSERT_TRUE(std::isfinite(f_z));
+          ASSERT_GE(f_z, 0);
+          ASSERT_LE(f_z, load * (1 + 1e-6));
+          lost += (exact.flags & kNoEquilibrium) != 0;
+          other += ((exact.flags ^ flags) & kNoEquilibrium) != 0;
+          ++all;
+        }
+      }
+    }
+  }
+  RecordProperty("other", other);
+  EXPECT_GT(lost, all / 20);
+  EXPECT_LT(other, all / 50);  // a coarse grid, near the border
 }
 
 Batch AllKindsOfMotion(double load) {

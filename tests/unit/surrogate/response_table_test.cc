@@ -69,7 +69,8 @@ TEST(ResponseTable, IntervalsOfWheelsThatPloughGrowAsTheLawSays) {
     const double brake = std::max(0.0, forward - rim), plane = std::hypot(forward, rim);
     for (int o = 0; o < kOutputs; ++o) {
       const auto& p = b.part[o];
-      const double grown = 1 + 0.5 * o * (y * y + brake * brake * forward / plane);
+      const double share = std::min(1.0, y * y + brake * brake * forward / plane);
+      const double grown = 1 + 0.5 * o * share;
       const double middle = o == kSinkage ? 1
                                           : b.load[i] / std::sqrt(message.domain().load_min_n() *
                                                                   message.domain().load_max_n());
