@@ -159,12 +159,14 @@ std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_
                                                const PatchNoise& patch, double radius_m) {
   std::array<double, kOutputs> best{};
   if (left_out.size() < kConformalFrom) return best;
-  constexpr double kStep = 0.02;
+  constexpr int kSteps = 170;
+  const double most_log_growth = std::log(1 + kMostPloughing);
   const double n = static_cast<double>(left_out.size());
   const Calibration calibration = Calibrate(left_out, patch, radius_m);
   for (int o = 0; o < kOutputs; ++o) {
     double least = std::numeric_limits<double>::infinity();
-    for (double log_growth = 0; log_growth <= std::log(1 + kMostPloughing); log_growth += kStep) {
+    for (int step = 0; step <= kSteps; ++step) {
+      const double log_growth = most_log_growth * step / kSteps;
       const double ploughing = std::exp(log_growth) - 1;
       double spread = 0, cost = 0.5 * log_growth * log_growth;
       for (const LeftOut& l : left_out) {
