@@ -99,6 +99,7 @@ Residuals ResidualsOf(const std::vector<Row>& rows, const TrainOptions& options,
 std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOptions& options,
                                  const SpeedAxis& speed) {
   std::vector<FieldPoint> points;
+  points.reserve(rows.size());
   for (const Row& row : rows) {
     points.push_back(PointOf(row, options.wheel, speed, options.gravity_m_per_s2));
   }
