@@ -64,7 +64,8 @@ run_cuda() {
   local nvcc
   nvcc="$(find_nvcc)" || { echo "no nvcc: kernels not compiled"; return; }
   CUDACXX="$nvcc" cmake -S "$GROUSER_ROOT/dem_offline/engine" -B "$GROUSER_ROOT/build/kernels" \
-    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' -DCMAKE_CUDA_FLAGS=--threads=2 &&
+    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' \
+    -DCMAKE_CUDA_FLAGS=--threads=2 &&
     cmake --build "$GROUSER_ROOT/build/kernels" --target grouser_cuda grouser-gpu-law-check
 }
 

@@ -24,11 +24,12 @@ double Growth(double ploughing, const Row& row) {
   return rest ? 1 : 1 + ploughing * Hull::Ploughing(ToCanonical(v.v_x, v.v_y, v.rim_speed));
 }
 
-// What a residual is measured in.
+// What a residual is measured in, ploughing included.
 double ScaleAt(const PatchNoise& patch, int o, const Row& row, double radius_m) {
   return OutputScale(o, row.load_n, radius_m) * Growth(patch.ploughing[o], row);
 }
 
+// Of a residual in sds of its interval: that at which a factor of 1 would end.
 double Score(const Calibration& calibration, const PatchNoise& patch, int o, const LeftOut& l,
              double radius_m) {
   return std::fabs(l.row->mean[o] - l.prediction.value[o]) * calibration.factor[o] /
@@ -165,13 +166,16 @@ std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_
   const Calibration calibration = Calibrate(left_out, patch, radius_m);
   for (int o = 0; o < kOutputs; ++o) {
     double least = std::numeric_limits<double>::infinity();
+    std::vector<double> scores;
+    scores.reserve(left_out.size());
+    for (const LeftOut& l : left_out) scores.push_back(Score(calibration, patch, o, l, radius_m));
     for (int step = 0; step <= kSteps; ++step) {
       const double log_growth = most_log_growth * step / kSteps;
       const double ploughing = std::exp(log_growth) - 1;
       double spread = 0, cost = 0.5 * log_growth * log_growth;
-      for (const LeftOut& l : left_out) {
-        const double growth = Growth(ploughing, *l.row);
-        spread += Score(calibration, patch, o, l, radius_m) / (growth * n);
+      for (std::size_t i = 0; i < left_out.size(); ++i) {
+        const double growth = Growth(ploughing, *left_out[i].row);
+        spread += scores[i] / (growth * n);
         cost += std::log(growth);
       }
       cost += n * std::log(std::max(spread, 1e-12));

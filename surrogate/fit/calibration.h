@@ -65,9 +65,9 @@ std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_
 double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int output,
                  const LeftOut& at, double radius_m);
 
-/// Share of the runs inside intervals that were calibrated (but for `ploughing`) without their fold
-/// (cross-conformal prediction: Vovk 2015, Ann. Math. Artif. Intell. 74, 9-28);
-/// unlike that of Calibrate's own, which holds by construction.
+/// Share of the runs inside intervals that were calibrated without their fold, but for
+/// `ploughing` (cross-conformal prediction: Vovk 2015, Ann. Math. Artif. Intell. 74,
+/// 9-28); unlike that of Calibrate's own, which holds by construction.
 std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
                                                     const PatchNoise& patch, double radius_m);
 

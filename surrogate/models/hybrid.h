@@ -43,8 +43,8 @@ class HybridModel final : public TabulatedModel {
   /// 3 load_max; beyond it the exact law answers. Where no sinkage carries the load
   /// the law answers as at 1.2 r, and the table rounds off that corner: its error in
   /// the CMU pair's hull, 99 of 100 states, over load, load r or r (f_y is the worst):
-  ///   sinkage up to 0.5 r 0.003, to 0.7 r 0.02 (n.b. 1 r: 0.03), beyond it, where every
-  ///   answer is flagged, 0.13 (half of the states: 0.02).
+  ///   sinkage up to 0.5 r 0.003, to 0.7 r 0.02; where every answer is flagged: to 1 r
+  ///   0.03, beyond 0.13 (half of the states: 0.02).
   /// f_z and kNoEquilibrium come from an interpolated ln(largest load/load) there.
   void Tabulate(const Resolution& resolution = {});
 
