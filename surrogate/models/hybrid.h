@@ -12,7 +12,7 @@ struct Resolution {
   double log_load = 0.25;            ///< at most, a fraction of the residual table's step
 };
 
-/// Physics trend + table of the residual (DESIGN: "hybrid"); with a table of
+/// Physics trend + table of the residual ; with a table of
 /// hull distances alone it is the bekker rung.
 ///
 ///   value = bekker(state) + s T(state), s = load, load r or r

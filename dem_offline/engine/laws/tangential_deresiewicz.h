@@ -15,7 +15,7 @@ namespace grouser::dem {
 /// compression; T*, T**: force at the last turn from loading and from
 /// unloading, which follow the normal force: T* += mu dF, T** -= mu dF.
 /// Source: Mindlin & Deresiewicz 1953; Thornton & Yin, Powder Technol. 65
-/// (1991) 153; Vu-Quoc & Zhang 1999; card of McCarthy et al. 2010, "F".
+/// (1991) 153; Vu-Quoc & Zhang 1999; McCarthy et al. 2010, "F".
 /// In three dimensions (ours) the axis is the direction of T while loading and
 /// stays that of the turn until loading resumes, at T* or beyond -T*; across
 /// it the spring is elastic, k_t0; |T| <= mu F. Turning points inside a loop

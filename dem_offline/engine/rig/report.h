@@ -21,7 +21,7 @@ void FillEnergy(const EnergyBalance& start, const EnergyBalance& end, EnergyLedg
 double EnergyError(const EnergyLedger& ledger);
 inline constexpr double kLargestEnergyError = 0.02;
 
-/// Bed, numbers and size rules (DESIGN section 3).
+/// Bed, numbers and size rules (docs/engine.md, "Size rules").
 void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& world,
                      WheelTestResult& out);
 

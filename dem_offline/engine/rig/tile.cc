@@ -12,7 +12,7 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kFractionTolerance = 0.004;  // DESIGN asks for 0.005
+constexpr double kFractionTolerance = 0.004;
 constexpr double kDragTime = 0.05;            // [s] viscous fall: gentle and quick
 constexpr int kMostAttempts = 6;
 constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;

@@ -45,7 +45,7 @@ struct WheelShape {
 
 enum class RigMode { kRimSpeed, kTowed, kFreeSlip };
 
-/// What is held. slip = (r w - v_x)/max(|r w|, V); see DESIGN "Wheel state".
+/// What is held. slip = (r w - v_x)/max(|r w|, V); see docs/glossary.md.
 struct TestState {
   RigMode mode = RigMode::kRimSpeed;
   double slip = 0.0;              ///< [-], kRimSpeed only

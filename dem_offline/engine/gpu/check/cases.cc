@@ -10,7 +10,7 @@
 namespace grouser::dem::gpu::check {
 namespace {
 
-// DESIGN, "Determinism": between back ends.
+// Between back ends: docs/engine.md, "Determinism".
 constexpr double kOneStep = 1e-5, kHundredSteps = 1e-3, kBedMeans = 0.01;
 
 std::vector<World*> Pointers(const Worlds& worlds) {

@@ -1,4 +1,4 @@
-// Mirrored, shifted and turned scenes (DESIGN section 3): forces of one step
+// Mirrored, shifted and turned scenes (docs/engine.md, "Determinism"): forces of one step
 // to 1e-5, of 100 steps to 1e-3.
 #include "dem_offline/engine/verify/beds.h"
 #include "dem_offline/engine/verify/cases.h"
