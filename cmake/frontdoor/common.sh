@@ -135,17 +135,28 @@ build_preset() {
   say "preset $preset is built ($((SECONDS - started)) s)"
 }
 
+# For the words that may install packages: setup, build, demo, test.
 set_up() {
   install_missing build libraries run
   build_preset release
 }
 
-# build_if_missing PROGRAM...
+# For all other words: says what is missing and installs nothing.
+require_packages() {
+  command -v dpkg-query >/dev/null || return 0
+  local missing
+  mapfile -t missing < <(missing_packages "$@")
+  [ ${#missing[@]} -eq 0 ] || fail "missing packages: ${missing[*]};" \
+    "./grouser setup installs them and builds"
+}
+
+# build_if_missing PROGRAM...: builds where a program is missing and all packages are there.
 build_if_missing() {
   local program
   for program in "$@"; do
     [ -x "$(program_path "$program")" ] && continue
-    set_up
+    require_packages build libraries run
+    build_preset release
     [ -x "$(program_path "$program")" ] || fail "$program was not built; see build/release.log"
   done
 }

@@ -1,7 +1,7 @@
 # shellcheck shell=bash
-# `./grouser doctor`: what is missing, what that costs, what to do about it.
+# `./grouser doctor`: what is missing, which features that disables, what to do about it.
 
-# Findings as "level|name|what was found|what it costs|what to do". Levels:
+# Findings as "level|name|what was found|effect|what to do". Levels:
 # ok, absent (a feature less), missing (demo and tests cannot run).
 finding() { FINDINGS+=("$1|$2|$3|${4:-}|${5:-}"); }
 
@@ -17,7 +17,7 @@ check_packages() {
     finding ok packages "all $(package_list build libraries run | wc -l) of cmake/packages.debian"
   else
     finding missing packages "not installed: ${missing% }" "no build" \
-      "./grouser build installs them; or: apt-get install --no-install-recommends ${missing% }"
+      "./grouser setup installs them; or: apt-get install --no-install-recommends ${missing% }"
   fi
 }
 
@@ -29,7 +29,7 @@ check_build() {
   if [ ${#absent[@]} -eq 0 ]; then
     finding ok build "build/release/bin"
   else
-    finding absent build "not built: ${absent[*]}" "the first command builds first" "./grouser build"
+    finding absent build "not built: ${absent[*]}" "the first command builds first" "./grouser setup"
   fi
 }
 
@@ -84,24 +84,24 @@ json_string() {
 }
 
 print_findings_json() {
-  local line level name found cost fix separator=''
+  local line level name found lost fix separator=''
   printf '{"ok": %s, "checks": [' "$1"
   for line in "${FINDINGS[@]}"; do
-    IFS='|' read -r level name found cost fix <<<"$line"
-    printf '%s\n  {"name": %s, "level": %s, "found": %s, "cost": %s, "fix": %s}' "$separator" \
+    IFS='|' read -r level name found lost fix <<<"$line"
+    printf '%s\n  {"name": %s, "level": %s, "found": %s, "effect": %s, "fix": %s}' "$separator" \
       "$(json_string "$name")" "$(json_string "$level")" "$(json_string "$found")" \
-      "$(json_string "$cost")" "$(json_string "$fix")"
+      "$(json_string "$lost")" "$(json_string "$fix")"
     separator=','
   done
   printf '\n]}\n'
 }
 
 print_findings() {
-  local line level name found cost fix
+  local line level name found lost fix
   for line in "${FINDINGS[@]}"; do
-    IFS='|' read -r level name found cost fix <<<"$line"
+    IFS='|' read -r level name found lost fix <<<"$line"
     printf '%-8s %-10s %s\n' "$level" "$name" "$found"
-    [ -z "$cost" ] || printf '%-19s costs: %s\n' '' "$cost"
+    [ -z "$lost" ] || printf '%-19s effect: %s\n' '' "$lost"
     [ -z "$fix" ] || printf '%-19s to do: %s\n' '' "$fix"
   done
 }
@@ -110,9 +110,9 @@ word_doctor() {
   if wants_help "$@"; then
     cat <<'HELP'
 Usage: ./grouser doctor [--json]
-Says what this machine lacks, what that costs and what to do about it.
+Says what this machine lacks, which features are unavailable or slow, and what to do about it.
   ok       there
-  absent   a feature less; everything else works
+  absent   one feature is unavailable; everything else works
   missing  demo and tests cannot run
 Exit code: 0 nothing is missing, 1 something is.
 Example: ./grouser doctor --json | jq '.checks[] | select(.level != "ok")'

@@ -12,11 +12,13 @@ HELP
   awk -F' *[|] *' 'NF == 3 { printf "  %-9s %s\n", $1, $3 }' <<<"$WORDS"
   cat <<'HELP'
 
-On a fresh Debian 12 any word first installs what is missing (sudo where not
-root; GROUSER_NO_INSTALL=1 forbids it) and builds. Data on stdout, all else on
-stderr. Exit codes: 0 ok, 1 failed, 2 bad usage or input.
+On a fresh Debian 12 start with ./grouser setup. Only setup, build, demo and
+test install packages (sudo where not root; GROUSER_NO_INSTALL=1 forbids it);
+the other words say what is missing. Data on stdout, all else on stderr. Exit
+codes: 0 ok, 1 failed, 2 bad usage or input.
 
 Examples:
+  ./grouser setup
   ./grouser demo
   ./grouser serve &
   ./grouser query --slip 0.2 --angle-deg 30 --load 24
@@ -25,6 +27,19 @@ HELP
 
 word_version() {
   sed -n 's/^project(grouser VERSION \([0-9.]*\).*/grouser \1/p' "$GROUSER_ROOT/CMakeLists.txt"
+}
+
+word_setup() {
+  if wants_help "$@"; then
+    cat <<'HELP'
+Usage: ./grouser setup
+Installs what is missing of cmake/packages.debian and builds all programs in
+build/release: about ten minutes on two cores. A second call repeats nothing.
+HELP
+    return
+  fi
+  [ $# -eq 0 ] || usage_error "setup: takes no arguments; see ./grouser setup --help"
+  set_up
 }
 
 word_build() {
