@@ -89,7 +89,7 @@ word_test() {
     esac
     shift
   done
-  install_missing build libraries run test ${full:+full}
+  install_missing build libraries run test ${full:+lint}
   TEST_RESULTS=() TESTS_FAILED=''
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
