@@ -87,7 +87,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   Answer answer{};
   answer.flags = domain().uncertainty().form_unknown ? kFormUnknown : 0u;
   if (v_x == 0 && v_y == 0 && rim_speed == 0) {
-    const BekkerModel::Answer still = physics_.SolveStatic(load);
+    const BekkerModel::Answer still = physics_.Solve(0, 0, 0, load);
     answer.value = still.value;
     answer.flags |= kStatic | kExtrapolated;
     if (still.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;

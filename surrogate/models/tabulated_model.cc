@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "surrogate/models/response_isa.h"
+#include "surrogate/models/isa.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -81,12 +81,12 @@ void WriteEcho(const WheelStatesView& in, const ResponsesView& out, std::size_t 
 }  // namespace
 
 TabulatedModel::TabulatedModel(const Hull& hull, double radius_m)
-    : hull_(hull), kernel_(response::KernelFor(nullptr)) {
+    : hull_(hull), kernel_(KernelFor(nullptr)) {
   constants_.radius = radius_m;
 }
 
 bool TabulatedModel::SelectIsa(const char* isa) noexcept {
-  const response::BlockFn found = response::KernelFor(isa);
+  const response::BlockFn found = KernelFor(isa);
   if (found) kernel_ = found;
   return found != nullptr;
 }

@@ -18,7 +18,6 @@
 #include "surrogate/models/bekker_batch.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
-#include "surrogate/models/response_isa.h"
 #include "tests/unit/count_allocations.h"
 
 namespace grouser::bench {

@@ -9,6 +9,7 @@
 
 #include "surrogate/models/bekker.h"
 #include "surrogate/models/bekker_batch.h"
+#include "surrogate/models/isa.h"
 #include "tests/unit/surrogate/small_wheel.h"
 
 namespace grouser::surrogate {
@@ -109,7 +110,7 @@ TEST(Batch, GivesTheScalarCodesForcesAtItsOwnSinkageAndBalancesTheLoad) {
     const Results r = SolveAll(model, s, false);
     for (std::size_t i = 0; i < s.size(); ++i) {
       const Canonical state = ToCanonical(s.v_x[i], s.v_y[i], s.rim[i]);
-      auto want = model.AtSinkage(state, r.value[kSinkage][i], BekkerModel::Points::kGraded).value;
+      auto want = model.AtSinkage(state, r.value[kSinkage][i], BekkerModel::Points::kLaw).value;
       ApplyMirrors(state, &want);
       ASSERT_LE(r.value[kSinkage][i], model.max_sinkage() * (1 + 1e-12));
       if (r.no_equilibrium[i]) {
@@ -238,24 +239,23 @@ TEST(Batch, EveryInstructionSetGivesTheSameBits) {
   int sets = 0;
   for (const BekkerParameters& soil : SomeSoils()) {
     const BekkerModel model(soil, kWheel);
-    const LaneModel lanes = MakeLaneModel(model);
     const States s = RandomStates(800, 6);
-    for (std::size_t first = 0; first < s.size(); first += kBlock) {
+    for (std::size_t first = 0; first < s.size(); first += kStateBlock) {
       StateBlock in{};
-      for (int l = 0; l < kBlock; ++l) {
+      for (int l = 0; l < kStateBlock; ++l) {
         in.v_x[l] = s.v_x[first + l];
         in.v_y[l] = s.v_y[first + l];
         in.rim_speed[l] = s.rim[first + l];
         in.load[l] = s.load[first + l];
       }
       StateBlock want = in;
-      BlockSolverFor("baseline")(lanes, true, &want);
+      BlockSolverFor("baseline")(model.law(), RulesOfBekker(), true, &want);
       for (const char* set : {"avx2", "avx512"}) {
         const BlockSolver solve = BlockSolverFor(set);
         if (solve == nullptr) continue;
         ++sets;
         StateBlock got = in;
-        solve(lanes, true, &got);
+        solve(model.law(), RulesOfBekker(), true, &got);
         ASSERT_EQ(std::memcmp(got.value, want.value, sizeof(want.value)), 0) << set;
         ASSERT_EQ(std::memcmp(got.gradient, want.gradient, sizeof(want.gradient)), 0) << set;
       }
