@@ -113,8 +113,9 @@ class BekkerModel {
   void StressesAt(const Canonical& state, double sinkage, std::span<const double> angle,
                   std::span<RimStress> stress) const noexcept;
 
-  /// Many states at once, one in each lane of the widest vectors this machine has.
-  void SolveBatch(const BekkerBatch& batch) const noexcept;
+  /// Many states at once, one in each lane of a pack; by `solver` (isa.h), else by the
+  /// widest that this machine has.
+  void SolveBatch(const BekkerBatch& batch, BlockSolver solver = nullptr) const noexcept;
 
   const BekkerParameters& parameters() const { return parameters_; }
   const WheelGeometry& wheel() const { return wheel_; }

@@ -93,8 +93,10 @@ GROUSER_INLINE void Step(const BekkerLaw<double>& a, const Motion<V>& m, V load,
     const V ratio = Select(both, s->high / s->low, Set<V>(1));
     next = Select(replace, s->low * Exp(share * Log(ratio)), next);
   }
-  s->theta = Select(open & !stays, next, s->theta);
-  s->settled = s->settled | stays | near;  // one that is near took its Newton step
+  // One that is near takes Newton's own step, and is there.
+  const V newton = Min(s->theta * Exp(-f / rise.slope), most);
+  s->theta = Select(open & !stays, Select(near, newton, next), s->theta);
+  s->settled = s->settled | stays | near;
 }
 
 template <class V>
@@ -137,6 +139,7 @@ GROUSER_INLINE Equilibrium<V, N> Close(const BekkerLaw<double>& a, const Forces<
     }
     e.by_load[o] = at.d[N] * per_newton;
   }
+  e.of[kSinkage].v = Select(s.overload, Set<V>(kMostSinkage * a.radius), e.of[kSinkage].v);
   return e;
 }
 

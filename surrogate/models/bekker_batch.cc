@@ -50,12 +50,12 @@ void Unpack(const StateBlock& block, std::size_t first, int count, const BekkerB
 
 }  // namespace
 
-void BekkerModel::SolveBatch(const BekkerBatch& batch) const noexcept {
+void BekkerModel::SolveBatch(const BekkerBatch& batch, BlockSolver solver) const noexcept {
   bool gradients = false;
   for (const auto& of_output : batch.gradient) {
     for (const std::span<double>& g : of_output) gradients |= !g.empty();
   }
-  const BlockSolver solve = BlockSolverFor(nullptr);
+  const BlockSolver solve = solver ? solver : BlockSolverFor(nullptr);
   const BekkerRules& rules = RulesOfBekker();
   StateBlock block;
   const std::size_t n = batch.load.size();
