@@ -22,7 +22,7 @@ inline constexpr double kProfileWeight = 0.3;
 /// over f_x, f_y, torque, m_z and sinkage; scale is OutputScale, rho Huber's
 /// with corner 5. 14 parameters (k_c stays 0: one width does not tell it from
 /// k_phi), bounded, each with a broad prior, so that a dozen runs determine
-/// them. Ceres, numeric derivatives, several starts; the best is taken.
+/// them. Ceres, exact derivatives (Dual), several starts; the best is taken.
 ///
 /// Stresses: normal and tangential in every bin, at the sinkage where the model
 /// carries the load; measured and sigma_bin as in ComparedProfile, the model's
