@@ -328,8 +328,10 @@ std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeom
   std::vector<RowProfile> profiles;
   for (const Row& row : rows) {
     if (!HasProfile(*row.source)) continue;
-    RowProfile own{&row, ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
-                   MakeCompared(row, wheel), {}};
+    RowProfile own{&row,
+                   ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
+                   MakeCompared(row, wheel),
+                   {}};
     if (!IsComparable(own.compared)) continue;
     own.samples = SamplesOf(own.compared.measured, smear_rad);
     profiles.push_back(std::move(own));

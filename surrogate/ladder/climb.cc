@@ -90,7 +90,7 @@ void ClimbUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Gr
                                 table);
   }
   const BekkerModel physics(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
-                          {scene.wheel().radius_m(), scene.wheel().width_m()});
+                            {scene.wheel().radius_m(), scene.wheel().width_m()});
   HullBox anywhere;
   anywhere.load_min_n = anywhere.load_max_n = 1;
   HybridModel model(physics, {}, anywhere, Uncertainty{});  // as users ask it

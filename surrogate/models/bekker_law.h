@@ -106,8 +106,8 @@ GROUSER_INLINE Contact<T, M> MakeContact(const BekkerLaw<P>& a, const Motion<M>&
   c.half_drop = (0.5 - 0.5 * m.mapped) * theta_f;
   const M ahead = 0.5 + 0.5 * m.t, behind = 0.5 - 0.5 * m.t;
   const T angles = ahead * c.entry + behind * c.exit;
-  c.zero = m.forward * (ahead * SinCos(c.entry).sin + behind * SinCos(c.exit).sin) -
-           m.spin * angles;
+  c.zero =
+      m.forward * (ahead * SinCos(c.entry).sin + behind * SinCos(c.exit).sin) - m.spin * angles;
   c.side_zero = m.lateral * angles;
   c.forward = m.forward * m.t;
   c.spin = m.spin * m.t;
@@ -207,7 +207,8 @@ GROUSER_INLINE Sums<T> Integrate(const BekkerLaw<P>& a, const Contact<T, M>& c,
 template <class P, class T, class M>
 GROUSER_INLINE T VerticalForce(const BekkerLaw<P>& a, const Motion<M>& m, const T& theta_f,
                                const QuadratureRule& rule) {
-  return (a.width * a.radius) * Integrate<false>(a, MakeContact(a, m, theta_f), rule, false).of[kFz];
+  return (a.width * a.radius) *
+         Integrate<false>(a, MakeContact(a, m, theta_f), rule, false).of[kFz];
 }
 
 /// Outputs in the canonical half-space, in the order of Output.

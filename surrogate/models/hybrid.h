@@ -61,9 +61,7 @@ class HybridModel final : public TabulatedModel {
   void Tabulate(const Resolution& resolution = {});
 
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
-  double Tolerance() const noexcept override {
-    return by_law_ ? 0 : TabulatedModel::Tolerance();
-  }
+  double Tolerance() const noexcept override { return by_law_ ? 0 : TabulatedModel::Tolerance(); }
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as
   /// BekkerModel::Solve.

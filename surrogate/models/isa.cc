@@ -9,10 +9,12 @@
   DECLARE(isa_baseline)           \
   DECLARE(isa_avx2)               \
   DECLARE(isa_avx512)
-#define GROUSER_KERNELS(name) {isa_baseline::name, isa_avx2::name, isa_avx512::name}
+#define GROUSER_KERNELS(name) \
+  { isa_baseline::name, isa_avx2::name, isa_avx512::name }
 #else
 #define GROUSER_EACH_ISA(DECLARE) DECLARE(isa_baseline)
-#define GROUSER_KERNELS(name) {isa_baseline::name, nullptr, nullptr}
+#define GROUSER_KERNELS(name) \
+  { isa_baseline::name, nullptr, nullptr }
 #endif
 
 namespace grouser::surrogate {
@@ -56,10 +58,10 @@ const char* BestIsa() noexcept {
 }
 
 namespace bekker {
-#define GROUSER_DECLARE(isa)                                                                \
-  namespace isa {                                                                           \
-  void SolveBlock(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients,   \
-                  StateBlock* block) noexcept;                                              \
+#define GROUSER_DECLARE(isa)                                                              \
+  namespace isa {                                                                         \
+  void SolveBlock(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients, \
+                  StateBlock* block) noexcept;                                            \
   }
 GROUSER_EACH_ISA(GROUSER_DECLARE)
 #undef GROUSER_DECLARE
@@ -69,8 +71,8 @@ constexpr BlockSolver kSolvers[3] = GROUSER_KERNELS(SolveBlock);
 BlockSolver BlockSolverFor(const char* isa) noexcept { return Pick(isa, bekker::kSolvers); }
 
 namespace response {
-#define GROUSER_DECLARE(isa) \
-  namespace isa {            \
+#define GROUSER_DECLARE(isa)                               \
+  namespace isa {                                          \
   void Evaluate(const Constants& constants, Block* block); \
   }
 GROUSER_EACH_ISA(GROUSER_DECLARE)

@@ -64,9 +64,8 @@ const BekkerRules& RulesOfBekker() noexcept {
   static const GaussRule<kPoints> full = GaussLegendre<kPoints>();
   static const GaussRule<4> coarse = GradedGauss<4>();
   static const GaussRule<6> better = GradedGauss<6>();
-  static const GaussRule<kPanels * kPoints> fine = FineRule();
-  static const BekkerRules rules{
-      Lasting(full), {Lasting(coarse), Lasting(better)}, Lasting(fine)};
+  static const GaussRule<kPanels* kPoints> fine = FineRule();
+  static const BekkerRules rules{Lasting(full), {Lasting(coarse), Lasting(better)}, Lasting(fine)};
   return rules;
 }
 
