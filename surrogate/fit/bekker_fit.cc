@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
+#include <utility>
 
 #include "surrogate/fit/stress_profile.h"
+#include "surrogate/models/bekker_balance.h"
+#include "surrogate/models/bekker_constants.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -17,34 +21,27 @@ constexpr double kModelFloor = 0.04;  // of the scale: no smooth model does bett
 constexpr double kCorner = 5;         // of Huber's loss
 constexpr int kFirstIterations = 12;
 constexpr double kReferenceDepth = 0.3;  // of r: where the pressure is a parameter
+constexpr int kCoordinates = 14;
 
-// A fitted coordinate x: ln(parameter), or 1 + parameter/unit; the 1 keeps the
-// relative steps of numeric derivatives large where the parameter is 0.
+// A number with its derivatives by the coordinates, and last by the entry angle.
+using Slopes = Dual<double, kCoordinates + 1>;
+
+// A fitted coordinate x: ln(parameter), or parameter/unit.
 struct Coordinate {
   double BekkerParameters::*member;  // null: pressure at the reference depth
   double unit;                       // 0: logarithmic
   double center, sd, low, high;      // of ln(parameter), or of parameter/unit
 
-  double Shift() const { return unit == 0 ? 0 : 1; }
-  double Value(double x) const { return unit == 0 ? std::exp(x) : (x - 1) * unit; }
+  double ValueOf(double x) const { return unit == 0 ? std::exp(x) : x * unit; }
   double At(double value) const {
-    const double bounded = std::clamp(unit == 0 ? std::log(value) : value / unit, low, high);
-    return bounded + Shift();
+    return std::clamp(unit == 0 ? std::log(value) : value / unit, low, high);
   }
 };
 
-// Numeric derivatives step a little over a bound: the model's own range holds.
-double Bounded(double BekkerParameters::*member, double value) {
-  for (const BekkerField& field : BekkerFields()) {
-    if (field.member == member) return std::clamp(value, field.low, field.high);
-  }
-  return value;
-}
-
-std::vector<Coordinate> Coordinates(double radius) {
+std::array<Coordinate, kCoordinates> Coordinates(double radius) {
   using P = BekkerParameters;
   const double k = std::log(0.16 * radius);
-  return {
+  return {{
       {nullptr, 0, 0, 0, std::log(1.0), std::log(1e8)},  // no prior
       {&P::n, 1, 1.0, 0.3, 0.3, 1.6},
       {&P::cohesion, 1000, 0, 0.3, 0, 5},
@@ -59,7 +56,7 @@ std::vector<Coordinate> Coordinates(double radius) {
       {&P::side_passive, 0, std::log(4.0), 1.0, std::log(0.05), std::log(60.0)},
       {&P::front_passive, 0, std::log(1.0), 1.0, std::log(0.01), std::log(40.0)},
       {&P::bulldozing_length, 0, k, 0.8, std::log(0.003 * radius), std::log(3 * radius)},
-  };
+  }};
 }
 
 // A row's profile, ready for the residuals.
@@ -67,6 +64,7 @@ struct RowProfile {
   const Row* row;
   Canonical state;
   ComparedProfile compared;
+  ProfileSamples samples;
 };
 
 struct Problem {
@@ -74,7 +72,7 @@ struct Problem {
   std::vector<RowProfile> profiles;
   WheelGeometry wheel;
   BekkerFitOptions options;
-  std::vector<Coordinate> coordinates;
+  std::array<Coordinate, kCoordinates> coordinates;
 
   double ReferenceDepth() const { return kReferenceDepth * wheel.radius_m; }
 
@@ -83,8 +81,7 @@ struct Problem {
     p.k_c = 0;
     p.unit_weight = options.unit_weight;
     for (std::size_t i = 1; i < coordinates.size(); ++i) {
-      const Coordinate& c = coordinates[i];
-      p.*c.member = Bounded(c.member, c.Value(x[i]));
+      p.*coordinates[i].member = coordinates[i].ValueOf(x[i]);
     }
     p.k_phi = std::exp(x[0]) / std::pow(ReferenceDepth(), p.n);
     return p;
@@ -101,27 +98,92 @@ struct Problem {
   }
 };
 
+// A parameter as a T, with its derivatives where T has them.
+template <class T>
+T ParameterOf(const Problem& problem, const BekkerParameters& p, double BekkerParameters::*member) {
+  T value = Constant<T>(p.*member);
+  if constexpr (!Plain<T>) {
+    for (int i = 1; i < kCoordinates; ++i) {
+      const Coordinate& c = problem.coordinates[i];
+      if (c.member == member) value.d[i] = c.unit == 0 ? value.v : c.unit;
+      // k_phi = pressure / depth^n
+      if (member == &BekkerParameters::k_phi && c.member == &BekkerParameters::n) {
+        value.d[i] = -value.v * std::log(problem.ReferenceDepth()) * c.unit;
+      }
+    }
+    if (member == &BekkerParameters::k_phi) value.d[0] = value.v;
+  }
+  return value;
+}
+
+// The model at a point, in balance: outputs in the canonical half-space.
+template <class T>
+struct Solved {
+  BekkerLaw<T> law;
+  bekker::Motion<T> motion;
+  T theta_f;
+  T output[kOutputs];
+};
+template <class T>
+Solved<T> Solve(const Problem& problem, const BekkerModel& model, const Canonical& state,
+                double load) {
+  const BekkerLaw<double>& plain = model.law();
+  const BekkerRules& rules = RulesOfBekker();
+  const auto search = bekker::Balance(
+      plain, bekker::MakeMotion(plain, state.forward, state.lateral, state.rim), load, rules);
+  const BekkerParameters& p = model.parameters();
+  Solved<T> s;
+  s.law = bekker::MakeLaw<T>([&](auto member) { return ParameterOf<T>(problem, p, member); },
+                             problem.wheel);
+  s.motion = bekker::MakeMotion(s.law, Constant<T>(state.forward), Constant<T>(state.lateral),
+                                Constant<T>(state.rim));
+  // With the entry angle's own derivative last, which Close does away with.
+  using Open = std::conditional_t<Plain<T>, Dual<double, 1>, T>;
+  constexpr int kDirections = Plain<T> ? 0 : kCoordinates;
+  const Open theta = Seed<Open>(search.theta, kDirections, 1);
+  const auto closed = bekker::Close<kDirections>(
+      plain, bekker::AllForces(s.law, s.motion, theta, rules.full, true), search, load);
+  const auto take = [](const Dual<double, kDirections>& from) {
+    T to = Constant<T>(from.v);
+    if constexpr (!Plain<T>) std::copy_n(from.d, kDirections, to.d);
+    return to;
+  };
+  s.theta_f = take(closed.theta_f);
+  for (int o = 0; o < kOutputs; ++o) s.output[o] = take(closed.of[o]);
+  return s;
+}
+
+// Residuals, and where they have derivatives rows of the Jacobian.
+struct Residuals {
+  double* value;
+  double* jacobian;
+
+  void Put(int i, double r) { value[i] = r; }
+  void Put(int i, const Slopes& r) {
+    value[i] = r.v;
+    std::copy_n(r.d, kCoordinates, jacobian + i * kCoordinates);
+  }
+};
+
 struct RowResidual {
   const Problem* problem;
   const Row* row;
 
-  bool operator()(const double* const* x, double* residual) const {
-    try {
-      const BekkerModel model(problem->Parameters(x[0]), problem->wheel);
-      const BekkerModel::Answer a =
-          model.Solve(row->motion.v_x, row->motion.v_y, row->motion.rim_speed, row->load_n);
-      for (int i = 0; i < kResiduals; ++i) {
-        const int o = kFitted[i];
-        const double scale = OutputScale(o, row->load_n, problem->wheel.radius_m);
-        const double patch = problem->options.patch[o] * scale;
-        const double sigma =
-            std::hypot(std::hypot(row->standard_error[o], patch), kModelFloor * scale);
-        residual[i] = (a.value[o] - row->mean[o]) / sigma;
-      }
-    } catch (const std::invalid_argument&) {
-      return false;  // outside the model's range: the step is refused
+  template <class T>
+  void Compute(const double* x, Residuals to) const {
+    const BekkerModel model(problem->Parameters(x), problem->wheel);
+    const Canonical state = ToCanonical(row->motion.v_x, row->motion.v_y, row->motion.rim_speed);
+    const Solved<T> solved = Solve<T>(*problem, model, state, row->load_n);
+    std::array<double, kOutputs> sign = {1, 1, 1, 1, 1, 1};
+    ApplyMirrors(state, &sign);
+    for (int i = 0; i < kResiduals; ++i) {
+      const int o = kFitted[i];
+      const double scale = OutputScale(o, row->load_n, problem->wheel.radius_m);
+      const double patch = problem->options.patch[o] * scale;
+      const double sigma =
+          std::hypot(std::hypot(row->standard_error[o], patch), kModelFloor * scale);
+      to.Put(i, (sign[o] * solved.output[o] - row->mean[o]) * (1 / sigma));
     }
-    return true;
   }
 };
 
@@ -129,37 +191,69 @@ struct StressResidual {
   const Problem* problem;
   const RowProfile* own;
 
-  bool operator()(const double* const* x, double* residual) const {
-    try {
-      const BekkerModel model(problem->Parameters(x[0]), problem->wheel);
-      const RimProfile& measured = own->compared.measured;
-      const double sinkage = model.SolveCanonical(own->state, own->row->load_n).value[kSinkage];
-      const RimProfile said =
-          ModelProfile(model, own->state, sinkage, measured, problem->options.smear_rad);
-      const double root =
-          std::sqrt(problem->options.profile_weight * kResiduals / (2.0 * own->compared.bins));
-      for (std::size_t i = 0; i < measured.size(); ++i) {
-        residual[2 * i] = root * (said.normal[i] - measured.normal[i]) / own->compared.sd_normal;
-        residual[2 * i + 1] =
-            root * (said.tangential[i] - measured.tangential[i]) / own->compared.sd_tangential;
-      }
-    } catch (const std::invalid_argument&) {
-      return false;
+  template <class T>
+  void Compute(const double* x, Residuals to) const {
+    const BekkerModel model(problem->Parameters(x), problem->wheel);
+    const Solved<T> solved = Solve<T>(*problem, model, own->state, own->row->load_n);
+    const auto contact = bekker::MakeContact(solved.law, solved.motion, solved.theta_f);
+    const ProfileSamples& samples = own->samples;
+    std::vector<bekker::Stress<T>> stress;
+    stress.reserve(samples.angle.size());
+    for (const double angle : samples.angle) {
+      stress.push_back(bekker::StressAt(solved.law, contact, angle));
     }
-    return true;
+    const ComparedProfile& compared = own->compared;
+    const double root =
+        std::sqrt(problem->options.profile_weight * kResiduals / (2.0 * compared.bins));
+    for (std::size_t i = 0; i < compared.measured.size(); ++i) {
+      T normal = Constant<T>(-compared.measured.normal[i]);
+      T tangential = Constant<T>(-compared.measured.tangential[i]);
+      for (std::size_t k = 0; k < samples.weight.size(); ++k) {
+        const bekker::Stress<T>& at = stress[i * samples.per_bin + k];
+        normal = normal + samples.weight[k] * at.normal;
+        tangential = tangential + samples.weight[k] * at.tangential;
+      }
+      to.Put(static_cast<int>(2 * i), root / compared.sd_normal * normal);
+      to.Put(static_cast<int>(2 * i + 1), root / compared.sd_tangential * tangential);
+    }
   }
 };
 
 struct PriorResidual {
   const Problem* problem;
 
-  bool operator()(const double* const* x, double* residual) const {
-    for (std::size_t i = 1; i < problem->coordinates.size(); ++i) {
+  template <class T>
+  void Compute(const double* x, Residuals to) const {
+    for (int i = 1; i < kCoordinates; ++i) {
       const Coordinate& c = problem->coordinates[i];
-      residual[i - 1] = (x[0][i] - c.Shift() - c.center) / c.sd;
+      to.Put(i - 1, (Seed<T>(x[i], i, 1) - c.center) * (1 / c.sd));
+    }
+  }
+};
+
+// A block of residuals of all coordinates, for Ceres.
+template <class Residual>
+class Cost final : public ceres::CostFunction {
+ public:
+  Cost(const Residual& residual, int count) : residual_(residual) {
+    set_num_residuals(count);
+    mutable_parameter_block_sizes()->push_back(kCoordinates);
+  }
+  bool Evaluate(double const* const* x, double* value, double** jacobians) const override {
+    try {
+      if (jacobians != nullptr && jacobians[0] != nullptr) {
+        residual_.template Compute<Slopes>(x[0], {value, jacobians[0]});
+      } else {
+        residual_.template Compute<double>(x[0], {value, nullptr});
+      }
+    } catch (const std::invalid_argument&) {
+      return false;  // outside the model's range: the step is refused
     }
     return true;
   }
+
+ private:
+  Residual residual_;
 };
 
 // Sets the pressure so that the mean sinkage of the runs is met.
@@ -179,34 +273,23 @@ void MatchSinkage(const Problem& problem, std::vector<double>* x) {
   }
 }
 
-using Cost = ceres::DynamicNumericDiffCostFunction<RowResidual, ceres::FORWARD>;
-using StressCost = ceres::DynamicNumericDiffCostFunction<StressResidual, ceres::FORWARD>;
-using PriorCost = ceres::DynamicNumericDiffCostFunction<PriorResidual, ceres::FORWARD>;
-
 // Returns false where Ceres found nothing usable.
 bool Minimise(const Problem& problem, int iterations, std::vector<double>* x, double* cost) {
-  const int n = static_cast<int>(x->size());
   ceres::Problem ceres_problem;
   for (const Row& row : *problem.rows) {
-    auto* function = new Cost(new RowResidual{&problem, &row});
-    function->AddParameterBlock(n);
-    function->SetNumResiduals(kResiduals);
-    ceres_problem.AddResidualBlock(function, new ceres::HuberLoss(kCorner), x->data());
+    ceres_problem.AddResidualBlock(new Cost<RowResidual>({&problem, &row}, kResiduals),
+                                   new ceres::HuberLoss(kCorner), x->data());
   }
   for (const RowProfile& own : problem.profiles) {
-    auto* function = new StressCost(new StressResidual{&problem, &own});
-    function->AddParameterBlock(n);
-    function->SetNumResiduals(2 * static_cast<int>(own.compared.measured.size()));
-    ceres_problem.AddResidualBlock(function, new ceres::HuberLoss(kCorner), x->data());
+    const int count = 2 * static_cast<int>(own.compared.measured.size());
+    ceres_problem.AddResidualBlock(new Cost<StressResidual>({&problem, &own}, count),
+                                   new ceres::HuberLoss(kCorner), x->data());
   }
-  auto* prior = new PriorCost(new PriorResidual{&problem});
-  prior->AddParameterBlock(n);
-  prior->SetNumResiduals(n - 1);
-  ceres_problem.AddResidualBlock(prior, nullptr, x->data());
-  for (int i = 0; i < n; ++i) {
-    const Coordinate& c = problem.coordinates[i];
-    ceres_problem.SetParameterLowerBound(x->data(), i, c.low + c.Shift());
-    ceres_problem.SetParameterUpperBound(x->data(), i, c.high + c.Shift());
+  ceres_problem.AddResidualBlock(new Cost<PriorResidual>({&problem}, kCoordinates - 1), nullptr,
+                                 x->data());
+  for (int i = 0; i < kCoordinates; ++i) {
+    ceres_problem.SetParameterLowerBound(x->data(), i, problem.coordinates[i].low);
+    ceres_problem.SetParameterUpperBound(x->data(), i, problem.coordinates[i].high);
   }
   ceres::Solver::Options options;
   options.max_num_iterations = iterations;
@@ -223,7 +306,7 @@ bool Minimise(const Problem& problem, int iterations, std::vector<double>* x, do
 std::vector<double> Start(const Problem& problem, int number) {
   BekkerParameters p;
   for (const Coordinate& c : problem.coordinates) {
-    if (c.member != nullptr) p.*c.member = c.Value(c.center + c.Shift());
+    if (c.member != nullptr) p.*c.member = c.ValueOf(c.center);
   }
   if (number == 1) {  // smooth rim, short shear, peak low
     p.friction_angle = 0.3;
@@ -240,13 +323,18 @@ std::vector<double> Start(const Problem& problem, int number) {
   return x;
 }
 
-std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeometry& wheel) {
+std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeometry& wheel,
+                                   double smear_rad) {
   std::vector<RowProfile> profiles;
   for (const Row& row : rows) {
     if (!HasProfile(*row.source)) continue;
-    RowProfile own{&row, ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
-                   MakeCompared(row, wheel)};
-    if (IsComparable(own.compared)) profiles.push_back(std::move(own));
+    RowProfile own{&row,
+                   ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
+                   MakeCompared(row, wheel),
+                   {}};
+    if (!IsComparable(own.compared)) continue;
+    own.samples = SamplesOf(own.compared.measured, smear_rad);
+    profiles.push_back(std::move(own));
   }
   return profiles;
 }
@@ -256,7 +344,7 @@ std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeom
 BekkerFit FitBekker(const std::vector<Row>& rows, const WheelGeometry& wheel,
                     const BekkerFitOptions& options, const BekkerParameters* from) {
   Problem problem{&rows, {}, wheel, options, Coordinates(wheel.radius_m)};
-  if (options.profile_weight > 0) problem.profiles = ProfilesOf(rows, wheel);
+  if (options.profile_weight > 0) problem.profiles = ProfilesOf(rows, wheel, options.smear_rad);
   // A short way from every start, the rest from the best.
   std::vector<double> best;
   double best_cost = 0;

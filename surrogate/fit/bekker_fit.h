@@ -22,7 +22,7 @@ inline constexpr double kProfileWeight = 0.3;
 /// over f_x, f_y, torque, m_z and sinkage; scale is OutputScale, rho Huber's
 /// with corner 5. 14 parameters (k_c stays 0: one width does not tell it from
 /// k_phi), bounded, each with a broad prior, so that a dozen runs determine
-/// them. Ceres, numeric derivatives, several starts; the best is taken.
+/// them. Ceres, exact derivatives (Dual), several starts; the best is taken.
 ///
 /// Stresses: normal and tangential in every bin, at the sinkage where the model
 /// carries the load; measured and sigma_bin as in ComparedProfile, the model's
@@ -32,10 +32,10 @@ inline constexpr double kProfileWeight = 0.3;
 /// where on the rim the stress stands (c1, c2, c3, n, K): that is what profiles
 /// are for.
 struct BekkerFitOptions {
-  int starts = 3;             ///< 1 to 3
+  int starts = 3;  ///< 1 to 3
   int max_iterations = 60;
-  double unit_weight = 13000; ///< rho g of the bed [N/m^3]
-  std::array<double, kOutputs> patch{};  ///< sd of one placement, over scale
+  double unit_weight = 13000;              ///< rho g of the bed [N/m^3]
+  std::array<double, kOutputs> patch{};    ///< sd of one placement, over scale
   double profile_weight = kProfileWeight;  ///< w; 0: totals alone
   double smear_rad = 0;                    ///< a grain's diameter over the radius
 };

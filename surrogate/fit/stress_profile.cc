@@ -90,32 +90,38 @@ RimProfile CanonicalProfile(const Row& row) {
   return p;
 }
 
-RimProfile ModelProfile(const BekkerModel& model, const Canonical& state, double sinkage,
-                        const RimProfile& like, double smear_rad) {
-  const int bins = static_cast<int>(like.size());
+ProfileSamples SamplesOf(const RimProfile& like, double smear_rad) {
   const double fine = like.step_rad / kPerBin;
   const double smear = std::max(smear_rad, 1e-9);
   // Points beyond the ends reach into the last bins; beside a bin, as many.
   const int beside = static_cast<int>(std::ceil(0.5 * smear / fine));
-  std::vector<double> angle(bins * kPerBin + 2 * beside);
-  for (std::size_t j = 0; j < angle.size(); ++j) {
-    angle[j] = like.first_rad + (static_cast<double>(j) - beside + 0.5) * fine;
+  ProfileSamples s{kPerBin, std::vector<double>(like.size() * kPerBin + 2 * beside),
+                   std::vector<double>(kPerBin + 2 * beside)};
+  for (std::size_t j = 0; j < s.angle.size(); ++j) {
+    s.angle[j] = like.first_rad + (static_cast<double>(j) - beside + 0.5) * fine;
   }
-  std::vector<RimStress> stress(angle.size());
-  model.StressesAt(state, sinkage, angle, stress);
-  std::vector<double> weight(kPerBin + 2 * beside);
   double sum = 0;
-  for (std::size_t k = 0; k < weight.size(); ++k) {
+  for (std::size_t k = 0; k < s.weight.size(); ++k) {
     const double apart = (static_cast<double>(k) - beside + 0.5 - 0.5 * kPerBin) * fine;
-    weight[k] = Overlap(apart, like.step_rad, smear);
-    sum += weight[k];
+    s.weight[k] = Overlap(apart, like.step_rad, smear);
+    sum += s.weight[k];
   }
+  for (double& w : s.weight) w /= sum;
+  return s;
+}
+
+RimProfile ModelProfile(const BekkerModel& model, const Canonical& state, double sinkage,
+                        const RimProfile& like, double smear_rad) {
+  const ProfileSamples samples = SamplesOf(like, smear_rad);
+  std::vector<RimStress> stress(samples.angle.size());
+  model.StressesAt(state, sinkage, samples.angle, stress);
+  const std::size_t bins = like.size();
   RimProfile p{like.first_rad, like.step_rad, std::vector<double>(bins), std::vector<double>(bins)};
-  for (int i = 0; i < bins; ++i) {
-    for (std::size_t k = 0; k < weight.size(); ++k) {
-      const RimStress& at = stress[i * kPerBin + k];
-      p.normal[i] += weight[k] / sum * at.normal;
-      p.tangential[i] += weight[k] / sum * at.tangential;
+  for (std::size_t i = 0; i < bins; ++i) {
+    for (std::size_t k = 0; k < samples.weight.size(); ++k) {
+      const RimStress& at = stress[i * samples.per_bin + k];
+      p.normal[i] += samples.weight[k] * at.normal;
+      p.tangential[i] += samples.weight[k] * at.tangential;
     }
   }
   return p;

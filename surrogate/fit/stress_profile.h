@@ -41,9 +41,17 @@ bool HasProfile(const v1alpha1::RunSummary& run);
 /// is copied from the recorder, whose first edge is -pi).
 RimProfile CanonicalProfile(const Row& row);
 
-/// What `model` says in the bins of `like`, at a sinkage [m]. A bed of grains of
-/// diameter d has no edges sharper than one grain: the law is averaged over each
-/// bin and over smear_rad = d/r around every angle.
+/// Where a law is sampled for the bins of a profile. A bed of grains of diameter d has
+/// no edges sharper than one grain: the law is averaged over each bin and over
+/// smear_rad = d/r around every angle. Bin i: the sum of weight[k] times the stress at
+/// angle[i per_bin + k].
+struct ProfileSamples {
+  int per_bin;
+  std::vector<double> angle, weight;
+};
+ProfileSamples SamplesOf(const RimProfile& like, double smear_rad);
+
+/// What `model` says in the bins of `like`, at a sinkage [m].
 RimProfile ModelProfile(const BekkerModel& model, const Canonical& state, double sinkage,
                         const RimProfile& like, double smear_rad);
 

@@ -18,6 +18,7 @@
 #include "surrogate/ladder/timing.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/models/hybrid.h"
 #include "surrogate/soils/soil_table.h"
 
 namespace grouser::surrogate {
@@ -88,12 +89,15 @@ void ClimbUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Gr
     throw std::invalid_argument(pair.path + "/untuned.soil: '" + name + "', expected a soil of " +
                                 table);
   }
-  const BekkerModel model(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
-                          {scene.wheel().radius_m(), scene.wheel().width_m()});
-  const double ns = TimeOfBekker(model, ground.test, seconds);
+  const BekkerModel physics(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
+                            {scene.wheel().radius_m(), scene.wheel().width_m()});
+  HullBox anywhere;
+  anywhere.load_min_n = anywhere.load_max_n = 1;
+  HybridModel model(physics, {}, anywhere, Uncertainty{});  // as users ask it
+  model.AnswerByLaw();
+  const double ns = TimeOfModel(model, ground.test, seconds);
   const auto answer = [&](const Row& row) {
-    const auto& m = row.motion;
-    return Answer{model.Solve(m.v_x, m.v_y, m.rim_speed, row.load_n).value, {}};
+    return Answer{AnswerOf(model, row.motion, row.load_n).value, {}};
   };
   Append(Judge(Head(ground, "bekker_untuned", "dem", ns), OnTests(ground, answer), ground.patch.sd,
                ground.radius_m),
@@ -113,9 +117,7 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
     }
     const v1alpha1::Model message = records::ReadModelFile(file).model;
     const std::unique_ptr<const WheelModel> model = MakeModel(message);
-    const bool physics = message.rung() == v1alpha1::RUNG_BEKKER;
-    const double ns = physics ? TimeOfBekker(MakeHybrid(message).physics(), ground.test, seconds)
-                              : TimeOfModel(*model, ground.test, seconds);
+    const double ns = TimeOfModel(*model, ground.test, seconds);
     const auto answer = [&](const Row& row) { return AnswerOf(*model, row.motion, row.load_n); };
     Append(Judge(Head(ground, rung, "dem", ns), OnTests(ground, answer), ground.patch.sd,
                  ground.radius_m),

@@ -5,8 +5,6 @@
 #include <random>
 #include <span>
 
-#include "surrogate/models/bekker_batch.h"
-
 namespace grouser::surrogate {
 namespace {
 
@@ -77,28 +75,6 @@ double TimeOfModel(const WheelModel& model, const std::vector<Row>& states, doub
     batch.Set(i, row.motion, row.load_n);
   }
   return TimeOf([&] { batch.Run(model); }, kBatch, seconds);
-}
-
-double TimeOfBekker(const BekkerModel& model, const std::vector<Row>& states, double seconds) {
-  std::vector<double> in(4 * kBatch), out(kOutputs * kBatch);
-  const auto part = [](std::vector<double>& v, std::size_t k) {
-    return std::span<double>(v).subspan(k * kBatch, kBatch);
-  };
-  std::mt19937_64 random(1);
-  for (std::size_t i = 0; i < kBatch; ++i) {
-    const Row& row = states[random() % states.size()];
-    part(in, 0)[i] = row.motion.v_x;
-    part(in, 1)[i] = row.motion.v_y;
-    part(in, 2)[i] = row.motion.rim_speed;
-    part(in, 3)[i] = row.load_n;
-  }
-  BekkerBatch batch;
-  batch.v_x = part(in, 0);
-  batch.v_y = part(in, 1);
-  batch.rim_speed = part(in, 2);
-  batch.load = part(in, 3);
-  for (int o = 0; o < kOutputs; ++o) batch.value[o] = part(out, static_cast<std::size_t>(o));
-  return TimeOf([&] { model.SolveBatch(batch); }, kBatch, seconds);
 }
 
 Answer AnswerOf(const WheelModel& model, const VelocityState& motion, double load) {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "surrogate/fit/training_set.h"
-#include "surrogate/models/bekker.h"
 #include "surrogate/models/wheel_model.h"
 
 // What an answer costs, measured on this core.
@@ -24,7 +23,5 @@ double TimeOf(const std::function<void()>& call, double n, double seconds);
 /// The same of a model, all outputs with intervals, in batches of 10,000 drawn
 /// from `states`.
 double TimeOfModel(const WheelModel& model, const std::vector<Row>& states, double seconds);
-/// The same of the Bekker solver, without a table before it.
-double TimeOfBekker(const BekkerModel& model, const std::vector<Row>& states, double seconds);
 
 }  // namespace grouser::surrogate

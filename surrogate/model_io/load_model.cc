@@ -236,8 +236,8 @@ std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model) {
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
   std::unique_ptr<TabulatedModel> made = MakeScalar(model);
   CheckGolden(model, *made);
-  // About 0.2 s; the fitter's many models do without.
-  if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) hybrid->Tabulate();
+  // The fitter's many models do without.
+  if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) hybrid->Prepare();
   return made;
 }
 

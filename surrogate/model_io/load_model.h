@@ -11,8 +11,8 @@ namespace grouser::surrogate {
 
 /// Builds the evaluator of a model message. Throws std::runtime_error naming
 /// the field when the message is incomplete or inconsistent, or when the
-/// golden vectors are not reproduced to 1e-9 relative. The evaluator then makes
-/// the table that it answers with (HybridModel::Tabulate), about 0.3 s.
+/// golden vectors are not reproduced to 1e-9 relative. A hybrid then makes the
+/// table that it answers with (HybridModel::Prepare), about 0.1 s.
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model);
 
 /// The box of a message's domain, unchecked.

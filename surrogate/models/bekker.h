@@ -4,7 +4,7 @@
 #include <span>
 
 #include "surrogate/models/bekker_batch.h"
-#include "surrogate/models/bekker_lanes.h"
+#include "surrogate/models/bekker_law.h"
 #include "surrogate/models/bekker_parameters.h"
 #include "surrogate/models/kinematics.h"
 #include "surrogate/models/wheel_model.h"
@@ -21,8 +21,6 @@ struct RimStress {
   double tangential;  ///< on the wheel, along (cos theta, sin theta): forward below the hub
   double axial;       ///< on the wheel, along +y
 };
-
-struct BekkerContact;  // bekker_integrals.cc
 
 /// Quasi-static force of dry soil on a smooth rigid wheel with closed sides:
 /// driven, free, braked, locked and counter-rotating, at any attack angle.
@@ -64,8 +62,16 @@ struct BekkerContact;  // bekker_integrals.cc
 /// against v_x and through the axle.
 ///
 /// Balance: b r int(sigma cos theta + tau_t sin theta) dtheta = load, by a
-/// bracketed secant on z in (0, 1.2 r], to 1e-10 of the load. A load that even
-/// 1.2 r does not carry gives the answer there and no_equilibrium.
+/// bracketed search on z in (0, 1.2 r], to 1e-10 of the load (bekker_balance.h). A
+/// load that even 1.2 r does not carry gives the answer there and no_equilibrium.
+///
+/// The integrals are sums over 16 Gauss-Legendre points a branch; against
+/// Points::kFine, over the load: half of random states within 5e-6, 99 of 100 within
+/// 1e-4 (2e-4 where K < 0.02 r), the worst, straight braked wheels whose shear turns
+/// round within the contact, 2e-4 (K > 0.08 r), 7e-4, 8e-3 (K < 0.02 r).
+///
+/// The equations stand once, in bekker_law.h, for doubles, for packs of states and for
+/// derivatives. Solve and SolveBatch give the same bits, on every instruction set.
 ///
 /// Sources: Wong & Reece 1967 (J. Terramechanics 4(1), 81-98 and 4(2), 7-25);
 /// Janosi & Hanamoto 1961; Reece 1965 (Proc. IMechE 180); Ding et al. 2011
@@ -81,21 +87,21 @@ class BekkerModel {
 
   /// Where the integrals are sampled, per branch.
   enum class Points {
-    kPlain,   ///< 16 of Gauss-Legendre: Solve
-    kGraded,  ///< those of SolveBatch
-    kFine,    ///< 32 panels of 16, exact to about 1e-12: what both are measured against
+    kLaw,   ///< 16 of Gauss-Legendre: what the law is defined with
+    kFine,  ///< 32 panels of 16, exact to about 1e-12: what that is measured against
   };
 
   /// Throws std::invalid_argument "name: value, expected ..." out of range.
   BekkerModel(const BekkerParameters& parameters, const WheelGeometry& wheel);
 
-  /// Precondition: finite kinematics, not all zero; load finite and > 0.
+  /// Precondition: finite kinematics; load finite and > 0. A wheel that stands has
+  /// f_z and sinkage, the rest 0: the mean over all directions in which it may start.
   Answer Solve(double v_x, double v_y, double rim_speed, double load) const noexcept;
   /// The same for a canonical state; outputs in the canonical half-space.
   Answer SolveCanonical(const Canonical& state, double load) const noexcept;
   /// At a given sinkage [m] in (0, 1.2 r]; f_z is what the soil carries.
   Answer AtSinkage(const Canonical& state, double sinkage,
-                   Points points = Points::kPlain) const noexcept;
+                   Points points = Points::kLaw) const noexcept;
   /// The stresses that AtSinkage integrates, at `angle` [rad] from straight down,
   /// forward positive: with normal s, tangential t, axial a, and no passive
   /// pressure on sides or blade,
@@ -106,37 +112,22 @@ class BekkerModel {
   /// At many angles; `stress` has as many entries as `angle`.
   void StressesAt(const Canonical& state, double sinkage, std::span<const double> angle,
                   std::span<RimStress> stress) const noexcept;
-  /// Of the wheel that stands: f_z and sinkage, the rest 0.
-  Answer SolveStatic(double load) const noexcept;
 
-  /// Many states at once, one in each lane of the widest vectors this machine
-  /// has; what SolveBatch returns and how it differs from Solve: BekkerBatch.
-  void SolveBatch(const BekkerBatch& batch) const noexcept;
+  /// Many states at once, one in each lane of a pack; by `solver` (isa.h), else by the
+  /// widest that this machine has.
+  void SolveBatch(const BekkerBatch& batch, BlockSolver solver = nullptr) const noexcept;
 
   const BekkerParameters& parameters() const { return parameters_; }
   const WheelGeometry& wheel() const { return wheel_; }
-  double max_sinkage() const { return 1.2 * wheel_.radius_m; }
-  double modulus() const { return modulus_; }                        ///< k [N/m^(n+2)]
-  double shear_radius_ratio() const { return shear_radius_ratio_; }  ///< e, from 1
+  double max_sinkage() const { return kMostSinkage * wheel_.radius_m; }
+  /// e, from 1.
+  double shear_radius_ratio() const { return law_.traction; }
+  const BekkerLaw<double>& law() const { return law_; }
 
  private:
-  static constexpr int kPoints = 16;  // Gauss-Legendre, per branch
-  struct Motion;                      // what the kinematics alone determine
-  struct Integrals;                   // canonical force sums
-
-  Motion MakeMotion(double p, double y, double q) const noexcept;
-  void Touch(const Motion& motion, double sinkage, BekkerContact* contact) const noexcept;
-  Integrals Integrate(const Motion& motion, double sinkage, Points points) const noexcept;
-  double Blade(const Motion& motion, double sinkage, double theta_f) const noexcept;
-  Answer Balance(const Motion& motion, double load) const noexcept;
-  double GuessSinkage(const Motion& motion, double load) const noexcept;
-
   BekkerParameters parameters_;
   WheelGeometry wheel_;
-  double modulus_, friction_;
-  double shear_radius_ratio_;  // e
-  std::array<double, kPoints> node_, weight_;
-  LaneModel lanes_;
+  BekkerLaw<double> law_;
 };
 
 }  // namespace grouser::surrogate

@@ -30,6 +30,7 @@ double ScaleOf(int output, double load, double radius) {
 }
 
 using Channels = std::array<std::vector<double>, ResidualTable::kChannels>;
+constexpr std::size_t kLawBlock = 64;  // states
 
 void Append(const std::array<double, ResidualTable::kChannels>& node, Channels* channels) {
   for (int c = 0; c < ResidualTable::kChannels; ++c) (*channels)[c].push_back(node[c]);
@@ -49,6 +50,44 @@ void InterpolateChannels(const TableAxes& axes, Channels* channels) {
     const SplineEnds ends{parity.x > 0 ? SplineEnd::kEven : SplineEnd::kOdd, SplineEnd::kFree};
     (*channels)[c] = InterpolateTable(axes, parity, (*channels)[c], ends);
   }
+}
+
+// Adds the physics at the nodes to `values`, and finds ln(largest load that has an
+// equilibrium/load) there.
+std::vector<double> AddTrend(const BekkerModel& physics, BlockSolver solver, const TableAxes& axes,
+                             Channels* values) {
+  const std::vector<TableNode> nodes = TableNodes(axes);
+  const std::size_t n = nodes.size();
+  std::array<std::vector<double>, kInputs> input;
+  std::array<std::vector<double>, kOutputs> output;
+  for (const TableNode& node : nodes) {
+    const Canonical state = FromChart(node.chart);
+    // The node at direction -pi/2 is a mirror.
+    input[kVx].push_back(state.sign_x * state.forward);
+    input[kVy].push_back(state.lateral);
+    input[kRimSpeed].push_back(state.sign_x * state.rim);
+    input[kLoad].push_back(std::exp(node.log_load));
+  }
+  BekkerBatch law{input[kVx], input[kVy], input[kRimSpeed], input[kLoad], {}, {}, {}};
+  for (int o = 0; o < kOutputs; ++o) {
+    output[o].resize(n);
+    law.value[o] = output[o];
+  }
+  physics.SolveBatch(law, solver);
+  std::vector<double> margin(n);
+  double most = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double load = input[kLoad][i];
+    output[kFz][i] = load;  // where the soil carries less: Limit, in the kernel
+    for (int o = 0; o < kOutputs; ++o) {
+      (*values)[o][i] += output[o][i] / ScaleOf(o, load, physics.wheel().radius_m);
+    }
+    if (i % (axes.load + 1) == 0) {  // the loads of a motion stand side by side
+      most = physics.AtSinkage(FromChart(nodes[i].chart), physics.max_sinkage()).value[kFz];
+    }
+    margin[i] = std::clamp(std::log(std::max(most, 1e-30)) - nodes[i].log_load, -8.0, 8.0);
+  }
+  return margin;
 }
 
 // Knots of `fine` contain those of the residual's axis of `coarse` intervals.
@@ -84,29 +123,37 @@ std::array<double, ResidualTable::kChannels> HybridModel::Residual(const Canonic
 
 HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_speed,
                                              double load) const noexcept {
+  return Complete(physics_.Solve(v_x, v_y, rim_speed, load), v_x, v_y, rim_speed, load);
+}
+
+HybridModel::Answer HybridModel::OffTable(double v_x, double v_y, double rim_speed,
+                                          double load) const noexcept {
+  if (by_law_) return Complete({}, v_x, v_y, rim_speed, load);  // AddLaw adds the rest
+  return EvaluateOne(v_x, v_y, rim_speed, load);
+}
+
+HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, double v_x, double v_y,
+                                          double rim_speed, double load) const noexcept {
   Answer answer{};
   answer.flags = domain().uncertainty().form_unknown ? kFormUnknown : 0u;
+  answer.value = trend.value;
+  if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
   if (v_x == 0 && v_y == 0 && rim_speed == 0) {
-    const BekkerModel::Answer still = physics_.SolveStatic(load);
-    answer.value = still.value;
     answer.flags |= kStatic | kExtrapolated;
-    if (still.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
     domain().AddUncertainty(1, 0, load, &answer);
     return answer;
   }
   const Canonical state = ToCanonical(v_x, v_y, rim_speed);
-  const BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
   const double radius = physics_.wheel().radius_m, log_load = std::log(load);
   const auto rest = Residual(state, log_load);
-  answer.value = trend.value;
-  for (int o = 0; o < kOutputs; ++o) answer.value[o] += ScaleOf(o, load, radius) * rest[o];
+  std::array<double, kOutputs> more{};
+  for (int o = 0; o < kOutputs; ++o) more[o] = ScaleOf(o, load, radius) * rest[o];
+  ApplyMirrors(state, &more);
+  for (int o = 0; o < kOutputs; ++o) answer.value[o] += more[o];
   if (answer.value[kSinkage] < 0) {
     answer.value[kSinkage] = 0;
     answer.flags |= kClamped;
   }
-  ApplyMirrors(state, &answer.value);
-
-  if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
   if (state.speed > domain().Fastest(radius)) answer.flags |= kRate;
   double distance = rest[ResidualTable::kDistance] > 0 ? rest[ResidualTable::kDistance] : 0;
   distance += domain().Excess(state, load, radius);
@@ -118,20 +165,70 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   return answer;
 }
 
-std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoint& chart,
-                                                                 double log_load) const noexcept {
-  const double radius = physics_.wheel().radius_m;
-  const Canonical state = FromChart(chart);
-  const double load = std::exp(log_load);
-  BekkerModel::Answer trend = physics_.SolveCanonical(state, load);
-  trend.value[kFz] = load;            // where the soil carries less: Limit, in the kernel
-  ApplyMirrors(state, &trend.value);  // the node at direction -pi/2 is a mirror
-  if (chart.lateral_rad == 0) trend.value[kFy] = trend.value[kMz] = 0;
-  auto channels = table_.Evaluate(chart, log_load);
-  for (int o = 0; o < kOutputs; ++o) {
-    channels[o] += trend.value[o] / ScaleOf(o, load, radius);
+void HybridModel::Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept {
+  TabulatedModel::Evaluate(in, out);
+  if (!by_law_) return;
+  const std::size_t n = in.load.size();
+  for (std::size_t first = 0; first < n; first += kLawBlock) {
+    AddLaw(in, out, first, std::min(n - first, kLawBlock));
   }
-  return channels;
+}
+
+void HybridModel::AddLaw(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
+                         std::size_t n) const noexcept {
+  double value[kOutputs][kLawBlock], gradient[kOutputs][kInputs][kLawBlock];
+  std::uint8_t lost[kLawBlock];
+  const auto some = [&](std::span<const double> all) { return all.subspan(first, n); };
+  BekkerBatch law{some(in.v_x), some(in.v_y), some(in.rim_speed), some(in.load), {}, {}, {}};
+  law.no_equilibrium = {lost, n};
+  for (int o = 0; o < kOutputs; ++o) {
+    const OutputView& to = out.output[o];
+    const std::span<double> slopes[kInputs] = {to.d_v_x, to.d_v_y, to.d_rim_speed, to.d_load};
+    law.value[o] = {value[o], n};
+    for (int k = 0; k < kInputs; ++k) {
+      if (!slopes[k].empty()) law.gradient[o][k] = {gradient[o][k], n};
+    }
+  }
+  physics_.SolveBatch(law, solver());
+  // NaN, where the law answers nothing, leaves what stands in `out`.
+  const auto add = [&](std::span<double> to, std::span<const double> what) {
+    if (to.empty()) return;
+    for (std::size_t i = 0; i < n; ++i) to[first + i] += std::isnan(what[i]) ? 0 : what[i];
+  };
+  for (int o = 0; o < kOutputs; ++o) {
+    const OutputView& to = out.output[o];
+    add(to.value, law.value[o]);
+    add(to.low, law.value[o]);
+    add(to.high, law.value[o]);
+    const std::span<double> slopes[kInputs] = {to.d_v_x, to.d_v_y, to.d_rim_speed, to.d_load};
+    for (int k = 0; k < kInputs; ++k) add(slopes[k], law.gradient[o][k]);
+  }
+  const double most = Hull::kOverloadSinkage * physics_.wheel().radius_m;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::uint32_t& flags = out.flags[first + i];
+    if ((flags & kInvalid) != 0 || std::isnan(value[kSinkage][i])) continue;
+    if (lost[i] != 0) flags |= kNoEquilibrium | kClamped;
+    if (value[kSinkage][i] > most) flags |= kExtrapolated;
+  }
+}
+
+void HybridModel::Prepare() {
+  if (table_.has_outputs() || speed_.present()) {
+    Tabulate();
+  } else {
+    AnswerByLaw();
+  }
+}
+
+void HybridModel::AnswerByLaw() {
+  by_law_ = true;
+  const TableAxes axes = table_.empty() ? TableAxes{1, 1, 1, 0, 1} : table_.axes();
+  Channels values;
+  for (const TableNode& node : TableNodes(axes)) {
+    Append(table_.Evaluate(node.chart, node.log_load), &values);
+  }
+  InterpolateChannels(axes, &values);
+  SetTable(ResponseTable(axes, Spans(values)), /*blended=*/false);
 }
 
 void HybridModel::Tabulate(const Resolution& wanted) {
@@ -152,15 +249,13 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   const TableAxes axes{resolution.direction, resolution.lateral, before + after,
                        anchor - before * step, anchor + after * step};
 
+  by_law_ = false;
   Channels values, rate;
-  std::vector<double> margin;
   for (const TableNode& node : TableNodes(axes)) {
-    const double most =
-        physics_.AtSinkage(FromChart(node.chart), physics_.max_sinkage()).value[kFz];
-    margin.push_back(std::clamp(std::log(std::max(most, 1e-30)) - node.log_load, -8.0, 8.0));
-    Append(AtNode(node.chart, node.log_load), &values);
+    Append(table_.Evaluate(node.chart, node.log_load), &values);
     if (speed_.present()) Append(rate_.Evaluate(node.chart, node.log_load), &rate);
   }
+  std::vector<double> margin = AddTrend(physics_, solver(), axes, &values);
   InterpolateChannels(axes, &values);
   const SplineEnds even{SplineEnd::kEven, SplineEnd::kFree};
   margin = InterpolateTable(axes, {1, 1}, margin, even);

@@ -17,8 +17,9 @@ struct Resolution {
 ///
 ///   value = bekker(state) + s T(state), s = load, load r or r
 ///
-/// Uncertainty and intervals: see Hull. EvaluateOne is this law; Evaluate is as
-/// well until Tabulate, and a table of it from then on.
+/// Uncertainty and intervals: see Hull. EvaluateOne is this law. Evaluate is as well,
+/// one state at a time, until Prepare: from then on a table of it (Tabulate) answers, or
+/// where T has no outputs the physics themselves, in batches (AnswerByLaw).
 ///
 /// Flags: kInvalid non-finite input, load <= 0 (NaN out); kStatic V = r w = 0
 /// (static sinkage, no force but f_z); kExtrapolated outside the hull box, or a
@@ -37,6 +38,17 @@ class HybridModel final : public TabulatedModel {
   HybridModel(const BekkerModel& physics, ResidualTable table, ResidualTable rate,
               const SpeedAxis& speed, const HullBox& hull, const Uncertainty& uncertainty);
 
+  /// Takes the way of answering many states that suits the model: AnswerByLaw where
+  /// T has no outputs, else Tabulate.
+  void Prepare();
+
+  /// Lets Evaluate solve the physics of every state (BekkerModel::SolveBatch), with
+  /// gradients by the implicit function theorem, and interpolate the hull distance
+  /// alone. A table would be some five times faster, and off by what Tabulate states;
+  /// this is the law itself for any load, and made at once.
+  /// Precondition: T has no outputs and no speed axis.
+  void AnswerByLaw();
+
   /// Solves the physics at the nodes of a grid, adds the residual (which the
   /// grid's splines hold exactly, its knots being among theirs) and lets
   /// Evaluate interpolate the sum. The load axis reaches from load_min/4 to
@@ -48,29 +60,33 @@ class HybridModel final : public TabulatedModel {
   /// f_z and kNoEquilibrium come from an interpolated ln(largest load/load) there.
   void Tabulate(const Resolution& resolution = {});
 
+  void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
+  double Tolerance() const noexcept override { return by_law_ ? 0 : TabulatedModel::Tolerance(); }
+
   /// One state, exactly; for the fitter and for tests. Same preconditions as
-  /// BekkerModel::Solve, or V = r w = 0.
+  /// BekkerModel::Solve.
   Answer EvaluateOne(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
   const BekkerModel& physics() const { return physics_; }
   const HullBox& hull() const { return domain().box(); }
 
  protected:
-  Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override {
-    return EvaluateOne(v_x, v_y, rim_speed, load);
-  }
+  Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
  private:
+  /// The answer with `trend` for what the physics say in the canonical half-space.
+  Answer Complete(const BekkerModel::Answer& trend, double v_x, double v_y, double rim_speed,
+                  double load) const noexcept;
+  /// Adds what the physics say to answers without them.
+  void AddLaw(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
+              std::size_t count) const noexcept;
   /// T + u T_rate.
   std::array<double, ResidualTable::kChannels> Residual(const Canonical& state,
                                                         double log_load) const noexcept;
-  /// Per load, per load and radius, per radius; then the hull distance.
-  std::array<double, ResidualTable::kChannels> AtNode(const ChartPoint& chart,
-                                                      double log_load) const noexcept;
-
   BekkerModel physics_;
   ResidualTable table_, rate_;  // rate_: empty without a speed axis
   SpeedAxis speed_;
+  bool by_law_ = false;
 };
 
 }  // namespace grouser::surrogate

@@ -37,11 +37,36 @@ GaussRule<N> GradedGauss() noexcept {
   return rule;
 }
 
-template GaussRule<16> GaussLegendre<16>() noexcept;
-template GaussRule<4> GradedGauss<4>() noexcept;
-template GaussRule<6> GradedGauss<6>() noexcept;
-template GaussRule<8> GradedGauss<8>() noexcept;
-template GaussRule<12> GradedGauss<12>() noexcept;
-template GaussRule<16> GradedGauss<16>() noexcept;
+namespace {
+
+constexpr int kPoints = 16, kPanels = 32;
+
+// Gauss-Legendre in equal panels of u, x = u^3.
+GaussRule<kPanels * kPoints> FineRule() noexcept {
+  const GaussRule<kPoints> panel = GaussLegendre<kPoints>();
+  GaussRule<kPanels * kPoints> rule;
+  for (int i = 0; i < kPanels * kPoints; ++i) {
+    const double u = (i / kPoints + panel.node[i % kPoints]) / kPanels;
+    rule.node[i] = u * u * u;
+    rule.weight[i] = panel.weight[i % kPoints] * 3 * u * u / kPanels;
+  }
+  return rule;
+}
+
+template <int N>
+QuadratureRule Lasting(const GaussRule<N>& rule) {
+  return {N, rule.node.data(), rule.weight.data()};
+}
+
+}  // namespace
+
+const BekkerRules& RulesOfBekker() noexcept {
+  static const GaussRule<kPoints> full = GaussLegendre<kPoints>();
+  static const GaussRule<4> coarse = GradedGauss<4>();
+  static const GaussRule<6> better = GradedGauss<6>();
+  static const GaussRule<kPanels* kPoints> fine = FineRule();
+  static const BekkerRules rules{Lasting(full), {Lasting(coarse), Lasting(better)}, Lasting(fine)};
+  return rules;
+}
 
 }  // namespace grouser::surrogate

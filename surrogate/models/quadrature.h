@@ -20,4 +20,18 @@ GaussRule<N> GaussLegendre() noexcept;
 template <int N>
 GaussRule<N> GradedGauss() noexcept;
 
+/// A rule whose points live as long as the program.
+struct QuadratureRule {
+  int points;
+  const double *node, *weight;
+};
+
+/// The rules that BekkerModel sums either branch of the contact with.
+struct BekkerRules {
+  QuadratureRule full;      ///< Gauss-Legendre, 16 points: what the law is defined with
+  QuadratureRule first[2];  ///< of the first two steps of its balance
+  QuadratureRule fine;      ///< 32 panels of 16 crowding to the edge, exact to 1e-12
+};
+const BekkerRules& RulesOfBekker() noexcept;
+
 }  // namespace grouser::surrogate

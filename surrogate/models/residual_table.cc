@@ -104,6 +104,7 @@ ResidualTable::ResidualTable(const TableAxes& axes,
     if (coefficients[channel].empty()) continue;
     for (std::size_t i = 0; i < size; ++i) {
       coefficients_[i * kLanes + channel] = coefficients[channel][i];
+      has_outputs_ |= channel < kOutputs && coefficients[channel][i] != 0;
     }
   }
 }

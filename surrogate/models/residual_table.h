@@ -48,6 +48,8 @@ class ResidualTable {
   std::array<double, kChannels> Evaluate(const ChartPoint& at, double log_load) const noexcept;
 
   bool empty() const { return coefficients_.empty(); }
+  /// Whether an output's coefficient is other than 0.
+  bool has_outputs() const { return has_outputs_; }
   const TableAxes& axes() const { return axes_; }
 
   /// Sign under the mirrors of a channel: x (v_x and rim), y (v_y).
@@ -62,6 +64,7 @@ class ResidualTable {
   static constexpr int kLanes = 8;  // channels, padded for vector loads
   TableAxes axes_;
   std::vector<double> coefficients_;
+  bool has_outputs_ = false;
 };
 
 struct SpeedAxis;

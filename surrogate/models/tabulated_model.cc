@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "surrogate/models/response_isa.h"
+#include "surrogate/models/isa.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -81,14 +81,16 @@ void WriteEcho(const WheelStatesView& in, const ResponsesView& out, std::size_t 
 }  // namespace
 
 TabulatedModel::TabulatedModel(const Hull& hull, double radius_m)
-    : hull_(hull), kernel_(response::KernelFor(nullptr)) {
+    : hull_(hull), kernel_(KernelFor(nullptr)), solver_(BlockSolverFor(nullptr)) {
   constants_.radius = radius_m;
 }
 
 bool TabulatedModel::SelectIsa(const char* isa) noexcept {
-  const response::BlockFn found = response::KernelFor(isa);
-  if (found) kernel_ = found;
-  return found != nullptr;
+  const response::BlockFn found = KernelFor(isa);
+  if (found == nullptr) return false;
+  kernel_ = found;
+  solver_ = BlockSolverFor(isa);
+  return true;
 }
 
 void TabulatedModel::SetTable(ResponseTable table, bool blended) {
@@ -238,7 +240,7 @@ void TabulatedModel::AnswerOff(const WheelStatesView& in, const ResponsesView& o
   }
 }
 
-// Central differences of what Evaluate answers; see the class comment.
+// Central differences of what this class answers; see the class comment.
 void TabulatedModel::Difference(const WheelStatesView& in, const ResponsesView& out,
                                 std::size_t i) const noexcept {
   constexpr int kAxes = 4;
@@ -258,7 +260,7 @@ void TabulatedModel::Difference(const WheelStatesView& in, const ResponsesView& 
   ResponsesView view;
   view.flags = flags;
   for (int o = 0; o < kOutputs; ++o) view.output[o].value = value[o];
-  Evaluate({state[0], state[1], state[2], state[3], {}, {}, {}, {}}, view);
+  TabulatedModel::Evaluate({state[0], state[1], state[2], state[3], {}, {}, {}, {}}, view);
   for (int o = 0; o < kOutputs; ++o) {
     const OutputView& to = out.output[o];
     const std::span<double> parts[kAxes] = {to.d_v_x, to.d_v_y, to.d_rim_speed, to.d_load};

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "surrogate/models/hull.h"
-#include "surrogate/models/response_kernel.h"
+#include "surrogate/models/isa.h"
 #include "surrogate/models/response_table.h"
 #include "surrogate/models/wheel_model.h"
 
@@ -57,6 +57,8 @@ class TabulatedModel : public WheelModel {
                                double load) const noexcept = 0;
 
   const Hull& domain() const { return hull_; }
+  /// Of the same instruction set as the kernel.
+  BlockSolver solver() const { return solver_; }
 
  private:
   void EvaluateSome(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
@@ -76,6 +78,7 @@ class TabulatedModel : public WheelModel {
   bool blended_ = false;
   response::Constants constants_{};
   response::BlockFn kernel_;
+  BlockSolver solver_;
 };
 
 }  // namespace grouser::surrogate

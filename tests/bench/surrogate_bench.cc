@@ -15,10 +15,8 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
-#include "surrogate/models/bekker_batch.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
-#include "surrogate/models/response_isa.h"
 #include "tests/unit/count_allocations.h"
 
 namespace grouser::bench {
@@ -94,7 +92,9 @@ class Bench {
       : states_(message.domain(), seed), model_(surrogate::MakeModel(message)) {
     if (const auto* hybrid = dynamic_cast<const HybridModel*>(model_.get())) {
       exact_ = std::make_unique<HybridModel>(*hybrid);
-      AddSolver();
+      HybridModel bekker(hybrid->physics(), {}, hybrid->hull(), {});
+      bekker.AnswerByLaw();
+      AddTables<HybridModel>("bekker", bekker);
       AddScalar("bekker_exact", [this](std::size_t i) {
         sink_ = sink_ + exact_->physics()
                             .Solve(states_.v_x[i], states_.v_y[i], states_.rim[i], states_.load[i])
@@ -145,35 +145,6 @@ class Bench {
         for (int i = 0; i < n; ++i) one(static_cast<std::size_t>(i));
       };
       cells_.push_back(std::move(cell));
-    }
-  }
-
-  /// The batched Bekker solver, by the widest instruction set.
-  void AddSolver() {
-    for (const int batch : kBatches) {
-      for (const bool gradients : {false, true}) {
-        Cell cell;
-        cell.row = {"bekker", batch, kOutputs, gradients, "best", 0, 0};
-        cell.states = std::max(batch, kScalarStates);
-        cell.pass = [this, batch, gradients, n = cell.states] {
-          for (int first = 0; first < n; first += batch) {
-            const auto in = states_.In(first, batch);
-            const auto out = states_.Out(first, batch, gradients);
-            surrogate::BekkerBatch work;
-            work.v_x = in.v_x;
-            work.v_y = in.v_y;
-            work.rim_speed = in.rim_speed;
-            work.load = in.load;
-            for (int o = 0; o < kOutputs; ++o) {
-              const auto& to = out.output[o];
-              work.value[o] = to.value;
-              if (gradients) work.gradient[o] = {to.d_v_x, to.d_v_y, to.d_rim_speed, to.d_load};
-            }
-            exact_->physics().SolveBatch(work);
-          }
-        };
-        cells_.push_back(std::move(cell));
-      }
     }
   }
 

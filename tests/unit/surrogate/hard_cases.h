@@ -34,7 +34,7 @@ std::vector<BekkerParameters> Soils();
 BekkerModel RandomModel(std::mt19937_64* random);
 
 /// Solves about `count` random valid states of random models and fails the
-/// running test unless every one is finite and balanced to 1e-6 or flagged.
+/// running test unless every one is finite and balanced to 1e-9 or flagged.
 void SolveRandomInputs(long count, std::uint64_t seed);
 
 }  // namespace grouser::surrogate::hard_cases

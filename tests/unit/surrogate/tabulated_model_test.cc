@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "surrogate/models/lookup.h"
-#include "surrogate/models/response_isa.h"
 #include "surrogate/models/spline.h"
 #include "tests/unit/count_allocations.h"
 #include "tests/unit/surrogate/tabulated.h"

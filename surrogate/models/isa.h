@@ -1,0 +1,17 @@
+#pragma once
+
+#include "surrogate/models/bekker_lanes.h"
+#include "surrogate/models/response_kernel.h"
+
+/// Kernels that are compiled once for each instruction set: "avx512" (F, DQ, BW, VL),
+/// "avx2" and "baseline". All sets give the same bits.
+namespace grouser::surrogate {
+
+/// The widest set of this machine, which GROUSER_ISA in the environment can lower (tests).
+const char* BestIsa() noexcept;
+
+/// The kernel of a set, null where this machine lacks it; `isa` null: BestIsa.
+BlockSolver BlockSolverFor(const char* isa) noexcept;
+response::BlockFn KernelFor(const char* isa) noexcept;
+
+}  // namespace grouser::surrogate
