@@ -42,8 +42,9 @@ RULES = {
     "surrogate/models": (r"surrogate/models/", None),
     "surrogate/model_io": (r"surrogate/(models|model_io)/|proto/records/model_file\.h"
                            r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/"),
-    "server/core": (r"server/core/|surrogate/(models|model_io)/|proto/records/model_file\.h"
-                    r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/|boost/"),
+    "server/core": (r"server/core/|surrogate/(models|model_io)/"
+                    r"|proto/records/(model|durable)_file\.h|grouser/v1alpha1/(?!\w*service)",
+                    HEAVY + "|grpc|lcm/|boost/"),
     "server/query": (r"server/(core|query)/|surrogate/(models|model_io|vehicle)/"
                      r"|proto/records/model_file\.h|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
