@@ -19,6 +19,7 @@
 #include <lcm/lcm-cpp.hpp>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "clients/cpp/lcm_client.h"
 #include "clients/cpp/lcm_response.h"
@@ -178,8 +179,9 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
 }
 
-/// One datagram to a group, by the machine's routes or by one interface.
-void SendDatagram(const std::string& bytes, const char* group, const char* interface = nullptr) {
+/// Datagrams of one sender to a group, by the machine's routes or by one interface.
+void Send(const std::vector<std::string>& datagrams, const char* group,
+          const char* interface = nullptr) {
   const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (interface != nullptr) {
     ip_mreqn by{};
@@ -190,10 +192,12 @@ void SendDatagram(const std::string& bytes, const char* group, const char* inter
   to.sin_family = AF_INET;
   to.sin_port = htons(7667);
   ::inet_pton(AF_INET, group, &to.sin_addr);
-  EXPECT_EQ(
-      ::sendto(fd, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to),
-      static_cast<ssize_t>(bytes.size()))
-      << std::strerror(errno);
+  for (const std::string& bytes : datagrams) {
+    EXPECT_EQ(
+        ::sendto(fd, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to),
+        static_cast<ssize_t>(bytes.size()))
+        << std::strerror(errno);
+  }
   ::close(fd);
 }
 
@@ -233,8 +237,9 @@ grouser_lcm::wheel_response_t NextAnswer(lcm_io::GroupReceiver& receiver) {
 TEST_F(QueryLcmTest, FragmentsAndLyingAnswersEndNeitherServerNorClient) {
   testing::ServerProcess server(dir_.path(), {});
   client::LcmClient client("");  // receives what is sent below, too
-  SendDatagram(Fragment(0, 0, std::string("GROUSER_QUERY\0", 14) + std::string(400, 'x')), kGroup);
-  SendDatagram(Fragment(0xffffff80u, 1, std::string(300, 'x')), kGroup);
+  Send({Fragment(0, 0, std::string("GROUSER_QUERY\0", 14) + std::string(400, 'x')),
+        Fragment(0xffffff80u, 1, std::string(300, 'x'))},
+       kGroup);
   lcm::LCM raw;
   grouser_lcm::wheel_response_t lie;
   lie.n = 0;
@@ -279,8 +284,8 @@ TEST_F(QueryLcmTest, QueriesByAnotherInterfaceAreReceivedOnlyWhenToldSo) {
     ::inet_pton(AF_INET, kGroup, &membership.imr_multiaddr);
     ASSERT_EQ(::setsockopt(other, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership),
               0);
-    SendDatagram(QueryDatagram(Query(1), 1), kGroup, "v0");
-    SendDatagram(QueryDatagram(Query(1), 2), kGroup, "lo");
+    Send({QueryDatagram(Query(1), 1)}, kGroup, "v0");
+    Send({QueryDatagram(Query(1), 2)}, kGroup, "lo");
     EXPECT_EQ(NextAnswer(answers).sequence, 2);
     ::close(other);
   }
