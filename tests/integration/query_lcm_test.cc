@@ -107,6 +107,16 @@ class QueryLcmTest : public ::testing::Test {
     query.load.assign(n, 24);
     return query;
   }
+  /// A state of Query().
+  static v1alpha1::EvaluateWheelsResponse AskOverGrpc(const testing::ServerProcess& server) {
+    v1alpha1::EvaluateWheelsRequest request;
+    auto* velocity = request.mutable_states()->mutable_velocity();
+    velocity->add_v_x_m_per_s(0.08);
+    velocity->add_v_y_m_per_s(0.01);
+    velocity->add_rim_speed_m_per_s(0.1);
+    request.mutable_states()->add_closure_value(24);
+    return client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  }
   testing::TempDir dir_;
 };
 
@@ -137,13 +147,7 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   EXPECT_THAT(answer->model, HasSubstr("sand@sha256:"));
 
   // The same state over gRPC gives the same numbers.
-  v1alpha1::EvaluateWheelsRequest request;
-  auto* velocity = request.mutable_states()->mutable_velocity();
-  velocity->add_v_x_m_per_s(0.08);
-  velocity->add_v_y_m_per_s(0.01);
-  velocity->add_rim_speed_m_per_s(0.1);
-  request.mutable_states()->add_closure_value(24);
-  const auto same = client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  const auto same = AskOverGrpc(server);
   EXPECT_EQ(same.responses().f_x().value(0), answer->f_x.value[0]);
   EXPECT_EQ(same.responses().torque().high(0), answer->torque.high[0]);
 
@@ -255,17 +259,30 @@ TEST_F(QueryLcmTest, FragmentsAndLyingAnswersEndNeitherServerNorClient) {
   const auto answer = client.Query(&query, kTimeout);
   ASSERT_TRUE(answer.has_value());
   EXPECT_NEAR(answer->f_z.value[0], 24, 1e-3);
-  v1alpha1::EvaluateWheelsRequest request;
-  auto* velocity = request.mutable_states()->mutable_velocity();
-  velocity->add_v_x_m_per_s(0.08);
-  velocity->add_v_y_m_per_s(0.01);
-  velocity->add_rim_speed_m_per_s(0.1);
-  request.mutable_states()->add_closure_value(24);
-  const auto same = client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  const auto same = AskOverGrpc(server);
   EXPECT_EQ(same.responses().f_x().value(0), answer->f_x.value[0]);
   EXPECT_THAT(server.program().Stderr(), HasSubstr("lcm: ignored so far: 2 fragments"));
   server.program().Signal(SIGTERM);
   EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+}
+
+TEST_F(QueryLcmTest, CountsWhatIsLostAndWhatIsIgnored) {
+  lcm_io::GroupReceiver receiver(lcm_io::ParseLcmUrl("udpm://"), "lo");
+  const auto message = [](std::uint32_t sequence) {
+    return "LC02" + BigEndian(sequence, 4) + std::string("C\0x", 3);
+  };
+  // Fragment() is of sequence 7. The jump to 2^32 - 2 is a new start.
+  Send({message(5), "junk", message(6), Fragment(0, 0, "C"), Fragment(1, 1, "x"), message(10),
+        message(0xfffffffeu), message(1)},
+       kGroup);
+  pollfd waiting{receiver.fd(), POLLIN, 0};
+  while (receiver.counts().messages < 5) {
+    ASSERT_EQ(::poll(&waiting, 1, static_cast<int>(kTimeout.count())), 1);
+    while (receiver.Next()) continue;
+  }
+  EXPECT_EQ(receiver.counts().fragments, 2u);
+  EXPECT_EQ(receiver.counts().malformed, 1u);
+  EXPECT_EQ(receiver.counts().lost, 2u + 2u);  // 8 and 9, then 2^32 - 1 and 0
 }
 
 TEST_F(QueryLcmTest, QueriesByAnotherInterfaceAreReceivedOnlyWhenToldSo) {

@@ -5,18 +5,15 @@
 
 #include <cstdlib>
 
+#include "tests/unit/records/throws.h"
+
 namespace grouser::lcm_io {
 namespace {
 
 using ::testing::HasSubstr;
 
 std::string ProblemOf(const std::string& url) {
-  try {
-    ParseLcmUrl(url);
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "none";
+  return MessageOf([&] { ParseLcmUrl(url); });
 }
 
 TEST(LcmUrlTest, ReadsEveryPart) {
