@@ -23,7 +23,7 @@ struct QueryOptions {
 };
 
 struct LcmOptions {
-  std::string model, url;
+  std::string model, url, interface = "lo";
   StateOptions states;
 };
 
@@ -92,8 +92,7 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
   *r->mutable_velocity() = states.velocity();
   *r->mutable_flags() = {in.flags.begin(), in.flags.end()};
   *r->mutable_slip()->mutable_slip() = {in.slip.begin(), in.slip.end()};
-  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(),
-                                                    in.attack_angle.end()};
+  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(), in.attack_angle.end()};
   const auto copy = [](const grouser_lcm::wheel_output_t& from, v1alpha1::OutputArray* to) {
     *to->mutable_value() = {from.value.begin(), from.value.end()};
     *to->mutable_sd_fit() = {from.sd_fit.begin(), from.sd_fit.end()};
@@ -130,12 +129,13 @@ void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
 int RunLcmQuery(const Common& common, const LcmOptions& options) {
   const auto states = options.states.Build();
   auto query = ToLcm(options.model, states);
-  client::LcmClient client(options.url);
+  client::LcmClient client(options.url, options.interface);
   const auto answer = client.Query(&query, Milliseconds(common.deadline_ms));
   if (!answer) {
-    throw std::runtime_error(fmt::format("lcm: no answer within {} ms; is grouser-server running "
-                                         "with LCM on this URL?",
-                                         common.deadline_ms));
+    throw std::runtime_error(
+        fmt::format("lcm: no answer within {} ms; is grouser-server running "
+                    "with LCM on this URL?",
+                    common.deadline_ms));
   }
   const auto response = FromLcm(*answer, states);
   common.json ? PrintJson(response) : PrintLcm(response);
@@ -158,6 +158,10 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   auto lcm_options = std::make_shared<LcmOptions>();
   lcm->add_option("--model", lcm_options->model, model_text);
   lcm->add_option("--lcm-url", lcm_options->url, "LCM URL (default: $LCM_DEFAULT_URL)");
+  lcm->add_option("--lcm-interface", lcm_options->interface,
+                  "Network interface that answers are received on, such as eth0; lo: from this "
+                  "machine")
+      ->capture_default_str();
   lcm_options->states.AddTo(*lcm);
   lcm->callback([=] { *action = [=] { return RunLcmQuery(*common, *lcm_options); }; });
 

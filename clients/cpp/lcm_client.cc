@@ -1,10 +1,16 @@
 #include "clients/cpp/lcm_client.h"
 
-#include <lcm/lcm-cpp.hpp>
+#include <poll.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <stdexcept>
+
+#include "clients/cpp/lcm_response.h"
+#include "proto/lcm/group_receiver.h"
 
 namespace grouser::client {
 namespace {
@@ -19,28 +25,32 @@ std::string UniqueSender() {
 
 }  // namespace
 
+// liblcm publishes alone: its receiver can be ended by a hostile datagram.
 struct LcmClient::Impl {
-  explicit Impl(const std::string& url) : lcm(url) {}
+  Impl(const lcm_io::LcmUrl& url, const std::string& interface)
+      : receiver(url, interface), publisher(url.Text()) {}
 
-  void OnResponse(const lcm::ReceiveBuffer*, const std::string&,
-                  const grouser_lcm::wheel_response_t* response) {
-    if (response->sender == sender && response->sequence == sequence) answer = *response;
+  /// The answer to what was asked last, if the receiver has it.
+  std::optional<grouser_lcm::wheel_response_t> Take() {
+    grouser_lcm::wheel_response_t response;
+    while (const auto message = receiver.Next()) {
+      if (message->channel != kResponseChannel) continue;
+      if (!DecodeResponse(message->payload, &response)) continue;
+      if (response.sender == sender && response.sequence == sequence) return response;
+    }
+    return std::nullopt;
   }
 
-  lcm::LCM lcm;
+  lcm_io::GroupReceiver receiver;
+  lcm::LCM publisher;
   std::string sender = UniqueSender();
   std::int64_t sequence = 0;
-  std::optional<grouser_lcm::wheel_response_t> answer;
 };
 
-LcmClient::LcmClient(const std::string& url) : impl_(std::make_unique<Impl>(url)) {
-  if (!impl_->lcm.good()) {
+LcmClient::LcmClient(const std::string& url, const std::string& interface)
+    : impl_(std::make_unique<Impl>(lcm_io::ParseLcmUrl(lcm_io::EffectiveLcmUrl(url)), interface)) {
+  if (!impl_->publisher.good()) {
     throw std::runtime_error("lcm: '" + url + "': liblcm cannot use this URL");
-  }
-  if (impl_->lcm.subscribe(kResponseChannel, &Impl::OnResponse, impl_.get()) == nullptr) {
-    throw std::runtime_error(
-        "lcm: cannot receive; without a multicast route give this machine one with\n"
-        "  ip link set lo multicast on\n  ip route add 224.0.0.0/4 dev lo");
   }
 }
 
@@ -50,24 +60,26 @@ std::optional<grouser_lcm::wheel_response_t> LcmClient::Query(grouser_lcm::wheel
                                                               Milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + timeout;
-  impl_->answer.reset();
   query->sender = impl_->sender;
   query->sequence = ++impl_->sequence;
   query->utime = std::chrono::duration_cast<std::chrono::microseconds>(
                      std::chrono::system_clock::now().time_since_epoch())
                      .count();
-  if (impl_->lcm.publish(kQueryChannel, query) != 0) {
+  if (impl_->publisher.publish(kQueryChannel, query) != 0) {
     throw std::runtime_error("lcm: the query could not be sent");
   }
-  while (!impl_->answer) {
+  while (true) {
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
     if (left.count() <= 0) return std::nullopt;
-    if (impl_->lcm.handleTimeout(static_cast<int>(left.count())) < 0) {
-      throw std::runtime_error("lcm: receiving failed");
+    pollfd waiting{impl_->receiver.fd(), POLLIN, 0};
+    if (::poll(&waiting, 1, static_cast<int>(left.count())) < 0 && errno != EINTR) {
+      throw std::runtime_error(std::string("lcm: poll: ") + std::strerror(errno));
     }
+    const auto answer = impl_->Take();
+    if (!answer) continue;
+    if (!answer->error.empty()) throw std::runtime_error("lcm: " + answer->error);
+    return answer;
   }
-  if (!impl_->answer->error.empty()) throw std::runtime_error("lcm: " + impl_->answer->error);
-  return impl_->answer;
 }
 
 }  // namespace grouser::client

@@ -14,10 +14,10 @@ namespace grouser::client {
 /// Wheel queries over LCM, one at a time. Not thread-safe.
 class LcmClient {
  public:
-  /// Empty `url`: $LCM_DEFAULT_URL, else liblcm's default. Throws
-  /// std::runtime_error when LCM cannot be used here; liblcm tests a multicast
-  /// route by itself and may take 10 s to find that there is none.
-  explicit LcmClient(const std::string& url);
+  /// Empty `url`: $LCM_DEFAULT_URL, else liblcm's default. Answers are received
+  /// on `interface` alone ("lo": from this machine). Throws std::runtime_error
+  /// "lcm: ..." when LCM cannot be used here.
+  explicit LcmClient(const std::string& url, const std::string& interface = "lo");
   ~LcmClient();
   LcmClient(const LcmClient&) = delete;
   LcmClient& operator=(const LcmClient&) = delete;

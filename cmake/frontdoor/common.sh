@@ -170,8 +170,9 @@ run_program() {
   exec "$path" "$@"
 }
 
-# LCM needs a route for 239.255.76.67: a default route or one for 224.0.0.0/4.
+# LCM is received on the loopback interface: what is sent to its group,
+# 239.255.76.67, must be routed there.
 has_multicast_route() {
-  awk 'NR > 1 && ($2 == "00000000" && $8 == "00000000" || $2 == "000000E0" && $8 == "000000F0") \
+  awk '$1 == "lo" && ($2 == "000000E0" && $8 == "000000F0" || $2 == "434CFFEF" && $8 == "FFFFFFFF") \
        { found = 1 } END { exit !found }' /proc/net/route 2>/dev/null
 }

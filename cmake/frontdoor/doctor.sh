@@ -44,10 +44,10 @@ check_gpu() {
 
 check_multicast() {
   if has_multicast_route; then
-    finding ok multicast "a route that LCM can use"
+    finding ok multicast "LCM messages are routed to lo, where they are received"
   else
-    finding absent multicast "no route for 224.0.0.0/4" \
-      "no LCM; gRPC works (the demo makes a route in a network namespace of its own)" \
+    finding absent multicast "no route for 224.0.0.0/4 by lo" \
+      "no LCM but with --lcm-interface; gRPC works (the demo makes a route in a network namespace of its own)" \
       "as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo"
   fi
 }

@@ -12,8 +12,10 @@ SIGTERM.
   --shipped DIR      read-only models (default: surrogate/shipped)
   --grpc ADDR        of queries (default 127.0.0.1:50151)
   --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152)
-  --no-lcm           gRPC only (chosen for you where there is no multicast route)
+  --no-lcm           gRPC only (chosen for you where no multicast route goes by lo)
   --lcm-url URL      e.g. udpm://239.255.76.67:7667?ttl=0
+  --lcm-interface IF receives LCM queries by this interface, e.g. eth0 (default: lo,
+                     from this machine alone)
   --port-file FILE, --jobs-port-file FILE   receive "grpc=ADDR"
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
 Examples:
@@ -71,7 +73,7 @@ word_serve() {
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
       --grpc | --port-file) server+=("$1" "$2") ;;
-      --lcm-url) server+=("$1" "$2"); lcm=1 ;;
+      --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;
       --jobs-grpc) jobs+=(--grpc "$2") ;;
       --jobs-port-file) jobs+=(--port-file "$2") ;;
       *) usage_error "serve: unknown option '$1'; see ./grouser serve --help" ;;
@@ -83,7 +85,7 @@ word_serve() {
     fail "or with ./grouser campaign run and ./grouser fit, and name its folder by --shipped."
   fi
   if [ -z "$lcm" ] && ! has_multicast_route; then
-    say "no multicast route, so no LCM (./grouser doctor has the two commands); gRPC only"
+    say "no multicast route by lo, so no LCM (./grouser doctor has the two commands); gRPC only"
     server+=(--no-lcm)
   fi
   build_if_missing grouser-server grouser-jobs

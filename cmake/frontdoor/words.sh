@@ -69,7 +69,7 @@ word_demo() {
   set_up
   local demo=("$PYTHON" "$GROUSER_ROOT/clients/demo/demo.py" --bin "$GROUSER_ROOT/build/release/bin" "$@")
   if has_multicast_route; then exec "${demo[@]}"; fi
-  say "no multicast route here: running in a network namespace that has one"
+  say "no multicast route by lo here: running in a network namespace that has one"
   local unshare=(unshare --net)
   [ "$(id -u)" -eq 0 ] || unshare=(unshare --map-root-user --net)
   "${unshare[@]}" true || fail "LCM: no multicast route, and no network namespace may be made here;" \

@@ -10,10 +10,9 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 
 namespace grouser::server {
@@ -21,6 +20,9 @@ namespace {
 
 using google::protobuf::Struct;
 using google::protobuf::Value;
+
+/// Some 100,000 moves; parsed JSON takes several times its text in memory.
+constexpr std::uint64_t kMaxAliasFileBytes = std::uint64_t{32} << 20;
 
 /// Typed access to a JSON object; every error names file and key.
 class Reader {
@@ -110,12 +112,9 @@ Repository::Aliases ReadAliasFile(const std::string& path) {
     if (error) throw std::runtime_error(path + ": " + error.message());
     return {};
   }
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw std::runtime_error(path + ": cannot be read");
   Struct root;
-  const auto status = google::protobuf::util::JsonStringToMessage(text.str(), &root);
+  const auto status = google::protobuf::util::JsonStringToMessage(
+      records::ReadFileBytes(path, kMaxAliasFileBytes), &root);
   if (!status.ok()) {
     throw std::runtime_error(path + ": not an alias file, expected JSON: " + status.ToString());
   }

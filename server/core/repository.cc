@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
-#include "proto/records/model_file.h"
+#include "proto/records/durable_file.h"
 #include "server/core/alias_file.h"
 #include "server/core/model_reference.h"
 
@@ -37,12 +36,18 @@ std::vector<std::string> ModelFiles(const std::string& folder) {
   return paths;
 }
 
-/// What tells that a file was replaced: renaming gives a new inode and time.
-void AppendFileStamp(const std::string& path, std::ostringstream& out) {
+/// What tells that a file was changed: renaming gives a new inode, writing in
+/// place new times. Empty for a file that is not there.
+std::string StampOf(const std::string& path) {
   struct stat info {};
-  if (::stat(path.c_str(), &info) != 0) return;
-  out << path << ' ' << info.st_ino << ' ' << info.st_size << ' ' << info.st_mtim.tv_sec << '.'
-      << info.st_mtim.tv_nsec << '\n';
+  if (::stat(path.c_str(), &info) != 0) return "";
+  std::ostringstream out;
+  out << path << ' ' << info.st_ino << ' ' << info.st_size;
+  for (const timespec& time : {info.st_mtim, info.st_ctim}) {
+    out << ' ' << time.tv_sec << '.' << time.tv_nsec;
+  }
+  out << '\n';
+  return out.str();
 }
 
 double UnixNow() {
@@ -65,12 +70,6 @@ std::string KnownNames(const std::vector<Repository::Entry>& entries) {
   return text.empty() ? "none" : text;
 }
 
-/// Of several shipped models of one name the newest is "stable".
-struct ShippedDefault {
-  std::string digest;
-  double created_unix_s = 0;
-};
-
 }  // namespace
 
 Repository::Repository(std::string state_dir, std::string shipped_dir)
@@ -78,49 +77,60 @@ Repository::Repository(std::string state_dir, std::string shipped_dir)
   if (state_dir_.empty()) throw std::runtime_error("state folder: empty, expected a path");
 }
 
+std::vector<Repository::File> Repository::Files() const {
+  std::vector<File> files;
+  const auto add = [&](const std::string& folder, bool shipped) {
+    for (const auto& path : ModelFiles(folder)) files.push_back({path, StampOf(path), shipped});
+  };
+  if (!shipped_dir_.empty()) add(shipped_dir_, true);
+  add(ModelsDir(state_dir_), false);
+  return files;
+}
+
+records::LoadedModel Repository::Read(const File& file) {
+  auto loaded = records::ReadModelFile(file.path);
+  if (!file.shipped && fs::path(file.path).stem() != loaded.digest) {
+    throw std::runtime_error(file.path + ": its content is " + loaded.digest +
+                             ", expected the digest that names the file");
+  }
+  return loaded;
+}
+
 std::vector<Repository::Entry> Repository::List(std::vector<std::string>* problems) const {
   std::vector<Entry> entries;
   std::set<std::string> seen;
-  const auto add = [&](const std::string& path, bool shipped) {
+  for (const File& file : Files()) {
     try {
-      const auto loaded = records::ReadModelFile(path);
-      if (!shipped && fs::path(path).stem() != loaded.digest) {
-        throw std::runtime_error(path + ": its content is " + loaded.digest +
-                                 ", expected the digest that names the file");
-      }
-      if (seen.insert(loaded.digest).second) {
-        entries.push_back({path, loaded.model.name(), loaded.digest, shipped});
-      }
+      const auto loaded = Read(file);
+      if (!seen.insert(loaded.digest).second) continue;
+      entries.push_back({file.path, loaded.model.name(), loaded.digest,
+                         loaded.model.created_unix_s(), file.shipped});
     } catch (const std::exception& e) {
       if (problems != nullptr) problems->push_back(e.what());
     }
-  };
-  if (!shipped_dir_.empty()) {
-    for (const auto& path : ModelFiles(shipped_dir_)) add(path, true);
   }
-  for (const auto& path : ModelFiles(ModelsDir(state_dir_))) add(path, false);
   return entries;
 }
 
+Repository::Aliases Repository::ReadStateAliases() const {
+  return ReadAliasFile(AliasPath(state_dir_));
+}
+
+void Repository::AddShippedDefaults(const std::vector<Entry>& entries, Aliases* aliases) {
+  std::map<std::string, const Entry*> newest;
+  for (const Entry& entry : entries) {
+    if (!entry.shipped) continue;
+    const Entry*& chosen = newest[entry.name];
+    if (chosen == nullptr || entry.created_unix_s > chosen->created_unix_s) chosen = &entry;
+  }
+  for (const auto& [name, chosen] : newest) {
+    aliases->by_model[name].emplace(std::string(kDefaultAlias), chosen->digest);
+  }
+}
+
 Repository::Aliases Repository::ReadAliases() const {
-  Aliases aliases = ReadAliasFile(AliasPath(state_dir_));
-  if (shipped_dir_.empty()) return aliases;
-  std::map<std::string, ShippedDefault> defaults;
-  for (const auto& path : ModelFiles(shipped_dir_)) {
-    try {
-      const auto loaded = records::ReadModelFile(path);
-      auto& chosen = defaults[loaded.model.name()];
-      if (chosen.digest.empty() || loaded.model.created_unix_s() > chosen.created_unix_s) {
-        chosen = {loaded.digest, loaded.model.created_unix_s()};
-      }
-    } catch (const std::exception&) {
-      // List() reports it; an unreadable file is nobody's default.
-    }
-  }
-  const std::string stable(kDefaultAlias);
-  for (const auto& [name, chosen] : defaults) {
-    aliases.by_model[name].emplace(stable, chosen.digest);
-  }
+  Aliases aliases = ReadStateAliases();
+  AddShippedDefaults(List(nullptr), &aliases);
   return aliases;
 }
 
@@ -136,11 +146,8 @@ std::string Repository::Publish(const std::string& model_file) {
   } catch (const std::exception&) {
     // A damaged copy is replaced below.
   }
-  std::ifstream in(model_file, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << in.rdbuf();
-  if (!in) throw std::runtime_error(model_file + ": cannot be read");
-  records::WriteFileDurably(target, bytes.str());
+  records::WriteFileDurably(target,
+                            records::ReadFileBytes(model_file, records::kMaxModelFileBytes));
   if (records::ReadModelFile(target).digest != loaded.digest) {
     throw std::runtime_error(model_file + ": changed while it was being published");
   }
@@ -163,7 +170,8 @@ AliasMove Repository::SetAlias(const std::string& model, const std::string& alia
     throw std::runtime_error("digest: '" + digest + "' is no model file of '" + model +
                              "' in this repository; known models: " + KnownNames(entries));
   }
-  Aliases aliases = ReadAliases();
+  Aliases aliases = ReadStateAliases();
+  AddShippedDefaults(entries, &aliases);
   auto& of_model = aliases.by_model[model];
   const std::string before = of_model.contains(alias) ? of_model[alias] : "";
   const bool recorded = std::any_of(
@@ -200,7 +208,8 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
   }
   std::string wanted(parsed->digest_prefix);
   if (wanted.empty()) {
-    const Aliases aliases = ReadAliases();
+    Aliases aliases = ReadStateAliases();
+    AddShippedDefaults(entries, &aliases);
     const auto of_model = aliases.by_model.find(name);
     if (of_model != aliases.by_model.end()) {
       const auto found = of_model->second.find(std::string(parsed->alias));
@@ -220,13 +229,9 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
 }
 
 std::string Repository::Fingerprint() const {
-  std::ostringstream out;
-  AppendFileStamp(AliasPath(state_dir_), out);
-  for (const auto& path : ModelFiles(ModelsDir(state_dir_))) AppendFileStamp(path, out);
-  if (!shipped_dir_.empty()) {
-    for (const auto& path : ModelFiles(shipped_dir_)) AppendFileStamp(path, out);
-  }
-  return out.str();
+  std::string stamps = StampOf(AliasPath(state_dir_));
+  for (const File& file : Files()) stamps += file.stamp;
+  return stamps;
 }
 
 }  // namespace grouser::server

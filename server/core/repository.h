@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/model_file.h"
+
 namespace grouser::server {
 
 /// One entry of the alias file's history.
@@ -23,8 +25,23 @@ class Repository {
  public:
   Repository(std::string state_dir, std::string shipped_dir);
 
+  /// A file that should hold a model.
+  struct File {
+    std::string path;
+    std::string stamp;  ///< differs after any change of the file
+    bool shipped = false;
+  };
+  /// "*.model" of both folders, shipped ones first, sorted. Throws
+  /// std::runtime_error when a folder that exists cannot be read.
+  std::vector<File> Files() const;
+
+  /// Reads one. Throws std::runtime_error for what ReadModelFile refuses, and
+  /// for a file of the state folder whose name is not its content's digest.
+  static records::LoadedModel Read(const File& file);
+
   struct Entry {
     std::string path, name, digest;
+    double created_unix_s = 0;
     bool shipped = false;
   };
   /// Every readable model; unreadable files are reported in `problems`.
@@ -32,20 +49,26 @@ class Repository {
 
   struct Aliases {
     std::uint64_t generation = 0;
-    std::map<std::string, std::map<std::string, std::string>> by_model;  ///< name -> alias -> digest
+    std::map<std::string, std::map<std::string, std::string>>
+        by_model;  ///< name -> alias -> digest
     std::vector<AliasMove> history;
   };
-  /// Shipped defaults overlaid by the alias file.
+  /// Shipped defaults overlaid by the alias file. Throws std::runtime_error
+  /// when the alias file is damaged.
   Aliases ReadAliases() const;
+  /// The alias file alone; a missing one is generation 0 without aliases.
+  Aliases ReadStateAliases() const;
+  /// Of the shipped ones of each name the newest becomes "stable", unless the
+  /// name has a "stable".
+  static void AddShippedDefaults(const std::vector<Entry>& entries, Aliases* aliases);
 
   /// Copies a model file into the state folder; returns its digest.
   std::string Publish(const std::string& model_file);
 
   /// Moves an alias under a file lock; "stable" keeps its old target as
   /// "previous". Throws std::runtime_error for an unknown digest.
-  AliasMove SetAlias(const std::string& model, const std::string& alias,
-                     const std::string& digest, const std::string& who,
-                     const std::string& why);
+  AliasMove SetAlias(const std::string& model, const std::string& alias, const std::string& digest,
+                     const std::string& who, const std::string& why);
 
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" to an entry.
   /// Throws std::out_of_range with what is known when there is none.

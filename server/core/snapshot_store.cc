@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "proto/records/model_file.h"
-
 namespace grouser::server {
 namespace {
 
@@ -25,6 +23,27 @@ ModelPtr FindAlias(const Snapshot& snapshot, const std::string& name, const std:
   return found == of_model->second.end() ? nullptr : found->second;
 }
 
+/// What each alias names. One whose model cannot be served stays where it was;
+/// that model is then added to `models`.
+std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(
+    const Repository::Aliases& wanted, const Snapshot& before, std::vector<ModelPtr>* models,
+    std::vector<std::string>* problems) {
+  std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
+  for (const auto& [name, of_model] : wanted.by_model) {
+    for (const auto& [alias, digest] : of_model) {
+      ModelPtr target = FindDigest(*models, digest);
+      if (!target) {
+        target = FindAlias(before, name, alias);
+        problems->push_back(name + "@" + alias + ": " + digest + " cannot be served; " +
+                            (target ? "kept " + target->digest : "left out"));
+        if (target && !FindDigest(*models, target->digest)) models->push_back(target);
+      }
+      if (target) aliases[name][alias] = std::move(target);
+    }
+  }
+  return aliases;
+}
+
 }  // namespace
 
 SnapshotStore::SnapshotStore(const Repository& repository, ModelFactory factory)
@@ -35,24 +54,32 @@ std::shared_ptr<const Snapshot> SnapshotStore::Current() const {
   return current_;
 }
 
-std::vector<ModelPtr> SnapshotStore::LoadModels(const Snapshot& before,
-                                                std::vector<std::string>* problems) {
-  std::vector<ModelPtr> models;
-  for (const auto& entry : repository_.List(problems)) {
+SnapshotStore::LastGood SnapshotStore::Load(const Repository::File& file, const Snapshot& before,
+                                            std::vector<std::string>* problems) const {
+  const auto known = last_good_.find(file.path);
+  const LastGood old = known == last_good_.end() ? LastGood{} : known->second;
+  if (old.model && old.stamp == file.stamp) return old;
+  try {
+    auto loaded = Repository::Read(file);
     // A digest names the content: what is loaded already is that model.
-    if (auto old = FindDigest(before.models(), entry.digest)) {
-      models.push_back(std::move(old));
-      continue;
-    }
-    try {
-      auto loaded = records::ReadModelFile(entry.path);
-      models.push_back(MakeServedModel(std::move(loaded.model), std::move(loaded.digest),
-                                       entry.shipped, factory_));
-    } catch (const std::exception& e) {
-      problems->push_back(entry.path + ": not served: " + e.what());
-    }
+    if (auto same = FindDigest(before.models(), loaded.digest)) return {file.stamp, same};
+    return {file.stamp, MakeServedModel(std::move(loaded.model), std::move(loaded.digest),
+                                        file.shipped, factory_)};
+  } catch (const std::exception& e) {
+    const std::string what = e.what();
+    problems->push_back((what.starts_with(file.path) ? what : file.path + ": not served: " + what) +
+                        (old.model ? "; kept " + old.model->reference : ""));
+    return old;
   }
-  return models;
+}
+
+void SnapshotStore::ReadStateAliases(std::vector<std::string>* problems) {
+  try {
+    state_aliases_ = repository_.ReadStateAliases();
+  } catch (const std::exception& e) {
+    problems->push_back(std::string(e.what()) +
+                        (loaded_ ? "; kept the aliases of before" : "; no alias of it is served"));
+  }
 }
 
 SnapshotStore::Outcome SnapshotStore::Refresh() {
@@ -63,21 +90,22 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   if (loaded_ && fingerprint == fingerprint_) return outcome;
 
   const auto before = Current();
-  const auto wanted = repository_.ReadAliases();
-  auto models = LoadModels(*before, &outcome.problems);
-  std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
-  for (const auto& [name, of_model] : wanted.by_model) {
-    for (const auto& [alias, digest] : of_model) {
-      ModelPtr target = FindDigest(models, digest);
-      if (!target) {
-        target = FindAlias(*before, name, alias);
-        outcome.problems.push_back(name + "@" + alias + ": " + digest + " cannot be served; " +
-                                   (target ? "kept " + target->digest : "left out"));
-        if (target && !FindDigest(models, target->digest)) models.push_back(target);
-      }
-      if (target) aliases[name][alias] = std::move(target);
-    }
+  ReadStateAliases(&outcome.problems);
+  LastGoodFiles good;
+  std::vector<ModelPtr> models;
+  std::vector<Repository::Entry> entries;
+  for (const Repository::File& file : repository_.Files()) {
+    LastGood loaded = Load(file, *before, &outcome.problems);
+    if (!loaded.model) continue;
+    if (!FindDigest(models, loaded.model->digest)) models.push_back(loaded.model);
+    const auto& message = loaded.model->message;
+    entries.push_back(
+        {file.path, message.name(), loaded.model->digest, message.created_unix_s(), file.shipped});
+    good[file.path] = std::move(loaded);
   }
+  Repository::Aliases wanted = state_aliases_;
+  Repository::AddShippedDefaults(entries, &wanted);
+  auto aliases = TargetsOf(wanted, *before, &models, &outcome.problems);
   std::shared_ptr<const Snapshot> next =
       std::make_shared<const Snapshot>(wanted.generation, std::move(models), std::move(aliases));
   {
@@ -85,6 +113,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
     current_.swap(next);
   }
   retired_.push_back(std::move(next));
+  last_good_ = std::move(good);
   fingerprint_ = std::move(fingerprint);
   loaded_ = true;
   outcome.changed = true;

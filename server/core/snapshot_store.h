@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -23,10 +24,12 @@ class SnapshotStore {
   };
 
   /// Reads the repository if it changed since the last call and puts a new
-  /// snapshot live. A model that cannot be read or fails its self-test never
-  /// replaces a good one: its aliases stay where they were. Throws
-  /// std::runtime_error, and changes nothing, when the repository itself cannot
-  /// be read; the next call tries again.
+  /// snapshot live. What is damaged never replaces what is good: a file that
+  /// cannot be read or fails its self-test leaves the last known good model of
+  /// that file in place, a damaged alias file the last known good aliases (none
+  /// but those of the shipped models if there were none); `problems` name them.
+  /// Throws std::runtime_error, and changes nothing, when a folder of the
+  /// repository cannot be read; the next call tries again.
   Outcome Refresh();
 
   /// The snapshot to answer one message with. Locks for a pointer copy only:
@@ -36,13 +39,23 @@ class SnapshotStore {
  private:
   using ModelPtr = Snapshot::ModelPtr;
 
-  std::vector<ModelPtr> LoadModels(const Snapshot& before, std::vector<std::string>* problems);
+  struct LastGood {
+    std::string stamp;  ///< of the file when it was read
+    ModelPtr model;
+  };
+  using LastGoodFiles = std::map<std::string, LastGood>;  // by path
+
+  LastGood Load(const Repository::File& file, const Snapshot& before,
+                std::vector<std::string>* problems) const;
+  void ReadStateAliases(std::vector<std::string>* problems);
   void ReleaseRetired();
 
   const Repository& repository_;
   ModelFactory factory_;
   std::string fingerprint_;
   bool loaded_ = false;
+  LastGoodFiles last_good_;
+  Repository::Aliases state_aliases_;  // the last known good ones
 
   mutable std::mutex mutex_;  // guards current_ alone
   std::shared_ptr<const Snapshot> current_ = std::make_shared<const Snapshot>();

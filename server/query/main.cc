@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <utility>  // before Asio: 1.74 under C++20
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -13,6 +11,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <csignal>
 #include <iostream>
+#include <utility>  // before Asio: 1.74 under C++20
 
 #include "server/query/terrain_server.h"
 #include "surrogate/model_io/load_model.h"
@@ -108,6 +107,11 @@ int main(int argc, char** argv) {
   auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
   app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
       ->excludes(without);
+  app.add_option("--lcm-interface", config.lcm_interface,
+                 "Network interface that LCM queries are received on, such as eth0; lo: from this "
+                 "machine alone")
+      ->excludes(without)
+      ->capture_default_str();
   app.add_option("--port-file", config.port_file, "File that receives grpc=ADDR when ready");
   try {
     app.parse(argc, argv);

@@ -30,7 +30,9 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
 
 void TerrainServer::Start() {
   grpc_ = std::make_unique<GrpcServer>(config_, store_);
-  if (config_.lcm) lcm_ = std::make_unique<LcmServer>(config_.lcm_url, store_);
+  if (config_.lcm) {
+    lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_);
+  }
   grpc_->SetServing(!store_.Current()->models().empty());
   if (!config_.port_file.empty()) {
     records::WriteFileDurably(config_.port_file, "grpc=" + grpc_->address() + "\n");

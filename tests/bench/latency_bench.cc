@@ -73,7 +73,8 @@ grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::Wheel
   return query;
 }
 
-Cell UnaryCell(const client::TerrainClient& client, const v1alpha1::EvaluateWheelsRequest& request) {
+Cell UnaryCell(const client::TerrainClient& client,
+               const v1alpha1::EvaluateWheelsRequest& request) {
   Cell cell;
   cell.row.transport = "grpc_unary";
   auto response = std::make_shared<v1alpha1::EvaluateWheelsResponse>();
@@ -149,7 +150,9 @@ LatencyRow Summarise(Cell cell) {
 std::vector<LatencyRow> MeasureLatency(const LatencyOptions& options) {
   const client::TerrainClient client(options.server);
   const auto stream = client.OpenStream();
-  const auto lcm = options.lcm ? std::make_unique<client::LcmClient>(options.lcm_url) : nullptr;
+  const auto lcm = options.lcm
+                       ? std::make_unique<client::LcmClient>(options.lcm_url, options.lcm_interface)
+                       : nullptr;
   const auto domain = DomainOf(client, options.model);
   std::mt19937 random(options.seed);
   std::vector<Cell> cells;

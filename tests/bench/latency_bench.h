@@ -9,6 +9,7 @@ struct LatencyOptions {
   std::string server = "127.0.0.1:50151";
   std::string model;    ///< empty: the only one
   std::string lcm_url;  ///< empty: liblcm's default
+  std::string lcm_interface = "lo";
   bool lcm = true;
   double seconds = 10;  ///< about how long to measure
   unsigned seed = 1;    ///< of the random states

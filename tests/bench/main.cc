@@ -29,10 +29,11 @@ void PrintJson(const std::vector<grouser::bench::LatencyRow>& rows) {
   fmt::print("[");
   const char* separator = "\n";
   for (const auto& row : rows) {
-    fmt::print("{}  {{\"transport\": \"{}\", \"batch\": {}, \"samples\": {}, \"lost\": {}, "
-               "\"p50_us\": {:.3f}, \"p99_us\": {:.3f}, \"states_per_s\": {:.1f}}}",
-               separator, row.transport, row.batch, row.samples, row.lost, row.p50_us, row.p99_us,
-               row.states_per_s);
+    fmt::print(
+        "{}  {{\"transport\": \"{}\", \"batch\": {}, \"samples\": {}, \"lost\": {}, "
+        "\"p50_us\": {:.3f}, \"p99_us\": {:.3f}, \"states_per_s\": {:.1f}}}",
+        separator, row.transport, row.batch, row.samples, row.lost, row.p50_us, row.p99_us,
+        row.states_per_s);
     separator = ",\n";
   }
   fmt::print("\n]\n");
@@ -42,8 +43,8 @@ void PrintTable(const std::vector<grouser::bench::SurrogateRow>& rows) {
   fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13} {:>12}\n", "rung", "batch", "outputs",
              "gradients", "isa", "ns per state", "allocations");
   for (const auto& row : rows) {
-    fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13.1f} {:>12}\n", row.rung, row.batch,
-               row.outputs, row.gradients, row.isa, row.ns_per_state, row.allocations);
+    fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13.1f} {:>12}\n", row.rung, row.batch, row.outputs,
+               row.gradients, row.isa, row.ns_per_state, row.allocations);
   }
 }
 
@@ -51,10 +52,11 @@ void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
   fmt::print("[");
   const char* separator = "\n";
   for (const auto& row : rows) {
-    fmt::print("{}  {{\"rung\": \"{}\", \"batch\": {}, \"outputs\": {}, \"gradients\": {}, "
-               "\"isa\": \"{}\", \"ns_per_state\": {:.3f}, \"allocations\": {}}}",
-               separator, row.rung, row.batch, row.outputs, row.gradients, row.isa,
-               row.ns_per_state, row.allocations);
+    fmt::print(
+        "{}  {{\"rung\": \"{}\", \"batch\": {}, \"outputs\": {}, \"gradients\": {}, "
+        "\"isa\": \"{}\", \"ns_per_state\": {:.3f}, \"allocations\": {}}}",
+        separator, row.rung, row.batch, row.outputs, row.gradients, row.isa, row.ns_per_state,
+        row.allocations);
     separator = ",\n";
   }
   fmt::print("\n]\n");
@@ -70,13 +72,17 @@ int main(int argc, char** argv) {
   bool json = false;
   bool no_lcm = false;
   auto* latency = app.add_subcommand(
-      "latency", "Round trips of gRPC unary, gRPC stream and LCM at 1 to 10000 states, interleaved");
+      "latency",
+      "Round trips of gRPC unary, gRPC stream and LCM at 1 to 10000 states, interleaved");
   latency->add_option("--server", options.server, "grouser-server HOST:PORT")
       ->capture_default_str();
   latency->add_option("--model", options.model, "Model; default: the only one");
   auto* without = latency->add_flag("--no-lcm", no_lcm, "gRPC alone");
   latency->add_option("--lcm-url", options.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
       ->excludes(without);
+  latency->add_option("--lcm-interface", options.lcm_interface, "As of grouser-client lcm-query")
+      ->excludes(without)
+      ->capture_default_str();
   latency->add_option("--seconds", options.seconds, "About how long to measure [s]")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -84,8 +90,9 @@ int main(int argc, char** argv) {
   latency->add_flag("--json", json, "JSON on stdout");
   grouser::bench::SurrogateOptions in_process;
   auto* surrogate = app.add_subcommand(
-      "surrogate", "Evaluation of a model in-process, one thread: rungs, batches, gradients and "
-                   "instruction sets, interleaved; medians");
+      "surrogate",
+      "Evaluation of a model in-process, one thread: rungs, batches, gradients and "
+      "instruction sets, interleaved; medians");
   surrogate->add_option("--model", in_process.model, "Model file; default: the shipped one")
       ->check(CLI::ExistingFile);
   surrogate->add_option("--repetitions", in_process.repetitions, "Of every row")

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <net/if.h>
 #include <net/route.h>
+#include <poll.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/ioctl.h>
@@ -13,13 +14,17 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <lcm/lcm-cpp.hpp>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "clients/cpp/lcm_client.h"
+#include "clients/cpp/lcm_response.h"
 #include "clients/cpp/terrain_client.h"
+#include "proto/lcm/group_receiver.h"
 #include "tests/integration/query_fixture.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -30,6 +35,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr client::Milliseconds kTimeout(30000);
+constexpr const char* kGroup = "239.255.76.67";
 
 void WriteTo(const char* path, const std::string& text) {
   const int fd = ::open(path, O_WRONLY | O_CLOEXEC);
@@ -77,8 +83,7 @@ std::string GiveMulticastRoute() {
   };
   set(&route.rt_dst, "224.0.0.0");
   set(&route.rt_genmask, "240.0.0.0");
-  const bool good =
-      ::ioctl(fd, SIOCSIFFLAGS, &request) == 0 && ::ioctl(fd, SIOCADDRT, &route) == 0;
+  const bool good = ::ioctl(fd, SIOCSIFFLAGS, &request) == 0 && ::ioctl(fd, SIOCADDRT, &route) == 0;
   const std::string why = good ? "" : std::string("no route: ") + std::strerror(errno);
   ::close(fd);
   return why;
@@ -102,6 +107,16 @@ class QueryLcmTest : public ::testing::Test {
     query.load.assign(n, 24);
     return query;
   }
+  /// A state of Query().
+  static v1alpha1::EvaluateWheelsResponse AskOverGrpc(const testing::ServerProcess& server) {
+    v1alpha1::EvaluateWheelsRequest request;
+    auto* velocity = request.mutable_states()->mutable_velocity();
+    velocity->add_v_x_m_per_s(0.08);
+    velocity->add_v_y_m_per_s(0.01);
+    velocity->add_rim_speed_m_per_s(0.1);
+    request.mutable_states()->add_closure_value(24);
+    return client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  }
   testing::TempDir dir_;
 };
 
@@ -110,9 +125,9 @@ TEST_F(QueryLcmTest, WithoutARouteTheServerFailsByNameAndGrpcAloneStarts) {
   const auto server = testing::RunProgram(
       "grouser-server", {"--state", dir_.path(), "--grpc", "127.0.0.1:0"}, dir_.path());
   EXPECT_EQ(server.code, 1);
-  EXPECT_THAT(server.err, AllOf(HasSubstr("lcm"), HasSubstr("ip link set lo multicast on"),
-                                HasSubstr("ip route add 224.0.0.0/4 dev lo"),
-                                HasSubstr("--no-lcm")));
+  EXPECT_THAT(server.err,
+              AllOf(HasSubstr("lcm"), HasSubstr("ip link set lo multicast on"),
+                    HasSubstr("ip route add 224.0.0.0/4 dev lo"), HasSubstr("--no-lcm")));
   EXPECT_NO_THROW(testing::ServerProcess(dir_.path(), {"--no-lcm"}));
 }
 
@@ -132,13 +147,7 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   EXPECT_THAT(answer->model, HasSubstr("sand@sha256:"));
 
   // The same state over gRPC gives the same numbers.
-  v1alpha1::EvaluateWheelsRequest request;
-  auto* velocity = request.mutable_states()->mutable_velocity();
-  velocity->add_v_x_m_per_s(0.08);
-  velocity->add_v_y_m_per_s(0.01);
-  velocity->add_rim_speed_m_per_s(0.1);
-  request.mutable_states()->add_closure_value(24);
-  const auto same = client::TerrainClient(server.address(), kTimeout).Evaluate(request);
+  const auto same = AskOverGrpc(server);
   EXPECT_EQ(same.responses().f_x().value(0), answer->f_x.value[0]);
   EXPECT_EQ(same.responses().torque().high(0), answer->torque.high[0]);
 
@@ -149,7 +158,8 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   EXPECT_THROW(client.Query(&unknown, kTimeout), std::runtime_error);
 
   lcm::LCM raw;
-  for (const std::string& bytes : {std::string(), std::string("garbage"), std::string(60000, 'x')}) {
+  for (const std::string& bytes :
+       {std::string(), std::string("garbage"), std::string(60000, 'x')}) {
     raw.publish("GROUSER_QUERY", bytes.data(), static_cast<unsigned>(bytes.size()));
   }
   auto after = Query(64);
@@ -157,10 +167,10 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   ASSERT_TRUE(last.has_value());
   EXPECT_EQ(last->n, 64);
 
-  const auto cli = testing::RunProgram("grouser-client",
-                                       {"lcm-query", "--vx", "0.08", "--vy", "0", "--rim", "0.1",
-                                        "--load", "24", "--json"},
-                                       dir_.path());
+  const auto cli = testing::RunProgram(
+      "grouser-client",
+      {"lcm-query", "--vx", "0.08", "--vy", "0", "--rim", "0.1", "--load", "24", "--json"},
+      dir_.path());
   EXPECT_EQ(cli.code, 0) << cli.err;
   EXPECT_THAT(cli.out, HasSubstr("\"sinkage\""));
   const auto bench = testing::RunProgram(
@@ -171,6 +181,143 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
 
   server.program().Signal(SIGTERM);
   EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+}
+
+/// Datagrams of one sender to a group, by the machine's routes or by one interface.
+void Send(const std::vector<std::string>& datagrams, const char* group,
+          const char* interface = nullptr) {
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (interface != nullptr) {
+    ip_mreqn by{};
+    by.imr_ifindex = static_cast<int>(::if_nametoindex(interface));
+    ASSERT_EQ(::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &by, sizeof by), 0);
+  }
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(7667);
+  ::inet_pton(AF_INET, group, &to.sin_addr);
+  for (const std::string& bytes : datagrams) {
+    EXPECT_EQ(
+        ::sendto(fd, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to),
+        static_cast<ssize_t>(bytes.size()))
+        << std::strerror(errno);
+  }
+  ::close(fd);
+}
+
+std::string BigEndian(std::uint32_t value, int width) {
+  std::string bytes;
+  for (int i = width - 1; i >= 0; --i) bytes += static_cast<char>((value >> (8 * i)) & 0xff);
+  return bytes;
+}
+
+std::string Fragment(std::uint32_t offset, std::uint32_t number, const std::string& rest) {
+  constexpr std::uint32_t kSequence = 7, kMessageBytes = 1000, kFragments = 2;
+  return "LC03" + BigEndian(kSequence, 4) + BigEndian(kMessageBytes, 4) + BigEndian(offset, 4) +
+         BigEndian(number, 2) + BigEndian(kFragments, 2) + rest;
+}
+
+std::string QueryDatagram(grouser_lcm::wheel_query_t query, std::int64_t sequence) {
+  query.sequence = sequence;
+  query.sender = "raw";
+  std::string payload(static_cast<std::size_t>(query.getEncodedSize()), '\0');
+  query.encode(payload.data(), 0, static_cast<int>(payload.size()));
+  return "LC02" + BigEndian(0, 4) + std::string("GROUSER_QUERY\0", 14) + payload;
+}
+
+/// The next answer on the response channel; an empty one after the time-out.
+grouser_lcm::wheel_response_t NextAnswer(lcm_io::GroupReceiver& receiver) {
+  grouser_lcm::wheel_response_t response;
+  pollfd waiting{receiver.fd(), POLLIN, 0};
+  while (::poll(&waiting, 1, static_cast<int>(kTimeout.count())) == 1) {
+    const auto message = receiver.Next();
+    if (!message || message->channel != "GROUSER_RESPONSE") continue;
+    if (client::DecodeResponse(message->payload, &response)) break;
+  }
+  return response;
+}
+
+// liblcm 1.3.1 writes the second one's bytes 4 GB behind its buffer.
+TEST_F(QueryLcmTest, FragmentsAndLyingAnswersEndNeitherServerNorClient) {
+  testing::ServerProcess server(dir_.path(), {});
+  client::LcmClient client("");  // receives what is sent below, too
+  Send({Fragment(0, 0, std::string("GROUSER_QUERY\0", 14) + std::string(400, 'x')),
+        Fragment(0xffffff80u, 1, std::string(300, 'x'))},
+       kGroup);
+  lcm::LCM raw;
+  grouser_lcm::wheel_response_t lie;
+  lie.n = 0;
+  for (auto* output : {&lie.f_x, &lie.f_y, &lie.f_z, &lie.torque, &lie.m_z, &lie.sinkage}) {
+    output->n = 0;
+  }
+  std::string bytes(static_cast<std::size_t>(lie.getEncodedSize()), '\0');
+  lie.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  bytes.replace(24 + 3 * 5, 4, "\x7f\xff\xff\xff");  // n, behind three empty texts
+  raw.publish("GROUSER_RESPONSE", bytes.data(), static_cast<unsigned>(bytes.size()));
+
+  auto query = Query(2);
+  const auto answer = client.Query(&query, kTimeout);
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_NEAR(answer->f_z.value[0], 24, 1e-3);
+  const auto same = AskOverGrpc(server);
+  EXPECT_EQ(same.responses().f_x().value(0), answer->f_x.value[0]);
+  EXPECT_THAT(server.program().Stderr(), HasSubstr("lcm: ignored so far: 2 fragments"));
+  server.program().Signal(SIGTERM);
+  EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+}
+
+TEST_F(QueryLcmTest, CountsWhatIsLostAndWhatIsIgnored) {
+  lcm_io::GroupReceiver receiver(lcm_io::ParseLcmUrl("udpm://"), "lo");
+  const auto message = [](std::uint32_t sequence) {
+    return "LC02" + BigEndian(sequence, 4) + std::string("C\0x", 3);
+  };
+  // Fragment() is of sequence 7. The jump to 2^32 - 2 is a new start.
+  Send({message(5), "junk", message(6), Fragment(0, 0, "C"), Fragment(1, 1, "x"), message(10),
+        message(0xfffffffeu), message(1)},
+       kGroup);
+  pollfd waiting{receiver.fd(), POLLIN, 0};
+  while (receiver.counts().messages < 5) {
+    ASSERT_EQ(::poll(&waiting, 1, static_cast<int>(kTimeout.count())), 1);
+    while (receiver.Next()) continue;
+  }
+  EXPECT_EQ(receiver.counts().fragments, 2u);
+  EXPECT_EQ(receiver.counts().malformed, 1u);
+  EXPECT_EQ(receiver.counts().lost, 2u + 2u);  // 8 and 9, then 2^32 - 1 and 0
+}
+
+TEST_F(QueryLcmTest, QueriesByAnotherInterfaceAreReceivedOnlyWhenToldSo) {
+  ASSERT_EQ(std::system("PATH=$PATH:/usr/sbin:/sbin; ip link add v0 type veth peer name v1 &&"
+                        " ip addr add 10.9.0.1/24 dev v0 && ip link set v0 up &&"
+                        " ip link set v1 up && ip route add 239.1.1.1/32 dev v0"),
+            0);
+  {
+    testing::ServerProcess server(dir_.path(), {});
+    lcm_io::GroupReceiver answers(lcm_io::ParseLcmUrl("udpm://"), "lo");
+    // Another program of this machine has joined on v0, so that copies of what is
+    // sent by v0 come in there.
+    const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ip_mreqn membership{};
+    membership.imr_ifindex = static_cast<int>(::if_nametoindex("v0"));
+    ::inet_pton(AF_INET, kGroup, &membership.imr_multiaddr);
+    ASSERT_EQ(::setsockopt(other, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership),
+              0);
+    Send({QueryDatagram(Query(1), 1)}, kGroup, "v0");
+    Send({QueryDatagram(Query(1), 2)}, kGroup, "lo");
+    EXPECT_EQ(NextAnswer(answers).sequence, 2);
+    ::close(other);
+  }
+  const std::string url = "udpm://239.1.1.1:7667";
+  const auto refused = testing::RunProgram(
+      "grouser-server", {"--state", dir_.path(), "--grpc", "127.0.0.1:0", "--lcm-url", url},
+      dir_.path());
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("239.1.1.1 does not work on lo"),
+                                 HasSubstr("did not come back"), HasSubstr("--lcm-interface")));
+  testing::ServerProcess server(dir_.path(), {"--lcm-url", url, "--lcm-interface", "v0"});
+  client::LcmClient client(url, "v0");
+  auto query = Query(1);
+  EXPECT_TRUE(client.Query(&query, kTimeout).has_value());
+  EXPECT_THROW(client::LcmClient(url, "none"), std::runtime_error);
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ HEAVY = r"hdf5|H5|sqlite3|ceres/|openturns|yaml-cpp/"
 # None: only the standard library and the machine). The longest folder counts.
 RULES = {
     "proto": (r"proto/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|sqlite3|ceres/|yaml-cpp/"),
+    "proto/lcm": (r"proto/lcm/", r"grpc|lcm/|boost/|google/|" + HEAVY),
     "dem_offline": (r"dem_offline/|proto/records/|grouser/v1alpha1/(?!\w*service)",
                     r"grpc|lcm/|ceres/|openturns"),
     "dem_offline/engine": (r"dem_offline/engine/", None),
@@ -42,13 +43,14 @@ RULES = {
     "surrogate/models": (r"surrogate/models/", None),
     "surrogate/model_io": (r"surrogate/(models|model_io)/|proto/records/model_file\.h"
                            r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/"),
-    "server/core": (r"server/core/|surrogate/(models|model_io)/|proto/records/model_file\.h"
-                    r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/|boost/"),
+    "server/core": (r"server/core/|surrogate/(models|model_io)/"
+                    r"|proto/records/(model|durable)_file\.h|grouser/v1alpha1/(?!\w*service)",
+                    HEAVY + "|grpc|lcm/|boost/"),
     "server/query": (r"server/(core|query)/|surrogate/(models|model_io|vehicle)/"
-                     r"|proto/records/model_file\.h|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+                     r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/models/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+    "clients": (r"clients/|surrogate/models/|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),
@@ -135,6 +137,7 @@ BAD = {
     "server/query/a.cc": "#include \"surrogate/fit/fit.h\"\n",
     "server/query/b.cc": "#include <hdf5.h>\n",
     "server/jobs/a.cc": "#include \"dem_offline/engine/rig/wheel_test.h\"\n",
+    "proto/lcm/a.cc": "#include <lcm/lcm.h>\n",
     "proto/records/a.cc": "#include \"server/core/status.h\"\n",
     "proto/records/model_file.cc": "#include <hdf5.h>\n",
     "proto/grouser/v1alpha1/a.proto": "import \"server/a.proto\";\n",

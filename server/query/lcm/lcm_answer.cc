@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "grouser_lcm/wheel_query_t.hpp"
+#include "proto/lcm/byte_reader.h"
 #include "server/core/evaluator.h"
 
 namespace grouser::server {
@@ -14,37 +15,10 @@ namespace {
 using grouser_lcm::wheel_output_t;
 using grouser_lcm::wheel_query_t;
 using grouser_lcm::wheel_response_t;
+using lcm_io::ByteReader;
 
 // Longest text that is echoed, so that an answer stays under LCM's limit.
-constexpr std::uint64_t kMaxText = 256;
-
-/// Big-endian reader that never goes past the end.
-class Bytes {
- public:
-  Bytes(const void* data, std::size_t size)
-      : data_(static_cast<const std::uint8_t*>(data)), size_(size) {}
-
-  bool Read(int width, std::uint64_t* value) {
-    if (left() < static_cast<std::size_t>(width)) return false;
-    *value = 0;
-    for (int i = 0; i < width; ++i) *value = (*value << 8) | data_[at_++];
-    return true;
-  }
-  /// An LCM string: length with its final NUL, then the characters.
-  bool ReadString(std::string* text) {
-    std::uint64_t length = 0;
-    if (!Read(4, &length) || length < 1 || length > left() || length > kMaxText) return false;
-    text->assign(reinterpret_cast<const char*>(data_ + at_), length - 1);
-    at_ += length;
-    return true;
-  }
-  std::size_t left() const { return size_ - at_; }
-
- private:
-  const std::uint8_t* data_;
-  std::size_t size_;
-  std::size_t at_ = 0;
-};
+constexpr std::size_t kMaxText = 256;
 
 /// What stands before the arrays.
 struct Head {
@@ -53,7 +27,7 @@ struct Head {
   std::int32_t n = 0;
 };
 
-bool ReadHead(Bytes* bytes, Head* head, std::string* problem) {
+bool ReadHead(ByteReader* bytes, Head* head, std::string* problem) {
   std::uint64_t hash = 0;
   std::uint64_t n = 0;
   if (!bytes->Read(8, &hash) || static_cast<std::int64_t>(hash) != wheel_query_t::getHash()) {
@@ -61,9 +35,10 @@ bool ReadHead(Bytes* bytes, Head* head, std::string* problem) {
     return false;
   }
   if (!bytes->Read(8, &head->utime) || !bytes->Read(8, &head->sequence) ||
-      !bytes->ReadString(&head->sender) || !bytes->ReadString(&head->model) ||
+      !bytes->ReadString(kMaxText, &head->sender) || !bytes->ReadString(kMaxText, &head->model) ||
       !bytes->Read(4, &n)) {
-    *problem = "a wheel_query_t that is truncated or has a text over 255 characters";
+    *problem =
+        "a wheel_query_t that is truncated or has a text that is no text of 255 characters at most";
     return false;
   }
   head->n = static_cast<std::int32_t>(n);
@@ -115,9 +90,10 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
 
 }  // namespace
 
-std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot, const void* data,
-                                          std::size_t size, std::string* problem) {
-  Bytes bytes(data, size);
+std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
+                                          std::span<const std::uint8_t> encoded,
+                                          std::string* problem) {
+  ByteReader bytes(encoded);
   Head head;
   if (!ReadHead(&bytes, &head, problem)) return std::nullopt;
   wheel_response_t response;
@@ -137,7 +113,7 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot, const void* 
     return response;
   }
   wheel_query_t query;
-  if (query.decode(data, 0, static_cast<int>(size)) < 0) {
+  if (query.decode(encoded.data(), 0, static_cast<int>(encoded.size())) < 0) {
     *problem = "a wheel_query_t that does not decode";
     return std::nullopt;
   }

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "grouser_lcm/wheel_response_t.hpp"
@@ -18,7 +19,8 @@ inline constexpr int kMaxLcmStates = 64;
 /// states, unknown model) gets a response whose `error` says why. Bytes that
 /// are no wheel_query_t get no response: `problem` then says why. Checks every
 /// length before decoding, since lcm-gen's decoder trusts them.
-std::optional<grouser_lcm::wheel_response_t> AnswerLcm(const Snapshot& snapshot, const void* data,
-                                                       std::size_t size, std::string* problem);
+std::optional<grouser_lcm::wheel_response_t> AnswerLcm(const Snapshot& snapshot,
+                                                       std::span<const std::uint8_t> encoded,
+                                                       std::string* problem);
 
 }  // namespace grouser::server

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "server/query/lcm/lcm_answer.h"
-#include "server/query/lcm/multicast_probe.h"
 
 namespace grouser::server {
 namespace {
@@ -23,19 +22,14 @@ bool WorthALine(std::uint64_t count) { return (count & (count - 1)) == 0; }
 
 }  // namespace
 
-LcmServer::LcmServer(const std::string& url, const SnapshotStore& store)
-    : store_(store), url_(EffectiveLcmUrl(url)), lcm_(nullptr, lcm_destroy) {
-  if (const std::string problem = ProbeMulticast(url_); !problem.empty()) {
-    throw std::runtime_error(problem);
-  }
-  lcm_.reset(lcm_create(url_.c_str()));
-  if (!lcm_) throw std::runtime_error("lcm: '" + url_ + "': liblcm cannot use this URL");
-  const auto receive = [](const lcm_recv_buf_t* buffer, const char*, void* self) {
-    static_cast<LcmServer*>(self)->Receive(*buffer);
-  };
-  if (lcm_subscribe(lcm_.get(), kLcmQueryChannel, receive, this) == nullptr) {
-    throw std::runtime_error("lcm: '" + url_ + "': cannot subscribe to " + kLcmQueryChannel);
-  }
+LcmServer::LcmServer(const std::string& url, const std::string& interface,
+                     const SnapshotStore& store)
+    : store_(store),
+      url_(lcm_io::EffectiveLcmUrl(url)),
+      receiver_(lcm_io::ParseLcmUrl(url_), interface),
+      publisher_(lcm_create(lcm_io::ParseLcmUrl(url_).Text().c_str()), lcm_destroy) {
+  // Without a subscription liblcm opens no receiver.
+  if (!publisher_) throw std::runtime_error("lcm: '" + url_ + "': liblcm cannot use this URL");
   stop_fd_ = ::eventfd(0, EFD_CLOEXEC);
   if (stop_fd_ < 0) throw std::runtime_error(std::string("lcm: eventfd: ") + std::strerror(errno));
   thread_ = std::thread([this] { Loop(); });
@@ -51,35 +45,56 @@ LcmServer::~LcmServer() {
 
 void LcmServer::Loop() {
   pthread_setname_np(pthread_self(), "grouser-lcm");
-  pollfd waiting[2] = {{lcm_get_fileno(lcm_.get()), POLLIN, 0}, {stop_fd_, POLLIN, 0}};
+  pollfd waiting[2] = {{receiver_.fd(), POLLIN, 0}, {stop_fd_, POLLIN, 0}};
   while (true) {
     if (::poll(waiting, 2, -1) < 0 && errno != EINTR) {
-      spdlog::error("lcm: poll: {}", std::strerror(errno));
+      spdlog::error("lcm: poll: {}; no more LCM queries are answered", std::strerror(errno));
       return;
     }
     if (waiting[1].revents != 0) return;
-    if (waiting[0].revents != 0 && lcm_handle(lcm_.get()) != 0) {
-      spdlog::error("lcm: '{}' has failed; no more LCM queries are answered", url_);
-      return;
-    }
+    if (waiting[0].revents != 0) TakeMessages();
   }
 }
 
-void LcmServer::Receive(const lcm_recv_buf_t& buffer) {
+// A part of what waits, so that a flood does not keep the thread from its end.
+void LcmServer::TakeMessages() {
+  constexpr int kMost = 64;
+  for (int taken = 0; taken < kMost; ++taken) {
+    const auto message = receiver_.Next();
+    WarnOfBadDatagrams();
+    if (!message) return;
+    if (message->channel == kLcmQueryChannel) Answer(message->payload);
+  }
+}
+
+void LcmServer::WarnOfBadDatagrams() {
+  const auto& counts = receiver_.counts();
+  const std::uint64_t bad = counts.fragments + counts.malformed;
+  if (bad == told_) return;
+  told_ = bad;
+  if (!WorthALine(bad)) return;
+  spdlog::warn(
+      "lcm: ignored so far: {} fragments of long messages, {} malformed datagrams; "
+      "lost: {} messages",
+      counts.fragments, counts.malformed, counts.lost);
+}
+
+void LcmServer::Answer(std::span<const std::uint8_t> query) {
   std::string problem;
   const auto snapshot = store_.Current();
-  const auto response = AnswerLcm(*snapshot, buffer.data, buffer.data_size, &problem);
+  const auto response = AnswerLcm(*snapshot, query, &problem);
   if (!response) {
     const std::uint64_t count = ++malformed_;
     if (WorthALine(count)) {
-      spdlog::warn("lcm: message of {} bytes on {} is {} ({} such so far)", buffer.data_size,
+      spdlog::warn("lcm: message of {} bytes on {} is {} ({} such so far)", query.size(),
                    kLcmQueryChannel, problem, count);
     }
     return;
   }
   std::vector<std::uint8_t> bytes(response->getEncodedSize());
   response->encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  lcm_publish(lcm_.get(), kLcmResponseChannel, bytes.data(), static_cast<unsigned>(bytes.size()));
+  lcm_publish(publisher_.get(), kLcmResponseChannel, bytes.data(),
+              static_cast<unsigned>(bytes.size()));
 }
 
 }  // namespace grouser::server

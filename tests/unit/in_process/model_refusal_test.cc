@@ -1,6 +1,7 @@
 // What grouser::Model refuses: spans of the wrong size, bad files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <fstream>
@@ -110,6 +111,8 @@ TEST(Model, SaysWhichFileIsBadAndWhy) {
   EXPECT_THROW(Model::Open(folder / "none.model"), std::runtime_error);
   EXPECT_THAT(OpenComplaint(folder / "none.model"),
               AllOf(StartsWith(folder / "none.model"), HasSubstr("No such file")));
+  ASSERT_EQ(mkfifo((folder / "fifo.model").c_str(), 0600), 0);
+  EXPECT_THAT(OpenComplaint(folder / "fifo.model"), HasSubstr("a FIFO"));
   std::ofstream(folder / "text.model") << "hello";
   EXPECT_THAT(OpenComplaint(folder / "text.model"),
               AllOf(StartsWith(folder / "text.model"), HasSubstr("not a Grouser model file")));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -63,6 +64,26 @@ TEST(ReadFileBytes, RefusesFoldersAndMissingFiles) {
   const TempFolder folder;
   EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "gone"); }), HasSubstr("gone: cannot open"));
   EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "."); }), HasSubstr("not a regular file"));
+}
+
+// A reader that waits hangs the test; CTest's time limit then ends it.
+TEST(ReadFileBytes, RefusesWhatIsNoRegularFileWithoutWaiting) {
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "fifo"); }), HasSubstr("fifo: not a regular"));
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes("/dev/zero"); }), HasSubstr("a device"));
+  std::filesystem::create_symlink("/dev/zero", folder / "link");
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "link"); }), HasSubstr("link: not a regular"));
+}
+
+TEST(ReadFileBytes, RefusesFilesOfMoreThanTheLimit) {
+  const TempFolder folder;
+  WriteFileDurably(folder / "a", "1234");
+  EXPECT_EQ(ReadFileBytes(folder / "a", 4), "1234");
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "a", 3); }),
+              HasSubstr("a: 4 bytes, expected at most 3"));
+  std::filesystem::resize_file(folder / "a", std::uint64_t{1} << 40);  // sparse
+  EXPECT_THAT(MessageOf([&] { ReadFileBytes(folder / "a"); }), HasSubstr("expected at most"));
 }
 
 TEST(Sha256, KnownVectors) {  // FIPS 180-2, appendix B

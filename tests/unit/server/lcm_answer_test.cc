@@ -13,8 +13,8 @@
 namespace grouser::server {
 namespace {
 
-using ::testing::HasSubstr;
 using grouser_lcm::wheel_query_t;
+using ::testing::HasSubstr;
 
 constexpr std::size_t kOffsetOfSenderLength = 24;  // hash, utime, sequence
 
@@ -52,7 +52,7 @@ class LcmAnswerTest : public ::testing::Test {
   }
   auto Answer(const std::vector<std::uint8_t>& bytes) {
     problem_.clear();
-    return AnswerLcm(snapshot_, bytes.data(), bytes.size(), &problem_);
+    return AnswerLcm(snapshot_, bytes, &problem_);
   }
 
   Snapshot snapshot_;
@@ -118,6 +118,16 @@ TEST_F(LcmAnswerTest, LyingLengthsAreAnsweredOrDroppedNeverTrusted) {
     EXPECT_FALSE(Answer(bytes).has_value()) << length;
     EXPECT_NE(problem_, "");
   }
+}
+
+// lcm-gen encodes up to the first NUL: the answer would be cut there.
+TEST_F(LcmAnswerTest, TextWithANulInsideIsDropped) {
+  auto bytes = Encode(Query(1));
+  bytes[kOffsetOfSenderLength + 4] = 0;
+  EXPECT_FALSE(Answer(bytes).has_value());
+  bytes = Encode(Query(1));
+  bytes[kOffsetOfSenderLength + 4 + 2] = 'x';  // no final NUL
+  EXPECT_FALSE(Answer(bytes).has_value());
 }
 
 TEST_F(LcmAnswerTest, TruncatedForeignAndRandomBytesAreSurvived) {

@@ -1,22 +1,26 @@
-#include "server/core/snapshot_store.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <fstream>
 #include <thread>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "server/core/evaluator.h"
+#include "server/core/snapshot_store.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
 
 namespace grouser::server {
 namespace {
 
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
+using ::testing::UnorderedElementsAre;
 
 class SnapshotTest : public ::testing::Test {
  protected:
@@ -32,11 +36,13 @@ class SnapshotTest : public ::testing::Test {
     repository_.SetAlias("sand", "stable", digest, "test", "");
     return digest;
   }
-  std::string StableDigest() const {
-    const auto snapshot = store_.Current();
+  static std::string DigestOf(const SnapshotStore& store, const std::string& reference) {
+    const auto snapshot = store.Current();
     const ServedModel* model = nullptr;
-    return snapshot->Find("sand", &model).ok() ? model->digest : "none";
+    return snapshot->Find(reference, &model).ok() ? model->digest : "none";
   }
+  std::string DigestOf(const std::string& reference) const { return DigestOf(store_, reference); }
+  std::string StableDigest() const { return DigestOf("sand"); }
 
   testing::TempDir dir_;
   Repository repository_;
@@ -68,7 +74,7 @@ TEST_F(SnapshotTest, LoadedModelsAreReused) {
   Publish(testing::FakeMessage("sand", 0.2));
   store_.Refresh();
   const auto after = store_.Current();
-  EXPECT_THAT(after->models(), ::testing::Contains(before));
+  EXPECT_THAT(after->models(), Contains(before));
   EXPECT_THAT(after->models(), SizeIs(2));
 }
 
@@ -94,25 +100,119 @@ TEST_F(SnapshotTest, ModelWithoutEvaluatorOrGoldenVectorsIsLeftOut) {
   MakeStable(0.3);
   const auto outcome = store_.Refresh();
   EXPECT_THAT(outcome.problems,
-              ::testing::UnorderedElementsAre(HasSubstr("bekker.gain"), HasSubstr("golden: none")));
+              UnorderedElementsAre(HasSubstr("bekker.gain"), HasSubstr("golden: none")));
   EXPECT_THAT(store_.Current()->models(), SizeIs(1));
 }
 
 TEST_F(SnapshotTest, DamagedFileOfTheLiveModelKeepsItLive) {
   const auto digest = MakeStable(0.1);
+  const auto pinned = Publish(testing::FakeMessage("sand", 0.2));  // no alias names it
   store_.Refresh();
-  std::ofstream(dir_ / ("models/" + digest + ".model")) << "damaged";
-  EXPECT_THAT(store_.Refresh().problems, SizeIs(2));
+  for (const auto& damaged : {digest, pinned}) {
+    std::ofstream(dir_ / ("models/" + damaged + ".model")) << "damaged";
+    EXPECT_THAT(store_.Refresh().problems, Contains(HasSubstr("kept sand@sha256:" + damaged)));
+  }
+  EXPECT_EQ(StableDigest(), digest);
+  EXPECT_EQ(DigestOf("sand@sha256:" + pinned), pinned);
+}
+
+TEST_F(SnapshotTest, WhatIsNoModelFileIsNamedAndSkipped) {
+  const auto digest = MakeStable(0.1);
+  ASSERT_EQ(mkfifo((dir_ / "models/a.model").c_str(), 0600), 0);
+  std::filesystem::create_directory(dir_ / "models/b.model");
+  std::filesystem::create_symlink("/dev/zero", dir_ / "models/c.model");
+  std::ofstream(dir_ / "models/d.model") << "";
+  std::filesystem::resize_file(dir_ / "models/d.model", std::uint64_t{1} << 40);  // sparse
+  std::filesystem::create_symlink("e.model", dir_ / "models/e.model");
+  EXPECT_THAT(store_.Refresh().problems,
+              UnorderedElementsAre(HasSubstr("a.model: not a regular file but a FIFO"),
+                                   HasSubstr("b.model: not a regular file but a folder"),
+                                   HasSubstr("c.model: not a regular file but a device"),
+                                   HasSubstr("d.model: 1099511627776 bytes, expected at most"),
+                                   HasSubstr("e.model: cannot open")));
   EXPECT_EQ(StableDigest(), digest);
 }
 
-TEST_F(SnapshotTest, UnreadableRepositoryThrowsAndIsTriedAgain) {
+TEST_F(SnapshotTest, DamagedAliasFileKeepsTheLastKnownGoodAliases) {
   const auto digest = MakeStable(0.1);
   store_.Refresh();
+  const std::string path = dir_ / "models/aliases.json";
+  std::ofstream(path) << "{";
+  EXPECT_THAT(store_.Refresh().problems, ElementsAre(HasSubstr(path)));
+  EXPECT_EQ(StableDigest(), digest);
+  std::filesystem::remove(path);
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  const auto added = Publish(testing::FakeMessage("clay", 0.2));
+  EXPECT_THAT(store_.Refresh().problems, ElementsAre(HasSubstr("a FIFO")));
+  EXPECT_EQ(StableDigest(), digest);
+  EXPECT_EQ(DigestOf("clay@sha256:" + added), added) << "the rest goes on";
+  std::filesystem::remove(path);
+  const auto next = MakeStable(0.3);
+  EXPECT_THAT(store_.Refresh().problems, SizeIs(0));
+  EXPECT_EQ(StableDigest(), next);
+}
+
+TEST_F(SnapshotTest, StartsWithADamagedAliasFile) {
+  const auto digest = MakeStable(0.1);
   std::ofstream(dir_ / "models/aliases.json") << "{";
+  EXPECT_THAT(store_.Refresh().problems, ElementsAre(HasSubstr("aliases.json")));
+  EXPECT_EQ(StableDigest(), "none");
+  EXPECT_EQ(DigestOf("sand@sha256:" + digest), digest);
+}
+
+TEST_F(SnapshotTest, UnreadableFolderThrowsAndIsTriedAgain) {
+  const auto digest = MakeStable(0.1);
+  store_.Refresh();
+  std::filesystem::rename(dir_ / "models", dir_ / "aside");
+  std::ofstream(dir_ / "models") << "no folder";
   EXPECT_THROW(store_.Refresh(), std::runtime_error);
   EXPECT_THROW(store_.Refresh(), std::runtime_error);
   EXPECT_EQ(StableDigest(), digest);
+}
+
+/// Shipped models are replaced in place by whoever installs a newer release.
+class ShippedSnapshotTest : public SnapshotTest {
+ protected:
+  ShippedSnapshotTest()
+      : with_shipped_(dir_.path(), dir_ / "shipped"),
+        shipped_(with_shipped_, testing::MakeFakeModel) {
+    std::filesystem::create_directory(dir_ / "shipped");
+  }
+  std::string Ship(const std::string& file, double gain, double created_unix_s,
+                   bool passes = true) {
+    auto message = testing::FakeMessage("sand", gain);
+    message.set_created_unix_s(created_unix_s);
+    if (!passes) message.mutable_golden(0)->set_value(0, 1e3);
+    return records::WriteModelFile(dir_ / ("shipped/" + file), message);
+  }
+  std::string Served() const { return DigestOf(shipped_, "sand"); }
+  Repository with_shipped_;
+  SnapshotStore shipped_;
+};
+
+TEST_F(ShippedSnapshotTest, OverwrittenInPlaceKeepsTheLastKnownGoodUntilTheNewOnePasses) {
+  const auto old = Ship("sand.model", 0.1, 100);
+  shipped_.Refresh();
+  const auto next = Ship("next.part", 0.2, 200);
+  const std::string bytes = records::ReadFileBytes(dir_ / "shipped/next.part");
+  for (const std::size_t size : {std::size_t{0}, std::size_t{50}, bytes.size() - 1}) {
+    std::ofstream(dir_ / "shipped/sand.model") << bytes.substr(0, size);
+    EXPECT_THAT(shipped_.Refresh().problems, ElementsAre(HasSubstr("kept sand@sha256:" + old)));
+    EXPECT_EQ(Served(), old) << size;
+  }
+  Ship("sand.model", 0.3, 300, false);
+  EXPECT_THAT(shipped_.Refresh().problems, ElementsAre(HasSubstr("golden[0]")));
+  EXPECT_EQ(Served(), old);
+  std::ofstream(dir_ / "shipped/sand.model") << bytes;
+  EXPECT_THAT(shipped_.Refresh().problems, SizeIs(0));
+  EXPECT_EQ(Served(), next);
+}
+
+TEST_F(ShippedSnapshotTest, NewestThatPassesItsSelfTestIsStable) {
+  const auto good = Ship("a.model", 0.1, 100);
+  Ship("b.model", 0.2, 200, false);
+  EXPECT_THAT(shipped_.Refresh().problems, SizeIs(1));
+  EXPECT_EQ(Served(), good);
 }
 
 TEST_F(SnapshotTest, OldSnapshotLivesWhileAQueryHoldsIt) {
@@ -149,9 +249,10 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
       const auto snapshot = store_.Current();
       const ServedModel* model = nullptr;
       const auto status = Evaluate(*snapshot, "sand", states, false, &model, &responses);
-      const bool whole =
-          status.ok() && responses.f_x().value(0) == model->message.golden(0).value(0) &&
-          model->message.bekker().values().at("gain") == static_cast<double>(snapshot->generation());
+      const bool whole = status.ok() &&
+                         responses.f_x().value(0) == model->message.golden(0).value(0) &&
+                         model->message.bekker().values().at("gain") ==
+                             static_cast<double>(snapshot->generation());
       if (!whole) ++wrong;
       ++answers;
     }
