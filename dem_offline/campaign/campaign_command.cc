@@ -35,9 +35,10 @@ void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
     fmt::print("{}\n", ToJson(status));
     return;
   }
-  fmt::print("campaign {}: {}/{} done; {} steady, {} unsteady, {} overload, {} failed; ETA {}\n",
-             status.name(), status.done(), status.total(), status.steady(), status.unsteady(),
-             status.overload(), status.failed(), ForPeople(status.eta_s()));
+  fmt::print(
+      "campaign {}: {}/{} done; {} steady, {} unsteady, {} overload, {} lost, {} failed; ETA {}\n",
+      status.name(), status.done(), status.total(), status.steady(), status.unsteady(),
+      status.overload(), status.lost(), status.failed(), ForPeople(status.eta_s()));
 }
 
 int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
@@ -74,13 +75,8 @@ int Status(const CampaignArguments& arguments) {
   for (const auto& planned : campaign.runs()) {
     const auto found = runs.find(planned.run_id());
     if (found == runs.end()) continue;
-    status.set_done(status.done() + 1);
+    CountRun(found->second.summary.status(), &status);
     wall_s += found->second.wall_s;
-    const auto is = [&](v1alpha1::RunStatus s) { return found->second.summary.status() == s; };
-    status.set_steady(status.steady() + is(v1alpha1::RUN_STATUS_STEADY));
-    status.set_unsteady(status.unsteady() + is(v1alpha1::RUN_STATUS_UNSTEADY));
-    status.set_overload(status.overload() + is(v1alpha1::RUN_STATUS_OVERLOAD));
-    status.set_failed(status.failed() + is(v1alpha1::RUN_STATUS_FAILED));
   }
   // If all cores of this machine worked on it at the pace so far.
   const double left = status.total() - status.done();

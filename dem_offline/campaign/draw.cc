@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/scenes/yaml_section.h"
 
 namespace grouser::campaign {
@@ -43,8 +44,8 @@ std::string DrawStates(const DrawRequest& r) {
   CheckRange("angle", r.angle_deg, 0);
   CheckRange("load", r.load_n, 1e-9);
   CheckRange("speed", r.speed, 0);
-  if (r.tiles[1] < r.tiles[0] || r.tiles[0] < 1 || r.states < 1 || r.slip[1] > 1) {
-    throw InputError("draw: expected one state or more, tiles from 1 on, and slip up to 1");
+  if (r.tiles[1] < r.tiles[0] || r.tiles[0] < 1 || r.states < 1 || r.slip[1] > 2) {
+    throw InputError("draw: expected one state or more, tiles from 1 on, and slip up to 2");
   }
   const bool speeds = r.speed[0] > 0;
   const auto next = Source(r, speeds ? 4 : 3);
@@ -59,7 +60,13 @@ std::string DrawStates(const DrawRequest& r) {
     // By draw, so that a point keeps its tile whatever is left out before it.
     const std::uint64_t tile =
         r.tiles[0] + static_cast<std::uint64_t>(drawn) % (r.tiles[1] - r.tiles[0] + 1);
-    if (slip < -1 - std::cos(angle * std::numbers::pi / 180) + 1e-3) continue;
+    const dem::SlipRange possible = dem::SlipsAt(angle * std::numbers::pi / 180);
+    if (slip < possible.low + 1e-3 || slip > possible.high) {
+      if (drawn > 10000 + 1000 * r.states) {
+        throw InputError("draw: no motion has nearly any of these slips at these angles");
+      }
+      continue;
+    }
     ++taken;
     out += fmt::format("  - {{slip: {:.3f}, attack_angle_deg: {:.1f}, load_n: {:.1f}", slip, angle,
                        load);

@@ -41,6 +41,15 @@ void PutText(std::FILE* out, const std::string& text) {
   std::fflush(out);
 }
 
+void CountRun(v1alpha1::RunStatus run, v1alpha1::CampaignStatus* counts) {
+  counts->set_done(counts->done() + 1);
+  if (run == v1alpha1::RUN_STATUS_STEADY) counts->set_steady(counts->steady() + 1);
+  if (run == v1alpha1::RUN_STATUS_UNSTEADY) counts->set_unsteady(counts->unsteady() + 1);
+  if (run == v1alpha1::RUN_STATUS_OVERLOAD) counts->set_overload(counts->overload() + 1);
+  if (run == v1alpha1::RUN_STATUS_FAILED) counts->set_failed(counts->failed() + 1);
+  if (run == v1alpha1::RUN_STATUS_LOST) counts->set_lost(counts->lost() + 1);
+}
+
 std::string ForPeople(double seconds) {
   if (!std::isfinite(seconds)) return "unknown";
   const long s = std::lround(seconds);
@@ -54,23 +63,14 @@ void CampaignProgress::Start(const std::string& name, int total, int already_don
   status_.set_name(name);
   status_.set_total(static_cast<std::uint32_t>(total));
   start_ = Clock::now();
-  PrintLocked(already_done > 0
-                  ? fmt::format("campaign {}: {} runs, {} of them finished before", name, total,
-                                already_done)
-                  : fmt::format("campaign {}: {} runs", name, total));
+  PrintLocked(already_done > 0 ? fmt::format("campaign {}: {} runs, {} of them finished before",
+                                             name, total, already_done)
+                               : fmt::format("campaign {}: {} runs", name, total));
 }
 
 void CampaignProgress::Resumed(v1alpha1::RunStatus status) {
   const std::lock_guard lock(mutex_);
-  Count(status);
-}
-
-void CampaignProgress::Count(v1alpha1::RunStatus status) {
-  status_.set_done(status_.done() + 1);
-  if (status == v1alpha1::RUN_STATUS_STEADY) status_.set_steady(status_.steady() + 1);
-  if (status == v1alpha1::RUN_STATUS_UNSTEADY) status_.set_unsteady(status_.unsteady() + 1);
-  if (status == v1alpha1::RUN_STATUS_OVERLOAD) status_.set_overload(status_.overload() + 1);
-  if (status == v1alpha1::RUN_STATUS_FAILED) status_.set_failed(status_.failed() + 1);
+  CountRun(status, &status_);
 }
 
 void CampaignProgress::Working(const std::string& run_id, double fraction,
@@ -84,7 +84,7 @@ void CampaignProgress::Finished(const v1alpha1::PlannedRun& run,
                                 const v1alpha1::RunRecord& record) {
   const std::lock_guard lock(mutex_);
   working_.erase(run.run_id());
-  Count(record.status());
+  CountRun(record.status(), &status_);
   ++finished_here_;
   std::string line = fmt::format(
       "[{}/{}] {} {} {}: {}{}", status_.done(), status_.total(), run.run_id(), RoleWord(run.role()),

@@ -10,6 +10,9 @@
 
 namespace grouser::campaign {
 
+/// One more run that is done, by what became of it.
+void CountRun(v1alpha1::RunStatus run, v1alpha1::CampaignStatus* counts);
+
 /// Where a campaign stands: counts, rate, expected time to go. Thread-safe.
 /// Prints one line per finished run to `out`, and a live line between them
 /// when `live`.
@@ -28,9 +31,8 @@ class CampaignProgress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void Count(v1alpha1::RunStatus status);
-  double EtaLocked() const;     // NaN: unknown
-  double RateLocked() const;    // runs per second, 0: unknown
+  double EtaLocked() const;   // NaN: unknown
+  double RateLocked() const;  // runs per second, 0: unknown
   void PrintLocked(const std::string& line);
   void PrintLiveLocked();
 

@@ -27,8 +27,8 @@ constexpr char kRunExamples[] = R"(Examples:
   grouser-dem run --scene dem_offline/campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 \
     --load 1.5 --out a.run.h5
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
-The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD
-or FAILED run; its status says which.)";
+The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
+LOST or FAILED run; its status says which.)";
 
 struct RunArguments {
   std::string scene, spec, out, tiles;
@@ -50,6 +50,16 @@ v1alpha1::WheelTestSpec SpecFromJson(const std::string& path) {
   if (!status.ok()) {
     throw InputError(fmt::format("{}: not a grouser.v1alpha1.WheelTestSpec in JSON: {}", path,
                                  std::string(status.message())));
+  }
+  if (spec.state().speed_m_per_s() != 0) {
+    throw InputError(
+        fmt::format("{}: state.speed_m_per_s: {}, expected 0: it belongs to planned "
+                    "runs; the speed of a test is rig.speed_m_per_s",
+                    path, spec.state().speed_m_per_s()));
+  }
+  if (!v1alpha1::RigMode_IsValid(spec.state().mode()) ||
+      !v1alpha1::SceneBed_IsValid(spec.rig().scene().bed())) {
+    throw InputError(path + ": state.mode, rig.scene.bed: expected values of their enums");
   }
   return spec;
 }
@@ -165,8 +175,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
   auto* load = run->add_option("--load", arguments->load_n, "Vertical load [N]");
   auto* drawbar = run->add_option("--drawbar", arguments->drawbar_n,
                                   "Pull to overcome [N]; mode free needs it");
-  run->add_option("--angle-deg", arguments->angle_deg, "Attack angle [deg], default 0")
-      ->excludes(spec);
+  auto* angle = run->add_option("--angle-deg", arguments->angle_deg,
+                                "Attack angle [deg], default 0; not of mode free");
   run->add_option("--mode", arguments->mode, "rim (default), towed or free")
       ->check(CLI::IsMember({"rim", "towed", "free"}))
       ->excludes(spec);
@@ -174,7 +184,7 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->add_option("--max-time", arguments->max_time_s, "Instead of the scene's max_time_s [s]")
       ->check(CLI::PositiveNumber)
       ->excludes(spec);
-  for (auto* option : {slip, load, drawbar}) option->excludes(spec);
+  for (auto* option : {slip, load, drawbar, angle}) option->excludes(spec);
   run->add_option("--out", arguments->out, "Run file to write (*.run.h5)")->required();
   run->add_option("--device", arguments->device,
                   "cpu (default), cuda, auto (a card where there is one), or emulated")
@@ -192,6 +202,15 @@ void AddRunCommand(CLI::App& app, Action* action) {
     if (*scene && arguments->mode == "free" && !*drawbar) {
       throw CLI::ValidationError("run", "mode free needs --drawbar");
     }
+    const auto refuse = [&](const CLI::Option* option, bool of_mode, const char* mode) {
+      if (*option && !of_mode) {
+        throw CLI::ValidationError(
+            "run", option->get_name() + " goes with mode " + mode + ", not " + arguments->mode);
+      }
+    };
+    refuse(slip, arguments->mode == "rim", "rim");
+    refuse(drawbar, arguments->mode == "free", "free");
+    refuse(angle, arguments->mode != "free", "rim or towed");
     *action = [arguments](const StopSignals& signals) { return Run(*arguments, signals); };
   });
 }

@@ -99,6 +99,8 @@ v1alpha1::RunStatus ConvertStatus(dem::RunStatus status) {
       return v1alpha1::RUN_STATUS_UNSTEADY;
     case dem::RunStatus::kOverload:
       return v1alpha1::RUN_STATUS_OVERLOAD;
+    case dem::RunStatus::kLost:
+      return v1alpha1::RUN_STATUS_LOST;
     case dem::RunStatus::kFailed:
       break;
   }
@@ -223,6 +225,7 @@ records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
   *record.mutable_spec() = context.spec;
   record.set_status(ConvertStatus(result.status));
   record.set_reason(result.reason);
+  record.set_means_of_no_state(result.means_of_no_state);
   record.set_slip(result.slip);
   record.set_attack_angle_rad(result.attack_angle_rad);
   record.set_v_x_m_per_s(result.v_x_m_per_s);

@@ -52,6 +52,9 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
     }
     section.Finish();
   }
+  if (contact.Has("rolling_damping") && out->rolling() != "epsd") {
+    contact.Fail("rolling_damping", "it with rolling: " + out->rolling(), "rolling: epsd");
+  }
   contact.Finish();
   dem::ContactChoice choice;
   ConvertContact(*out, &choice);
@@ -161,6 +164,13 @@ void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
     out->set_window_ahead(scene.NumberOr("window_ahead", usual.window_ahead, {0.2, 0.8}));
   }
   out->set_freeze(ReadSwitch(scene, "freeze", usual.freeze));
+  const auto needs = [&](const char* key, bool used, const char* what) {
+    if (scene.Has(key) && !used) scene.Fail(key, "it without its use", what);
+  };
+  needs("freeze_box", out->freeze(), "freeze: on beside it");
+  needs("freeze_speed", out->freeze(), "freeze: on beside it");
+  needs("look_steps", out->freeze() || out->bed() == v1alpha1::SCENE_BED_WINDOW,
+        "freeze: on or bed: window beside it");
   out->set_freeze_box(scene.NumberOr("freeze_box", usual.freeze_box, {1.0, 100.0}));
   out->set_freeze_speed(scene.NumberOr("freeze_speed", usual.freeze_speed, {1e-6, 1.0}));
   out->set_look_steps(

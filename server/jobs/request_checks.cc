@@ -11,6 +11,7 @@
 #include "proto/records/sha256.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/request_error.h"
+#include "surrogate/models/kinematics.h"
 
 namespace grouser::server {
 namespace {
@@ -41,18 +42,13 @@ void CheckRequestId(const std::string& request_id) {
   CheckText("request_id", request_id, kMaxRequestIdCharacters);
 }
 
-/// With c = cos(beta), V and r w at most 1 (scaled), and lambda =
-/// (r w - V c)/max(|r w|, V): the reachable lambda is
-/// [-1 - max(c, 0), 1 + max(-c, 0)]; beyond it no motion exists.
+/// What no query answers is no job.
 void CheckSlip(double slip, double attack_angle_rad) {
   CheckFinite("state.slip", slip);
-  const double c = std::cos(attack_angle_rad);
-  const double low = -1.0 - std::max(c, 0.0);
-  const double high = 1.0 + std::max(-c, 0.0);
-  constexpr double kRounding = 1e-12;
-  if (slip < low - kRounding || slip > high + kRounding) {
+  if (std::isnan(surrogate::FromSlip(slip, attack_angle_rad, 1).v_x)) {
+    const surrogate::SlipRange range = surrogate::SlipsAt(attack_angle_rad);
     Refuse(fmt::format("state.slip: {}, expected a value in [{:.6g}, {:.6g}] at this attack angle",
-                       slip, low, high));
+                       slip, range.low, range.high));
   }
 }
 
@@ -74,7 +70,7 @@ void CheckTestState(const v1alpha1::TestState& state) {
                        state.speed_m_per_s()));
   }
   CheckFinite("state.attack_angle_rad", state.attack_angle_rad());
-  if (std::abs(state.attack_angle_rad()) > std::numbers::pi) {
+  if (std::abs(state.attack_angle_rad()) > std::numbers::pi + 1e-9) {
     Refuse(fmt::format("state.attack_angle_rad: {}, expected a value in [-pi, pi]",
                        state.attack_angle_rad()));
   }
@@ -90,6 +86,8 @@ void CheckTestState(const v1alpha1::TestState& state) {
   }
   if (!free_slip && state.mode() != v1alpha1::RIG_MODE_TOWED) {
     CheckSlip(state.slip(), state.attack_angle_rad());
+  } else if (state.slip() != 0) {
+    Refuse(fmt::format("state.slip: {}, expected 0 unless the mode is RIM_SPEED", state.slip()));
   }
 }
 

@@ -57,8 +57,8 @@ v1alpha1::StressSummary SummariseStress(const v1alpha1::StressProfile& p) {
   return s;
 }
 
-/// Summaries of before this was kept have none: such runs are only known as not
-/// steady. Nor is a run of use that never came to a window.
+/// Summaries of before this was kept have none, nor those of runs whose means are of no
+/// state: such runs are only known as not steady. Nor is a run of use that never came to a window.
 bool HasDrift(const v1alpha1::RunSummary& s) {
   if (s.drift_size() != kOutputs || s.mean_size() != kOutputs) return false;
   for (const double m : s.mean()) {
@@ -114,7 +114,7 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
     }
     s.add_mean(mean);
     s.add_standard_error(error);
-    s.add_drift(drift);
+    if (!record.means_of_no_state()) s.add_drift(drift);
   }
   return s;
 }

@@ -25,11 +25,16 @@ SlipState ToSlip(double v_x, double v_y, double rim_speed) noexcept {
   return {rim_speed / speed - v_x / speed, angle, false};
 }
 
+SlipRange SlipsAt(double attack_angle_rad) noexcept {
+  const double c = std::cos(attack_angle_rad);
+  return {-1 - Larger(c, 0), 1 + Larger(-c, 0)};
+}
+
 VelocityState FromSlip(double slip, double attack_angle_rad, double speed) noexcept {
-  const VelocityState impossible{kNaN, kNaN, kNaN};
-  if (!(std::fabs(slip) <= 2 + kRounding) || !(speed > 0) || !std::isfinite(speed) ||
-      !(std::fabs(attack_angle_rad) <= std::numbers::pi + kRounding)) {
-    return impossible;
+  const SlipRange range = SlipsAt(attack_angle_rad);
+  if (!(slip >= range.low - kRounding) || !(slip <= range.high + kRounding) || !(speed > 0) ||
+      !std::isfinite(speed) || !(std::fabs(attack_angle_rad) <= std::numbers::pi + kRounding)) {
+    return {kNaN, kNaN, kNaN};
   }
   double c = std::cos(attack_angle_rad);
   if (std::fabs(c) < 1e-15) c = 0;  // pi/2 has no exact double
@@ -41,9 +46,7 @@ VelocityState FromSlip(double slip, double attack_angle_rad, double speed) noexc
   }
   // The rim is the faster: |rim| = speed, in the sense of travel.
   const double sense = rim > 0 ? 1 : -1;
-  if (sense * c <= 0) return impossible;
   const double v_x = sense - slip;
-  if (sense * v_x < -kRounding) return impossible;
   const double bounded = sense * v_x < 0 ? 0 : v_x;
   return {bounded * speed, bounded * s / c * speed, sense * speed};
 }

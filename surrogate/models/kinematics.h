@@ -6,17 +6,25 @@
 
 namespace grouser::surrogate {
 
+/// Slips that a motion can have at an attack angle beta: with c = cos(beta),
+/// [-1 - max(c, 0), 1 + max(-c, 0)]. Queries, jobs and fits refuse what is outside;
+/// dem::SlipsAt is the engine's, which includes nothing of ours: a test compares both.
+struct SlipRange {
+  double low, high;
+};
+SlipRange SlipsAt(double attack_angle_rad) noexcept;
+
 /// A wheel state without its speed and without its mirrors: v_x, v_y and rim
 /// speed over M = max(|rim|, V), mirrored so that forward >= 0, lateral >= 0.
 /// Models answer in this half-space; the signs bring the answer back, so that
 /// both mirror symmetries hold to the last bit.
 struct Canonical {
-  double forward;   ///< v_x / M in [0, 1]
-  double lateral;   ///< |v_y| / M in [0, 1]
-  double rim;       ///< r w / M in [-1, 1]
-  double speed;     ///< M [m/s]
-  double sign_x;    ///< multiplies f_x, torque, m_z; 0 where symmetry makes them 0
-  double sign_y;    ///< multiplies f_y, m_z; 0 where symmetry makes them 0
+  double forward;  ///< v_x / M in [0, 1]
+  double lateral;  ///< |v_y| / M in [0, 1]
+  double rim;      ///< r w / M in [-1, 1]
+  double speed;    ///< M [m/s]
+  double sign_x;   ///< multiplies f_x, torque, m_z; 0 where symmetry makes them 0
+  double sign_y;   ///< multiplies f_y, m_z; 0 where symmetry makes them 0
 };
 
 /// Precondition: finite input, not all zero.

@@ -48,8 +48,8 @@ class Sampler {
 SteadyWindow Look(const Series& series, const WheelBench& bench) {
   const auto first = std::lower_bound(series.time_s.begin(), series.time_s.end(), bench.settle_s) -
                      series.time_s.begin();
-  return FindSteady(series, static_cast<std::size_t>(first), bench.load_n, bench.wheel.radius_m,
-                    kTarget);
+  return FindSteady(series, static_cast<std::size_t>(first),
+                    {bench.load_n, bench.wheel.radius_m, kTarget});
 }
 
 WheelVerdict VerdictOf(const Series& series, const SteadyWindow& window) {

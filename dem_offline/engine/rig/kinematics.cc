@@ -7,21 +7,29 @@
 
 namespace grouser::dem {
 
+SlipRange SlipsAt(double attack_angle_rad) {
+  const double c = std::cos(attack_angle_rad);
+  return {-1 - std::max(c, 0.0), 1 + std::max(-c, 0.0)};
+}
+
 Motion MotionAt(double slip, double attack_angle_rad, double speed_m_per_s) {
-  const double c = std::cos(attack_angle_rad), s = std::sin(attack_angle_rad);
-  double hub = speed_m_per_s;  // V
-  double rim = speed_m_per_s * (slip + c);
-  if (slip > 1 - c + 1e-12) {  // the rim is the faster; at 90 degrees and slip 1 it is as fast
-    rim = speed_m_per_s;
-    hub = std::abs(c) > 1e-9 ? rim * (1 - slip) / c : -1;
+  constexpr double kRounding = 1e-9;  // slack at the edges of what is possible
+  const SlipRange range = SlipsAt(attack_angle_rad);
+  if (!(std::abs(attack_angle_rad) <= M_PI + kRounding) || !(slip >= range.low - kRounding) ||
+      !(slip <= range.high + kRounding)) {
+    throw std::invalid_argument("slip: " + std::to_string(slip) + " at an attack angle of " +
+                                std::to_string(attack_angle_rad) + " rad, expected a slip in [" +
+                                std::to_string(range.low) + ", " + std::to_string(range.high) +
+                                "] and an angle in [-pi, pi]");
   }
-  const double tolerance = 1e-9 * speed_m_per_s;
-  if (!(hub >= 0) || hub > speed_m_per_s + tolerance || !(std::abs(rim) <= speed_m_per_s + tolerance)) {
-    throw std::invalid_argument("slip: " + std::to_string(slip) + " at attack angle " +
-                                std::to_string(attack_angle_rad) +
-                                " rad, expected -1 - cos(angle) to 1");
+  double c = std::cos(attack_angle_rad);
+  if (std::abs(c) < 1e-15) c = 0;  // pi/2 has no exact double
+  const double s = std::sin(attack_angle_rad), rim = slip + c;
+  double hub = speed_m_per_s;
+  if (std::abs(rim) > 1 + kRounding) {  // the rim is the faster, in the sense of travel
+    hub *= std::max(0.0, ((rim > 0 ? 1 : -1) - slip) / c);
   }
-  return {hub * c, hub * s, rim};
+  return {hub * c, hub * s, std::clamp(rim, -1.0, 1.0) * speed_m_per_s};
 }
 
 double SlipOf(const Motion& m) {

@@ -7,6 +7,7 @@
 #include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/scene.h"
+#include "dem_offline/engine/rig/steady.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 
 namespace grouser::dem {
@@ -38,7 +39,16 @@ void CheckSoil(const GrainSoil& s) {
   Positive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
   Share("soil.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
   Share("soil.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0, 1e3);
-  for (const NamedSetting& n : s.contact.settings) {
+  const ContactChoice& laws = s.contact;
+  if (laws.cohesion != "jkr" && laws.cohesion != "jkr_added") {
+    Require(laws.surface_energy_j_per_m2 == 0, "soil.contact.surface_energy_j_per_m2",
+            laws.surface_energy_j_per_m2, "0 unless cohesion is jkr or jkr_added");
+  }
+  for (const NamedSetting& n : laws.settings) {
+    const bool chosen = n.law == laws.normal || n.law == laws.tangential || n.law == laws.rolling ||
+                        n.law == laws.cohesion;
+    Require(chosen, "soil.contact.settings." + n.law + "." + n.name, n.value,
+            "settings of the chosen laws alone");
     Require(std::isfinite(n.value), "soil.contact.settings." + n.law + "." + n.name, n.value,
             "finite");
   }
@@ -61,14 +71,39 @@ void CheckRig(const RigSettings& r) {
   Positive("rig.max_time_s", r.max_time_s);
   Share("rig.rayleigh_fraction", r.rayleigh_fraction, 1e-3, 0.4);
   Positive("rig.target_relative_error", r.target_relative_error);
+  Share("rig.target_relative_error", r.target_relative_error, 0, kLargestError);
   Share("rig.stress_bin_rad", r.stress_bin_rad, 0.01, 0.5);
   Share("rig.width_bins", r.width_bins, 1, 100);
   const SceneSettings& s = r.scene;
   Share("rig.scene.window_length_m", s.window_length_m, 0, 1e3);
+  if (s.bed != SceneBed::kWindow) {
+    Require(s.window_length_m == 0, "rig.scene.window_length_m", s.window_length_m,
+            "0 unless rig.scene.bed is window");
+  }
   Share("rig.scene.window_ahead", s.window_ahead, 0.2, 0.8);
   Share("rig.scene.freeze_box", s.freeze_box, 1, 100);
   Share("rig.scene.freeze_speed", s.freeze_speed, 1e-6, 1);
   Share("rig.scene.look_steps", s.look_steps, 1, 10000);
+}
+
+/// What a mode has no use for must be 0: nothing that is asked is ignored.
+void CheckState(const TestState& s, double speed_m_per_s) {
+  Positive("state.load_n", s.load_n);
+  Require(std::isfinite(s.drawbar_n), "state.drawbar_n", s.drawbar_n, "finite");
+  Require(std::abs(s.attack_angle_rad) <= M_PI + 1e-9, "state.attack_angle_rad", s.attack_angle_rad,
+          "in [-pi, pi]");
+  if (s.mode == RigMode::kRimSpeed) {
+    MotionAt(s.slip, s.attack_angle_rad, speed_m_per_s);
+  } else {
+    Require(s.slip == 0, "state.slip", s.slip, "0 unless the mode is rim, which holds it");
+  }
+  if (s.mode == RigMode::kFreeSlip) {
+    Require(s.attack_angle_rad == 0, "state.attack_angle_rad", s.attack_angle_rad,
+            "0 in mode free, whose hub moves along x alone");
+  } else {
+    Require(s.drawbar_n == 0, "state.drawbar_n", s.drawbar_n,
+            "0 unless the mode is free, which pulls it");
+  }
 }
 
 }  // namespace
@@ -86,12 +121,7 @@ void ValidateSpec(const WheelTestSpec& spec) {
   if (!spec.wheel.treads.empty()) {
     TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
   }
-  Positive("state.load_n", spec.state.load_n);
-  Require(std::isfinite(spec.state.drawbar_n), "state.drawbar_n", spec.state.drawbar_n, "finite");
-  Share("state.attack_angle_rad", spec.state.attack_angle_rad, -M_PI, M_PI);
-  if (spec.state.mode == RigMode::kRimSpeed) {
-    MotionAt(spec.state.slip, spec.state.attack_angle_rad, spec.rig.speed_m_per_s);
-  }
+  CheckState(spec.state, spec.rig.speed_m_per_s);
   if (spec.rig.scene.bed == SceneBed::kWindow && spec.rig.scene.window_length_m > 0) {
     Require(spec.rig.scene.window_length_m >= LeastWindow(spec), "rig.scene.window_length_m",
             spec.rig.scene.window_length_m,
@@ -130,10 +160,28 @@ const char* Explain(StopCause cause) {
       return "end of the bed";
     case StopCause::kOverload:
       return "overload";
+    case StopCause::kLost:
+      return "the drawbar cannot be held";
     case StopCause::kFault:
       return "fault";
     case StopCause::kCaller:
       return "stopped by caller";
+  }
+  return "";
+}
+
+const char* NameOf(RunStatus status) {
+  switch (status) {
+    case RunStatus::kSteady:
+      return "steady";
+    case RunStatus::kUnsteady:
+      return "unsteady";
+    case RunStatus::kOverload:
+      return "overload";
+    case RunStatus::kFailed:
+      return "failed";
+    case RunStatus::kLost:
+      return "lost";
   }
   return "";
 }

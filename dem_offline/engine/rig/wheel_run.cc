@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/report.h"
@@ -17,6 +18,8 @@ constexpr double kSampleTime = 1e-3;    // [s]
 constexpr double kFirstCheck = 0.4;     // [s] the first look at the stopping rule
 constexpr double kCheckTime = 0.1;      // [s] between looks
 constexpr double kOverloadShare = 0.7;  // of the radius
+constexpr double kBehindShare = 1.0;    // of the radius: a free wheel drawn back so far is lost
+constexpr double kRunaway = 10;         // and one whose hub is so many times faster than its rim
 
 Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
   Body w;
@@ -76,6 +79,8 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
   d.chunk_s = kStressChunk;
   d.most_sinkage_m = kOverloadShare * spec.wheel.radius_m;
   d.most_time_s = spec.rig.max_time_s;
+  d.most_behind_m = kBehindShare * spec.wheel.radius_m;
+  d.most_hub_m_per_s = kRunaway * spec.rig.speed_m_per_s;
   d.most_lift_m = 2 * LargestDiameter(spec.soil);
   return d;
 }
@@ -121,6 +126,15 @@ bool WheelRun::Overload() {
   return false;
 }
 
+bool WheelRun::Lost(StopCause cause) {
+  out_.status = RunStatus::kLost;
+  out_.stopped = cause;
+  out_.reason = "drawbar of " + std::to_string(spec_.state.drawbar_n) + " N, which the wheel ";
+  out_.reason += state_.behind_m > 0 || GoesBackwards() ? "cannot pull: the hub goes backwards"
+                                                        : "cannot hold: the hub runs away";
+  return false;
+}
+
 bool WheelRun::Stop(StopCause cause) {
   out_.stopped = cause;
   driven_ = true;
@@ -147,6 +161,7 @@ bool WheelRun::Take(std::int32_t events) {
   if (events & kSampled) Take(state_.sample);
   if (events & kOverloaded) return Overload();
   if (events & kLifted) return Fail("the wheel left the ground");
+  if (events & kOutOfHand) return Lost(StopCause::kLost);
   if ((events & kCheckDue) && LookSteady().Enough()) return Stop(StopCause::kPrecise);
   if (events & kOutOfBed) return Stop(StopCause::kBedEnd);
   if (events & kTimeIsUp) return Stop(StopCause::kTimeUp);
@@ -157,22 +172,37 @@ const SteadyWindow& WheelRun::LookSteady() {
   const auto ramp =
       std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(), kRampTime) -
       out_.series.time_s.begin();
-  window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), spec_.state.load_n,
-                       spec_.wheel.radius_m, spec_.rig.target_relative_error);
+  window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), RuleOf(spec_));
   return window_;
+}
+
+/// The hub of a free wheel, in the mean over the window.
+bool WheelRun::GoesBackwards() const {
+  const auto& v = out_.series.v_x_m_per_s;
+  return spec_.state.mode == RigMode::kFreeSlip && window_.last > window_.first &&
+         std::accumulate(v.begin() + static_cast<std::ptrdiff_t>(window_.first),
+                         v.begin() + static_cast<std::ptrdiff_t>(window_.last), 0.0) <= 0;
 }
 
 void WheelRun::Judge() {
   LookSteady();
+  if (GoesBackwards()) {
+    Lost(out_.stopped);
+    return;
+  }
+  out_.status = window_.Steady() ? RunStatus::kSteady : RunStatus::kUnsteady;
+  out_.means_of_no_state =
+      window_.speed_drifts || !window_.unbalanced.empty() || !window_.uncertain.empty();
   if (!window_.travelled) {
-    out_.status = RunStatus::kUnsteady;
     out_.reason = "less than one contact length travelled in the steady window";
   } else if (!window_.drift_free) {
-    out_.status = RunStatus::kUnsteady;
     out_.reason = window_.drifting + " still drifts";
-  } else {
-    out_.status = RunStatus::kSteady;
-    if (!window_.precise) out_.reason = "standard error above the target of the stopping rule";
+  } else if (!window_.unbalanced.empty()) {
+    out_.reason = window_.unbalanced + " is out of balance: the wheel accelerates";
+  } else if (!window_.uncertain.empty()) {
+    out_.reason = "the standard error of " + window_.uncertain + " is above 10 % of its scale";
+  } else if (!window_.precise) {
+    out_.reason = "standard error above the target of the stopping rule";
   }
 }
 

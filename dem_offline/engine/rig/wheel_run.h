@@ -44,6 +44,8 @@ class WheelRun {
  private:
   bool Stop(StopCause cause);
   bool Overload();
+  bool Lost(StopCause cause);
+  bool GoesBackwards() const;
   const SteadyWindow& LookSteady();
   void Judge();
 

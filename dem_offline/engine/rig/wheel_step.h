@@ -21,6 +21,7 @@ struct WheelDrive {
   double travel_m_per_s, rim_m_per_s;  ///< at full speed
   double set_down_m_per_s, settle_s, ramp_s, sample_s, first_check_s, check_s, chunk_s;
   double most_sinkage_m, most_lift_m, most_time_s;
+  double most_behind_m, most_hub_m_per_s;  ///< kFreeSlip: beyond them the wheel is lost
 };
 
 /// Where a run has no ground left: its own start, or the edge of its window.
@@ -32,7 +33,7 @@ struct BedLimit {
 
 enum class WheelStage : std::int32_t { kDescend, kSettle, kDrive };
 
-/// What a step calls for; several at once. The last four end the run.
+/// What a step calls for; several at once. From kOverloaded on they end the run.
 enum WheelEvent : std::int32_t {
   kDriveBegins = 1,  ///< the energy is booked from here on
   kLedgerOpens = 2,  ///< the stored energy is known
@@ -43,6 +44,7 @@ enum WheelEvent : std::int32_t {
   kLifted = 64,
   kOutOfBed = 128,
   kTimeIsUp = 256,
+  kOutOfHand = 512,  ///< kFreeSlip: the drawbar moves the hub, not the wheel
 };
 
 inline constexpr int kSampleChannels = 8;
@@ -59,7 +61,8 @@ struct WheelState {
   double settled_s = 0, time_s = 0, next_check_s = 0, next_chunk_s = 0;
   double spin_rad_per_s = 0;  ///< about its own axle
   double axle_path_m = 0, rim_path_m = 0;
-  double front_m = 0;  ///< of the wheel from its hub when the drive began
+  double behind_m = 0;  ///< of the hub from the foremost place it came to
+  double front_m = 0;   ///< of the wheel from its hub when the drive began
   double input_j = 0;
   double sum[kSampleChannels] = {};
   std::int64_t summed = 0;
@@ -156,6 +159,16 @@ GROUSER_HD bool OutOfBed(const WheelDrive& d, const BedLimit& limit, const Wheel
   return s.axle_path_m > limit.longest_path_m - 2 * reach;
 }
 
+/// A free wheel that cannot hold its drawbar: drawn back, or pushed ahead (a drawbar
+/// below 0) so much faster than its rim that it only slides.
+GROUSER_HD bool OutOfHand(const WheelDrive& d, const RigidBody& wheel, WheelState* s) {
+  if (d.mode != RigMode::kFreeSlip) return false;
+  const double v = wheel.velocity_m_per_s[0];
+  s->behind_m -= d.dt_s * v;
+  if (s->behind_m < 0) s->behind_m = 0;
+  return s->behind_m > d.most_behind_m || v > d.most_hub_m_per_s;
+}
+
 /// Velocities of the wheel for the step to come; f: the wrench of the last.
 GROUSER_HD void Before(const WheelDrive& d, const Wrench& f, WheelState* s, RigidBody* wheel) {
   constexpr double kPi = 3.14159265358979323846;
@@ -197,6 +210,7 @@ GROUSER_HD std::int32_t After(const WheelDrive& d, const BedLimit& limit, const 
   s->time_s += d.dt_s;
   events |= Account(d, wheel, f, s);
   if (Sinkage(d, wheel) < -d.most_lift_m) events |= kLifted;
+  if (OutOfHand(d, wheel, s)) events |= kOutOfHand;
   if (s->time_s >= s->next_check_s) {
     s->next_check_s += d.check_s;
     events |= kCheckDue;

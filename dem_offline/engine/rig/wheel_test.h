@@ -48,10 +48,10 @@ enum class RigMode { kRimSpeed, kTowed, kFreeSlip };
 /// What is held. slip = (r w - v_x)/max(|r w|, V); see docs/glossary.md.
 struct TestState {
   RigMode mode = RigMode::kRimSpeed;
-  double slip = 0.0;              ///< [-], kRimSpeed only
-  double attack_angle_rad = 0.0;  ///< atan2(v_y, v_x); kRimSpeed, kTowed
+  double slip = 0.0;              ///< [-], kRimSpeed; else 0
+  double attack_angle_rad = 0.0;  ///< atan2(v_y, v_x); kRimSpeed, kTowed; else 0
   double load_n = 24.0;           ///< constant vertical load, > 0
-  double drawbar_n = 0.0;         ///< kFreeSlip: pull to overcome along x
+  double drawbar_n = 0.0;         ///< kFreeSlip: pull to overcome along x; else 0
 };
 
 /// Which bed a wheel runs on. All start from the same tile.
@@ -123,6 +123,7 @@ enum class StopCause {
   kPrecise,   ///< the stopping rule (steady.h) was met
   kBedEnd,    ///< the wheel came to ground that it has disturbed, or to the edge of its window
   kOverload,  ///< sinkage beyond 0.7 of the radius
+  kLost,      ///< a free wheel cannot hold its drawbar
   kFault,     ///< physics or numbers
   kCaller,    ///< the progress function said so
 };
@@ -135,7 +136,15 @@ struct SceneUse {
   double deep_particle_steps = 0;   ///< of those awake in the lower half of the bed
 };
 
-enum class RunStatus { kSteady, kUnsteady, kOverload, kFailed };
+/// What became of a run. Only steady runs give the forces of their state.
+enum class RunStatus {
+  kSteady,    ///< a window without drift, in balance, precise and long enough (steady.h)
+  kUnsteady,  ///< ran to its end without such a window
+  kOverload,  ///< sinkage beyond 0.7 of the radius
+  kFailed,    ///< physics or numbers
+  kLost,      ///< a free wheel that cannot hold its drawbar
+};
+const char* NameOf(RunStatus status);  ///< "steady", ...
 
 struct OutputMean {
   std::string name;           ///< f_x f_y f_z torque m_z sinkage slip
@@ -182,6 +191,9 @@ struct SurfaceProfile {
 struct WheelTestResult {
   RunStatus status = RunStatus::kFailed;
   std::string reason;
+  /// UNSTEADY because a free axis accelerates or a mean is too uncertain: the means are
+  /// those of no state. (Else UNSTEADY means are those of the last way.)
+  bool means_of_no_state = false;
   StopCause stopped = StopCause::kTimeUp;
   double slip = 0, attack_angle_rad = 0, v_x_m_per_s = 0, v_y_m_per_s = 0, rim_speed_m_per_s = 0;
   std::vector<OutputMean> outputs;

@@ -173,11 +173,10 @@ void Append(const std::string& file, const std::string& key, const Outcome& o) {
 }
 
 Outcome RunOne(const WheelTestSpec& spec, const Tile& tile) {
-  static const char* const kStatus[] = {"steady", "unsteady", "overload", "failed"};
   const std::clock_t begin = std::clock();  // not the wall: the machine may be shared
   const WheelTestResult r = RunWheelTest(spec, tile, nullptr);
   Outcome o;
-  o.status = kStatus[static_cast<int>(r.status)];
+  o.status = NameOf(r.status);
   if (!r.reason.empty()) o.status += " (" + r.reason + ")";
   o.stopped = Explain(r.stopped);
   for (const OutputMean& m : r.outputs) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "dem_offline/campaign/progress.h"
 #include "dem_offline/scenes/engine_convert.h"
 #include "tests/unit/campaign/fake_backend.h"
 #include "tests/unit/records/throws.h"
@@ -146,6 +147,29 @@ TEST(SpecConvert, NoSceneMeansTheEnginesOwnDefaults) {
   EXPECT_EQ(got.freeze, usual.freeze);
   EXPECT_EQ(got.freeze_box, usual.freeze_box);
   EXPECT_EQ(got.look_steps, usual.look_steps);
+}
+
+TEST(RecordConvert, EveryOutcomeHasItsStatus) {
+  using Status = dem::RunStatus;
+  for (const auto& [status, name] : {std::pair{Status::kSteady, v1alpha1::RUN_STATUS_STEADY},
+                                     {Status::kUnsteady, v1alpha1::RUN_STATUS_UNSTEADY},
+                                     {Status::kOverload, v1alpha1::RUN_STATUS_OVERLOAD},
+                                     {Status::kFailed, v1alpha1::RUN_STATUS_FAILED},
+                                     {Status::kLost, v1alpha1::RUN_STATUS_LOST}}) {
+    dem::WheelTestResult result;
+    result.status = status;
+    result.means_of_no_state = status == Status::kUnsteady;
+    const auto record = ToRunFile({}, SomeTile(), result).record;
+    EXPECT_EQ(record.status(), name);
+    EXPECT_EQ(record.means_of_no_state(), result.means_of_no_state);
+    v1alpha1::CampaignStatus counts;
+    CountRun(name, &counts);
+    EXPECT_EQ(counts.done(), 1u);
+    EXPECT_EQ(
+        counts.steady() + counts.unsteady() + counts.overload() + counts.failed() + counts.lost(),
+        1u);
+    EXPECT_EQ(counts.lost(), status == Status::kLost ? 1u : 0u);
+  }
 }
 
 TEST(RecordConvert, ResultAndContextArrive) {

@@ -43,6 +43,9 @@ TEST(EnsembleRig, RunsTheWheelTestsOfTheCpuBitByBit) {
   jobs.push_back({Short(-0.2, 30), &SmallTile()});
   jobs.push_back({Short(0.0, 10), &SmallTile()});
   jobs[2].spec.state.mode = RigMode::kTowed;
+  jobs.push_back({Short(0.0, 0), &SmallTile()});
+  jobs[3].spec.state.mode = RigMode::kFreeSlip;
+  jobs[3].spec.state.drawbar_n = 6;  // more than it pulls
   jobs[1].spec.wheel.treads = {{.count = 8, .height_m = 0.006, .root_thickness_m = 0.004}};
   const auto device = EmulatedDevice();
   std::vector<std::size_t> finished;
@@ -55,12 +58,13 @@ TEST(EnsembleRig, RunsTheWheelTestsOfTheCpuBitByBit) {
         return true;
       },
       [&](std::size_t n, const WheelTestResult&) { finished.push_back(n); });
-  ASSERT_EQ(results.size(), 3u);
-  EXPECT_EQ(finished.size(), 3u);
+  ASSERT_EQ(results.size(), 4u);
+  EXPECT_EQ(finished.size(), 4u);
   for (std::size_t n = 0; n < jobs.size(); ++n) {
     ExpectSameRun(results[n], RunWheelTest(jobs[n].spec, SmallTile(), nullptr));
-    EXPECT_GT(results[n].series.time_s.size(), 400u);
+    EXPECT_GT(results[n].series.time_s.size(), n == 3 ? 100u : 400u);
   }
+  EXPECT_EQ(results[3].status, RunStatus::kLost) << results[3].reason;
 }
 
 TEST(EnsembleRig, FollowsFreezesAndOverloadsAsTheCpuDoes) {

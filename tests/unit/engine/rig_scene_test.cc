@@ -235,19 +235,21 @@ TEST(Stopping, NeedsTravelPrecisionAndNoDrift) {
     s.time_s.push_back(1e-3 * i);
     s.f_x_n.push_back(std::sin(1.7 * i));
     s.f_y_n.push_back(std::cos(2.3 * i));
+    s.f_z_n.push_back(24);
     s.torque_n_m.push_back(0.1);
     s.sinkage_m.push_back(0.018);
     s.travel_m.push_back(1e-5 * i);
   }
-  SteadyWindow w = FindSteady(s, 0, 24, 0.0625, 0.02);
+  const SteadyRule rule{24, 0.0625, 0.02};
+  SteadyWindow w = FindSteady(s, 0, rule);
   EXPECT_TRUE(w.precise && w.drift_free);
   EXPECT_FALSE(w.Enough());  // 15 mm of 48 mm
   for (auto& x : s.travel_m) x *= 4;
-  w = FindSteady(s, 0, 24, 0.0625, 0.02);
+  w = FindSteady(s, 0, rule);
   EXPECT_TRUE(w.Enough());
   EXPECT_NEAR(w.travel_m, 0.06, 1e-3);
   for (int i = 0; i < 2000; ++i) s.f_y_n[i] += 24 * std::sin(0.02 * i);
-  EXPECT_FALSE(FindSteady(s, 0, 24, 0.0625, 0.02).Enough());
+  EXPECT_FALSE(FindSteady(s, 0, rule).Enough());
 }
 
 TEST(Scaling, ModulusGivesTheOverlapBack) {

@@ -101,12 +101,14 @@ TEST(RequestChecks, SlipRangeIsWhatMotionCanReach) {
   EXPECT_THROW(CheckTestState(state), RequestError) << "no counter-rotation slip at 90 degrees";
 }
 
-TEST(RequestChecks, TowedIgnoresSlip) {
-  EXPECT_EQ(Verdict([](auto& r) {
-              r.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);
-              r.mutable_state()->set_slip(kNaN);
-            }),
-            "");
+TEST(RequestChecks, RefusesASlipThatTheModeHasNoUseFor) {
+  for (const double slip : {0.2, kNaN}) {
+    EXPECT_THAT(Verdict([&](auto& r) {
+                  r.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);
+                  r.mutable_state()->set_slip(slip);
+                }),
+                StartsWith("state.slip:"));
+  }
 }
 
 TEST(RequestChecks, CancelAndPromoteNeedTheirIds) {

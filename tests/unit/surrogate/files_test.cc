@@ -140,6 +140,25 @@ TEST_F(Files, RefitRefusesAnUnsteadyOrForeignRun) {
   EXPECT_NO_THROW(RefitRequest(base, "d", steady));
 }
 
+TEST_F(Files, MeansOfNoStateAndLostRunsTrainNothing) {
+  v1alpha1::RunSummary fresh =
+      synthetic::MakeRun({}, "fresh", 0.5, 1.4, 24, v1alpha1::RUN_ROLE_TRAIN, 77);
+  fresh.set_status(v1alpha1::RUN_STATUS_UNSTEADY);
+  const std::string file = WriteRun(fresh);
+  const auto rows = [&] {
+    return RowsOf({SummariseRun(file, v1alpha1::RUN_ROLE_TRAIN)}, v1alpha1::RUN_ROLE_TRAIN).size();
+  };
+  EXPECT_EQ(rows(), 1u);  // drifted to its end
+  records::RunFile run = records::ReadRunFile(file);
+  run.record.set_means_of_no_state(true);
+  records::WriteRunFile(file, run);
+  EXPECT_EQ(rows(), 0u);
+  run.record.set_means_of_no_state(false);
+  run.record.set_status(v1alpha1::RUN_STATUS_LOST);
+  records::WriteRunFile(file, run);
+  EXPECT_EQ(rows(), 0u);
+}
+
 TEST_F(Files, CampaignErrorsNameTheFile) {
   const auto complaint = [&] {
     try {

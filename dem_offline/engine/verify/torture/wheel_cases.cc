@@ -40,8 +40,7 @@ bool Ran(const WheelTestResult& r) {
 }
 
 std::string Words(const WheelTestResult& r) {
-  static const char* const kNames[] = {"steady", "unsteady", "overload", "failed"};
-  std::string out = kNames[static_cast<int>(r.status)];
+  std::string out = NameOf(r.status);
   if (!r.reason.empty()) out += " (" + r.reason + ")";
   if (!r.outputs.empty()) {
     out += Format(", f_x %.2f, f_y %.2f, f_z %.2f N, torque %.3f N m", Mean(r, "f_x"),
