@@ -36,7 +36,7 @@ Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.)";
 
 void Describe(CLI::App& app, Settings& s) {
   app.footer(kExamples);
-  app.set_version_flag("--version", GROUSER_VERSION);
+  app.set_version_flag("--version", "grouser-jobs " GROUSER_VERSION);
   app.add_option("--state", s.jobs.state_dir, "State folder: jobs, runs, tiles, models")
       ->capture_default_str();
   app.add_option("--shipped", s.jobs.shipped_dir, "Folder of shipped models, only read");

@@ -93,6 +93,7 @@ void KeepBigBuffers() {
 int main(int argc, char** argv) {
   CLI::App app{"Terrain queries over gRPC and LCM: wheel states in, forces with intervals out."};
   app.footer(kExamples);
+  app.set_version_flag("--version", "grouser-server " GROUSER_VERSION);
   ServerConfig config;
   NetOptions net;
   net.grpc = "127.0.0.1:50151";
