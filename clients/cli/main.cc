@@ -14,7 +14,7 @@ constexpr const char* kExamples =
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
     "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
-    "Exit codes: 0 ok, 1 failed, 2 usage.";
+    "Exit codes: 0 ok, 1 failed, 2 usage, or every state of a query INVALID.";
 
 }  // namespace
 
@@ -22,11 +22,12 @@ int main(int argc, char** argv) {
   using namespace grouser::cli;
   CLI::App app{"Asks a Grouser server what a wheel will do on its soil."};
   app.footer(kExamples);
+  app.set_version_flag("--version", "grouser-client " GROUSER_VERSION);
   app.require_subcommand(1);
   app.fallthrough();
   auto common = std::make_shared<Common>();
-  app.add_option("--server", common->server, "grouser-server HOST:PORT")->capture_default_str();
-  app.add_option("--jobs", common->jobs, "grouser-jobs HOST:PORT")->capture_default_str();
+  app.add_option("--server", common->server, "grouser-server, HOST:PORT or unix:PATH")->capture_default_str();
+  app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")->capture_default_str();
   app.add_flag("--json", common->json, "JSON on stdout");
   app.add_option("--deadline-ms", common->deadline_ms, "Limit of one call [ms]")
       ->check(CLI::PositiveNumber)

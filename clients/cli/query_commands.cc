@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
+#include <numbers>
 #include <stdexcept>
 
 #include "clients/cli/commands.h"
@@ -15,6 +18,8 @@ namespace {
 
 using client::Milliseconds;
 
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
 struct QueryOptions {
   std::string model;
   StateOptions states;
@@ -26,6 +31,29 @@ struct LcmOptions {
   std::string model, url, interface = "lo";
   StateOptions states;
 };
+
+/// Why a state is INVALID, from what was asked.
+std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
+  const double load = states.closure_value(i);
+  if (!std::isfinite(load) || load <= 0) {
+    return fmt::format("load {:.4g} N, expected a finite one above 0", load);
+  }
+  if (!states.has_slip()) return "expected finite velocities";
+  return fmt::format("slip {:.4g} at attack angle {:.4g} deg, which no velocities have",
+                     states.slip().slip(i), states.slip().attack_angle_rad(i) / kRadPerDeg);
+}
+
+/// kExitOk where at least one state was answered; else says on stderr why not.
+int ExitCodeOf(const v1alpha1::EvaluateWheelsResponse& response,
+               const v1alpha1::WheelStates& states) {
+  const auto& flags = response.responses().flags();
+  const auto invalid = [](std::uint32_t f) { return (f & v1alpha1::STATE_FLAG_INVALID) != 0; };
+  if (!std::all_of(flags.begin(), flags.end(), invalid)) return kExitOk;
+  for (int i = 0; i < flags.size(); ++i) {
+    fmt::print(stderr, "grouser-client: state {} is INVALID: {}\n", i, WhyInvalid(states, i));
+  }
+  return kExitUsage;
+}
 
 int RunQuery(const Common& common, const QueryOptions& options) {
   const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
@@ -42,7 +70,7 @@ int RunQuery(const Common& common, const QueryOptions& options) {
     PrintResponses(response, {loads.begin(), loads.end()});
     PrintDemandOutcome(response, common.jobs == Common().jobs ? "" : common.jobs);
   }
-  return kExitOk;
+  return ExitCodeOf(response, request.states());
 }
 
 int RunModels(const Common& common) {
@@ -139,7 +167,7 @@ int RunLcmQuery(const Common& common, const LcmOptions& options) {
   }
   const auto response = FromLcm(*answer, states);
   common.json ? PrintJson(response) : PrintLcm(response);
-  return kExitOk;
+  return ExitCodeOf(response, states);
 }
 
 }  // namespace

@@ -21,9 +21,12 @@ def against_slip(steady, near, measured, load):
     forward = [run for run in steady if abs(run.angle_deg) < 0.5]
     text = ""
     if forward:
-        best = max(forward, key=lambda run: run.mean["f_x"] / run.load_n)
+        best = max(forward, key=lambda run: run.mean["f_x"])
+        share = max(forward, key=lambda run: run.mean["f_x"] / run.load_n)
         text = (f"The largest steady drawbar pull at 0° is {best.mean['f_x']:.2f} N (slip {best.slip:.2f}, "
-                f"load {best.load_n:g} N), {100 * best.mean['f_x'] / best.load_n:.0f} % of the load. ")
+                f"load {best.load_n:g} N), the largest share of the load "
+                f"{100 * share.mean['f_x'] / share.load_n:.0f} % (slip {share.slip:.2f}, load "
+                f"{share.load_n:g} N). ")
     return text + (f"{near} of {measured} measured points have one of these attack angles and a load "
                    f"within 15 % of {load:g} N and are drawn; all are in the table below. The interval covers a fresh DEM mean, "
                    "not the measurement: where green squares lie outside the band, the grains, not the "

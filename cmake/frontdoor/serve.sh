@@ -11,12 +11,14 @@ SIGTERM.
                      $XDG_STATE_HOME/grouser, else ~/.local/state/grouser)
   --shipped DIR      read-only models (default: surrogate/shipped)
   --grpc ADDR        of queries (default 127.0.0.1:50151)
-  --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152)
+  --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152); both: HOST:PORT or unix:PATH
   --no-lcm           gRPC only (chosen for you where no multicast route goes by lo)
   --lcm-url URL      e.g. udpm://239.255.76.67:7667?ttl=0
   --lcm-interface IF receives LCM queries by this interface, e.g. eth0 (default: lo,
                      from this machine alone)
   --port-file FILE, --jobs-port-file FILE   receive "grpc=ADDR"
+  --max-connections N, --idle-s S, --drain-s S, --probe-s S   of both; see
+                     grouser-server --help
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
 Examples:
   ./grouser serve
@@ -73,6 +75,8 @@ word_serve() {
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
       --grpc | --port-file) server+=("$1" "$2") ;;
+      --max-connections | --idle-s | --drain-s | --probe-s)
+        server+=("$1" "$2"); jobs+=("$1" "$2") ;;
       --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;
       --jobs-grpc) jobs+=(--grpc "$2") ;;
       --jobs-port-file) jobs+=(--port-file "$2") ;;

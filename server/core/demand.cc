@@ -8,7 +8,7 @@
 
 namespace grouser::server {
 
-QueryStatus ReadDemand(const v1alpha1::Demand& message, surrogate::Demand* demand) {
+Status ReadDemand(const v1alpha1::Demand& message, surrogate::Demand* demand) {
   *demand = {};
   surrogate::Demand read;
   const struct {
@@ -30,11 +30,11 @@ QueryStatus ReadDemand(const v1alpha1::Demand& message, surrogate::Demand* deman
     *f.to = f.factor * f.value;
     // The product, too: 1e306 us are no finite number of nanoseconds.
     if (f.value >= 0 && std::isfinite(*f.to)) continue;
-    return QueryStatus::InvalidArgument(fmt::format(
+    return Status::InvalidArgument(fmt::format(
         "demand.{}: {}, expected a finite number above 0, or 0 for none", f.field, f.value));
   }
   *demand = read;
-  return QueryStatus::Ok();
+  return Status::Ok();
 }
 
 v1alpha1::TestState ToTestState(double v_x, double v_y, double rim_speed, double load) {

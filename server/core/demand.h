@@ -9,7 +9,7 @@ namespace grouser::server {
 
 /// The evaluator's form of a message's demand. INVALID_ARGUMENT naming the field
 /// that is negative or not finite; *demand is then empty.
-QueryStatus ReadDemand(const v1alpha1::Demand& message, surrogate::Demand* demand);
+Status ReadDemand(const v1alpha1::Demand& message, surrogate::Demand* demand);
 
 /// The wheel test of a state, mirrored to v_x, v_y >= 0 where campaigns run:
 /// models have these symmetries, so that it teaches them the state itself.

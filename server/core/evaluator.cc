@@ -43,34 +43,34 @@ class LengthCheck {
   LengthCheck& Allow(const char* field, const RepeatedField<T>& values) {
     return values.empty() ? *this : Compare(field, values.size());
   }
-  const QueryStatus& status() const { return status_; }
+  const Status& status() const { return status_; }
 
  private:
   LengthCheck& Compare(const char* field, int size) {
     if (status_.ok() && size != n_) {
-      status_ = QueryStatus::InvalidArgument(fmt::format(
+      status_ = Status::InvalidArgument(fmt::format(
           "states.{}: {} entries, expected {} as in states.closure_value", field, size, n_));
     }
     return *this;
   }
 
   int n_;
-  QueryStatus status_;
+  Status status_;
 };
 
-QueryStatus CheckClosure(v1alpha1::Closure closure) {
+Status CheckClosure(v1alpha1::Closure closure) {
   switch (closure) {
     case v1alpha1::CLOSURE_UNSPECIFIED:
     case v1alpha1::CLOSURE_LOAD:
-      return QueryStatus::Ok();
+      return Status::Ok();
     case v1alpha1::CLOSURE_SINKAGE:
     case v1alpha1::CLOSURE_TORQUE:
       // Inverting the mean response would leave the intervals wrong: they are
       // fitted at a given load.
-      return QueryStatus::InvalidArgument("states.closure: " + v1alpha1::Closure_Name(closure) +
+      return Status::InvalidArgument("states.closure: " + v1alpha1::Closure_Name(closure) +
                                           " is not supported, expected CLOSURE_LOAD");
     default:
-      return QueryStatus::InvalidArgument(
+      return Status::InvalidArgument(
           fmt::format("states.closure: {} is unknown, expected CLOSURE_LOAD", int{closure}));
   }
 }
@@ -164,18 +164,18 @@ void ClimbViews(const surrogate::WheelStatesView& in, const surrogate::Responses
 
 }  // namespace
 
-QueryStatus ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
+Status ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
   const int n = states.closure_value_size();
   if (n > max_states) {
-    return QueryStatus::ResourceExhausted(
+    return Status::ResourceExhausted(
         fmt::format("states.closure_value: {} entries, at most {} in one message", n, max_states));
   }
   if (states.kinematics_case() == v1alpha1::WheelStates::KINEMATICS_NOT_SET) {
-    return QueryStatus::InvalidArgument("states.kinematics: missing, expected velocity or slip");
+    return Status::InvalidArgument("states.kinematics: missing, expected velocity or slip");
   }
-  if (QueryStatus closure = CheckClosure(states.closure()); !closure.ok()) return closure;
+  if (Status closure = CheckClosure(states.closure()); !closure.ok()) return closure;
   if (n == 0) {
-    return QueryStatus::InvalidArgument(
+    return Status::InvalidArgument(
         fmt::format("states.closure_value: empty, expected 1 to {} entries", max_states));
   }
   LengthCheck check(n);
@@ -244,14 +244,14 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   responses->set_averaging_length_m(model.message.averaging_length_m());
 }
 
-QueryStatus Evaluate(const Snapshot& snapshot, std::string_view model_reference,
+Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
                      const v1alpha1::WheelStates& states, bool values_only,
                      const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
                      const v1alpha1::Demand& demand, Climb* climb) {
   *answered_by = nullptr;
   const ServedModel* model = nullptr;
   surrogate::Demand wanted;
-  QueryStatus status = ValidateStates(states);
+  Status status = ValidateStates(states);
   if (status.ok()) status = ReadDemand(demand, &wanted);
   if (status.ok()) status = snapshot.Find(model_reference, &model);
   if (climb) climb->ladder = nullptr;

@@ -16,7 +16,7 @@ inline constexpr int kMaxStates = 10000;
 /// 1 to `max_states` states, every array of one length. INVALID_ARGUMENT or
 /// RESOURCE_EXHAUSTED naming the field and the lengths. Values of single
 /// states are not looked at.
-QueryStatus ValidateStates(const v1alpha1::WheelStates& states, int max_states = kMaxStates);
+Status ValidateStates(const v1alpha1::WheelStates& states, int max_states = kMaxStates);
 
 /// A demand on its way through the rungs of a ladder.
 struct Climb {
@@ -45,7 +45,7 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
 
 /// Resolve, validate, evaluate. On failure `responses` is left empty. An empty
 /// demand is none: *climb (which may be null then) has no ladder.
-QueryStatus Evaluate(const Snapshot& snapshot, std::string_view model_reference,
+Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
                      const v1alpha1::WheelStates& states, bool values_only,
                      const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
                      const v1alpha1::Demand& demand = v1alpha1::Demand::default_instance(),

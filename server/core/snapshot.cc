@@ -142,11 +142,11 @@ const Ladder& Snapshot::LadderOf(std::string_view reference, const ServedModel& 
   return *(pinned ? alone_ : together_).at(&named);
 }
 
-QueryStatus Snapshot::Find(std::string_view reference, const ServedModel** model) const {
+Status Snapshot::Find(std::string_view reference, const ServedModel** model) const {
   *model = nullptr;
   std::string problem;
   const auto parsed = ParseModelReference(reference, &problem);
-  if (!parsed) return QueryStatus::InvalidArgument("model: " + problem);
+  if (!parsed) return Status::InvalidArgument("model: " + problem);
   std::string_view name = parsed->name;
   std::string_view alias = parsed->alias;
   if (name.empty()) {
@@ -162,7 +162,7 @@ QueryStatus Snapshot::Find(std::string_view reference, const ServedModel** model
     const auto found = of_model->second.find(alias);
     if (found == of_model->second.end()) return Unknown(reference, "has no such alias");
     *model = found->second.get();
-    return QueryStatus::Ok();
+    return Status::Ok();
   }
   for (const ModelPtr& candidate : models_) {
     if (candidate->message.name() != name) continue;
@@ -173,10 +173,10 @@ QueryStatus Snapshot::Find(std::string_view reference, const ServedModel** model
     }
     *model = candidate.get();
   }
-  return *model != nullptr ? QueryStatus::Ok() : Unknown(reference, "is unknown");
+  return *model != nullptr ? Status::Ok() : Unknown(reference, "is unknown");
 }
 
-QueryStatus Snapshot::Unknown(std::string_view reference, const char* why) const {
+Status Snapshot::Unknown(std::string_view reference, const char* why) const {
   std::string known;
   for (const auto& [name, of_model] : aliases_) {
     for (const auto& [alias, target] : of_model) {
@@ -186,7 +186,7 @@ QueryStatus Snapshot::Unknown(std::string_view reference, const char* why) const
       if (known.size() > kMaxKnown) known += ", ...";
     }
   }
-  return QueryStatus::NotFound(fmt::format("model: {} {}; known: {}", Quote(reference), why,
+  return Status::NotFound(fmt::format("model: {} {}; known: {}", Quote(reference), why,
                                            known.empty() ? "none" : known));
 }
 

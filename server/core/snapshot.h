@@ -66,7 +66,7 @@ class Snapshot {
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" (the only model).
   /// On failure *model is null and the status is NOT_FOUND (unknown) or
   /// INVALID_ARGUMENT (malformed). Allocates only on failure.
-  QueryStatus Find(std::string_view reference, const ServedModel** model) const;
+  Status Find(std::string_view reference, const ServedModel** model) const;
 
   /// Who may answer where `named` was found by `reference` and a demand given:
   /// `named` and the stable models of other names with its wheel and soil; itself
@@ -75,7 +75,7 @@ class Snapshot {
 
  private:
   void MakeLadders();
-  QueryStatus Unknown(std::string_view reference, const char* why) const;
+  Status Unknown(std::string_view reference, const char* why) const;
 
   std::uint64_t generation_ = 0;
   std::vector<ModelPtr> models_;

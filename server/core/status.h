@@ -1,36 +1,52 @@
 #pragma once
 
+#include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace grouser::server {
 
-/// Why a whole message was refused. Values equal grpc::StatusCode, so that an
-/// adapter can pass them on without this library knowing gRPC.
-enum class QueryCode : int {
+/// Why a message was refused. Values equal grpc::StatusCode, so that an adapter
+/// can pass them on without this library knowing gRPC.
+enum class StatusCode : int {
   kOk = 0,
   kInvalidArgument = 3,
   kNotFound = 5,
+  kAlreadyExists = 6,
   kResourceExhausted = 8,
+  kFailedPrecondition = 9,
+  kInternal = 13,
   kUnavailable = 14,
 };
 
 /// Outcome of one message. `message` names the field, what it was and what was
 /// expected; empty when ok.
-struct QueryStatus {
-  QueryCode code = QueryCode::kOk;
+struct Status {
+  StatusCode code = StatusCode::kOk;
   std::string message;
 
-  bool ok() const { return code == QueryCode::kOk; }
+  bool ok() const { return code == StatusCode::kOk; }
 
-  static QueryStatus Ok() { return {}; }
-  static QueryStatus InvalidArgument(std::string text) {
-    return {QueryCode::kInvalidArgument, std::move(text)};
+  static Status Ok() { return {}; }
+  static Status InvalidArgument(std::string text) {
+    return {StatusCode::kInvalidArgument, std::move(text)};
   }
-  static QueryStatus NotFound(std::string text) { return {QueryCode::kNotFound, std::move(text)}; }
-  static QueryStatus ResourceExhausted(std::string text) {
-    return {QueryCode::kResourceExhausted, std::move(text)};
+  static Status NotFound(std::string text) { return {StatusCode::kNotFound, std::move(text)}; }
+  static Status ResourceExhausted(std::string text) {
+    return {StatusCode::kResourceExhausted, std::move(text)};
   }
+};
+
+/// A Status that is thrown, off the hot path.
+class StatusError : public std::runtime_error {
+ public:
+  StatusError(StatusCode code, const std::string& message)
+      : std::runtime_error(message), code_(code) {}
+  StatusCode code() const { return code_; }
+  Status status() const { return {code_, what()}; }
+
+ private:
+  StatusCode code_;
 };
 
 }  // namespace grouser::server

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <memory>
-#include <string>
-
 #include "grouser/v1alpha1/jobs_service.grpc.pb.h"
 #include "server/jobs/jobs_app.h"
+#include "server/net/call_gate.h"
 
 namespace grouser::server {
 
@@ -12,7 +10,8 @@ namespace grouser::server {
 /// thread and answers back; none of them waits for a disk.
 class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
  public:
-  explicit JobsServiceAdapter(JobsApp& app) : app_(app) {}
+  /// Both outlive the service.
+  JobsServiceAdapter(JobsApp& app, CallGate& gate) : app_(app), gate_(gate) {}
 
   grpc::ServerUnaryReactor* SubmitRefinement(grpc::CallbackServerContext* context,
                                              const v1alpha1::SubmitRefinementRequest* request,
@@ -33,25 +32,13 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
       grpc::CallbackServerContext* context, const v1alpha1::WatchJobRequest* request) override;
 
  private:
+  /// Runs `run` on the serial thread and answers with its outcome. Request and
+  /// response live until then.
+  template <typename Run>
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, Run run);
+
   JobsApp& app_;
-};
-
-/// The service on an address, with health and reflection.
-class JobsServer {
- public:
-  /// Throws std::runtime_error where the address cannot be had.
-  JobsServer(JobsApp& app, const std::string& address);
-  ~JobsServer();
-
-  /// The address with the port that was got.
-  const std::string& address() const { return address_; }
-  /// Lets calls under way end, cancels them after `drain_s`.
-  void Shutdown(double drain_s);
-
- private:
-  JobsServiceAdapter adapter_;
-  std::string address_;
-  std::unique_ptr<grpc::Server> server_;
+  CallGate& gate_;
 };
 
 }  // namespace grouser::server

@@ -6,24 +6,21 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <cstdio>
 #include <filesystem>
 
-#include "proto/records/model_file.h"
 #include "server/core/config.h"
 #include "server/jobs/jobs_service.h"
+#include "server/net/service_loop.h"
 
 namespace grouser::server {
 namespace {
 
-constexpr double kDrainS = 0.5;  // requests take milliseconds
+constexpr int kMaxReceiveBytes = 256 * 1024;  // requests are small
 
 struct Settings {
   JobsOptions jobs;
-  std::string grpc = "127.0.0.1:50152", port_file;
+  NetOptions net;
   double memory_gib = 8;
 };
 
@@ -33,20 +30,19 @@ Examples:
   grouser-jobs --state /tmp/state --grpc 127.0.0.1:0 --port-file /tmp/jobs.port
 
 Prints "ready grpc=ADDR" to standard error when requests are taken. SIGTERM or
-SIGINT stops workers, leaves their jobs resumable, and exits with 0.
-Exit codes: 0 stopped, 1 failed, 2 bad usage.)";
+SIGINT answers what was sent before, refuses the rest, stops workers, leaves their
+jobs resumable, and exits with 0.
+Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.)";
 
 void Describe(CLI::App& app, Settings& s) {
   app.footer(kExamples);
-  app.set_version_flag("--version", GROUSER_VERSION);
+  app.set_version_flag("--version", "grouser-jobs " GROUSER_VERSION);
   app.add_option("--state", s.jobs.state_dir, "State folder: jobs, runs, tiles, models")
       ->capture_default_str();
   app.add_option("--shipped", s.jobs.shipped_dir, "Folder of shipped models, only read");
-  app.add_option("--grpc", s.grpc, "Address to listen on; port 0: a free one")
-      ->capture_default_str();
+  s.net.AddTo(app);
   app.add_option("--bin", s.jobs.scheduler.bin_dir,
                  "Folder of grouser-dem and grouser-fit (default: this program's)");
-  app.add_option("--port-file", s.port_file, "Receives grpc=ADDR when ready");
   app.add_option("--workers", s.jobs.scheduler.workers, "Worker processes at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
@@ -101,25 +97,18 @@ int Serve(Settings settings) {
   }
   settings.jobs.state_dir = fs::absolute(settings.jobs.state_dir).string();
 
-  boost::asio::io_context loop(1);
-  boost::asio::signal_set signals(loop, SIGTERM, SIGINT);
-  JobsApp app(settings.jobs, loop);
+  ServiceLoop loop;
+  JobsApp app(settings.jobs, loop.context());
+  CallGate gate;
+  JobsServiceAdapter service(app, gate);
   // Listening comes before workers start: a port in use must cost nobody a run.
-  JobsServer server(app, settings.grpc);
+  GrpcServer server(settings.net, service, gate, v1alpha1::JobsService::service_full_name(),
+                    [&loop] { loop.Fail(); });
   app.Start();
-  signals.async_wait([&](const boost::system::error_code& error, int signal) {
-    if (error) return;
-    spdlog::info("signal {}: stopping", signal);
-    app.Stop([&] { boost::asio::post(loop, [&] { loop.stop(); }); });
-  });
-  if (!settings.port_file.empty()) {
-    records::WriteFileDurably(settings.port_file, "grpc=" + server.address() + "\n");
-  }
-  std::fprintf(stderr, "ready grpc=%s\n", server.address().c_str());
-  std::fflush(stderr);
-  loop.run();
-  server.Shutdown(kDrainS);
-  return 0;
+  const int code = loop.Run(server, settings.net.port_file, "ready grpc=" + server.address(),
+                            [&app](auto done) { app.Stop(std::move(done)); });
+  server.Close();
+  return code;
 }
 
 }  // namespace
@@ -133,6 +122,8 @@ int main(int argc, char** argv) {
   spdlog::flush_on(spdlog::level::info);
   Settings settings;
   settings.jobs.state_dir = DefaultStateDir();
+  settings.net.grpc = "127.0.0.1:50152";
+  settings.net.max_receive_bytes = kMaxReceiveBytes;
   CLI::App cli("Runs refinement jobs: a fresh DEM run, a refit, a gated candidate.",
                "grouser-jobs");
   Describe(cli, settings);

@@ -4,9 +4,10 @@
 
 namespace grouser::server {
 
-std::shared_ptr<WatchReactor> WatchReactor::Create() {
-  auto reactor = std::make_shared<WatchReactor>();
+std::shared_ptr<WatchReactor> WatchReactor::Create(CallGate& gate) {
+  auto reactor = std::make_shared<WatchReactor>(gate);
   reactor->self_ = reactor;
+  if (!gate.Add(reactor.get())) reactor->BeginDrain();
   return reactor;
 }
 
@@ -20,10 +21,6 @@ void WatchReactor::OnJob(const v1alpha1::Job& job) {
     if (HasEnded(job.job_state())) end_ = grpc::Status::OK;
   }
   Pump();
-}
-
-void WatchReactor::OnStop() {
-  End(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the jobs program is stopping"));
 }
 
 void WatchReactor::End(const grpc::Status& status) {
@@ -76,6 +73,9 @@ void WatchReactor::OnCancel() {
   Pump();
 }
 
-void WatchReactor::OnDone() { const auto last = std::move(self_); }
+void WatchReactor::OnDone() {
+  gate_.Remove(this);
+  const auto last = std::move(self_);
+}
 
 }  // namespace grouser::server

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <grpcpp/grpcpp.h>
+#include <grpcpp/support/server_callback.h>
 
 #include <deque>
 #include <memory>
@@ -9,18 +9,22 @@
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
 #include "server/jobs/watch_hub.h"
+#include "server/net/call_gate.h"
 
 namespace grouser::server {
 
 /// One WatchJob stream. Keeps itself alive until gRPC is done with it. Every
 /// state is sent; of a slow reader's waiting progress only the latest.
 class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>,
-                           public JobWatcher {
+                           public JobWatcher,
+                           public DrainableStream {
  public:
-  static std::shared_ptr<WatchReactor> Create();
+  explicit WatchReactor(CallGate& gate) : gate_(gate) {}
+  static std::shared_ptr<WatchReactor> Create(CallGate& gate);
 
   void OnJob(const v1alpha1::Job& job) override;
-  void OnStop() override;
+  void OnStop() override { BeginDrain(); }
+  void BeginDrain() override { End(ShuttingDown()); }
   /// Ends the stream after what waits was sent.
   void End(const grpc::Status& status);
 
@@ -33,6 +37,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobRes
   /// call back from within those, so they are called without the lock.
   void Pump();
 
+  CallGate& gate_;
   std::mutex mutex_;
   std::deque<v1alpha1::Job> waiting_;
   v1alpha1::WatchJobResponse current_;

@@ -4,22 +4,23 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/thread_pool.hpp>
-#include <csignal>
-#include <iostream>
 #include <utility>  // before Asio: 1.74 under C++20
 
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <iostream>
+
+#include "server/net/service_loop.h"
 #include "server/query/terrain_server.h"
 #include "surrogate/model_io/load_model.h"
 
 namespace {
 
 namespace asio = boost::asio;
+using grouser::server::NetOptions;
 using grouser::server::ServerConfig;
+using grouser::server::ServiceLoop;
 using grouser::server::TerrainServer;
 
 constexpr int kExitOk = 0;
@@ -30,8 +31,10 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  grouser-server --state ~/.local/state/grouser --shipped surrogate/shipped\n"
     "  grouser-server --state /tmp/s --grpc 127.0.0.1:0 --no-lcm --port-file /tmp/s/port\n"
+    "  grouser-server --grpc unix:/run/user/1000/grouser\n"
     "Prints 'ready grpc=ADDR lcm=URL generation=G' to stderr once it answers.\n"
-    "SIGTERM or SIGINT: answers what is under way, then exits 0.";
+    "SIGTERM or SIGINT: answers what was sent before, refuses the rest, then exits 0.\n"
+    "Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.";
 
 /// Polls the repository on the store thread, one refresh at a time, until told
 /// to stop.
@@ -63,24 +66,18 @@ class RefreshTimer {
   asio::thread_pool store_thread_{1};
 };
 
-void Serve(ServerConfig config) {
+int Serve(ServerConfig config, const NetOptions& net) {
   const auto period = config.poll_period;
-  asio::io_context loop;
-  // Before any thread: a signal during start-up must not be lost.
-  asio::signal_set signals(loop, SIGINT, SIGTERM);
+  ServiceLoop loop;
   TerrainServer server(std::move(config), grouser::surrogate::MakeModel);
-  server.Start();
-  RefreshTimer refresh(loop, period, server);
+  server.Start(net, [&loop] { loop.Fail(); });
+  RefreshTimer refresh(loop.context(), period, server);
   refresh.Start();
-  signals.async_wait([&loop](const boost::system::error_code& error, int number) {
-    if (error) return;
-    spdlog::info("{}: draining", number == SIGINT ? "SIGINT" : "SIGTERM");
-    loop.stop();
-  });
-  std::cerr << server.ReadyLine() << std::endl;
-  loop.run();
+  const int code = loop.Run(server.grpc(), net.port_file, server.ReadyLine(),
+                            [](const auto& done) { done(); });
   refresh.Stop();
-  server.Stop();
+  server.grpc().Close();
+  return code;
 }
 
 /// Keeps the megabytes of big messages in the heap instead of returning them to
@@ -96,14 +93,16 @@ void KeepBigBuffers() {
 int main(int argc, char** argv) {
   CLI::App app{"Terrain queries over gRPC and LCM: wheel states in, forces with intervals out."};
   app.footer(kExamples);
+  app.set_version_flag("--version", "grouser-server " GROUSER_VERSION);
   ServerConfig config;
+  NetOptions net;
+  net.grpc = "127.0.0.1:50151";
   config.state_dir = grouser::server::DefaultStateDir();
   bool no_lcm = false;
   app.add_option("--state", config.state_dir, "State folder; its models/ is served")
       ->capture_default_str();
   app.add_option("--shipped", config.shipped_dir, "Folder of shipped models, read only");
-  app.add_option("--grpc", config.grpc_address, "HOST:PORT to listen on; port 0 takes a free one")
-      ->capture_default_str();
+  net.AddTo(app);
   auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
   app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
       ->excludes(without);
@@ -112,7 +111,6 @@ int main(int argc, char** argv) {
                  "machine alone")
       ->excludes(without)
       ->capture_default_str();
-  app.add_option("--port-file", config.port_file, "File that receives grpc=ADDR when ready");
   try {
     app.parse(argc, argv);
     config.lcm = !no_lcm;
@@ -126,10 +124,9 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_logger_mt("grouser-server"));
   KeepBigBuffers();
   try {
-    Serve(std::move(config));
+    return Serve(std::move(config), net);
   } catch (const std::exception& e) {
     std::cerr << "grouser-server: " << e.what() << "\n";
     return kExitFailed;
   }
-  return kExitOk;
 }

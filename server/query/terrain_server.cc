@@ -5,8 +5,6 @@
 
 #include <utility>
 
-#include "proto/records/model_file.h"
-
 namespace grouser::server {
 namespace {
 
@@ -20,7 +18,8 @@ ServerConfig Checked(ServerConfig config) {
 TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
     : config_(Checked(std::move(config))),
       repository_(config_.state_dir, config_.shipped_dir),
-      store_(repository_, std::move(factory)) {
+      store_(repository_, std::move(factory)),
+      service_(store_, gate_) {
   Log(store_.Refresh());
   if (store_.Current()->models().empty()) {
     spdlog::warn("no model to serve in {} or '{}'; queries are answered NOT_FOUND",
@@ -28,15 +27,14 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
   }
 }
 
-void TerrainServer::Start() {
-  grpc_ = std::make_unique<GrpcServer>(config_, store_);
+void TerrainServer::Start(const NetOptions& options, std::function<void()> on_unreachable) {
+  grpc_ = std::make_unique<GrpcServer>(options, service_, gate_,
+                                       v1alpha1::TerrainService::service_full_name(),
+                                       std::move(on_unreachable));
   if (config_.lcm) {
     lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_);
   }
   grpc_->SetServing(!store_.Current()->models().empty());
-  if (!config_.port_file.empty()) {
-    records::WriteFileDurably(config_.port_file, "grpc=" + grpc_->address() + "\n");
-  }
 }
 
 std::string TerrainServer::ReadyLine() const {
@@ -63,11 +61,6 @@ void TerrainServer::Log(const SnapshotStore::Outcome& outcome) {
   const auto snapshot = store_.Current();
   spdlog::info("serving generation {} with {} model(s)", snapshot->generation(),
                snapshot->models().size());
-}
-
-void TerrainServer::Stop() {
-  if (grpc_) grpc_->Drain(config_.drain_limit);
-  lcm_.reset();
 }
 
 }  // namespace grouser::server

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -8,7 +7,8 @@
 #include "server/core/config.h"
 #include "server/core/repository.h"
 #include "server/core/snapshot_store.h"
-#include "server/query/grpc/grpc_server.h"
+#include "server/net/grpc_server.h"
+#include "server/query/grpc/terrain_service.h"
 #include "server/query/lcm/lcm_server.h"
 
 namespace grouser::server {
@@ -21,17 +21,15 @@ class TerrainServer {
   TerrainServer(ServerConfig config, ModelFactory factory);
 
   /// Opens gRPC and LCM. Throws std::runtime_error naming what cannot start.
-  void Start();
+  /// `on_unreachable`: see GrpcServer.
+  void Start(const NetOptions& options, std::function<void()> on_unreachable);
   /// "ready grpc=ADDR lcm=URL generation=G".
   std::string ReadyLine() const;
-  const std::string& grpc_address() const { return grpc_->address(); }
+  GrpcServer& grpc() { return *grpc_; }
 
   /// Puts a changed repository live; logs problems. Store thread only. Never
   /// throws: what cannot be read leaves the old snapshot in place.
   void Refresh() noexcept;
-
-  /// Answers what is under way, then closes. Idempotent.
-  void Stop();
 
  private:
   void Log(const SnapshotStore::Outcome& outcome);
@@ -40,6 +38,8 @@ class TerrainServer {
   Repository repository_;
   SnapshotStore store_;
   std::string last_failure_;  // said once, not every poll
+  CallGate gate_;
+  TerrainService service_;
   std::unique_ptr<GrpcServer> grpc_;
   std::unique_ptr<LcmServer> lcm_;
 };

@@ -259,6 +259,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
 int main(int argc, char** argv) {
   CLI::App app("Fits surrogate models to DEM wheel tests, and shows what they say.");
   app.name("grouser-fit");
+  app.set_version_flag("--version", "grouser-fit " GROUSER_VERSION);
   app.require_subcommand(1);
   app.footer(
       "Examples:\n"

@@ -59,6 +59,7 @@ void PrintLadder(const LadderRequest& asked) {
 int main(int argc, char** argv) {
   CLI::App app("Time and error of every rung, against full DEM on the same test states.");
   app.name("grouser-ladder");
+  app.set_version_flag("--version", "grouser-ladder " GROUSER_VERSION);
   app.footer(kFooter);
   LadderRequest asked_for;
   std::string fitted;

@@ -67,6 +67,7 @@ void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
 int main(int argc, char** argv) {
   CLI::App app{"Measures a running Grouser, or its models in-process."};
   app.footer(kExamples);
+  app.set_version_flag("--version", "grouser-bench " GROUSER_VERSION);
   app.require_subcommand(1);
   grouser::bench::LatencyOptions options;
   bool json = false;

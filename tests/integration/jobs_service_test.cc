@@ -1,6 +1,7 @@
 // grouser-jobs over gRPC with fake workers: the way of a job, and bad input.
 #include <grpcpp/generic/generic_stub.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <limits>
@@ -15,6 +16,7 @@ namespace {
 using namespace v1alpha1;  // NOLINT: states by name
 using ::testing::ElementsAre;
 using testing::Eventually;
+using testing::ReadText;
 using ::testing::HasSubstr;
 using testing::Request;
 
@@ -49,6 +51,20 @@ std::vector<std::string> Follow(JobsService::Stub& stub, const std::string& job_
   }
   *status = reader->Finish();
   return states;
+}
+
+TEST_F(JobsServiceTest, WorkersKeepTheFormerDescriptorLimit) {
+  struct rlimit own {};
+  ::getrlimit(RLIMIT_NOFILE, &own);
+  const struct rlimit low { 200, own.rlim_max };
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &low), 0);
+  Fake("grouser-dem", "ulimit -Sn > \"$bin/limit.part\"; mv \"$bin/limit.part\" \"$bin/limit\"");
+  Prepare(Request("a"));
+  StartJobs();
+  Submitted(Request("a"));
+  EXPECT_TRUE(Eventually([&] { return std::filesystem::exists(bin_ + "/limit"); }));
+  EXPECT_EQ(ReadText(bin_ + "/limit"), "200\n");
+  ::setrlimit(RLIMIT_NOFILE, &own);
 }
 
 TEST_F(JobsServiceTest, SubmitWatchCandidatePromote) {

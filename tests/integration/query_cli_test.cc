@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class QueryCliTest : public ::testing::Test {
  protected:
@@ -57,8 +58,23 @@ TEST_F(QueryCliTest, ListsSpreadSingleValuesAndTableSpellsFlags) {
   const auto negative = Client({"query", "--slip", "-0.5", "--load", "24"});
   EXPECT_EQ(negative.code, 0) << negative.err;
   const auto bad = Client({"query", "--slip", "0.1", "--load", "-1"});
-  EXPECT_EQ(bad.code, 0) << bad.err;
+  EXPECT_EQ(bad.code, 2);
   EXPECT_THAT(bad.out, AllOf(HasSubstr("INVALID"), HasSubstr("nan")));
+  EXPECT_THAT(bad.err, HasSubstr("state 0 is INVALID: load -1 N"));
+  const auto impossible = Client({"query", "--slip", "1.8", "--angle-deg", "90", "--load", "24"});
+  EXPECT_EQ(impossible.code, 2);
+  EXPECT_THAT(impossible.err, HasSubstr("slip 1.8 at attack angle 90 deg"));
+  EXPECT_EQ(Client({"query", "--slip", "0.1", "--load", "-1", "24"}).code, 0) << "one is answered";
+}
+
+TEST(Version, EveryProgramTellsIt) {
+  testing::TempDir dir;
+  for (const char* name : {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench",
+                           "grouser-dem", "grouser-fit", "grouser-ladder"}) {
+    const auto version = testing::RunProgram(name, {"--version"}, dir.path());
+    EXPECT_EQ(version.code, 0) << name;
+    EXPECT_THAT(version.out, StartsWith(std::string(name) + " " GROUSER_VERSION));
+  }
 }
 
 TEST_F(QueryCliTest, ModelsAndHealth) {

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -40,8 +42,10 @@ int ExitCode(int status) {
 
 std::vector<std::string> ServerArguments(const std::string& state_dir,
                                          std::vector<std::string> more) {
-  std::vector<std::string> arguments = {"--state",     state_dir,     "--grpc",
-                                        "127.0.0.1:0", "--port-file", state_dir + "/port"};
+  std::vector<std::string> arguments = {"--state", state_dir, "--port-file", state_dir + "/port"};
+  if (std::find(more.begin(), more.end(), "--grpc") == more.end()) {
+    arguments.insert(arguments.end(), {"--grpc", "127.0.0.1:0"});
+  }
   arguments.insert(arguments.end(), more.begin(), more.end());
   std::filesystem::create_directories(state_dir);
   std::filesystem::remove(state_dir + "/port");
@@ -92,7 +96,7 @@ std::string MakeStable(const std::string& state_dir, const v1alpha1::Model& mode
 }
 
 Program::Program(const std::string& name, const std::vector<std::string>& arguments,
-                 const std::string& log_dir)
+                 const std::string& log_dir, int descriptors)
     : log_(NewLogName(log_dir)) {
   const std::string path = std::string(GROUSER_BIN_DIR) + "/" + name;
   std::vector<char*> argv = {const_cast<char*>(path.c_str())};
@@ -103,6 +107,8 @@ Program::Program(const std::string& name, const std::vector<std::string>& argume
   pid_ = ::fork();
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const rlimit limit{static_cast<rlim_t>(descriptors), static_cast<rlim_t>(descriptors)};
+    if (descriptors > 0) ::setrlimit(RLIMIT_NOFILE, &limit);
     ::dup2(out, STDOUT_FILENO);
     ::dup2(err, STDERR_FILENO);
     ::execv(path.c_str(), argv.data());
@@ -150,13 +156,14 @@ Finished RunProgram(const std::string& name, const std::vector<std::string>& arg
   return {code, program.Stdout(), program.Stderr()};
 }
 
-ServerProcess::ServerProcess(const std::string& state_dir, std::vector<std::string> more)
-    : program_("grouser-server", ServerArguments(state_dir, std::move(more)), state_dir) {
+ServerProcess::ServerProcess(const std::string& state_dir, std::vector<std::string> more,
+                             const std::string& program, int descriptors)
+    : program_(program, ServerArguments(state_dir, std::move(more)), state_dir, descriptors) {
   const bool settled = Eventually([this] {
     return program_.Stderr().find("ready grpc=") != std::string::npos || !program_.Running();
   });
   if (!settled || !program_.Running()) {
-    throw std::runtime_error("grouser-server did not get ready: " + program_.Stderr());
+    throw std::runtime_error(program + " did not get ready: " + program_.Stderr());
   }
   const std::string text = ReadAll(state_dir + "/port");
   address_ = text.substr(text.find('=') + 1);

@@ -18,8 +18,9 @@ std::string MakeStable(const std::string& state_dir, const v1alpha1::Model& mode
 class Program {
  public:
   /// `name` in the build's bin/; stdout and stderr go to files in `log_dir`.
+  /// `descriptors`: soft and hard limit of open files; 0: this program's.
   Program(const std::string& name, const std::vector<std::string>& arguments,
-          const std::string& log_dir);
+          const std::string& log_dir, int descriptors = 0);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
@@ -45,12 +46,13 @@ struct Finished {
 Finished RunProgram(const std::string& name, const std::vector<std::string>& arguments,
                     const std::string& log_dir);
 
-/// grouser-server on a free port of the loopback, ready to answer.
+/// A server on a free port of the loopback, ready to answer.
 class ServerProcess {
  public:
   /// Throws std::runtime_error with its stderr when it does not get ready.
   explicit ServerProcess(const std::string& state_dir,
-                         std::vector<std::string> more = {"--no-lcm"});
+                         std::vector<std::string> more = {"--no-lcm"},
+                         const std::string& program = "grouser-server", int descriptors = 0);
   const std::string& address() const { return address_; }
   Program& program() { return program_; }
 

@@ -46,9 +46,10 @@ RULES = {
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/(model|durable)_file\.h|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
-    "server/query": (r"server/(core|query)/|surrogate/(models|model_io|vehicle)/"
+    "server/net": (r"server/(core|net)/|proto/records/model_file\.h", HEAVY + "|lcm/"),
+    "server/query": (r"server/(core|net|query)/|surrogate/(models|model_io|vehicle)/"
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
-    "server/jobs": (r"server/(core|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
+    "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
     "clients": (r"clients/|surrogate/models/|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
@@ -134,6 +135,7 @@ BAD = {
     "surrogate/model_io/a.cc": "#include \"proto/records/run_file.h\"\n",
     "server/core/a.cc": "#include <grpcpp/grpcpp.h>\n",
     "server/core/b.cc": "#include \"grouser/v1alpha1/terrain_service.pb.h\"\n",
+    "server/net/a.cc": "#include \"server/query/terrain_server.h\"\n",
     "server/query/a.cc": "#include \"surrogate/fit/fit.h\"\n",
     "server/query/b.cc": "#include <hdf5.h>\n",
     "server/jobs/a.cc": "#include \"dem_offline/engine/rig/wheel_test.h\"\n",

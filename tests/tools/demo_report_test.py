@@ -127,6 +127,15 @@ class DemoReport(unittest.TestCase):
         self.assertIn("The error fell for f_x; the interval narrowed for f_x", text)
         self.assertIn("4 of 5 outputs before and 5 after", text)
 
+    def test_largest_pull_is_the_largest(self):
+        runs = [report.Run(record("light", 0.2, 0, load=12.0)), report.Run(record("heavy", 0.5, 0, load=48.0)),
+                report.Run(record("side", 0.5, 60, load=90.0))]
+        for run, pull in zip(runs, (6.0, 9.0, 30.0)):
+            run.mean["f_x"] = pull
+        text = readings.against_slip(runs, 0, 0, 24.0)
+        self.assertIn("pull at 0° is 9.00 N (slip 0.50, load 48 N)", text)
+        self.assertIn("share of the load 50 % (slip 0.20, load 12 N)", text)
+
     def test_nan_written_by_protobuf(self):
         data = synthetic_data()
         data["runs"][-1]["record"]["outputs"][0]["mean"] = "NaN"

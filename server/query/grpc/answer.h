@@ -7,7 +7,7 @@ namespace grouser::server {
 
 /// Answers one request from the current snapshot. The reused `response` is
 /// overwritten; on failure its error field says why as well, in band.
-QueryStatus Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
+Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
                    v1alpha1::EvaluateWheelsResponse* response);
 
 /// Models of the current snapshot with their aliases.

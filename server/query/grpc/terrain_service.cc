@@ -1,7 +1,8 @@
 #include "server/query/grpc/terrain_service.h"
 
+#include "server/net/grpc_status.h"
 #include "server/query/grpc/answer.h"
-#include "server/query/grpc/grpc_status.h"
+#include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
 namespace {
@@ -12,34 +13,32 @@ constexpr std::size_t kIdleMessages = 16;
 
 }  // namespace
 
-TerrainService::TerrainService(const SnapshotStore& store) : store_(store), pool_(kIdleMessages) {
+TerrainService::TerrainService(const SnapshotStore& store, CallGate& gate)
+    : store_(store), gate_(gate), pool_(kIdleMessages) {
   SetMessageAllocatorFor_EvaluateWheels(&pool_);
 }
 
 grpc::ServerUnaryReactor* TerrainService::EvaluateWheels(
     grpc::CallbackServerContext* context, const v1alpha1::EvaluateWheelsRequest* request,
     v1alpha1::EvaluateWheelsResponse* response) {
-  auto* reactor = context->DefaultReactor();
-  if (context->IsCancelled()) {  // the deadline passed in the queue
-    reactor->Finish(grpc::Status::CANCELLED);
-    return reactor;
-  }
-  reactor->Finish(ToGrpcStatus(Answer(store_, *request, response)));
-  return reactor;
+  auto* call = new UnaryCall(gate_, *context);
+  if (call->admitted()) call->Finish(ToGrpcStatus(Answer(store_, *request, response)));
+  return call;
 }
 
 grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>*
 TerrainService::StreamWheels(grpc::CallbackServerContext* /*context*/) {
-  return new WheelStream(store_, streams_);
+  return new WheelStream(store_, gate_);
 }
 
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
                                                      const v1alpha1::ListModelsRequest* /*request*/,
                                                      v1alpha1::ListModelsResponse* response) {
-  auto* reactor = context->DefaultReactor();
+  auto* call = new UnaryCall(gate_, *context);
+  if (!call->admitted()) return call;
   DescribeModels(store_, response);
-  reactor->Finish(grpc::Status::OK);
-  return reactor;
+  call->Finish(grpc::Status::OK);
+  return call;
 }
 
 }  // namespace grouser::server

@@ -4,16 +4,17 @@
 
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
 #include "server/core/snapshot_store.h"
+#include "server/net/call_gate.h"
 #include "server/query/grpc/message_pool.h"
-#include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
 
 /// grouser.v1alpha1.TerrainService on gRPC's callback threads: a thin adapter
-/// around Evaluate(). Nothing here blocks. `store` must outlive the service.
+/// around Evaluate(). Nothing here blocks. `store` and `gate` must outlive the
+/// service.
 class TerrainService final : public v1alpha1::TerrainService::CallbackService {
  public:
-  explicit TerrainService(const SnapshotStore& store);
+  TerrainService(const SnapshotStore& store, CallGate& gate);
 
   grpc::ServerUnaryReactor* EvaluateWheels(grpc::CallbackServerContext* context,
                                            const v1alpha1::EvaluateWheelsRequest* request,
@@ -24,12 +25,9 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
                                        const v1alpha1::ListModelsRequest* request,
                                        v1alpha1::ListModelsResponse* response) override;
 
-  /// Ends the open streams after the answers under way.
-  void Drain() { streams_.Drain(); }
-
  private:
   const SnapshotStore& store_;
-  StreamRegistry streams_;
+  CallGate& gate_;
   MessagePool<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse> pool_;
 };
 

@@ -1,33 +1,13 @@
 #include "server/query/grpc/wheel_stream.h"
 
+#include <utility>
+
 #include "server/query/grpc/answer.h"
-#include "server/query/grpc/grpc_status.h"
 
 namespace grouser::server {
 
-bool StreamRegistry::Add(WheelStream* stream) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (draining_) return false;
-  streams_.insert(stream);
-  return true;
-}
-
-void StreamRegistry::Remove(WheelStream* stream) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  streams_.erase(stream);
-}
-
-void StreamRegistry::Drain() {
-  // Held throughout: OnDone removes its stream under this lock, so none of
-  // them can be deleted meanwhile.
-  const std::lock_guard<std::mutex> lock(mutex_);
-  draining_ = true;
-  for (WheelStream* stream : streams_) stream->BeginDrain();
-}
-
-WheelStream::WheelStream(const SnapshotStore& store, StreamRegistry& registry)
-    : store_(store), registry_(registry) {
-  const bool admitted = registry_.Add(this);
+WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate) : store_(store), gate_(gate) {
+  const bool admitted = gate_.Add(this);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!admitted) draining_ = true;
   if (draining_) {
@@ -40,10 +20,12 @@ WheelStream::WheelStream(const SnapshotStore& store, StreamRegistry& registry)
 
 void WheelStream::OnReadDone(bool ok) {
   if (ok) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      answering_ = true;
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    answering_ = gate_.Enter() && !finished_;
+    if (!answering_) gate_.Leave();  // a drain ends the stream
+    ok = answering_;
+  }
+  if (ok) {
     // No lock: responses_[next_] and request_ belong to the reading side until
     // answered_ is set, and no second read is under way.
     Answer(store_, request_, &responses_[next_]);
@@ -61,10 +43,11 @@ void WheelStream::OnReadDone(bool ok) {
 void WheelStream::OnWriteDone(bool ok) {
   const std::lock_guard<std::mutex> lock(mutex_);
   writing_ = false;
+  gate_.Leave();
   if (!ok) {
     // The call is dead; a read under way comes back with ok = false.
     reads_done_ = true;
-    answered_ = false;
+    if (std::exchange(answered_, false)) gate_.Leave();
   }
   WriteNext();
 }
@@ -80,16 +63,16 @@ void WheelStream::WriteNext() {
     return;
   }
   if (draining_) {
-    FinishOnce({QueryCode::kUnavailable, "the server is shutting down"});
+    FinishOnce(ShuttingDown());
   } else if (reads_done_) {
-    FinishOnce(QueryStatus::Ok());
+    FinishOnce(grpc::Status::OK);
   }
 }
 
-void WheelStream::FinishOnce(const QueryStatus& status) {
+void WheelStream::FinishOnce(const grpc::Status& status) {
   if (finished_) return;
   finished_ = true;
-  Finish(ToGrpcStatus(status));
+  Finish(status);
 }
 
 void WheelStream::BeginDrain() {
@@ -100,7 +83,7 @@ void WheelStream::BeginDrain() {
 }
 
 void WheelStream::OnDone() {
-  registry_.Remove(this);
+  gate_.Remove(this);
   delete this;
 }
 

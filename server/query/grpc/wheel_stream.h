@@ -3,51 +3,34 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <mutex>
-#include <unordered_set>
 
 #include "grouser/v1alpha1/terrain_service.pb.h"
 #include "server/core/snapshot_store.h"
+#include "server/net/call_gate.h"
 
 namespace grouser::server {
-
-class WheelStream;
-
-/// The open streams, so that a drain can end them. Must outlive them.
-class StreamRegistry {
- public:
-  /// False when draining: the stream should end at once.
-  bool Add(WheelStream* stream);
-  void Remove(WheelStream* stream);
-  /// Ends every stream with UNAVAILABLE after the answer under way.
-  void Drain();
-
- private:
-  std::mutex mutex_;
-  std::unordered_set<WheelStream*> streams_;
-  bool draining_ = false;
-};
 
 /// One StreamWheels call. A bad message is answered in band and does not end
 /// the stream. Bounded: one request is read ahead while one answer is written,
 /// so a client that does not read holds two answers, no more. Deletes itself.
 class WheelStream final
     : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest,
-                                     v1alpha1::EvaluateWheelsResponse> {
+                                     v1alpha1::EvaluateWheelsResponse>,
+      public DrainableStream {
  public:
-  WheelStream(const SnapshotStore& store, StreamRegistry& registry);
+  WheelStream(const SnapshotStore& store, CallGate& gate);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnDone() override;
-  /// Any thread.
-  void BeginDrain();
+  void BeginDrain() override;
 
  private:
   void WriteNext();  // needs mutex_
-  void FinishOnce(const QueryStatus& status);  // needs mutex_
+  void FinishOnce(const grpc::Status& status);  // needs mutex_
 
   const SnapshotStore& store_;
-  StreamRegistry& registry_;
+  CallGate& gate_;
   v1alpha1::EvaluateWheelsRequest request_;  // owned by the reading side
   v1alpha1::EvaluateWheelsResponse responses_[2];
 

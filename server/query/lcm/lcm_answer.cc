@@ -118,7 +118,7 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
     return std::nullopt;
   }
   const ServedModel* model = nullptr;
-  if (const QueryStatus found = snapshot.Find(head.model, &model); !found.ok()) {
+  if (const Status found = snapshot.Find(head.model, &model); !found.ok()) {
     response.error = found.message;
     return response;
   }

@@ -56,7 +56,7 @@ class DemandTest : public ::testing::Test {
     return names;
   }
 
-  QueryStatus Run(const std::string& reference, bool values_only = false) {
+  Status Run(const std::string& reference, bool values_only = false) {
     return Evaluate(snapshot_, reference, states_, values_only, &model_, &responses_, demand_,
                     &climb_);
   }
@@ -157,8 +157,8 @@ TEST_F(DemandTest, BadNumbersNameTheField) {
     for (const double bad : {-1.0, testing::kNan, std::numeric_limits<double>::infinity()}) {
       demand_.Clear();
       (demand_.*set)(bad);
-      const QueryStatus status = Run("rough");
-      EXPECT_EQ(status.code, QueryCode::kInvalidArgument) << field << bad;
+      const Status status = Run("rough");
+      EXPECT_EQ(status.code, StatusCode::kInvalidArgument) << field << bad;
       EXPECT_THAT(status.message,
                   AllOf(HasSubstr(std::string("demand.") + field + ": "), HasSubstr("expected")));
       EXPECT_EQ(climb_.ladder, nullptr);

@@ -42,14 +42,14 @@ class EvaluatorTest : public ::testing::Test {
     snapshot_ = Snapshot(7, {model}, std::move(aliases));
   }
 
-  QueryStatus Run(const WheelStates& states, bool values_only = false,
+  Status Run(const WheelStates& states, bool values_only = false,
                   const std::string& reference = "sand") {
     return Evaluate(snapshot_, reference, states, values_only, &answered_by_, &responses_);
   }
 
-  void ExpectRefused(const WheelStates& states, QueryCode code,
+  void ExpectRefused(const WheelStates& states, StatusCode code,
                      const ::testing::Matcher<const std::string&>& text) {
-    const QueryStatus status = Run(states);
+    const Status status = Run(states);
     EXPECT_EQ(status.code, code);
     EXPECT_THAT(status.message, text);
     EXPECT_EQ(answered_by_, nullptr);
@@ -159,12 +159,12 @@ TEST_F(EvaluatorTest, ValuesOnlyLeavesUncertaintyOutAlsoInReusedMemory) {
 }
 
 TEST_F(EvaluatorTest, RefusesEmptyAndOversizedBatches) {
-  ExpectRefused(Velocities(0), QueryCode::kInvalidArgument, HasSubstr("states.kinematics"));
+  ExpectRefused(Velocities(0), StatusCode::kInvalidArgument, HasSubstr("states.kinematics"));
   WheelStates empty;
   empty.mutable_velocity();
-  ExpectRefused(empty, QueryCode::kInvalidArgument,
+  ExpectRefused(empty, StatusCode::kInvalidArgument,
                 AllOf(HasSubstr("states.closure_value"), HasSubstr("empty")));
-  ExpectRefused(Velocities(kMaxStates + 1), QueryCode::kResourceExhausted,
+  ExpectRefused(Velocities(kMaxStates + 1), StatusCode::kResourceExhausted,
                 AllOf(HasSubstr("states.closure_value"), HasSubstr("10001"), HasSubstr("10000")));
   EXPECT_TRUE(Run(Velocities(kMaxStates)).ok());
 }
@@ -172,44 +172,44 @@ TEST_F(EvaluatorTest, RefusesEmptyAndOversizedBatches) {
 TEST_F(EvaluatorTest, RefusesMismatchedLengthsNamingFieldAndLengths) {
   WheelStates states = Velocities(3);
   states.mutable_velocity()->add_v_y_m_per_s(0);
-  ExpectRefused(states, QueryCode::kInvalidArgument,
+  ExpectRefused(states, StatusCode::kInvalidArgument,
                 AllOf(HasSubstr("states.velocity.v_y_m_per_s"), HasSubstr("4"), HasSubstr("3")));
   states = Velocities(3);
   states.add_pass_number(1);
-  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("states.pass_number: 1"));
+  ExpectRefused(states, StatusCode::kInvalidArgument, HasSubstr("states.pass_number: 1"));
   states = Velocities(3);
   states.add_yaw_rate_rad_per_s(0);
-  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("states.yaw_rate_rad_per_s"));
+  ExpectRefused(states, StatusCode::kInvalidArgument, HasSubstr("states.yaw_rate_rad_per_s"));
   WheelStates slip;
   slip.mutable_slip()->add_slip(0.1);
   slip.add_closure_value(24);
-  ExpectRefused(slip, QueryCode::kInvalidArgument,
+  ExpectRefused(slip, StatusCode::kInvalidArgument,
                 HasSubstr("states.slip.attack_angle_rad: 0 entries"));
 }
 
 TEST_F(EvaluatorTest, RefusesClosuresItHasNotByName) {
   WheelStates states = Velocities(1);
   states.set_closure(v1alpha1::CLOSURE_SINKAGE);
-  ExpectRefused(states, QueryCode::kInvalidArgument,
+  ExpectRefused(states, StatusCode::kInvalidArgument,
                 AllOf(HasSubstr("states.closure"), HasSubstr("CLOSURE_SINKAGE")));
   states.set_closure(static_cast<v1alpha1::Closure>(42));
-  ExpectRefused(states, QueryCode::kInvalidArgument, HasSubstr("42"));
+  ExpectRefused(states, StatusCode::kInvalidArgument, HasSubstr("42"));
 }
 
 TEST_F(EvaluatorTest, ResolvesReferences) {
   const auto code = [this](const std::string& reference) {
     return Run(Velocities(1), false, reference).code;
   };
-  EXPECT_EQ(code(""), QueryCode::kOk);
-  EXPECT_EQ(code("sand@stable"), QueryCode::kOk);
-  EXPECT_EQ(code("sand@sha256:aaaaaaaaaaaa"), QueryCode::kOk);
-  EXPECT_EQ(code("sand@sha256:bbbbbbbbbbbb"), QueryCode::kNotFound);
-  EXPECT_EQ(code("sand@candidate"), QueryCode::kNotFound);
-  EXPECT_EQ(code("clay"), QueryCode::kNotFound);
-  EXPECT_EQ(code("sand@sha256:aaaa"), QueryCode::kInvalidArgument);
-  EXPECT_EQ(code("sand@sha256:AAAAAAAAAAAA"), QueryCode::kInvalidArgument);
-  EXPECT_EQ(code("@stable"), QueryCode::kInvalidArgument);
-  EXPECT_EQ(code("sand@"), QueryCode::kInvalidArgument);
+  EXPECT_EQ(code(""), StatusCode::kOk);
+  EXPECT_EQ(code("sand@stable"), StatusCode::kOk);
+  EXPECT_EQ(code("sand@sha256:aaaaaaaaaaaa"), StatusCode::kOk);
+  EXPECT_EQ(code("sand@sha256:bbbbbbbbbbbb"), StatusCode::kNotFound);
+  EXPECT_EQ(code("sand@candidate"), StatusCode::kNotFound);
+  EXPECT_EQ(code("clay"), StatusCode::kNotFound);
+  EXPECT_EQ(code("sand@sha256:aaaa"), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code("sand@sha256:AAAAAAAAAAAA"), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code("@stable"), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code("sand@"), StatusCode::kInvalidArgument);
   EXPECT_LT(Run(Velocities(1), false, std::string(1000000, 'x')).message.size(), 500u);
   EXPECT_THAT(Run(Velocities(1), false, "clay").message,
               AllOf(HasSubstr("clay"), HasSubstr("sand@stable")));

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <unordered_set>
+
+namespace grouser::server {
+
+/// A stream that can end before its client ends it.
+class DrainableStream {
+ public:
+  virtual ~DrainableStream() = default;
+  /// Ends the stream with UNAVAILABLE after the answer under way. Any thread.
+  virtual void BeginDrain() = 0;
+};
+
+/// Counts the messages under way and the open streams of a service, so that a
+/// drain knows when all that was sent before it has been answered. Thread-safe;
+/// outlives the calls.
+class CallGate {
+ public:
+  using Milliseconds = std::chrono::milliseconds;
+
+  /// One message begins. False: answer UNAVAILABLE. Leave() either way.
+  bool Enter();
+  void Leave() { --under_way_; }
+
+  /// False when refusing: the stream should end at once. Remove it either way.
+  bool Add(DrainableStream* stream);
+  void Remove(DrainableStream* stream);
+
+  /// Waits until no message has been under way for `quiet`, at most `limit`.
+  /// Messages may still be in the kernel's and gRPC's buffers, which nobody can
+  /// look into; only time tells that none is left there.
+  bool WaitQuiet(Milliseconds quiet, Milliseconds limit) const;
+  /// Refuses new messages from now on and ends every stream.
+  void Refuse();
+  /// Waits until no message is under way and no stream open, at most `limit`.
+  bool WaitEmpty(Milliseconds limit) const;
+
+ private:
+  std::atomic<int> under_way_{0};
+  std::atomic<unsigned> entered_{0};
+  std::atomic<bool> refusing_{false};
+  mutable std::mutex mutex_;
+  std::unordered_set<DrainableStream*> streams_;
+};
+
+/// Status of what comes during a drain.
+grpc::Status ShuttingDown();
+
+/// One unary call that a gate counts until gRPC is done with it. Deletes
+/// itself then.
+class UnaryCall final : public grpc::ServerUnaryReactor {
+ public:
+  /// `context` tells whether the call is cancelled already, e.g. because its
+  /// deadline passed in the queue.
+  UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context);
+  /// False: the call has been finished, do nothing but return it.
+  bool admitted() const { return admitted_; }
+  void OnDone() override;
+
+ private:
+  CallGate& gate_;
+  bool admitted_;
+};
+
+}  // namespace grouser::server

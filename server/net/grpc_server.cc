@@ -1,0 +1,159 @@
+#include "server/net/grpc_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+#include <grpcpp/security/server_credentials.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <stdexcept>
+
+#include "server/net/descriptor_limit.h"
+
+namespace grouser::server {
+namespace {
+
+using Milliseconds = CallGate::Milliseconds;
+
+// Memory that gRPC may hold for messages; beyond it calls are refused.
+constexpr std::size_t kQuotaBytes = 512ull * 1024 * 1024;
+constexpr int kMaxCallsPerConnection = 128;
+// Descriptors that connections leave to the rest: files, workers, LCM.
+constexpr std::size_t kReservedDescriptors = 64;
+// A client that says nothing at all is dropped after this.
+constexpr int kHandshakeMs = 10000;
+// A peer that is gone without a word (power, cable) is noticed after the sum.
+constexpr int kKeepaliveMs = 30000;
+constexpr int kKeepaliveTimeoutMs = 10000;
+// Clients may ask as often whether the server is still there.
+constexpr int kMinClientPingMs = 10000;
+// Long enough for a message to get through the kernel and gRPC on a busy machine.
+constexpr Milliseconds kQuiet(200);
+// Of the drain's time, the part that answers; the rest refuses and ends streams.
+constexpr double kAnsweringShare = 0.8;
+// A program that cannot be reached may not be able to end well either.
+constexpr unsigned kLastResortS = 60;
+
+Milliseconds ToMilliseconds(double seconds) {
+  return std::chrono::duration_cast<Milliseconds>(std::chrono::duration<double>(seconds));
+}
+
+void SetLimits(grpc::ServerBuilder& builder, const NetOptions& options) {
+  const int idle_ms = static_cast<int>(ToMilliseconds(options.idle_s).count());
+  builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
+  builder.SetResourceQuota(grpc::ResourceQuota("grouser").Resize(kQuotaBytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxCallsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, idle_ms);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, std::min(idle_ms, kHandshakeMs));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             kMinClientPingMs);
+}
+
+std::size_t MostConnections(const NetOptions& options) {
+  const std::size_t limit = RaiseDescriptorLimit();
+  const std::size_t room = limit - std::min(kReservedDescriptors, limit / 2);
+  const auto wanted = static_cast<std::size_t>(options.max_connections);
+  if (wanted > room) {
+    spdlog::warn("grpc: {} connections at most, not {}: the hard limit of open files is {}", room,
+                 wanted, limit);
+  }
+  return std::min(wanted, room);
+}
+
+/// Where a client on this machine reaches what listens on `address`.
+std::string Reachable(Address address) {
+  if (address.host == "0.0.0.0") address.host = "127.0.0.1";
+  if (address.host == "::") address.host = "::1";
+  return address.Text();
+}
+
+}  // namespace
+
+GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGate& gate,
+                       std::string service_name, std::function<void()> on_unreachable)
+    : options_(options), gate_(gate), service_name_(std::move(service_name)) {
+  // Both are registries of gRPC itself and must be set before a builder exists.
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+      grpc::InsecureServerCredentials());
+  builder.RegisterService(&service);
+  SetLimits(builder, options_);
+  listener_ = std::make_unique<Listener>(
+      loop_, ParseAddress(options_.grpc), MostConnections(options_), [this](int listener, int fd) {
+        grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+        connection.listener_fd = listener;
+        connection.fd = fd;
+        acceptor_->HandleNewConnection(&connection);
+      });
+  server_ = builder.BuildAndStart();
+  if (!server_) throw std::runtime_error("grpc: the server cannot be started");
+  SetServing(true);
+  listener_->Start();
+  thread_ = std::jthread([this] { loop_.run(); });
+  if (options_.probe_s > 0) {
+    probe_.emplace(Reachable(listener_->address()), std::chrono::duration<double>(options_.probe_s),
+                   [this] { return listener_->full(); },
+                   [on_unreachable = std::move(on_unreachable)] {
+                     spdlog::critical("grpc: new clients cannot reach this program: it ends");
+                     ::alarm(kLastResortS);
+                     on_unreachable();
+                   });
+  }
+}
+
+GrpcServer::~GrpcServer() { Close(); }
+
+void GrpcServer::SetServing(bool serving) {
+  server_->GetHealthCheckService()->SetServingStatus(service_name_, serving);
+}
+
+void GrpcServer::StopListening() {
+  if (!thread_.joinable()) return;
+  probe_.reset();
+  boost::asio::post(loop_, [this] {
+    listener_->Stop();
+    loop_.stop();
+  });
+  thread_.join();
+}
+
+void GrpcServer::Drain() {
+  const auto end = std::chrono::steady_clock::now() + ToMilliseconds(options_.drain_s);
+  server_->GetHealthCheckService()->Shutdown();
+  StopListening();
+  if (!gate_.WaitQuiet(kQuiet, ToMilliseconds(kAnsweringShare * options_.drain_s))) {
+    spdlog::warn("grpc: clients still send; from now on they get UNAVAILABLE");
+  }
+  gate_.Refuse();
+  const auto left =
+      std::chrono::duration_cast<Milliseconds>(end - std::chrono::steady_clock::now());
+  if (!gate_.WaitEmpty(std::max(left, kQuiet))) {
+    spdlog::warn("grpc: not all calls ended within {} s; they are cancelled", options_.drain_s);
+  }
+}
+
+void GrpcServer::Close() {
+  if (!server_) return;
+  StopListening();
+  // Before gRPC shuts down: it would cancel the calls that reach it meanwhile.
+  ConnectionTable& connections = listener_->connections();
+  connections.EndAll();
+  for (auto waited = Milliseconds(0); waited < kQuiet && connections.CountOpen() > 0;
+       waited += Milliseconds(1)) {
+    std::this_thread::sleep_for(Milliseconds(1));
+  }
+  server_->Shutdown(std::chrono::system_clock::now());
+  server_->Wait();
+  server_.reset();
+}
+
+}  // namespace grouser::server

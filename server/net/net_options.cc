@@ -1,0 +1,39 @@
+#include "server/net/net_options.h"
+
+#include "server/net/address.h"
+
+namespace grouser::server {
+
+void NetOptions::AddTo(CLI::App& app) {
+  app.add_option("--grpc", grpc,
+                 "HOST:PORT to listen on, port 0 takes a free one; or unix:PATH, a socket of mode "
+                 "0600")
+      ->check([](const std::string& text) -> std::string {
+        try {
+          ParseAddress(text);
+          return "";
+        } catch (const std::invalid_argument& e) {
+          return e.what();
+        }
+      })
+      ->capture_default_str();
+  app.add_option("--port-file", port_file, "File that receives grpc=ADDR when ready");
+  app.add_option("--max-connections", max_connections,
+                 "Most open connections; further clients wait until one closes")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  app.add_option("--idle-s", idle_s, "A connection without a call for so long is closed [s]")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+  app.add_option("--drain-s", drain_s,
+                 "After SIGTERM, longest time to answer what was sent before it [s]")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--probe-s", probe_s,
+                 "The program connects to itself so often and ends with 1 when it cannot three "
+                 "times in a row; 0: never [s]")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace grouser::server {
+
+/// How a program serves gRPC. Both programs take the same options.
+struct NetOptions {
+  std::string grpc;       ///< HOST:PORT (0: a free port) or unix:PATH
+  std::string port_file;  ///< receives "grpc=ADDR" when ready; empty: none
+  int max_connections = 1000;
+  /// A connection without a call for so long is closed (up to twice that, gRPC
+  /// looks so often); one that never says anything, after at most 10 s.
+  double idle_s = 30;
+  /// From SIGTERM on, what was sent before it is answered for at most so long.
+  double drain_s = 2;
+  /// Between two tries to reach oneself; 0: none.
+  double probe_s = 10;
+  int max_receive_bytes = 4 * 1024 * 1024;
+
+  void AddTo(CLI::App& app);
+};
+
+}  // namespace grouser::server

@@ -1,0 +1,52 @@
+#include "server/net/service_loop.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
+#include <csignal>
+#include <iostream>
+
+#include "proto/records/model_file.h"
+
+namespace grouser::server {
+
+namespace asio = boost::asio;
+
+ServiceLoop::ServiceLoop() {
+  signals_.async_wait([this](const boost::system::error_code& error, int number) {
+    if (!error) BeginStop(number == SIGINT ? "SIGINT" : "SIGTERM");
+  });
+}
+
+void ServiceLoop::Fail() {
+  asio::post(context_, [this] {
+    exit_code_ = 1;
+    BeginStop("unreachable");
+  });
+}
+
+void ServiceLoop::BeginStop(const std::string& why) {
+  if (stopper_.joinable()) return;
+  spdlog::info("{}: draining", why);
+  stopper_ = std::thread(stop_);  // the loop goes on: work may need it to stop
+}
+
+int ServiceLoop::Run(GrpcServer& server, const std::string& port_file,
+                     const std::string& ready_line,
+                     std::function<void(std::function<void()> done)> stop_work) {
+  stop_ = [&] {
+    server.Drain();
+    stop_work([this] { asio::post(context_, [this] { context_.stop(); }); });
+  };
+  if (!port_file.empty()) {
+    records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n");
+  }
+  std::cerr << ready_line << std::endl;
+  const auto guard = asio::make_work_guard(context_);
+  context_.run();
+  stopper_.join();
+  return exit_code_;
+}
+
+}  // namespace grouser::server

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <utility>  // before Asio: 1.74 under C++20
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "server/net/grpc_server.h"
+
+namespace grouser::server {
+
+/// The main loop of a program: ready, serve, drain, end.
+class ServiceLoop {
+ public:
+  /// Keeps SIGINT and SIGTERM for Run(). Before any thread: a signal during
+  /// start-up must not be lost.
+  ServiceLoop();
+
+  boost::asio::io_context& context() { return context_; }
+
+  /// Ends Run() as a signal does, with exit code 1. Any thread; what
+  /// GrpcServer's on_unreachable calls.
+  void Fail();
+
+  /// Writes the port file, prints `ready_line` to stderr and serves until
+  /// SIGINT, SIGTERM or Fail(); then drains and has `stop_work` stop what runs
+  /// behind the service; it calls its argument when that is done. Returns the
+  /// exit code; the loop no longer runs, the server is still to be closed.
+  int Run(GrpcServer& server, const std::string& port_file, const std::string& ready_line,
+          std::function<void(std::function<void()> done)> stop_work);
+
+ private:
+  void BeginStop(const std::string& why);
+
+  boost::asio::io_context context_{1};
+  boost::asio::signal_set signals_{context_, SIGINT, SIGTERM};
+  std::function<void()> stop_;  // of Run; runs on stopper_
+  std::thread stopper_;
+  int exit_code_ = 0;
+};
+
+}  // namespace grouser::server
