@@ -17,7 +17,7 @@ struct Ended {
 };
 
 /// The program with these options; the scene "none" does not exist, so that no run begins.
-Ended Run(const std::string& options) {
+Ended RunDem(const std::string& options) {
   const std::string command = GROUSER_DEM " run --out a.run.h5 " + options + " 2>&1";
   std::FILE* pipe = popen(command.c_str(), "r");
   Ended ended{};
@@ -28,7 +28,7 @@ Ended Run(const std::string& options) {
 }
 
 std::string Refusal(const std::string& options) {
-  const Ended ended = Run("--scene none --load 5 " + options);
+  const Ended ended = RunDem("--scene none --load 5 " + options);
   EXPECT_NE(ended.code, 0) << options;
   return ended.text;
 }
@@ -54,7 +54,7 @@ TEST(RunOptions, RefusesWhatAModeWouldIgnore) {
 TEST(RunOptions, RefusesOptionsBesideASpec) {
   for (const char* option : {"--slip 0.2", "--angle-deg 30", "--load 5", "--drawbar 1",
                              "--mode rim", "--seed 2", "--max-time 1", "--scene none"}) {
-    const Ended ended = Run(std::string("--spec none.json ") + option);
+    const Ended ended = RunDem(std::string("--spec none.json ") + option);
     EXPECT_NE(ended.code, 0);
     EXPECT_THAT(ended.text, HasSubstr("excludes")) << option;
   }

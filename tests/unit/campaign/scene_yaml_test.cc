@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
              "39: key 'rig.scene.look_steps': got it without its use"},
         Edit{"DampingOfNoRolling", "rolling_friction: 0.2",
              "rolling_friction: 0.2\n    contact: {rolling: none, rolling_damping: 0.3}",
-             "key 'soil.grains.contact.rolling_damping': got it with rolling: none"},
+             "16: key 'soil.grains.contact.rolling_damping': got it with rolling: none"},
         Edit{"SmallBox", "width_bins: 5",
              "width_bins: 5\n  scene: {bed: full, freeze: on, freeze_box: 0.5}",
              "39: key 'rig.scene.freeze_box': got '0.5', expected a number in [1, 100]"},
