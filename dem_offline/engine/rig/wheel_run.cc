@@ -44,12 +44,6 @@ Motion TargetOf(const WheelTestSpec& spec, double beta) {
   return MotionAt(spec.state.slip, beta, speed);
 }
 
-double StepOf(const WheelTestSpec& spec, double rayleigh_time_s) {
-  if (!spec.rig.scene.largest_step) return spec.rig.rayleigh_fraction * rayleigh_time_s;
-  return LargestStep(spec.soil, spec.wheel,
-                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
-}
-
 WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta, double yaw,
                    double dt) {
   WheelDrive d = {};
@@ -82,11 +76,23 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
 
 }  // namespace
 
+double LongestRun(const WheelTestSpec& spec) {
+  const double descent = kOverloadShare * spec.wheel.radius_m + LargestDiameter(spec.soil);
+  return descent / kSetDownSpeed + kSettleTime + spec.rig.max_time_s;
+}
+
+double RecordBytes(const WheelTestSpec& spec) {
+  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 2), kBinBytes = 3 * 8;  // vectors double
+  const double bins = 2 * M_PI / spec.rig.stress_bin_rad * spec.rig.width_bins;
+  const double time = spec.rig.max_time_s;
+  return kSampleBytes * time / kSampleTime + kBinBytes * bins * time / kStressChunk;
+}
+
 WheelRun::WheelRun(const WheelTestSpec& spec, const Tile& tile)
     : spec_(spec), tile_(tile), recorder_(spec.wheel, spec.rig, YawOf(spec)) {
   out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
                                       spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
-  out_.dt_s = StepOf(spec, out_.rayleigh_time_s);
+  out_.dt_s = ExperimentStep(spec);
   beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
   // The bed's x axis is the direction of travel: the wheel is turned in it.
   const double yaw = YawOf(spec);

@@ -65,4 +65,10 @@ class WheelRun {
 inline constexpr int kStressStride = 10;
 inline constexpr double kStressChunk = 0.05;  // [s]
 
+
+/// Set down, settled and driven at the longest [s].
+double LongestRun(const WheelTestSpec& spec);
+/// Bytes of a run's samples and stresses at the longest.
+double RecordBytes(const WheelTestSpec& spec);
+
 }  // namespace grouser::dem

@@ -32,13 +32,13 @@ inline Backend FakeBackend(FakeLog* log, std::chrono::milliseconds pause = {}) {
       throw std::invalid_argument("state.load_n: got more than 1000, expected less");
     }
   };
-  backend.prepare_tile = [log, work](const dem::WheelTestSpec& spec,
-                                     const dem::ProgressFn& progress) {
+  backend.prepare_bed = [log, work](const dem::BedSpec& bed,
+                                    const dem::ProgressFn& progress) {
     ++log->tiles;
     work(progress, "tile");
     dem::Tile tile;
-    tile.length_m = spec.rig.bed_length_m;
-    tile.radius_m = {0.004f, static_cast<float>(spec.seed)};
+    tile.length_m = bed.length_m;
+    tile.radius_m = {0.004f, static_cast<float>(bed.seed)};
     tile.position = {0, 0, 0, 1, 1, 1};
     tile.velocity.assign(6, 0.0f);
     tile.spin.assign(6, 0.0f);

@@ -35,12 +35,12 @@ TEST(Rig, TileIsFlatDenseAndRepeats) {
     const double top = t.position[3 * i + 2] / 4294967296.0 * 1.0 + t.radius_m[i];
     EXPECT_LT(top, 0.001);  // nothing stands out of the cut plane
   }
-  const Tile again = PrepareTile(Small(), nullptr);
+  const Tile again = PrepareBed(BedOf(Small()), nullptr);
   EXPECT_EQ(t.position, again.position);
   EXPECT_EQ(t.contact_history, again.contact_history);
   WheelTestSpec other = Small();
   other.seed = 2;
-  EXPECT_NE(PrepareTile(other, nullptr).position, t.position);
+  EXPECT_NE(PrepareBed(BedOf(other), nullptr).position, t.position);
 }
 
 TEST(Rig, CarriesTheLoadAndBooksTheEnergy) {
