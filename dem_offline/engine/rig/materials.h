@@ -85,9 +85,13 @@ inline double MeanDiameter(const GrainSoil& s) {
   return nd / n;
 }
 
-/// sqrt(d/g) [s], d the mean diameter by number.
+/// The units of the rig's own times and speeds: sqrt(d/g) [s] and sqrt(g d) [m/s], d
+/// the mean diameter by number. 0.030 s and 0.29 m/s for the shipped soil of 9 mm.
 inline double GravityTime(const GrainSoil& s) {
   return std::sqrt(MeanDiameter(s) / s.gravity_m_per_s2);
+}
+inline double GravitySpeed(const GrainSoil& s) {
+  return std::sqrt(MeanDiameter(s) * s.gravity_m_per_s2);
 }
 
 }  // namespace grouser::dem

@@ -5,7 +5,8 @@
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/rig/materials.h"
 
-// How a bed is settled: the times and speeds of its stages.
+// How a bed is settled: the times and speeds of its stages, in sqrt(d/g) and
+// sqrt(g d), so that a bed under another gravity is prepared in the same way.
 
 namespace grouser::dem {
 
@@ -22,18 +23,30 @@ inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
 struct StageTimes {
   double least_s, most_s;
 };
-inline constexpr double kDragTime = 0.05;  ///< [s] viscous fall: gentle and quick
-inline constexpr StageTimes kRelaxTimes = {0.05, 0.3}, kRestTimes = {0.1, 0.5};
+/// Viscous fall: gentle and quick.
+inline double DragTime(const BedSpec& bed) { return 5.0 / 3 * GravityTime(bed.soil); }
+/// Largest first velocity of a grain along an axis [m/s].
+inline double FirstSpeed(const BedSpec& bed) { return 0.34 * GravitySpeed(bed.soil); }
+inline StageTimes RelaxTimes(const BedSpec& bed) {
+  const double time = GravityTime(bed.soil);
+  return {5.0 / 3 * time, 10 * time};
+}
+inline StageTimes RestTimes(const BedSpec& bed) {
+  const double time = GravityTime(bed.soil);
+  return {10.0 / 3 * time, 50.0 / 3 * time};
+}
 /// Twice the free fall through the bed, and how long it takes at the final
-/// speed g kDragTime of the viscous one.
+/// speed g DragTime of the viscous one.
 inline StageTimes SettleTimes(const BedSpec& bed) {
   const double g = bed.soil.gravity_m_per_s2;
-  const double fall = std::sqrt(4 * bed.depth_m / g), slow = 2.5 * bed.depth_m / (g * kDragTime);
+  const double fall = std::sqrt(4 * bed.depth_m / g),
+               slow = 2.5 * bed.depth_m / (g * DragTime(bed));
   return {fall, 2.5 * (fall + slow)};
 }
 /// All attempts and stages at their longest [s].
 inline double LongestPreparation(const BedSpec& bed) {
-  return kMostAttempts * SettleTimes(bed).most_s + kRelaxTimes.most_s + kRestTimes.most_s;
+  return kMostAttempts * SettleTimes(bed).most_s + RelaxTimes(bed).most_s +
+         RestTimes(bed).most_s;
 }
 
 }  // namespace grouser::dem

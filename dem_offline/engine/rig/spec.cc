@@ -148,7 +148,7 @@ const char* Explain(StopCause cause) {
   return "";
 }
 
-const char* EngineVersion() { return "4"; }
+const char* EngineVersion() { return "5"; }
 const char* EngineIsa() { return BestIsa(); }
 
 }  // namespace grouser::dem

@@ -109,6 +109,7 @@ class Preparation {
     double solid = lattice.solid_m3;
     const double pitch = lattice.pitch_m;
     const int nx = static_cast<int>(lattice.nx), ny = static_cast<int>(lattice.ny);
+    const double first = FirstSpeed(spec_);
     const double px = spec_.length_m / nx, py = spec_.width_m / ny;
     std::vector<GrainState> out;
     for (int layer = 0; solid > 0; ++layer) {
@@ -123,7 +124,7 @@ class Preparation {
           g.z_m = -depth_ + (layer + 0.6) * pitch + jitter();
           g.radius_m = 0.5 * d;
           g.density_kg_per_m3 = spec_.soil.density_kg_per_m3;
-          const auto kick = [&] { return 0.1 * (2 * random.Uniform() - 1); };
+          const auto kick = [&] { return first * (2 * random.Uniform() - 1); };
           g.v_x = kick();
           g.v_y = kick();
           g.v_z = kick();
@@ -160,7 +161,7 @@ class Preparation {
 
   /// Runs until kinetic energy per grain is under 1e-6 m g d or time is up.
   void Quiet(World& world, const StageTimes& times, const char* stage) {
-    world.SetDrag(1 - dt_ / kDragTime);
+    world.SetDrag(1 - dt_ / DragTime(spec_));
     double mass = 0;
     for (const auto& g : world.grains()) mass += g.id >= 0 ? g.mass : 0;
     const double quiet = 1e-6 * mass * spec_.soil.gravity_m_per_s2 * diameter_;
@@ -172,7 +173,7 @@ class Preparation {
   void Rest(World& world) {
     world.SetDrag(1);
     const double lively = 2e-5 * spec_.soil.gravity_m_per_s2 * diameter_;  // v^2
-    StepUntil(world, kRestTimes, "rest", [&] {
+    StepUntil(world, RestTimes(spec_), "rest", [&] {
       double fastest = 0;
       for (std::int64_t i = 0; i < world.count(); ++i) {
         const Grain& g = world.grains()[i];
@@ -218,7 +219,7 @@ class Preparation {
     attempt_ = kMostAttempts;
     World world(Config(spec_.soil.friction), cut);
     world.AddBody(FloorBody(depth_));
-    Quiet(world, kRelaxTimes, "relax");
+    Quiet(world, RelaxTimes(spec_), "relax");
     Rest(world);
     Tile tile;
     tile.length_m = spec_.length_m;

@@ -61,9 +61,8 @@ class WheelRun {
   EnergyBalance balance_0_;
 };
 
-/// Steps between recorded stresses, and the time of one chunk of them.
+/// Steps between recorded stresses.
 inline constexpr int kStressStride = 10;
-inline constexpr double kStressChunk = 0.05;  // [s]
 
 
 /// Set down, settled and driven at the longest [s].

@@ -20,7 +20,7 @@ Suite VerifySuite() {
           "from, and how far the engine may be off.",
           Joined({HertzCases(), BounceCases(), ObliqueCases(), TangentialCases(), RollingCases(),
                   RestitutionCases(), CohesionCases(), BondCases(), ChainCases(), OrderCases(),
-                  MomentumCases(), WheelEnergyCases(), PackingCases(), PileCases(), HeapCases(),
+                  MomentumCases(), WheelEnergyCases(), SimilarityCases(), PackingCases(), PileCases(), HeapCases(),
                   HopperCases(), ColumnCases()})};
 }
 

@@ -99,7 +99,7 @@ TEST(ValidateSpec, RefusesRunsThatNeverEnd) {
   s.rig.scene.bed = SceneBed::kFull;  // as many tiles as 1e7 s of travel take
   s.rig.max_time_s = 3e4;
   s.rig.speed_m_per_s = 1;
-  EXPECT_THAT(OfTest(s), HasSubstr("grain-steps, expected at most 1e+13"));
+  EXPECT_THAT(OfTest(s), HasSubstr("grains, expected at most 1e+08"));
   s = Small();
   s.rig.scene.bed = SceneBed::kWindow;
   s.rig.scene.window_length_m = 1000;
