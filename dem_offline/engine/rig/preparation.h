@@ -4,6 +4,7 @@
 
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/world/world.h"
 
 // How a bed is settled: the times and speeds of its stages, in sqrt(d/g) and
 // sqrt(g d), so that a bed under another gravity is prepared in the same way.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 
 #include "dem_offline/engine/isa/kernels.h"
@@ -35,7 +36,12 @@ void CheckWheel(const WheelShape& w) {
   CheckWithin("wheel.restitution", w.restitution, 1e-3, 1);
   CheckWithin("wheel.friction", w.friction, 0, 10);
   CheckWithin("wheel.rolling_friction", w.rolling_friction, 0, 10);
-  if (!w.treads.empty()) TreadedWheel(w.radius_m, w.width_m, w.treads);
+  if (w.treads.empty()) return;
+  try {
+    TreadedWheel(w.radius_m, w.width_m, w.treads);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError("wheel.treads", error.what(), "treads that stand on the wheel");
+  }
 }
 
 /// A length that must be longer than what stands on it.

@@ -9,7 +9,7 @@ namespace {
 
 /// Lengths and density as they are; stiffness and load go with g, speed with sqrt(g),
 /// times with 1/sqrt(g): overlap, Froude number and load number stay what they are.
-WheelTestSpec Similar(double gravity_share, std::uint64_t seed) {
+WheelTestSpec Similar(double gravity_share, std::uint64_t seed, double time_s) {
   const double root = std::sqrt(gravity_share);
   WheelTestSpec s;
   s.soil.gravity_m_per_s2 *= gravity_share;
@@ -22,7 +22,7 @@ WheelTestSpec Similar(double gravity_share, std::uint64_t seed) {
   s.rig.bed_width_m = 0.12;
   s.rig.bed_depth_m = 0.05;
   s.rig.speed_m_per_s = 0.1 * root;
-  s.rig.max_time_s = 0.8 / root;
+  s.rig.max_time_s = time_s / root;
   s.rig.target_relative_error = 1e-6;
   s.state.load_n = 6 * gravity_share;
   s.state.slip = 0.3;
@@ -34,8 +34,8 @@ WheelTestSpec Similar(double gravity_share, std::uint64_t seed) {
 struct Outcome {
   double solid_fraction = 0, sinkage = 0;
 };
-Outcome Run(double gravity_share, std::uint64_t seed) {
-  const WheelTestSpec s = Similar(gravity_share, seed);
+Outcome Run(double gravity_share, std::uint64_t seed, double time_s) {
+  const WheelTestSpec s = Similar(gravity_share, seed, time_s);
   const Tile tile = PrepareBed(BedOf(s), nullptr);
   const WheelTestResult r = RunWheel(s, tile);
   for (const OutputMean& o : r.outputs) {
@@ -58,8 +58,9 @@ Mean MeanOf(const std::vector<double>& x) {
 }
 
 void Gravity(Rows& rows) {
-  const Outcome earth = Run(1, 1), quarter = Run(0.25, 1);
-  // Powers of two scale without rounding: not similar alone, the same.
+  // Powers of two scale without rounding: the runs are the same, until the least numbers
+  // that a float holds, which do not scale, have grown.
+  const Outcome earth = Run(1, 1, 0.3), quarter = Run(0.25, 1, 0.3);
   rows.Relative("a quarter of g: solid fraction [-]", earth.solid_fraction, quarter.solid_fraction,
                 1e-6, "same dimensionless groups");
   rows.Relative("a quarter of g: sinkage over radius [-]", earth.sinkage, quarter.sinkage, 1e-6,
@@ -67,7 +68,7 @@ void Gravity(Rows& rows) {
   std::vector<double> fraction[2], sinkage[2];
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     for (const bool sixth : {false, true}) {
-      const Outcome o = Run(sixth ? 1.0 / 6 : 1, seed);
+      const Outcome o = Run(sixth ? 1.0 / 6 : 1, seed, 0.8);
       fraction[sixth].push_back(o.solid_fraction);
       sinkage[sixth].push_back(o.sinkage);
     }

@@ -75,6 +75,25 @@ TEST(Rig, RepeatsBitwise) {
   EXPECT_EQ(a.series.sinkage_m, b.series.sinkage_m);
 }
 
+// A quarter scales without rounding: the similar test is the same test.
+TEST(Rig, RunsTheSimilarTestAtAQuarterOfGravity) {
+  WheelTestSpec earth = Small(), quarter = Small();
+  earth.rig.max_time_s = 0.25;
+  quarter.rig.max_time_s = 0.5;
+  quarter.rig.speed_m_per_s /= 2;
+  quarter.soil.gravity_m_per_s2 /= 4;
+  quarter.soil.youngs_modulus_pa /= 4;
+  quarter.state.load_n /= 4;
+  const Tile tile = PrepareBed(BedOf(quarter), nullptr);
+  ASSERT_EQ(tile.position, SmallTile().position);
+  const auto a = RunWheelTest(earth, SmallTile(), nullptr),
+             b = RunWheelTest(quarter, tile, nullptr);
+  ASSERT_EQ(a.steps, b.steps);
+  ASSERT_EQ(a.series.sinkage_m.size(), b.series.sinkage_m.size());
+  EXPECT_NEAR(a.series.sinkage_m.back(), b.series.sinkage_m.back(), 1e-5);
+  EXPECT_NEAR(a.series.f_x_n.back(), 4 * b.series.f_x_n.back(), 1e-2);
+}
+
 TEST(Rig, LateralForceOpposesLateralMotion) {
   WheelTestSpec s = Small();
   s.state.attack_angle_rad = 0.8;
