@@ -192,13 +192,12 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
     command->footer(kCampaignExamples);
     command->add_option("folder", arguments->folder, "Campaign folder")->required();
     if (json) command->add_flag("--json", arguments->json, "JSON on stdout");
-    command->callback(
-        [=] {
-          *action = [arguments, work](const StopSignals& signals) {
-            signals.EndAtOnce();
-            return work(*arguments);
-          };
-        });
+    command->callback([=] {
+      *action = [arguments, work](const StopSignals& signals) {
+        signals.EndAtOnce();
+        return work(*arguments);
+      };
+    });
   };
   add("status", "Counts and expected time to go", Status, true);
   add("list", "Every planned run and its means", List, true);

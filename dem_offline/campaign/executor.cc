@@ -213,8 +213,8 @@ int JobsThatFit(const std::list<Task>& tasks, int wanted, const Backend& backend
   const double together = dem::MostBytes(backend.limits) / std::max(largest, 1.0);
   if (!(together < wanted)) return wanted;
   const int jobs = std::max(1, static_cast<int>(together));
-  progress.Say(fmt::format("{} instead of {} runs at a time: one may need {:.3g} GiB of memory", jobs,
-                           wanted, largest / 1073741824.0));
+  progress.Say(fmt::format("{} instead of {} runs at a time: one may need {:.3g} GiB of memory",
+                           jobs, wanted, largest / 1073741824.0));
   return jobs;
 }
 
@@ -265,8 +265,8 @@ v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
   for (const auto status : finished) progress.Resumed(status);
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const int wanted = options.jobs > 0 ? options.jobs : cores;
-  const int jobs = JobsThatFit(tasks, std::min(wanted, static_cast<int>(tasks.size())), backend,
-                               progress);
+  const int jobs =
+      JobsThatFit(tasks, std::min(wanted, static_cast<int>(tasks.size())), backend, progress);
   Executor(folder, backend, stop, progress, std::move(tasks)).Run(jobs);
   for (const auto& [file, why] : RunIndex(folder).Refresh()) progress.Say(why);
   return progress.Status();

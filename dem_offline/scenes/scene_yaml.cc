@@ -30,8 +30,7 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
   out->set_tangential(contact.TextOr("tangential", usual.tangential));
   out->set_rolling(contact.TextOr("rolling", usual.rolling));
   out->set_cohesion(contact.TextOr("cohesion", usual.cohesion));
-  out->set_rolling_damping(
-      contact.NumberOr("rolling_damping", usual.rolling_damping));
+  out->set_rolling_damping(contact.NumberOr("rolling_damping", usual.rolling_damping));
   out->set_surface_energy_j_per_m2(
       contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2));
   // Settings of single laws stand under the law's name.
@@ -84,7 +83,7 @@ void ReadBekker(YamlSection bekker, v1alpha1::BekkerSoil* out) {
 
 void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
   out->set_name(soil.Text("name"));
-  out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3"));
+  out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3", kPositive));
   out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2"));
   out->set_source(soil.Text("source"));
   ReadGrains(soil.Section("grains"), out->bulk_density_kg_per_m3(), out->mutable_grains());

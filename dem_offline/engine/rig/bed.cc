@@ -10,11 +10,11 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kLargestGrain = 0.5;    // [m]: beyond it somebody gave millimetres
-constexpr double kLongestStep = 0.05;    // of sqrt(d/g): falling grains are resolved
-constexpr double kPitch = 1.12;          // of the lattice, over the largest diameter
-constexpr double kMoreSolid = 0.02;      // solid fraction poured beyond the target
-constexpr double kMoreDepth = 1.5;       // [largest diameters] poured beyond the cut
+constexpr double kLargestGrain = 0.5;  // [m]: beyond it somebody gave millimetres
+constexpr double kLongestStep = 0.05;  // of sqrt(d/g): falling grains are resolved
+constexpr double kPitch = 1.12;        // of the lattice, over the largest diameter
+constexpr double kMoreSolid = 0.02;    // solid fraction poured beyond the target
+constexpr double kMoreDepth = 1.5;     // [largest diameters] poured beyond the cut
 // Between the loosest that cohesive grains stand in and the densest of wide gradings;
 // dry spheres of about one size settle to 0.5 to 0.64.
 constexpr double kLoosest = 0.3, kDensest = 0.85;
@@ -72,10 +72,9 @@ void CheckSoil(const GrainSoil& s) {
 void CheckSide(const char* field, double side_m, double least_grains, double diameter_m) {
   CheckPositive(field, side_m);
   if (side_m < least_grains * diameter_m) {
-    throw SpecError(field, Short(side_m) + " m", "at least " + Short(least_grains * diameter_m) +
-                                                     " m, " + Short(least_grains) +
-                                                     " of the largest grains of " +
-                                                     Short(diameter_m) + " m");
+    throw SpecError(field, Short(side_m) + " m",
+                    "at least " + Short(least_grains * diameter_m) + " m, " + Short(least_grains) +
+                        " of the largest grains of " + Short(diameter_m) + " m");
   }
 }
 
@@ -121,7 +120,8 @@ void ValidateBed(const BedSpec& bed, const WorkLimits& limits) {
   CheckStep(bed);
   CheckWork("rig.bed_length_m, bed_width_m, bed_depth_m", WorkOf(bed), limits);
   const LooseLattice l = LatticeOf(bed);
-  const double height = (l.layers + 1) * l.pitch_m - bed.depth_m, most = 0.5 * TileZSpan(bed.depth_m);
+  const double height = (l.layers + 1) * l.pitch_m - bed.depth_m,
+               most = 0.5 * TileZSpan(bed.depth_m);
   if (height > most) {
     throw SpecError("soil.grains.sizes",
                     "so many small grains that they start " + Short(height) + " m above the bed",

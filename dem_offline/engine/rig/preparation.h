@@ -13,9 +13,8 @@ namespace grouser::dem {
 
 /// Time step [s] of a bed.
 inline double BedStep(const BedSpec& bed) {
-  return bed.rayleigh_fraction *
-         RayleighTime(SmallestRadius(bed.soil), bed.soil.density_kg_per_m3,
-                      bed.soil.youngs_modulus_pa, bed.soil.poisson_ratio);
+  return bed.rayleigh_fraction * RayleighTime(SmallestRadius(bed.soil), bed.soil.density_kg_per_m3,
+                                              bed.soil.youngs_modulus_pa, bed.soil.poisson_ratio);
 }
 
 inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
@@ -46,8 +45,7 @@ inline StageTimes SettleTimes(const BedSpec& bed) {
 }
 /// All attempts and stages at their longest [s].
 inline double LongestPreparation(const BedSpec& bed) {
-  return kMostAttempts * SettleTimes(bed).most_s + RelaxTimes(bed).most_s +
-         RestTimes(bed).most_s;
+  return kMostAttempts * SettleTimes(bed).most_s + RelaxTimes(bed).most_s + RestTimes(bed).most_s;
 }
 
 }  // namespace grouser::dem

@@ -47,14 +47,13 @@ void CheckWheel(const WheelShape& w) {
 /// A length that must be longer than what stands on it.
 void CheckLonger(const char* field, double length_m, double least_m, const std::string& what) {
   if (length_m > least_m) return;
-  throw SpecError(field, Short(length_m) + " m",
-                  "more than " + Short(least_m) + " m, " + what);
+  throw SpecError(field, Short(length_m) + " m", "more than " + Short(least_m) + " m, " + what);
 }
 
 void CheckWheelOnBed(const WheelTestSpec& s) {
   const WheelShape& w = s.wheel;
-  CheckLonger("rig.bed_length_m", s.rig.bed_length_m,
-              3 * std::max(w.radius_m, 0.5 * w.width_m), "1.5 wheel diameters");
+  CheckLonger("rig.bed_length_m", s.rig.bed_length_m, 3 * std::max(w.radius_m, 0.5 * w.width_m),
+              "1.5 wheel diameters");
   CheckLonger("rig.bed_width_m", s.rig.bed_width_m, 1.2 * w.width_m, "1.2 wheel widths");
 }
 

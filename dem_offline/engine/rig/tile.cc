@@ -33,8 +33,7 @@ class Random {
 
 class Preparation {
  public:
-  Preparation(const BedSpec& spec, const ProgressFn& progress)
-      : spec_(spec), progress_(progress) {
+  Preparation(const BedSpec& spec, const ProgressFn& progress) : spec_(spec), progress_(progress) {
     depth_ = spec.depth_m;
     diameter_ = LargestDiameter(spec.soil);
     dt_ = BedStep(spec);

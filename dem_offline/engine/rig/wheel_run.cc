@@ -11,16 +11,16 @@ namespace grouser::dem {
 namespace {
 
 // Times over sqrt(d/g) and a speed over sqrt(g d): tests that are similar run similarly.
-constexpr double kSetDownSpeed = 0.17;     // of the descending hub
-constexpr double kFeltTime = 1.0 / 15;     // over which the load is smoothed while it descends
-constexpr double kDamperTime = 1.0 / 3;    // of the damper while it settles
-constexpr double kSettleTime = 4;          // at rest under load before driving
-constexpr double kRampTime = 10.0 / 3;     // from rest to full speed
+constexpr double kSetDownSpeed = 0.17;   // of the descending hub
+constexpr double kFeltTime = 1.0 / 15;   // over which the load is smoothed while it descends
+constexpr double kDamperTime = 1.0 / 3;  // of the damper while it settles
+constexpr double kSettleTime = 4;        // at rest under load before driving
+constexpr double kRampTime = 10.0 / 3;   // from rest to full speed
 constexpr double kSampleTime = 1.0 / 30;
-constexpr double kFirstCheck = 40.0 / 3;   // the first look at the stopping rule
-constexpr double kCheckTime = 10.0 / 3;    // between looks
-constexpr double kStressChunk = 5.0 / 3;   // of recorded stresses
-constexpr double kOverloadShare = 0.7;  // of the radius
+constexpr double kFirstCheck = 40.0 / 3;  // the first look at the stopping rule
+constexpr double kCheckTime = 10.0 / 3;   // between looks
+constexpr double kStressChunk = 5.0 / 3;  // of recorded stresses
+constexpr double kOverloadShare = 0.7;    // of the radius
 
 Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
   Body w;
@@ -90,7 +90,8 @@ double LongestRun(const WheelTestSpec& spec) {
 }
 
 double RecordBytes(const WheelTestSpec& spec) {
-  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 2), kBinBytes = 3 * 8;  // vectors double
+  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 2),
+                   kBinBytes = 3 * 8;  // vectors double
   const double bins = 2 * M_PI / spec.rig.stress_bin_rad * spec.rig.width_bins;
   const double time = spec.rig.max_time_s / GravityTime(spec.soil);
   return kSampleBytes * time / kSampleTime + kBinBytes * bins * time / kStressChunk;

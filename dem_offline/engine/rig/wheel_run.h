@@ -64,7 +64,6 @@ class WheelRun {
 /// Steps between recorded stresses.
 inline constexpr int kStressStride = 10;
 
-
 /// Set down, settled and driven at the longest [s].
 double LongestRun(const WheelTestSpec& spec);
 /// Bytes of a run's samples and stresses at the longest.

@@ -80,7 +80,8 @@ void CheckWork(const std::string& field, const Work& work, const WorkLimits& lim
 
 std::int64_t PollSteps(std::int64_t grains) {
   return std::clamp<std::int64_t>(
-      static_cast<std::int64_t>(kPollGrainSteps / static_cast<double>(std::max<std::int64_t>(grains, 1))),
+      static_cast<std::int64_t>(kPollGrainSteps /
+                                static_cast<double>(std::max<std::int64_t>(grains, 1))),
       1, 500);
 }
 

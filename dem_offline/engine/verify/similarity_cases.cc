@@ -79,9 +79,10 @@ void Gravity(Rows& rows) {
                 "same dimensionless groups");
   rows.Relative("a sixth of g, 4 beds: sinkage over radius [-]", z[0].value, z[1].value, 0.1,
                 "same dimensionless groups");
-  rows.Note(Format("sinkage over radius %.4f +- %.4f on Earth, %.4f +- %.4f at a sixth of g "
-                   "(standard errors of 4 beds)",
-                   z[0].value, z[0].error, z[1].value, z[1].error));
+  rows.Note(
+      Format("sinkage over radius %.4f +- %.4f on Earth, %.4f +- %.4f at a sixth of g "
+             "(standard errors of 4 beds)",
+             z[0].value, z[0].error, z[1].value, z[1].error));
 }
 
 }  // namespace
