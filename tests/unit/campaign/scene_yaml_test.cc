@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
              "LINE: key 'rig.bed_length_m': got 0.07 m, expected more than 0.075 m"},
         Edit{"BadTread", "radius_m: 0.025",
              "radius_m: 0.025\n  treads: [{count: 0, height_m: 0.004, root_thickness_m: 0.003}]",
-             "25: key 'wheel.treads': got tread.count: 0, expected 1 to 1000 bars"},
+             "24: key 'wheel.treads': got tread.count: got 0, expected 1 to 1000 bars"},
         Edit{"Malformed", "rig:\n", "rig: {\n", "31: malformed YAML"},
         Edit{"NotAMapping", "# A toy", "- a\n#", "1: key ''"}),
     [](const auto& info) { return info.param.name; });
