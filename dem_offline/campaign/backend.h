@@ -13,7 +13,7 @@ namespace grouser::campaign {
 /// so that it is tested without DEM and later runs on other back ends.
 struct Backend {
   std::function<void(const dem::WheelTestSpec&)> validate;
-  std::function<dem::Tile(const dem::WheelTestSpec&, const dem::ProgressFn&)> prepare_tile;
+  std::function<dem::Tile(const dem::BedSpec&, const dem::ProgressFn&)> prepare_bed;
   std::function<dem::WheelTestResult(const dem::WheelTestSpec&, const dem::Tile&,
                                      const dem::ProgressFn&)>
       run;
@@ -21,6 +21,7 @@ struct Backend {
   using Done = std::function<void(std::size_t, const dem::WheelTestResult&)>;
   std::function<void(const std::vector<dem::gpu::WheelJob>&, const dem::ProgressFn&, const Done&)>
       run_many;
+  dem::WorkLimits limits;  ///< what validate, prepare_bed and the runs accept
   std::string engine_version;
   std::string isa;
 };
@@ -29,6 +30,6 @@ struct Backend {
 /// card does, on one thread, for tests); "auto": a card where there is one, else
 /// the cores. Throws std::invalid_argument for another name or a build without
 /// CUDA, std::runtime_error without a card.
-Backend EngineBackend(const std::string& device = "cpu");
+Backend EngineBackend(const std::string& device = "cpu", const dem::WorkLimits& limits = {});
 
 }  // namespace grouser::campaign

@@ -43,7 +43,8 @@ void AddBenchCommand(CLI::App& app, Action* action) {
       ->capture_default_str();
   bench->add_flag("--json", *json, "As a JSON object on stdout");
   bench->callback([=] {
-    *action = [o, json](const StopSignals&) {
+    *action = [o, json](const StopSignals& signals) {
+      signals.EndAtOnce();
       const dem::bench::BenchResult result = dem::bench::RunBench(*o);
       fmt::print("{}{}", *json ? ToJson(result) : ToText(result), *json ? "\n" : "");
       return 0;

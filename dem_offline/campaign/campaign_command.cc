@@ -26,6 +26,7 @@ constexpr char kCampaignExamples[] = R"(Examples:
 
 struct CampaignArguments {
   std::string file, folder, device = "cpu";
+  dem::WorkLimits limits;
   int jobs = 0;
   bool json = false;
 };
@@ -42,7 +43,7 @@ void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
 }
 
 int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
-  const Backend backend = EngineBackend(arguments.device);
+  const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
   CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
@@ -148,7 +149,8 @@ void AddDraw(CLI::App* campaign, Action* action) {
                    "From, to [m/s], even in the logarithm; 0: the rig's");
   draw->add_option("--tiles", request->tiles, "Seeds, first and last, taken in turn");
   draw->callback([=] {
-    *action = [request](const StopSignals&) {
+    *action = [request](const StopSignals& signals) {
+      signals.EndAtOnce();
       fmt::print("{}", DrawStates(*request));
       return 0;
     };
@@ -174,6 +176,7 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
                   "cpu (default: one run a core), cuda (all runs side by side on the card), auto, "
                   "or emulated")
       ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
+  AddMemoryLimit(*run, &arguments->limits);
   run->add_flag("--json", arguments->json, "The final status as JSON on stdout");
   run->callback([=] {
     *action = [arguments](const StopSignals& signals) { return RunIt(*arguments, signals); };
@@ -185,8 +188,12 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
     command->footer(kCampaignExamples);
     command->add_option("folder", arguments->folder, "Campaign folder")->required();
     if (json) command->add_flag("--json", arguments->json, "JSON on stdout");
-    command->callback(
-        [=] { *action = [arguments, work](const StopSignals&) { return work(*arguments); }; });
+    command->callback([=] {
+      *action = [arguments, work](const StopSignals& signals) {
+        signals.EndAtOnce();
+        return work(*arguments);
+      };
+    });
   };
   add("status", "Counts and expected time to go", Status, true);
   add("list", "Every planned run and its means", List, true);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "dem_offline/campaign/stop_signals.h"
+#include "dem_offline/engine/rig/work.h"
 
 namespace google::protobuf {
 class Message;
@@ -26,6 +27,9 @@ void AddShowCommand(CLI::App& app, Action* action);
 void AddLawsCommand(CLI::App& app, Action* action);
 void AddVerifyCommands(CLI::App& app, Action* action);  ///< verify and torture
 void AddBenchCommand(CLI::App& app, Action* action);
+
+/// The option --memory-gib.
+void AddMemoryLimit(CLI::App& command, dem::WorkLimits* limits);
 
 /// A record for people, on stdout: status, means, broken size rules.
 void PrintRecord(const v1alpha1::RunRecord& record);

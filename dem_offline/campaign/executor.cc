@@ -202,6 +202,22 @@ std::list<Task> PlanTasks(const v1alpha1::Campaign& campaign, const Backend& bac
   return tasks;
 }
 
+/// Runs at a time: as many as wanted, while all fit the memory together.
+int JobsThatFit(const std::list<Task>& tasks, int wanted, const Backend& backend,
+                CampaignProgress& progress) {
+  double largest = 0;
+  for (const Task& task : tasks) {
+    const dem::WheelTestSpec spec = ToEngine(task.spec);
+    largest = std::max({largest, dem::WorkOf(spec).bytes, dem::WorkOf(dem::BedOf(spec)).bytes});
+  }
+  const double together = dem::MostBytes(backend.limits) / std::max(largest, 1.0);
+  if (!(together < wanted)) return wanted;
+  const int jobs = std::max(1, static_cast<int>(together));
+  progress.Say(fmt::format("{} instead of {} runs at a time: one may need {:.3g} GiB of memory",
+                           jobs, wanted, largest / 1073741824.0));
+  return jobs;
+}
+
 // The status of a finished run; nothing if it has to be run (again).
 std::optional<v1alpha1::RunStatus> FinishedStatus(const RunFolder& folder, const std::string& id,
                                                   CampaignProgress& progress) {
@@ -249,7 +265,8 @@ v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
   for (const auto status : finished) progress.Resumed(status);
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const int wanted = options.jobs > 0 ? options.jobs : cores;
-  const int jobs = std::min(wanted, static_cast<int>(tasks.size()));
+  const int jobs =
+      JobsThatFit(tasks, std::min(wanted, static_cast<int>(tasks.size())), backend, progress);
   Executor(folder, backend, stop, progress, std::move(tasks)).Run(jobs);
   for (const auto& [file, why] : RunIndex(folder).Refresh()) progress.Say(why);
   return progress.Status();

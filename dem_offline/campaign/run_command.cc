@@ -36,6 +36,7 @@ struct RunArguments {
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
   bool json = false, progress_lines = false;
+  dem::WorkLimits limits;
 };
 
 v1alpha1::WheelTestSpec SpecFromJson(const std::string& path) {
@@ -131,7 +132,7 @@ void CheckOutFolder(const std::string& out) {
 int Run(const RunArguments& arguments, const StopSignals& signals) {
   const v1alpha1::WheelTestSpec spec =
       arguments.spec.empty() ? SpecFromScene(arguments) : SpecFromJson(arguments.spec);
-  const Backend backend = EngineBackend(arguments.device);
+  const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   backend.validate(ToEngine(spec));
   CheckOutFolder(arguments.out);
@@ -162,6 +163,14 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
 
 }  // namespace
 
+void AddMemoryLimit(CLI::App& command, dem::WorkLimits* limits) {
+  command
+      .add_option_function<double>(
+          "--memory-gib", [limits](const double& gib) { limits->bytes = gib * 1073741824.0; },
+          "Memory that may be used [GiB]; default: 80 % of what is available")
+      ->check(CLI::PositiveNumber);
+}
+
 void AddRunCommand(CLI::App& app, Action* action) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* run = app.add_subcommand("run", "One wheel test; writes one run file");
@@ -189,6 +198,7 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->add_option("--device", arguments->device,
                   "cpu (default), cuda, auto (a card where there is one), or emulated")
       ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
+  AddMemoryLimit(*run, &arguments->limits);
   run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
   run->add_flag("--json", arguments->json, "The record as JSON on stdout");
   run->add_flag("--progress-lines", arguments->progress_lines,

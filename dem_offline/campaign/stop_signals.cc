@@ -25,7 +25,7 @@ void StopSignals::Wait(std::stop_token done) {
   while (!done.stop_requested()) {
     const int signal = sigtimedwait(&signals_, nullptr, &slice);
     if (signal < 0) continue;
-    if (stop_) _exit(128 + signal);
+    if (stop_ || at_once_) _exit(128 + signal);
     signal_ = signal;
     stop_ = true;
   }

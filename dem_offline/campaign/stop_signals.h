@@ -18,6 +18,9 @@ class StopSignals {
   ~StopSignals();
 
   const std::atomic<bool>& stop() const { return stop_; }
+  /// For work that looks at no flag and leaves nothing half-written: from now on
+  /// the first signal ends the process, too.
+  void EndAtOnce() const { at_once_ = true; }
   /// 130 after SIGINT, 143 after SIGTERM, 129 after SIGHUP, else 0.
   int exit_code() const { return signal_ == 0 ? 0 : 128 + signal_; }
 
@@ -27,6 +30,7 @@ class StopSignals {
   sigset_t signals_;
   std::atomic<bool> stop_{false};
   std::atomic<int> signal_{0};
+  mutable std::atomic<bool> at_once_{false};
   std::jthread waiter_;
 };
 

@@ -65,7 +65,7 @@ std::shared_ptr<const StoredTile> TileStore::Prepare(const v1alpha1::WheelTestSp
   };
   auto stored = std::make_shared<StoredTile>();
   try {
-    stored->tile = backend_->prepare_tile(ToEngine(spec), watched);
+    stored->tile = backend_->prepare_bed(dem::BedOf(ToEngine(spec)), watched);
   } catch (const std::exception&) {
     if (stopped) throw Stopped{};
     throw;

@@ -54,8 +54,12 @@ void AddSuite(CLI::App& app, Action* action, const char* name, const char* about
       ->check(CLI::IsMember({"cpu", "cuda", "emulated"}))
       ->capture_default_str();
   command->add_flag("--quiet", arguments->quiet, "No progress on stderr");
-  command->callback(
-      [=] { *action = [arguments, make](const StopSignals&) { return Run(make(), *arguments); }; });
+  command->callback([=] {
+    *action = [arguments, make](const StopSignals& signals) {
+      signals.EndAtOnce();
+      return Run(make(), *arguments);
+    };
+  });
 }
 
 }  // namespace

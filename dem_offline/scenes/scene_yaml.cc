@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "dem_offline/scenes/engine_convert.h"
@@ -11,20 +12,14 @@ namespace grouser::campaign {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr Range kFraction{0.0, 1.0, true};
-constexpr Range kCoefficient{0.0, 5.0, false};
+constexpr std::uint64_t kMostCount = 1000000000;
 
 void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
-  double sum = 0;
   for (YamlSection& bin : grains.Sections("sizes")) {
     auto* size = out->add_sizes();
-    size->set_diameter_m(bin.Number("diameter_m", kPositive));
-    size->set_mass_fraction(bin.Number("mass_fraction", kFraction));
-    sum += size->mass_fraction();
+    size->set_diameter_m(bin.Number("diameter_m"));
+    size->set_mass_fraction(bin.Number("mass_fraction"));
     bin.Finish();
-  }
-  if (std::abs(sum - 1.0) > 1e-6) {
-    grains.Fail("sizes", fmt::format("mass fractions that sum to {}", sum), "a sum of 1");
   }
 }
 
@@ -35,10 +30,9 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
   out->set_tangential(contact.TextOr("tangential", usual.tangential));
   out->set_rolling(contact.TextOr("rolling", usual.rolling));
   out->set_cohesion(contact.TextOr("cohesion", usual.cohesion));
-  out->set_rolling_damping(
-      contact.NumberOr("rolling_damping", usual.rolling_damping, kNonNegative));
+  out->set_rolling_damping(contact.NumberOr("rolling_damping", usual.rolling_damping));
   out->set_surface_energy_j_per_m2(
-      contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2, kNonNegative));
+      contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2));
   // Settings of single laws stand under the law's name.
   for (const dem::LawEntry& law : dem::Menu()) {
     if (law.settings.empty() || !contact.Has(law.name)) continue;
@@ -56,23 +50,16 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
     contact.Fail("rolling_damping", "it with rolling: " + out->rolling(), "rolling: epsd");
   }
   contact.Finish();
-  dem::ContactChoice choice;
-  ConvertContact(*out, &choice);
-  try {
-    dem::LawsOf(choice);
-  } catch (const std::invalid_argument& error) {
-    contact.Fail("", error.what(), "laws that may stand together (`grouser-dem laws` lists them)");
-  }
 }
 
 void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* out) {
-  out->set_grain_density_kg_per_m3(grains.Number("grain_density_kg_per_m3", kPositive));
-  out->set_youngs_modulus_pa(grains.Number("youngs_modulus_pa", kPositive));
-  out->set_poisson_ratio(grains.Number("poisson_ratio", {0.0, 0.5}));
-  out->set_restitution(grains.Number("restitution", kFraction));
-  out->set_friction(grains.Number("friction", kCoefficient));
-  out->set_rolling_friction(grains.Number("rolling_friction", kCoefficient));
-  out->set_solid_fraction(grains.Number("solid_fraction", {0.4, 0.74}));
+  out->set_grain_density_kg_per_m3(grains.Number("grain_density_kg_per_m3"));
+  out->set_youngs_modulus_pa(grains.Number("youngs_modulus_pa"));
+  out->set_poisson_ratio(grains.Number("poisson_ratio"));
+  out->set_restitution(grains.Number("restitution"));
+  out->set_friction(grains.Number("friction"));
+  out->set_rolling_friction(grains.Number("rolling_friction"));
+  out->set_solid_fraction(grains.Number("solid_fraction"));
   ReadSizes(grains, out);
   if (grains.Has("contact")) ReadContact(grains.Section("contact"), out->mutable_contact());
   grains.Finish();
@@ -100,7 +87,7 @@ void ReadBekker(YamlSection bekker, v1alpha1::BekkerSoil* out) {
 void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
   out->set_name(soil.Text("name"));
   out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3", kPositive));
-  out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2", kPositive));
+  out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2"));
   out->set_source(soil.Text("source"));
   ReadGrains(soil.Section("grains"), out->bulk_density_kg_per_m3(), out->mutable_grains());
   if (soil.Has("bekker")) ReadBekker(soil.Section("bekker"), out->mutable_bekker());
@@ -109,22 +96,22 @@ void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
 
 void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
   out->set_name(wheel.Text("name"));
-  out->set_radius_m(wheel.Number("radius_m", kPositive));
-  out->set_width_m(wheel.Number("width_m", kPositive));
-  out->set_restitution(wheel.Number("restitution", kFraction));
-  out->set_friction(wheel.Number("friction", kCoefficient));
-  out->set_rolling_friction(wheel.Number("rolling_friction", kCoefficient));
+  out->set_radius_m(wheel.Number("radius_m"));
+  out->set_width_m(wheel.Number("width_m"));
+  out->set_restitution(wheel.Number("restitution"));
+  out->set_friction(wheel.Number("friction"));
+  out->set_rolling_friction(wheel.Number("rolling_friction"));
   out->set_source(wheel.Text("source"));
   if (wheel.Has("treads")) {
     for (YamlSection& tread : wheel.Sections("treads")) {
       auto* t = out->add_treads();
-      t->set_count(static_cast<std::uint32_t>(tread.Count("count", 1, 1000)));
-      t->set_height_m(tread.Number("height_m", kPositive));
-      t->set_root_thickness_m(tread.Number("root_thickness_m", kPositive));
-      t->set_tip_thickness_m(tread.NumberOr("tip_thickness_m", 0, kNonNegative));
-      t->set_width_m(tread.NumberOr("width_m", 0, kNonNegative));
+      t->set_count(static_cast<std::uint32_t>(tread.Count("count", 0, kMostCount)));
+      t->set_height_m(tread.Number("height_m"));
+      t->set_root_thickness_m(tread.Number("root_thickness_m"));
+      t->set_tip_thickness_m(tread.NumberOr("tip_thickness_m", 0));
+      t->set_width_m(tread.NumberOr("width_m", 0));
       t->set_offset_m(tread.NumberOr("offset_m", 0));
-      t->set_lean_rad(tread.NumberOr("lean_deg", 0, {-60, 60}) * kDegree);
+      t->set_lean_rad(tread.NumberOr("lean_deg", 0) * kDegree);
       tread.Finish();
     }
   }
@@ -160,8 +147,8 @@ void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
   YamlSection scene = rig.Section("scene");
   out->set_bed(ReadBed(scene, "bed"));
   if (out->bed() == v1alpha1::SCENE_BED_WINDOW) {
-    out->set_window_length_m(scene.NumberOr("window_length_m", 0, kNonNegative));
-    out->set_window_ahead(scene.NumberOr("window_ahead", usual.window_ahead, {0.2, 0.8}));
+    out->set_window_length_m(scene.NumberOr("window_length_m", 0));
+    out->set_window_ahead(scene.NumberOr("window_ahead", usual.window_ahead));
   }
   out->set_freeze(ReadSwitch(scene, "freeze", usual.freeze));
   const auto needs = [&](const char* key, bool used, const char* what) {
@@ -171,26 +158,41 @@ void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
   needs("freeze_speed", out->freeze(), "freeze: on beside it");
   needs("look_steps", out->freeze() || out->bed() == v1alpha1::SCENE_BED_WINDOW,
         "freeze: on or bed: window beside it");
-  out->set_freeze_box(scene.NumberOr("freeze_box", usual.freeze_box, {1.0, 100.0}));
-  out->set_freeze_speed(scene.NumberOr("freeze_speed", usual.freeze_speed, {1e-6, 1.0}));
+  out->set_freeze_box(scene.NumberOr("freeze_box", usual.freeze_box));
+  out->set_freeze_speed(scene.NumberOr("freeze_speed", usual.freeze_speed));
   out->set_look_steps(
-      static_cast<std::uint32_t>(scene.CountOr("look_steps", usual.look_steps, 1, 10000)));
+      static_cast<std::uint32_t>(scene.CountOr("look_steps", usual.look_steps, 0, kMostCount)));
   out->set_largest_step(ReadSwitch(scene, "largest_step", usual.largest_step));
   scene.Finish();
 }
 
 void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
-  out->set_bed_length_m(rig.Number("bed_length_m", kPositive));
-  out->set_bed_width_m(rig.Number("bed_width_m", kPositive));
-  out->set_bed_depth_m(rig.Number("bed_depth_m", kPositive));
-  out->set_speed_m_per_s(rig.Number("speed_m_per_s", kPositive));
-  out->set_max_time_s(rig.Number("max_time_s", kPositive));
-  out->set_rayleigh_fraction(rig.Number("rayleigh_fraction", {0.0, 0.5, true}));
-  out->set_target_relative_error(rig.Number("target_relative_error", kPositive));
-  out->set_stress_bin_rad(rig.Number("stress_bin_deg", {1.0, 45.0}) * kDegree);
-  out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 1, 100)));
+  out->set_bed_length_m(rig.Number("bed_length_m"));
+  out->set_bed_width_m(rig.Number("bed_width_m"));
+  out->set_bed_depth_m(rig.Number("bed_depth_m"));
+  out->set_speed_m_per_s(rig.Number("speed_m_per_s"));
+  out->set_max_time_s(rig.Number("max_time_s"));
+  out->set_rayleigh_fraction(rig.Number("rayleigh_fraction"));
+  out->set_target_relative_error(rig.Number("target_relative_error"));
+  out->set_stress_bin_rad(rig.Number("stress_bin_deg") * kDegree);
+  out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 0, kMostCount)));
   if (rig.Has("scene")) ReadSceneChoice(rig, out->mutable_scene());
   rig.Finish();
+}
+
+/// The engine knows the ranges and what fits what; its complaint goes to the line of
+/// the field it names. How much work is too much is said where runs are started.
+void CheckWithEngine(const YamlSection& section, const v1alpha1::Scene& scene) {
+  v1alpha1::WheelTestSpec spec;
+  *spec.mutable_soil() = scene.soil();
+  *spec.mutable_wheel() = scene.wheel();
+  *spec.mutable_rig() = scene.rig();
+  constexpr double kAny = std::numeric_limits<double>::max();
+  try {
+    dem::ValidateRig(ToEngine(spec), {.bytes = kAny, .steps = kAny, .grain_steps = kAny});
+  } catch (const dem::SpecError& error) {
+    section.FailAtPath(error.field(), error.got(), error.expected());
+  }
 }
 
 }  // namespace
@@ -202,6 +204,7 @@ v1alpha1::Scene ReadScene(YamlSection section) {
   ReadWheel(section.Section("wheel"), scene.mutable_wheel());
   ReadRig(section.Section("rig"), scene.mutable_rig());
   section.Finish();
+  CheckWithEngine(section, scene);
   return scene;
 }
 

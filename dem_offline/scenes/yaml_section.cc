@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "proto/records/durable_file.h"
@@ -92,6 +93,34 @@ void YamlSection::Fail(const std::string& key, const std::string& got,
                        const std::string& expected) const {
   const YAML::Node node = node_[key];
   FailAt(node ? node.Mark() : node_.Mark(), key, got, expected);
+}
+
+void YamlSection::FailAtPath(const std::string& path, const std::string& got,
+                             const std::string& expected) const {
+  YAML::Node node = node_;
+  std::string found;
+  std::string unit;
+  std::istringstream keys(path.substr(0, path.find(',')));
+  for (std::string key; std::getline(keys, key, '.');) {
+    const std::size_t bracket = key.find('[');
+    const std::string name = key.substr(0, bracket);
+    if (!node.IsMap()) break;
+    std::string shown = key;
+    if (!std::as_const(node)[name] && name.ends_with("_rad")) {
+      shown = name.substr(0, name.size() - 3) + "deg";
+      unit = "in radians, ";
+    }
+    YAML::Node next = std::as_const(node)[shown.substr(0, bracket)];
+    if (!next) break;
+    found += (found.empty() ? "" : ".") + shown;
+    if (bracket != std::string::npos && next.IsSequence()) {
+      next.reset(next[std::stoul(key.substr(bracket + 1))]);
+    }
+    node.reset(next);
+  }
+  double number = 0;
+  const bool plain = node.IsScalar() && Parse(got, &number);
+  FailAt(node.Mark(), found.empty() ? path : found, plain ? Describe(node) : got, unit + expected);
 }
 
 bool YamlSection::Has(const std::string& key) {

@@ -61,6 +61,12 @@ class YamlSection {
   /// For checks across keys: the same error form, at `key`.
   [[noreturn]] void Fail(const std::string& key, const std::string& got,
                          const std::string& expected) const;
+  /// The same at a path of keys from here on ("a.b[1].c"), or as far down as there are
+  /// such keys. A number in radians may stand there in degrees (_rad, _deg). What
+  /// follows a comma in the path is left out; a plain number that was got is shown
+  /// as it is written there.
+  [[noreturn]] void FailAtPath(const std::string& path, const std::string& got,
+                               const std::string& expected) const;
   const std::string& file() const { return file_; }
 
  private:

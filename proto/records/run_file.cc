@@ -137,6 +137,9 @@ RunFile ReadRunFile(const std::string& path) {
   if (!status.ok()) {
     throw std::runtime_error(path + ": record_json is not a RunRecord: " + status.ToString());
   }
+  if (run.record.experiment_case() == v1alpha1::RunRecord::EXPERIMENT_NOT_SET) {
+    throw std::runtime_error(path + ": holds no experiment that this version knows");
+  }
   ReadProfiles(file, &run.record);
   for (const std::string& name : file.List("/series")) {
     file.ReadArray("/series/" + name, &run.series[name]);

@@ -12,6 +12,7 @@
 #include "dem_offline/engine/bench/shear.h"
 #include "dem_offline/engine/bench/wheel.h"
 #include "dem_offline/engine/gpu/device.h"
+#include "dem_offline/engine/rig/work.h"
 
 namespace grouser::dem::bench {
 namespace {
@@ -154,6 +155,19 @@ void CheckOptions(const BenchOptions& o) {
   in("warmup", o.warmup, 0, "at least 0");
   in("repeat", o.repeat, 1, "at least 1");
   in("physics_samples", o.physics_samples, 1, "at least 1");
+  const auto most = [&](const char* option, std::int64_t v, std::int64_t limit) {
+    Expect(v <= limit, option, std::to_string(v), ("at most " + std::to_string(limit)).c_str());
+  };
+  most("cores", o.cores, 1024);
+  most("worlds", o.worlds, 1 << 20);
+  most("physics_samples", o.physics_samples, o.steps);
+  const double grains = static_cast<double>(o.particles) * o.worlds;
+  CheckWork("particles, worlds and steps",
+            {.grains = static_cast<double>(o.particles),
+             .steps = (static_cast<double>(o.steps) + static_cast<double>(o.warmup)) * o.worlds *
+                      o.repeat,
+             .bytes = kBytesPerGrain * grains},
+            {});
 }
 
 Bed OpenBed(const BenchOptions& o) {

@@ -145,18 +145,42 @@ bool SameLaws(const WheelTestSpec& a, const WheelTestSpec& b) {
   return LawsOf(a.soil.contact) == LawsOf(b.soil.contact);
 }
 
-/// Grains that fit: a quarter of the memory stays for lists that grow.
-std::int64_t GrainsThatFit(const Device& device) {
-  constexpr double kBytesPerGrain = 4000;  // with checkpoint; see PlanOf
-  return static_cast<std::int64_t>(0.75 * static_cast<double>(device.FreeBytes()) / kBytesPerGrain);
+/// Grains that fit: a quarter of the device's memory stays for lists that grow. A
+/// grain takes about as much there, with its checkpoint (PlanOf), as on the host.
+double GrainsThatFit(const Device& device, const WorkLimits& limits) {
+  return std::min(0.75 * static_cast<double>(device.FreeBytes()), MostBytes(limits)) /
+         kBytesPerGrain;
+}
+
+/// Of a scene, which may be many tiles long.
+double GrainsOf(const WheelJob& job) {
+  return static_cast<double>(job.tile->radius_m.size()) * SceneLength(job.spec) /
+         job.spec.rig.bed_length_m;
+}
+
+/// Throws std::invalid_argument with the test's number.
+void Validate(const WheelJob& job, std::size_t number, const Device& device,
+              const WorkLimits& limits) {
+  const std::string which = "wheel test " + std::to_string(number) + ": ";
+  try {
+    ValidateSpec(job.spec, limits);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(which + error.what());
+  }
+  const double needed = kBytesPerGrain * GrainsOf(job);
+  const auto free = static_cast<double>(device.FreeBytes());
+  if (needed <= free) return;
+  throw std::invalid_argument(which + Short(GrainsOf(job)) + " grains need about " +
+                              Short(needed / 1e9) + " GB, expected at most the " +
+                              Short(free / 1e9) + " GB that are free on " + device.name());
 }
 
 std::vector<std::size_t> NextBatch(const std::vector<WheelJob>& jobs,
-                                   std::vector<std::size_t>* left, std::int64_t most_grains) {
+                                   std::vector<std::size_t>* left, double most_grains) {
   std::vector<std::size_t> chosen, rest;
-  std::int64_t grains = 0;
+  double grains = 0;
   for (const std::size_t n : *left) {
-    const auto own = static_cast<std::int64_t>(jobs[n].tile->radius_m.size());
+    const double own = GrainsOf(jobs[n]);
     const bool fits = chosen.empty() ||
                       (grains + own <= most_grains && SameLaws(jobs[chosen[0]].spec, jobs[n].spec));
     (fits ? chosen : rest).push_back(n);
@@ -170,20 +194,17 @@ std::vector<std::size_t> NextBatch(const std::vector<WheelJob>& jobs,
 
 std::vector<WheelTestResult> RunWheelTests(
     const std::vector<WheelJob>& jobs, Device& device, const ProgressFn& progress,
-    const std::function<void(std::size_t, const WheelTestResult&)>& done) {
+    const std::function<void(std::size_t, const WheelTestResult&)>& done,
+    const WorkLimits& limits) {
   std::vector<std::size_t> left;
   for (std::size_t n = 0; n < jobs.size(); ++n) {
-    try {
-      ValidateSpec(jobs[n].spec);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("wheel test " + std::to_string(n) + ": " + error.what());
-    }
+    Validate(jobs[n], n, device, limits);
     left.push_back(n);
   }
   std::vector<WheelTestResult> out(jobs.size());
   std::size_t finished = 0;
   while (!left.empty()) {
-    const std::vector<std::size_t> chosen = NextBatch(jobs, &left, GrainsThatFit(device));
+    const std::vector<std::size_t> chosen = NextBatch(jobs, &left, GrainsThatFit(device, limits));
     Batch batch(jobs, chosen, device);
     const std::size_t before = finished;
     if (progress) {

@@ -20,11 +20,13 @@ inline constexpr const char* kMemoryStage = "memory: ";
 /// Many wheel tests at once on a device, each as RunWheelTest would do it: same
 /// motion, same rules, a result of its own whoever is beside it. Tests whose
 /// laws differ go one group after the other, and so do those that do not fit the
-/// device's memory together. progress: of all; its stage
+/// memories of device and host together. progress: of all; its stage
 /// says how many are done. done: called with the number of a job as soon as its
-/// result is there. Throws std::invalid_argument on a bad spec, with its number.
+/// result is there. Throws std::invalid_argument on a bad spec, or one too large for the
+/// device, with its number, before anything runs.
 std::vector<WheelTestResult> RunWheelTests(
     const std::vector<WheelJob>& jobs, Device& device, const ProgressFn& progress = {},
-    const std::function<void(std::size_t, const WheelTestResult&)>& done = {});
+    const std::function<void(std::size_t, const WheelTestResult&)>& done = {},
+    const WorkLimits& limits = {});
 
 }  // namespace grouser::dem::gpu

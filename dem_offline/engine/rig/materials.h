@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "dem_offline/engine/bodies/body.h"
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/rig/wheel_test.h"
@@ -8,12 +10,12 @@ namespace grouser::dem {
 
 inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
 
-/// Grains; a floor as rough as they are; a wheel: both rigid.
-inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const WheelShape& w) {
+/// Grains, and a floor as rough as they are. `grain_friction`: of the grains among
+/// themselves, in preparation not the soil's own.
+inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
   ContactModel model(LawsOf(s.contact));
   const LawSettings settings = SettingsOf(s.contact);
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
-  model.AddMaterial({kRigid, 0.0});
   model.AddMaterial({kRigid, 0.0});
   Interface f;
   f.restitution = s.restitution;
@@ -24,10 +26,20 @@ inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const
   model.SetInterface(kGrainMaterial, kGrainMaterial, f, settings);
   f.friction = s.friction;
   model.SetInterface(kGrainMaterial, kFloorMaterial, f, settings);
+  return model;
+}
+
+/// The same with a wheel, rigid as the floor.
+inline ContactModel RigContacts(const GrainSoil& s, const WheelShape& w) {
+  ContactModel model = BedContacts(s, s.friction);
+  model.AddMaterial({kRigid, 0.0});
+  Interface f;
   f.restitution = w.restitution;
   f.friction = w.friction;
   f.rolling_friction = w.rolling_friction;
-  model.SetInterface(kGrainMaterial, kWheelMaterial, f, settings);
+  f.rolling_damping = s.contact.rolling_damping;
+  f.surface_energy_j_per_m2 = s.contact.surface_energy_j_per_m2;
+  model.SetInterface(kGrainMaterial, kWheelMaterial, f, SettingsOf(s.contact));
   return model;
 }
 
@@ -55,6 +67,13 @@ inline double LargestDiameter(const GrainSoil& s) {
   for (const auto& b : s.sizes) d = b.diameter_m > d ? b.diameter_m : d;
   return d;
 }
+/// Mean volume by number [m^3]: pi/6 over sum(mass fraction/d^3), the fractions
+/// summing to 1.
+inline double MeanGrainVolume(const GrainSoil& s) {
+  double n = 0;
+  for (const auto& b : s.sizes) n += b.mass_fraction / (b.diameter_m * b.diameter_m * b.diameter_m);
+  return M_PI / 6 / n;
+}
 /// Mean by number [m].
 inline double MeanDiameter(const GrainSoil& s) {
   double n = 0, nd = 0;
@@ -64,6 +83,15 @@ inline double MeanDiameter(const GrainSoil& s) {
     nd += share * b.diameter_m;
   }
   return nd / n;
+}
+
+/// The units of the rig's own times and speeds: sqrt(d/g) [s] and sqrt(g d) [m/s], d
+/// the mean diameter by number. 0.030 s and 0.29 m/s for the shipped soil of 9 mm.
+inline double GravityTime(const GrainSoil& s) {
+  return std::sqrt(MeanDiameter(s) / s.gravity_m_per_s2);
+}
+inline double GravitySpeed(const GrainSoil& s) {
+  return std::sqrt(MeanDiameter(s) * s.gravity_m_per_s2);
 }
 
 }  // namespace grouser::dem

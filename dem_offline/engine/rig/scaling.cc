@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/preparation.h"
 #include "dem_offline/engine/rig/steady.h"
 
 namespace grouser::dem {
@@ -60,7 +61,7 @@ double DampedLimit(double restitution) {
 
 double LargestStep(const GrainSoil& soil, const WheelShape& wheel, double overlap_over_radius) {
   Positive("overlap_over_radius", overlap_over_radius);
-  const ContactModel contacts = RigContacts(soil, soil.friction, wheel);
+  const ContactModel contacts = RigContacts(soil, wheel);
   double slowest = 1e300;  // smallest sqrt(m/k) of a pair of equal grains
   for (const SizeBin& bin : soil.sizes) {
     const double r = 0.5 * bin.diameter_m;
@@ -71,6 +72,12 @@ double LargestStep(const GrainSoil& soil, const WheelShape& wheel, double overla
   const double limit = std::min(DampedLimit(soil.restitution) / std::sqrt(kFastestMode),
                                 2 / std::sqrt(kUndampedMode));
   return kSafety * limit * slowest;
+}
+
+double ExperimentStep(const WheelTestSpec& spec) {
+  if (!spec.rig.scene.largest_step) return BedStep(BedOf(spec));
+  return LargestStep(spec.soil, spec.wheel,
+                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
 }
 
 double LoadedOverlap(const GrainSoil& soil, const WheelShape& wheel, double load_n) {

@@ -40,4 +40,7 @@ double LargestStep(const GrainSoil& soil, const WheelShape& wheel, double overla
 /// at 24 N and 5 MPa, 0.028 for 0.027 at 20 MPa, 0.088 for 0.128 at 60 N).
 double LoadedOverlap(const GrainSoil& soil, const WheelShape& wheel, double load_n);
 
+/// Time step [s] of a wheel test: the bed's, or where its scene says so LargestStep.
+double ExperimentStep(const WheelTestSpec& spec);
+
 }  // namespace grouser::dem

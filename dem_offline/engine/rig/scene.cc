@@ -15,13 +15,6 @@ namespace {
 constexpr double kBandDiameters = 2.5;  // frozen on either side of the seam
 constexpr double kSlabDiameters = 2.0;  // exchanged at a time
 
-/// Whole tiles of a bed that the wheel never leaves nor re-enters.
-int TilesOf(const WheelTestSpec& spec) {
-  if (spec.rig.scene.bed != SceneBed::kFull) return 1;
-  const double travel = spec.rig.speed_m_per_s * spec.rig.max_time_s;
-  return static_cast<int>(std::ceil(travel / spec.rig.bed_length_m)) + 1;
-}
-
 void CheckTile(const RigSettings& rig, const Tile& tile) {
   if (std::abs(tile.length_m - rig.bed_length_m) > 1e-9 ||
       std::abs(tile.width_m - rig.bed_width_m) > 1e-9 ||
@@ -31,7 +24,7 @@ void CheckTile(const RigSettings& rig, const Tile& tile) {
 }
 
 int HistoryWords(const WheelTestSpec& spec) {
-  return RigContacts(spec.soil, spec.soil.friction, spec.wheel).layout().words;
+  return BedContacts(spec.soil, spec.soil.friction).layout().words;
 }
 
 std::int64_t KeyOf(const Home& h) { return (static_cast<std::int64_t>(h.grain) << 32) + h.copy; }
@@ -94,6 +87,19 @@ double LeastWindow(const WheelTestSpec& spec) {
   return (HalfExtents(spec.wheel, YawOf(spec))[0] + frozen) / std::min(ahead, 1 - ahead);
 }
 
+double SceneLength(const WheelTestSpec& spec) {
+  const double tile = spec.rig.bed_length_m;
+  switch (spec.rig.scene.bed) {
+    case SceneBed::kWindow:
+      return WindowOf(spec).length_m;
+    case SceneBed::kFull:  // whole tiles that the wheel neither leaves nor re-enters
+      return tile * (std::ceil(spec.rig.speed_m_per_s * spec.rig.max_time_s / tile) + 1);
+    case SceneBed::kPeriodic:
+      break;
+  }
+  return tile;
+}
+
 RigScene::RigScene(const WheelTestSpec& spec, const Tile& tile, double dt_s)
     : spec_(spec),
       dt_(dt_s),
@@ -108,8 +114,7 @@ RigScene::RigScene(const WheelTestSpec& spec, const Tile& tile, double dt_s)
     length_ = w.length_m;
     Open(window_->Fill(), length_, dt_s);
   } else {
-    const int tiles = TilesOf(spec);
-    length_ = tiles * tile.length_m;
+    length_ = SceneLength(spec);
     Open(feed_.Between(0, length_), length_, dt_s);
   }
   if (scene.freeze) {
@@ -129,7 +134,7 @@ void RigScene::Open(const BedPiece& piece, double length_m, double dt_s) {
   c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
   c.dt_s = dt_s;
   c.skin_m = 0.3 * diameter_;  // of the long-lived list; the short one finds its own
-  c.contacts = RigContacts(spec_.soil, spec_.soil.friction, spec_.wheel);
+  c.contacts = RigContacts(spec_.soil, spec_.wheel);
   world_ = std::make_unique<World>(c, piece.grains);
   world_->AddBody(FloorBody(spec_.rig.bed_depth_m));
   Restore(piece, window_ ? 0 : static_cast<int>(std::lround(length_m / feed_.tile_length_m())),

@@ -28,6 +28,10 @@ WindowSettings WindowOf(const WheelTestSpec& spec);
 /// Below this length [m] the wheel itself would stand on the frozen seam.
 double LeastWindow(const WheelTestSpec& spec);
 
+/// Length [m] of the stretch of bed that a scene holds at a time: one tile, all
+/// that the wheel can travel, or the window.
+double SceneLength(const WheelTestSpec& spec);
+
 /// The bed of a wheel test, and how much of it is worked on: opens the World
 /// with the tile's grains, histories and floor, and keeps what the scene's
 /// switches say as the wheel goes.

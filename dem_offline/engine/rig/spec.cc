@@ -1,137 +1,145 @@
+#include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 
 #include "dem_offline/engine/isa/kernels.h"
 #include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/scaling.h"
 #include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/engine/rig/steady.h"
-#include "dem_offline/engine/rig/wheel_test.h"
+#include "dem_offline/engine/rig/wheel_run.h"
 
 namespace grouser::dem {
 namespace {
 
-void Require(bool ok, const std::string& field, double got, const char* expected) {
-  if (!ok) {
-    throw std::invalid_argument(field + ": " + std::to_string(got) + ", expected " + expected);
+void CheckScene(const SceneSettings& s) {
+  if (s.bed != SceneBed::kWindow && s.window_length_m != 0) {
+    throw SpecError("rig.scene.window_length_m", Short(s.window_length_m),
+                    "0 unless rig.scene.bed is window");
+  }
+  CheckWithin("rig.scene.window_length_m", s.window_length_m, 0, 1e3);
+  CheckWithin("rig.scene.window_ahead", s.window_ahead, 0.2, 0.8);
+  CheckWithin("rig.scene.freeze_box", s.freeze_box, 1, 100);
+  CheckWithin("rig.scene.freeze_speed", s.freeze_speed, 1e-6, 1);
+  CheckWithin("rig.scene.look_steps", s.look_steps, 1, 10000);
+}
+
+void CheckRigNumbers(const RigSettings& r) {
+  CheckPositive("rig.speed_m_per_s", r.speed_m_per_s);
+  CheckPositive("rig.max_time_s", r.max_time_s);
+  CheckPositive("rig.target_relative_error", r.target_relative_error);
+  CheckWithin("rig.target_relative_error", r.target_relative_error, 0, kLargestError);
+  CheckWithin("rig.stress_bin_rad", r.stress_bin_rad, 0.01, 0.8);
+  CheckWithin("rig.width_bins", r.width_bins, 1, 100);
+  CheckScene(r.scene);
+}
+
+void CheckWheel(const WheelShape& w) {
+  CheckPositive("wheel.radius_m", w.radius_m);
+  CheckPositive("wheel.width_m", w.width_m);
+  CheckWithin("wheel.restitution", w.restitution, 1e-3, 1);
+  CheckWithin("wheel.friction", w.friction, 0, 10);
+  CheckWithin("wheel.rolling_friction", w.rolling_friction, 0, 10);
+  if (w.treads.empty()) return;
+  try {
+    TreadedWheel(w.radius_m, w.width_m, w.treads);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError("wheel.treads", error.what(), "treads that stand on the wheel");
   }
 }
 
-void Positive(const std::string& field, double v) {
-  Require(std::isfinite(v) && v > 0, field, v, "finite and > 0");
+/// A length that must be longer than what stands on it.
+void CheckLonger(const char* field, double length_m, double least_m, const std::string& what) {
+  if (length_m > least_m) return;
+  throw SpecError(field, Short(length_m) + " m", "more than " + Short(least_m) + " m, " + what);
 }
 
-void Share(const std::string& field, double v, double low, double high) {
-  Require(v >= low && v <= high, field, v,
-          ("in [" + std::to_string(low) + ", " + std::to_string(high) + "]").c_str());
+void CheckWheelOnBed(const WheelTestSpec& s) {
+  const WheelShape& w = s.wheel;
+  CheckLonger("rig.bed_length_m", s.rig.bed_length_m, 3 * std::max(w.radius_m, 0.5 * w.width_m),
+              "1.5 wheel diameters");
+  CheckLonger("rig.bed_width_m", s.rig.bed_width_m, 1.2 * w.width_m, "1.2 wheel widths");
 }
 
-void CheckSoil(const GrainSoil& s) {
-  Positive("soil.grain_density_kg_per_m3", s.density_kg_per_m3);
-  Positive("soil.youngs_modulus_pa", s.youngs_modulus_pa);
-  Share("soil.poisson_ratio", s.poisson_ratio, 0, 0.5);
-  Share("soil.restitution", s.restitution, 1e-3, 1);
-  Share("soil.friction", s.friction, 0, 10);
-  Share("soil.rolling_friction", s.rolling_friction, 0, 10);
-  Share("soil.solid_fraction", s.solid_fraction, 0.5, 0.7);
-  Positive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
-  Share("soil.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
-  Share("soil.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0, 1e3);
-  const ContactChoice& laws = s.contact;
-  if (laws.cohesion != "jkr" && laws.cohesion != "jkr_added") {
-    Require(laws.surface_energy_j_per_m2 == 0, "soil.contact.surface_energy_j_per_m2",
-            laws.surface_energy_j_per_m2, "0 unless cohesion is jkr or jkr_added");
-  }
-  for (const NamedSetting& n : laws.settings) {
-    const bool chosen = n.law == laws.normal || n.law == laws.tangential || n.law == laws.rolling ||
-                        n.law == laws.cohesion;
-    Require(chosen, "soil.contact.settings." + n.law + "." + n.name, n.value,
-            "settings of the chosen laws alone");
-    Require(std::isfinite(n.value), "soil.contact.settings." + n.law + "." + n.name, n.value,
-            "finite");
-  }
-  Require(!s.sizes.empty(), "soil.sizes", 0, "at least one size");
-  double sum = 0;
-  for (std::size_t i = 0; i < s.sizes.size(); ++i) {
-    const std::string at = "soil.sizes[" + std::to_string(i) + "]";
-    Positive(at + ".diameter_m", s.sizes[i].diameter_m);
-    Positive(at + ".mass_fraction", s.sizes[i].mass_fraction);
-    sum += s.sizes[i].mass_fraction;
-  }
-  Require(std::abs(sum - 1) < 1e-6, "soil.sizes: sum of mass_fraction", sum, "1");
+/// Refuses what was given though nothing uses it: what is asked is never ignored.
+void CheckUnused(const char* field, double value, const char* expected) {
+  if (value != 0) throw SpecError(field, Short(value), expected);
 }
 
-void CheckRig(const RigSettings& r) {
-  Positive("rig.bed_length_m", r.bed_length_m);
-  Positive("rig.bed_width_m", r.bed_width_m);
-  Positive("rig.bed_depth_m", r.bed_depth_m);
-  Positive("rig.speed_m_per_s", r.speed_m_per_s);
-  Positive("rig.max_time_s", r.max_time_s);
-  Share("rig.rayleigh_fraction", r.rayleigh_fraction, 1e-3, 0.4);
-  Positive("rig.target_relative_error", r.target_relative_error);
-  Share("rig.target_relative_error", r.target_relative_error, 0, kLargestError);
-  Share("rig.stress_bin_rad", r.stress_bin_rad, 0.01, 0.5);
-  Share("rig.width_bins", r.width_bins, 1, 100);
-  const SceneSettings& s = r.scene;
-  Share("rig.scene.window_length_m", s.window_length_m, 0, 1e3);
-  if (s.bed != SceneBed::kWindow) {
-    Require(s.window_length_m == 0, "rig.scene.window_length_m", s.window_length_m,
-            "0 unless rig.scene.bed is window");
+void CheckMode(const TestState& s, double speed_m_per_s) {
+  CheckPositive("state.load_n", s.load_n);
+  if (!std::isfinite(s.drawbar_n)) {
+    throw SpecError("state.drawbar_n", Short(s.drawbar_n), "a finite number");
   }
-  Share("rig.scene.window_ahead", s.window_ahead, 0.2, 0.8);
-  Share("rig.scene.freeze_box", s.freeze_box, 1, 100);
-  Share("rig.scene.freeze_speed", s.freeze_speed, 1e-6, 1);
-  Share("rig.scene.look_steps", s.look_steps, 1, 10000);
-}
-
-/// What a mode has no use for must be 0: nothing that is asked is ignored.
-void CheckState(const TestState& s, double speed_m_per_s) {
-  Positive("state.load_n", s.load_n);
-  Require(std::isfinite(s.drawbar_n), "state.drawbar_n", s.drawbar_n, "finite");
-  Require(std::abs(s.attack_angle_rad) <= M_PI + 1e-9, "state.attack_angle_rad", s.attack_angle_rad,
-          "in [-pi, pi]");
+  CheckWithin("state.attack_angle_rad", s.attack_angle_rad, -M_PI, M_PI);
   if (s.mode == RigMode::kRimSpeed) {
     MotionAt(s.slip, s.attack_angle_rad, speed_m_per_s);
   } else {
-    Require(s.slip == 0, "state.slip", s.slip, "0 unless the mode is rim, which holds it");
+    CheckUnused("state.slip", s.slip, "0 unless the mode is rim, which holds it");
   }
   if (s.mode == RigMode::kFreeSlip) {
-    Require(s.attack_angle_rad == 0, "state.attack_angle_rad", s.attack_angle_rad,
-            "0 in mode free, whose hub moves along x alone");
+    CheckUnused("state.attack_angle_rad", s.attack_angle_rad,
+                "0 in mode free, whose hub moves along x alone");
   } else {
-    Require(s.drawbar_n == 0, "state.drawbar_n", s.drawbar_n,
-            "0 unless the mode is free, which pulls it");
+    CheckUnused("state.drawbar_n", s.drawbar_n, "0 unless the mode is free, which pulls it");
+  }
+}
+
+/// What depends on the state: how the turned wheel fits, and how far it moves in a step.
+void CheckState(const WheelTestSpec& spec) {
+  CheckMode(spec.state, spec.rig.speed_m_per_s);
+  const Vec3d half = HalfExtents(spec.wheel, YawOf(spec));
+  CheckLonger("rig.bed_width_m", spec.rig.bed_width_m, 2 * half[1],
+              "the wheel's extent across its path");
+  const double window = spec.rig.scene.window_length_m;
+  if (spec.rig.scene.bed == SceneBed::kWindow && window > 0 && !(window >= LeastWindow(spec))) {
+    throw SpecError("rig.scene.window_length_m", Short(window) + " m",
+                    "0 (by rule) or at least " + Short(LeastWindow(spec)) + " m");
+  }
+  const double far = spec.rig.speed_m_per_s * ExperimentStep(spec),
+               most = 0.1 * SmallestRadius(spec.soil);
+  if (!(far <= most)) {
+    throw SpecError("rig.speed_m_per_s",
+                    Short(spec.rig.speed_m_per_s) + " (" + Short(far) + " m in a time step)",
+                    "at most " + Short(most) + " m in a step, a tenth of the smallest radius");
   }
 }
 
 }  // namespace
 
-void ValidateSpec(const WheelTestSpec& spec) {
-  CheckSoil(spec.soil);
-  CheckRig(spec.rig);
-  Positive("wheel.radius_m", spec.wheel.radius_m);
-  Positive("wheel.width_m", spec.wheel.width_m);
-  Share("wheel.restitution", spec.wheel.restitution, 1e-3, 1);
-  Share("wheel.friction", spec.wheel.friction, 0, 10);
-  Share("wheel.rolling_friction", spec.wheel.rolling_friction, 0, 10);
-  RigContacts(spec.soil, spec.soil.friction,
-              spec.wheel);  // the laws agree, their settings make sense
-  if (!spec.wheel.treads.empty()) {
-    TreadedWheel(spec.wheel.radius_m, spec.wheel.width_m, spec.wheel.treads);
-  }
-  CheckState(spec.state, spec.rig.speed_m_per_s);
-  if (spec.rig.scene.bed == SceneBed::kWindow && spec.rig.scene.window_length_m > 0) {
-    Require(spec.rig.scene.window_length_m >= LeastWindow(spec), "rig.scene.window_length_m",
-            spec.rig.scene.window_length_m,
-            ("0 (by rule) or at least " + std::to_string(LeastWindow(spec))).c_str());
-  }
-  const double wheel_space = 2 * std::max(spec.wheel.radius_m, 0.5 * spec.wheel.width_m);
-  Require(spec.rig.bed_length_m > 1.5 * wheel_space, "rig.bed_length_m", spec.rig.bed_length_m,
-          "more than 1.5 wheel diameters");
-  Require(spec.rig.bed_width_m > 1.2 * spec.wheel.width_m, "rig.bed_width_m", spec.rig.bed_width_m,
-          "more than 1.2 wheel widths");
+BedSpec BedOf(const WheelTestSpec& spec) {
+  return {.soil = spec.soil,
+          .length_m = spec.rig.bed_length_m,
+          .width_m = spec.rig.bed_width_m,
+          .depth_m = spec.rig.bed_depth_m,
+          .rayleigh_fraction = spec.rig.rayleigh_fraction,
+          .seed = spec.seed};
+}
+
+Work WorkOf(const WheelTestSpec& spec) {
+  const BedSpec bed = BedOf(spec);
+  const double tile = bed.soil.solid_fraction * bed.length_m * bed.width_m * bed.depth_m /
+                      MeanGrainVolume(bed.soil);
+  Work work;
+  work.grains = tile * SceneLength(spec) / bed.length_m;
+  work.steps = LongestRun(spec) / ExperimentStep(spec);
+  work.bytes = kBytesPerGrain * (work.grains + tile) + RecordBytes(spec);
+  return work;
+}
+
+void ValidateRig(const WheelTestSpec& spec, const WorkLimits& limits) {
+  CheckRigNumbers(spec.rig);
+  CheckWheel(spec.wheel);
+  ValidateBed(BedOf(spec), limits);
+  CheckWheelOnBed(spec);
+}
+
+void ValidateSpec(const WheelTestSpec& spec, const WorkLimits& limits) {
+  ValidateRig(spec, limits);
+  CheckState(spec);
+  CheckWork("rig.max_time_s, rig.scene", WorkOf(spec), limits);
 }
 
 SceneSettings EverythingSimulated() {
@@ -186,7 +194,7 @@ const char* NameOf(RunStatus status) {
   return "";
 }
 
-const char* EngineVersion() { return "4"; }
+const char* EngineVersion() { return "5"; }
 const char* EngineIsa() { return BestIsa(); }
 
 }  // namespace grouser::dem

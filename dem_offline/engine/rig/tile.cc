@@ -1,4 +1,4 @@
-// Settles, cuts and relaxes the periodic bed that wheel tests start from.
+// Settles, cuts and relaxes the periodic bed that experiments start from.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -6,15 +6,14 @@
 #include <stdexcept>
 
 #include "dem_offline/engine/rig/materials.h"
-#include "dem_offline/engine/rig/wheel_test.h"
+#include "dem_offline/engine/rig/preparation.h"
 #include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 namespace {
 
 constexpr double kFractionTolerance = 0.004;
-constexpr double kDragTime = 0.05;            // [s] viscous fall: gentle and quick
-constexpr int kMostAttempts = 6;
+constexpr std::int64_t kLookSteps = 200;      // between looks at whether it is quiet
 constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
 
 /// splitmix64: the same stream on every machine (std:: distributions are not).
@@ -34,13 +33,10 @@ class Random {
 
 class Preparation {
  public:
-  Preparation(const WheelTestSpec& spec, const ProgressFn& progress)
-      : spec_(spec), progress_(progress) {
-    depth_ = spec.rig.bed_depth_m;
+  Preparation(const BedSpec& spec, const ProgressFn& progress) : spec_(spec), progress_(progress) {
+    depth_ = spec.depth_m;
     diameter_ = LargestDiameter(spec.soil);
-    dt_ = spec.rig.rayleigh_fraction *
-          RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
-                       spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
+    dt_ = BedStep(spec);
   }
 
   Tile Run() {
@@ -86,11 +82,11 @@ class Preparation {
 
   WorldConfig Config(double friction) const {
     WorldConfig c;
-    c.frame = {spec_.rig.bed_length_m, spec_.rig.bed_width_m, std::max(1.0, 8 * depth_)};
+    c.frame = {spec_.length_m, spec_.width_m, TileZSpan(depth_)};
     c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
     c.dt_s = dt_;
     c.skin_m = 0.3 * diameter_;
-    c.contacts = RigContacts(spec_.soil, friction, spec_.wheel);
+    c.contacts = BedContacts(spec_.soil, friction);
     return c;
   }
 
@@ -108,14 +104,15 @@ class Preparation {
   /// Loose jittered lattice holding enough solid for the bed and its cut.
   std::vector<GrainState> Loose() const {
     Random random(spec_.seed);
-    const double area = spec_.rig.bed_length_m * spec_.rig.bed_width_m;
-    double solid = (spec_.soil.solid_fraction + 0.02) * area * (depth_ + 1.5 * diameter_);
-    const double pitch = 1.12 * diameter_;
-    const int nx = static_cast<int>(spec_.rig.bed_length_m / pitch);
-    const int ny = static_cast<int>(spec_.rig.bed_width_m / pitch);
-    const double px = spec_.rig.bed_length_m / nx, py = spec_.rig.bed_width_m / ny;
+    const LooseLattice lattice = LatticeOf(spec_);
+    double solid = lattice.solid_m3;
+    const double pitch = lattice.pitch_m;
+    const int nx = static_cast<int>(lattice.nx), ny = static_cast<int>(lattice.ny);
+    const double first = FirstSpeed(spec_);
+    const double px = spec_.length_m / nx, py = spec_.width_m / ny;
     std::vector<GrainState> out;
     for (int layer = 0; solid > 0; ++layer) {
+      Report(0, "pour");
       for (int ix = 0; ix < nx; ++ix) {
         for (int iy = 0; iy < ny; ++iy) {
           const double d = DrawDiameter(random), play = 0.5 * (pitch - d);
@@ -126,7 +123,7 @@ class Preparation {
           g.z_m = -depth_ + (layer + 0.6) * pitch + jitter();
           g.radius_m = 0.5 * d;
           g.density_kg_per_m3 = spec_.soil.density_kg_per_m3;
-          const auto kick = [&] { return 0.1 * (2 * random.Uniform() - 1); };
+          const auto kick = [&] { return first * (2 * random.Uniform() - 1); };
           g.v_x = kick();
           g.v_y = kick();
           g.v_z = kick();
@@ -138,49 +135,57 @@ class Preparation {
     return out;
   }
 
-  /// Runs until kinetic energy per grain is under 1e-6 m g d or time is up.
-  void Quiet(World& world, double least_s, double most_s, const char* stage) {
-    world.SetDrag(1 - dt_ / kDragTime);
-    double mass = 0;
-    for (const auto& g : world.grains()) mass += g.id >= 0 ? g.mass : 0;
-    const double quiet = 1e-6 * mass * spec_.soil.gravity_m_per_s2 * diameter_;
-    const auto steps = static_cast<long>(most_s / dt_), least = static_cast<long>(least_s / dt_);
-    for (long s = 0; s < steps; ++s) {
+  /// Tells the caller; throws when he has had enough. share: of this stage.
+  void Report(double share, const char* stage) const {
+    if (!progress_) return;
+    const double all = (attempt_ + std::min(share, 1.0)) / (kMostAttempts + 1.0);
+    if (!progress_(all, stage)) throw std::runtime_error("stopped by caller");
+  }
+
+  /// Steps until `quiet` says so, at the earliest after least_s, or most_s are over.
+  template <class QuietFn>
+  void StepUntil(World& world, const StageTimes& times, const char* stage, QuietFn&& quiet) {
+    const auto steps = static_cast<std::int64_t>(times.most_s / dt_),
+               least = static_cast<std::int64_t>(times.least_s / dt_);
+    const std::int64_t poll = PollSteps(world.count());
+    for (std::int64_t s = 0; s < steps; ++s) {
       if (world.Step() != StepFault::kNone) {
         throw std::runtime_error(std::string("tile: the bed blew up while it was to ") + stage +
                                  "; expected a stable time step (rig.rayleigh_fraction)");
       }
-      if (s % 200 != 0) continue;
-      const double share = std::min(1.0, (attempt_ + s * dt_ / most_s) / (kMostAttempts + 1.0));
-      if (progress_ && !progress_(share, stage)) throw std::runtime_error("stopped by caller");
-      if (s > least && world.KineticEnergy() < quiet) break;
+      if (s % poll == 0) Report(static_cast<double>(s) / static_cast<double>(steps), stage);
+      if (s % kLookSteps == 0 && s > least && quiet()) break;
     }
+  }
+
+  /// Runs until kinetic energy per grain is under 1e-6 m g d or time is up.
+  void Quiet(World& world, const StageTimes& times, const char* stage) {
+    world.SetDrag(1 - dt_ / DragTime(spec_));
+    double mass = 0;
+    for (const auto& g : world.grains()) mass += g.id >= 0 ? g.mass : 0;
+    const double quiet = 1e-6 * mass * spec_.soil.gravity_m_per_s2 * diameter_;
+    StepUntil(world, times, stage, [&] { return world.KineticEnergy() < quiet; });
   }
 
   /// Runs on without drag until the liveliest grain has under 1e-5 m g d: a bed
   /// is full of clones, and one grain that still rolls would roll in each.
-  void Rest(World& world, double least_s, double most_s) {
+  void Rest(World& world) {
     world.SetDrag(1);
     const double lively = 2e-5 * spec_.soil.gravity_m_per_s2 * diameter_;  // v^2
-    const auto steps = static_cast<long>(most_s / dt_), least = static_cast<long>(least_s / dt_);
-    for (long s = 0; s < steps; ++s) {
-      if (world.Step() != StepFault::kNone) throw std::runtime_error("tile: no bed at rest");
-      if (s < least || s % 200 != 0) continue;
+    StepUntil(world, RestTimes(spec_), "rest", [&] {
       double fastest = 0;
       for (std::int64_t i = 0; i < world.count(); ++i) {
         const Grain& g = world.grains()[i];
         fastest = std::max<double>(fastest, g.vx * g.vx + g.vy * g.vy + g.vz * g.vz);
       }
-      if (fastest < lively) break;
-    }
+      return fastest < lively;
+    });
   }
 
   std::vector<GrainState> Settle(double friction) {
     World world(Config(friction), Loose());
     world.AddBody(FloorBody(depth_));
-    const double fall = std::sqrt(4 * depth_ / spec_.soil.gravity_m_per_s2);
-    const double slow = 2.5 * depth_ / (spec_.soil.gravity_m_per_s2 * kDragTime);
-    Quiet(world, fall, 2.5 * (fall + slow), "settle");
+    Quiet(world, SettleTimes(spec_), "settle");
     return States(world);
   }
 
@@ -197,7 +202,7 @@ class Preparation {
       const double a = std::clamp(z0 - g.z_m, -r, r), b = std::clamp(z1 - g.z_m, -r, r);
       solid += M_PI * (r * r * (b - a) - (b * b * b - a * a * a) / 3);
     }
-    return solid / (spec_.rig.bed_length_m * spec_.rig.bed_width_m * (z1 - z0));
+    return solid / (spec_.length_m * spec_.width_m * (z1 - z0));
   }
 
   static std::vector<GrainState> CutFlat(const std::vector<GrainState>& bed) {
@@ -213,11 +218,11 @@ class Preparation {
     attempt_ = kMostAttempts;
     World world(Config(spec_.soil.friction), cut);
     world.AddBody(FloorBody(depth_));
-    Quiet(world, 0.05, 0.3, "relax");
-    Rest(world, 0.1, 0.5);
+    Quiet(world, RelaxTimes(spec_), "relax");
+    Rest(world);
     Tile tile;
-    tile.length_m = spec_.rig.bed_length_m;
-    tile.width_m = spec_.rig.bed_width_m;
+    tile.length_m = spec_.length_m;
+    tile.width_m = spec_.width_m;
     tile.depth_m = depth_;
     tile.preparation_friction = preparation_friction;
     tile.solid_fraction = SolidFraction(States(world), -depth_ + diameter_, -diameter_);
@@ -262,7 +267,7 @@ class Preparation {
     }
   }
 
-  WheelTestSpec spec_;
+  BedSpec spec_;
   ProgressFn progress_;
   double depth_, diameter_, dt_;
   int attempt_ = 0;
@@ -270,9 +275,9 @@ class Preparation {
 
 }  // namespace
 
-Tile PrepareTile(const WheelTestSpec& spec, const ProgressFn& progress) {
-  ValidateSpec(spec);
-  return Preparation(spec, progress).Run();
+Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits) {
+  ValidateBed(bed, limits);
+  return Preparation(bed, progress).Run();
 }
 
 }  // namespace grouser::dem

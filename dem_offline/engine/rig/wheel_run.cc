@@ -11,15 +11,19 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kSetDownSpeed = 0.05;  // [m/s] of the descending hub
-constexpr double kSettleTime = 0.12;    // [s] at rest under load before driving
-constexpr double kRampTime = 0.1;       // [s] from rest to full speed
-constexpr double kSampleTime = 1e-3;    // [s]
-constexpr double kFirstCheck = 0.4;     // [s] the first look at the stopping rule
-constexpr double kCheckTime = 0.1;      // [s] between looks
-constexpr double kOverloadShare = 0.7;  // of the radius
-constexpr double kBehindShare = 1.0;    // of the radius: a free wheel drawn back so far is lost
-constexpr double kRunaway = 10;         // and one whose hub is so many times faster than its rim
+// Times over sqrt(d/g) and a speed over sqrt(g d): tests that are similar run similarly.
+constexpr double kSetDownSpeed = 0.17;   // of the descending hub
+constexpr double kFeltTime = 1.0 / 15;   // over which the load is smoothed while it descends
+constexpr double kDamperTime = 1.0 / 3;  // of the damper while it settles
+constexpr double kSettleTime = 4;        // at rest under load before driving
+constexpr double kRampTime = 10.0 / 3;   // from rest to full speed
+constexpr double kSampleTime = 1.0 / 30;
+constexpr double kFirstCheck = 40.0 / 3;  // the first look at the stopping rule
+constexpr double kCheckTime = 10.0 / 3;   // between looks
+constexpr double kStressChunk = 5.0 / 3;  // of recorded stresses
+constexpr double kOverloadShare = 0.7;    // of the radius
+constexpr double kBehindShare = 1.0;       // of the radius: a free wheel drawn back so far is lost
+constexpr double kRunaway = 10;            // and one whose hub is so many times faster than its rim
 
 Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
   Body w;
@@ -47,12 +51,6 @@ Motion TargetOf(const WheelTestSpec& spec, double beta) {
   return MotionAt(spec.state.slip, beta, speed);
 }
 
-double StepOf(const WheelTestSpec& spec, double rayleigh_time_s) {
-  if (!spec.rig.scene.largest_step) return spec.rig.rayleigh_fraction * rayleigh_time_s;
-  return LargestStep(spec.soil, spec.wheel,
-                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
-}
-
 WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta, double yaw,
                    double dt) {
   WheelDrive d = {};
@@ -70,13 +68,16 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
   d.sin_beta = std::abs(std::sin(beta));
   d.travel_m_per_s = std::hypot(target.v_x, target.v_y);
   d.rim_m_per_s = target.rim;
-  d.set_down_m_per_s = kSetDownSpeed;
-  d.settle_s = kSettleTime;
-  d.ramp_s = kRampTime;
-  d.sample_s = kSampleTime;
-  d.first_check_s = kFirstCheck;
-  d.check_s = kCheckTime;
-  d.chunk_s = kStressChunk;
+  const double unit = GravityTime(spec.soil);
+  d.set_down_m_per_s = kSetDownSpeed * GravitySpeed(spec.soil);
+  d.felt_s = kFeltTime * unit;
+  d.damper_s = kDamperTime * unit;
+  d.settle_s = kSettleTime * unit;
+  d.ramp_s = kRampTime * unit;
+  d.sample_s = kSampleTime * unit;
+  d.first_check_s = kFirstCheck * unit;
+  d.check_s = kCheckTime * unit;
+  d.chunk_s = kStressChunk * unit;
   d.most_sinkage_m = kOverloadShare * spec.wheel.radius_m;
   d.most_time_s = spec.rig.max_time_s;
   d.most_behind_m = kBehindShare * spec.wheel.radius_m;
@@ -87,11 +88,25 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
 
 }  // namespace
 
+double LongestRun(const WheelTestSpec& spec) {
+  const double descent = kOverloadShare * spec.wheel.radius_m + LargestDiameter(spec.soil);
+  return descent / (kSetDownSpeed * GravitySpeed(spec.soil)) +
+         kSettleTime * GravityTime(spec.soil) + spec.rig.max_time_s;
+}
+
+double RecordBytes(const WheelTestSpec& spec) {
+  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 2),
+                   kBinBytes = 3 * 8;  // vectors double
+  const double bins = 2 * M_PI / spec.rig.stress_bin_rad * spec.rig.width_bins;
+  const double time = spec.rig.max_time_s / GravityTime(spec.soil);
+  return kSampleBytes * time / kSampleTime + kBinBytes * bins * time / kStressChunk;
+}
+
 WheelRun::WheelRun(const WheelTestSpec& spec, const Tile& tile)
     : spec_(spec), tile_(tile), recorder_(spec.wheel, spec.rig, YawOf(spec)) {
   out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
                                       spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
-  out_.dt_s = StepOf(spec, out_.rayleigh_time_s);
+  out_.dt_s = ExperimentStep(spec);
   beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
   // The bed's x axis is the direction of travel: the wheel is turned in it.
   const double yaw = YawOf(spec);
@@ -170,7 +185,7 @@ bool WheelRun::Take(std::int32_t events) {
 
 const SteadyWindow& WheelRun::LookSteady() {
   const auto ramp =
-      std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(), kRampTime) -
+      std::lower_bound(out_.series.time_s.begin(), out_.series.time_s.end(), drive_.ramp_s) -
       out_.series.time_s.begin();
   window_ = FindSteady(out_.series, static_cast<std::size_t>(ramp), RuleOf(spec_));
   return window_;

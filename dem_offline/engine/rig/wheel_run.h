@@ -63,8 +63,12 @@ class WheelRun {
   EnergyBalance balance_0_;
 };
 
-/// Steps between recorded stresses, and the time of one chunk of them.
+/// Steps between recorded stresses.
 inline constexpr int kStressStride = 10;
-inline constexpr double kStressChunk = 0.05;  // [s]
+
+/// Set down, settled and driven at the longest [s].
+double LongestRun(const WheelTestSpec& spec);
+/// Bytes of a run's samples and stresses at the longest.
+double RecordBytes(const WheelTestSpec& spec);
 
 }  // namespace grouser::dem

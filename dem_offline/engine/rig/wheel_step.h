@@ -20,6 +20,7 @@ struct WheelDrive {
   double cos_beta, sin_beta;           ///< of the attack angle, absolute
   double travel_m_per_s, rim_m_per_s;  ///< at full speed
   double set_down_m_per_s, settle_s, ramp_s, sample_s, first_check_s, check_s, chunk_s;
+  double felt_s, damper_s;  ///< while set down: time of the smoothed load, of the damper
   double most_sinkage_m, most_lift_m, most_time_s;
   double most_behind_m, most_hub_m_per_s;  ///< kFreeSlip: beyond them the wheel is lost
 };
@@ -177,7 +178,7 @@ GROUSER_HD void Before(const WheelDrive& d, const Wrench& f, WheelState* s, Rigi
       wheel->velocity_m_per_s[2] = -d.set_down_m_per_s;
       return;
     case WheelStage::kSettle:
-      FreeVertical(d, f, 0.01, wheel);
+      FreeVertical(d, f, d.damper_s, wheel);
       return;
     case WheelStage::kDrive:
       break;
@@ -193,7 +194,7 @@ GROUSER_HD std::int32_t After(const WheelDrive& d, const BedLimit& limit, const 
   std::int32_t events = Sinkage(d, wheel) > d.most_sinkage_m ? kOverloaded : 0;
   switch (s->stage) {
     case WheelStage::kDescend:
-      s->felt_n += d.dt_s / 2e-3 * (f.fz - s->felt_n);
+      s->felt_n += d.dt_s / d.felt_s * (f.fz - s->felt_n);
       if (s->felt_n >= 0.5 * d.load_n) s->stage = WheelStage::kSettle;
       return events;
     case WheelStage::kSettle:

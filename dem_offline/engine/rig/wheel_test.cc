@@ -9,8 +9,6 @@
 namespace grouser::dem {
 namespace {
 
-constexpr std::uint64_t kProgressSteps = 500;
-
 /// Stresses of every so many steps of the drive.
 class Recording {
  public:
@@ -36,13 +34,14 @@ class Recording {
 bool OneStep(WheelRun& run, Recording& recording, std::uint64_t* steps,
              const ProgressFn& progress) {
   World& world = run.world();
+  const auto poll = static_cast<std::uint64_t>(PollSteps(world.count()));
   wheel_step::Before(run.drive(), world.wrench(kWheelBody), &run.state(), &run.wheel());
   recording.BeforeStep(*steps);
   run.scene().Follow(*steps, run.wheel().position_m);
   const StepFault fault = world.Step();
   ++*steps;
   if (fault != StepFault::kNone) return run.Fail(Explain(fault));
-  if (*steps % kProgressSteps == 0 && progress && !progress(run.Fraction(), run.Stage())) {
+  if (*steps % poll == 0 && progress && !progress(run.Fraction(), run.Stage())) {
     return run.Fail("stopped by caller", StopCause::kCaller);
   }
   return run.Take(wheel_step::After(run.drive(), run.Limit(), run.wheel(), world.wrench(kWheelBody),
@@ -52,8 +51,8 @@ bool OneStep(WheelRun& run, Recording& recording, std::uint64_t* steps,
 }  // namespace
 
 WheelTestResult RunWheelTest(const WheelTestSpec& spec, const Tile& tile,
-                             const ProgressFn& progress) {
-  ValidateSpec(spec);
+                             const ProgressFn& progress, const WorkLimits& limits) {
+  ValidateSpec(spec, limits);
   const auto begin = std::chrono::steady_clock::now();
   WheelRun run(spec, tile);
   std::uint64_t steps = 0;

@@ -2,35 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "dem_offline/engine/bodies/shape.h"
-#include "dem_offline/engine/laws/settings.h"
+#include "dem_offline/engine/rig/bed.h"
 
 namespace grouser::dem {
-
-/// One size class of the grain mixture.
-struct SizeBin {
-  double diameter_m = 0.008;
-  double mass_fraction = 1.0;  ///< [-]; the bins sum to 1
-};
-
-/// Grain-scale description of a soil. `contact` names the laws, of grains
-/// among themselves and on floor and wheel alike.
-struct GrainSoil {
-  double density_kg_per_m3 = 2290.0;  ///< of the grain material
-  double youngs_modulus_pa = 1e7;
-  double poisson_ratio = 0.3;     ///< [-]
-  double restitution = 0.5;       ///< grain-grain [-], (0, 1]
-  double friction = 0.5;          ///< grain-grain [-]
-  double rolling_friction = 0.1;  ///< mu_r [-]
-  ContactChoice contact;
-  double solid_fraction = 0.58;    ///< target of the settled tile [-]
-  double gravity_m_per_s2 = 9.81;  ///< magnitude, along -z
-  std::vector<SizeBin> sizes;      ///< at least one
-};
 
 /// A rigid wheel: cylinder of radius r and width b with closed sides,
 /// axle along y. r is also the reference radius of slip.
@@ -97,24 +75,6 @@ struct WheelTestSpec {
   RigSettings rig;
   TestState state;
   std::uint64_t seed = 1;  ///< a seed is a new tile
-};
-
-/// A settled bed, periodic in x and y, cut flat at z = 0 (the undisturbed
-/// plane; floor at -depth), at rest, with its contact history. Plain arrays so
-/// that anybody can store it.
-struct Tile {
-  double length_m = 0, width_m = 0, depth_m = 0;
-  std::vector<float> radius_m;         ///< [n]
-  std::vector<std::int32_t> position;  ///< [3 n], fixed point, x y z per grain
-  std::vector<float> velocity;         ///< [3 n] m/s
-  std::vector<float> spin;             ///< [3 n] rad/s
-  /// Contacts: first[n+1] into the flat arrays below. Partner: id, or a
-  /// negative body number.
-  std::vector<std::int32_t> contact_first;
-  std::vector<std::int32_t> contact_partner;
-  std::vector<float> contact_history;  ///< [history words of the laws, per contact]
-  double solid_fraction = 0, coordination = 0, preparation_friction = 0;
-  double overlap_p99_over_radius = 0;
 };
 
 /// Why a run ended.
@@ -215,21 +175,23 @@ struct WheelTestResult {
   SceneUse use;
 };
 
-/// Called now and then; return false to stop (the run then FAILs as
-/// "stopped by caller"). `fraction` in [0, 1].
-using ProgressFn = std::function<bool(double fraction, const std::string& stage)>;
+/// The bed that a wheel test runs on.
+BedSpec BedOf(const WheelTestSpec& spec);
 
-/// Throws std::invalid_argument "field: value, expected ..." on a bad spec.
-void ValidateSpec(const WheelTestSpec& spec);
+/// What a wheel test takes at most: its own bed of as many tiles, or as long a
+/// window, as its scene asks for, over its longest time. Meaningful for a spec
+/// whose single numbers are valid.
+Work WorkOf(const WheelTestSpec& spec);
 
-/// The part of a spec that determines a tile (state and wheel do not).
-/// Deterministic in (soil, rig bed sizes, rayleigh_fraction, seed).
-Tile PrepareTile(const WheelTestSpec& spec, const ProgressFn& progress);
+/// Soil, bed, wheel and rig of a wheel test, whatever its state. Throws SpecError.
+void ValidateRig(const WheelTestSpec& spec, const WorkLimits& limits = {});
+/// The whole of it. Throws SpecError; nothing has been allocated by then.
+void ValidateSpec(const WheelTestSpec& spec, const WorkLimits& limits = {});
 
 /// Sets the wheel down, runs until steady or max_time_s, reports. Never
 /// throws for physics: that becomes status and reason.
 WheelTestResult RunWheelTest(const WheelTestSpec& spec, const Tile& tile,
-                             const ProgressFn& progress);
+                             const ProgressFn& progress, const WorkLimits& limits = {});
 
 /// Version that goes into every record; changes when results may change.
 const char* EngineVersion();

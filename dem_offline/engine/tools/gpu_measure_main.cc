@@ -61,7 +61,7 @@ WheelTestSpec TestOf(int number) {
 }
 
 int Wheels(const Options& o, gpu::Device& device) {
-  const Tile tile = PrepareTile(TestOf(0), {});
+  const Tile tile = PrepareBed(BedOf(TestOf(0)), {});
   std::vector<gpu::WheelJob> jobs;
   for (int n = 0; n < o.tests; ++n) jobs.push_back({TestOf(n), &tile});
   std::string memory;

@@ -265,7 +265,7 @@ void Study(const Options& o, Results* results) {
         row.change(&spec);
         if (row.own_tile) bed = spec;
         const double stiffness = bed.soil.youngs_modulus_pa;
-        if (!tiles.count(stiffness)) tiles[stiffness] = PrepareTile(bed, nullptr);
+        if (!tiles.count(stiffness)) tiles[stiffness] = PrepareBed(BedOf(bed), nullptr);
         const Outcome outcome = RunOne(spec, tiles[stiffness]);
         Append(o.file, key, outcome);
         (*results)[key] = outcome;

@@ -18,6 +18,7 @@ Cases ChainCases();
 Cases OrderCases();
 Cases MomentumCases();
 Cases WheelEnergyCases();
+Cases SimilarityCases();
 Cases PackingCases();
 Cases PileCases();
 Cases HeapCases();

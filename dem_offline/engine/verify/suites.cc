@@ -20,8 +20,8 @@ Suite VerifySuite() {
           "from, and how far the engine may be off.",
           Joined({HertzCases(), BounceCases(), ObliqueCases(), TangentialCases(), RollingCases(),
                   RestitutionCases(), CohesionCases(), BondCases(), ChainCases(), OrderCases(),
-                  MomentumCases(), WheelEnergyCases(), PackingCases(), PileCases(), HeapCases(),
-                  HopperCases(), ColumnCases()})};
+                  MomentumCases(), WheelEnergyCases(), SimilarityCases(), PackingCases(),
+                  PileCases(), HeapCases(), HopperCases(), ColumnCases()})};
 }
 
 Suite TortureSuite() {

@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 
 dem::Tile SomeTile() {
   FakeLog log;
-  return FakeBackend(&log).prepare_tile({}, [](double, const std::string&) { return true; });
+  return FakeBackend(&log).prepare_bed({}, [](double, const std::string&) { return true; });
 }
 
 TEST(TileConvert, RoundTrip) {

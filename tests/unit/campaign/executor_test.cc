@@ -165,8 +165,8 @@ TEST_F(ExecutorTest, StopLeavesFinishedRunsAndNothingElse) {
 
 TEST_F(ExecutorTest, StopWhileSettlingStoresNoTile) {
   Backend backend = FakeBackend(&log_);
-  const auto prepare = backend.prepare_tile;
-  backend.prepare_tile = [&](const dem::WheelTestSpec& spec, const dem::ProgressFn& progress) {
+  const auto prepare = backend.prepare_bed;
+  backend.prepare_bed = [&](const dem::BedSpec& spec, const dem::ProgressFn& progress) {
     stop_ = true;
     return prepare(spec, progress);
   };
@@ -263,7 +263,7 @@ TEST_F(ExecutorTest, FullDiskEndsTheCampaignAndLosesNothing) {
 TEST_F(ExecutorTest, EngineErrorsEndTheCampaignWithTheirWords) {
   const Backend good = FakeBackend(&log_);
   Backend bad = good;
-  bad.prepare_tile = [](const dem::WheelTestSpec&, const dem::ProgressFn&) -> dem::Tile {
+  bad.prepare_bed = [](const dem::BedSpec&, const dem::ProgressFn&) -> dem::Tile {
     throw std::runtime_error("no solid fraction within reach");
   };
   EXPECT_THAT(MessageOf([&] { RunOn(bad, SomeCampaign(4), 3); }),
@@ -294,9 +294,9 @@ TEST_F(ExecutorTest, ATileBeingSettledKeepsNobodyFromOtherWork) {
   // Neither tile gets ready before both have been asked for: an executor whose
   // second worker waited for the first tile would hang here (and give up).
   Backend backend = FakeBackend(&log_);
-  const auto prepare = backend.prepare_tile;
+  const auto prepare = backend.prepare_bed;
   std::atomic<bool> together{true};
-  backend.prepare_tile = [&](const dem::WheelTestSpec& spec, const dem::ProgressFn& progress) {
+  backend.prepare_bed = [&](const dem::BedSpec& spec, const dem::ProgressFn& progress) {
     auto tile = prepare(spec, progress);
     for (int i = 0; log_.tiles < 2 && i < 30000; ++i) std::this_thread::sleep_for(milliseconds(1));
     if (log_.tiles < 2) together = false;

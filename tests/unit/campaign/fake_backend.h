@@ -32,13 +32,12 @@ inline Backend FakeBackend(FakeLog* log, std::chrono::milliseconds pause = {}) {
       throw std::invalid_argument("state.load_n: got more than 1000, expected less");
     }
   };
-  backend.prepare_tile = [log, work](const dem::WheelTestSpec& spec,
-                                     const dem::ProgressFn& progress) {
+  backend.prepare_bed = [log, work](const dem::BedSpec& bed, const dem::ProgressFn& progress) {
     ++log->tiles;
     work(progress, "tile");
     dem::Tile tile;
-    tile.length_m = spec.rig.bed_length_m;
-    tile.radius_m = {0.004f, static_cast<float>(spec.seed)};
+    tile.length_m = bed.length_m;
+    tile.radius_m = {0.004f, static_cast<float>(bed.seed)};
     tile.position = {0, 0, 0, 1, 1, 1};
     tile.velocity.assign(6, 0.0f);
     tile.spin.assign(6, 0.0f);
@@ -62,10 +61,10 @@ inline Backend FakeBackend(FakeLog* log, std::chrono::milliseconds pause = {}) {
     for (const char* name : {"f_x", "f_y", "f_z", "torque", "m_z", "sinkage", "slip"}) {
       result.outputs.push_back({name, spec.state.slip * spec.state.load_n, 0.1, 0.0, 0.2});
     }
-    for (auto* series : {&result.series.time_s, &result.series.f_x_n, &result.series.f_y_n,
-                         &result.series.f_z_n, &result.series.torque_n_m, &result.series.m_z_n_m,
-                         &result.series.sinkage_m, &result.series.v_x_m_per_s,
-                         &result.series.rim_speed_m_per_s, &result.series.travel_m}) {
+    for (auto* series :
+         {&result.series.time_s, &result.series.f_x_n, &result.series.f_y_n, &result.series.f_z_n,
+          &result.series.torque_n_m, &result.series.m_z_n_m, &result.series.sinkage_m,
+          &result.series.v_x_m_per_s, &result.series.rim_speed_m_per_s, &result.series.travel_m}) {
       series->assign(100, spec.state.slip);
     }
     return result;

@@ -20,7 +20,7 @@ constexpr double kDt = 1e-4;
 
 int Words() {
   const WheelTestSpec s = Small();
-  return RigContacts(s.soil, s.soil.friction, s.wheel).layout().words;
+  return RigContacts(s.soil, s.wheel).layout().words;
 }
 
 double Mass(const World& w) {

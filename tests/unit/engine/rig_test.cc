@@ -35,12 +35,12 @@ TEST(Rig, TileIsFlatDenseAndRepeats) {
     const double top = t.position[3 * i + 2] / 4294967296.0 * 1.0 + t.radius_m[i];
     EXPECT_LT(top, 0.001);  // nothing stands out of the cut plane
   }
-  const Tile again = PrepareTile(Small(), nullptr);
+  const Tile again = PrepareBed(BedOf(Small()), nullptr);
   EXPECT_EQ(t.position, again.position);
   EXPECT_EQ(t.contact_history, again.contact_history);
   WheelTestSpec other = Small();
   other.seed = 2;
-  EXPECT_NE(PrepareTile(other, nullptr).position, t.position);
+  EXPECT_NE(PrepareBed(BedOf(other), nullptr).position, t.position);
 }
 
 TEST(Rig, CarriesTheLoadAndBooksTheEnergy) {
@@ -73,6 +73,25 @@ TEST(Rig, RepeatsBitwise) {
   const auto a = RunWheelTest(s, SmallTile(), nullptr), b = RunWheelTest(s, SmallTile(), nullptr);
   EXPECT_EQ(a.series.f_x_n, b.series.f_x_n);
   EXPECT_EQ(a.series.sinkage_m, b.series.sinkage_m);
+}
+
+// A quarter scales without rounding: the similar test is the same test.
+TEST(Rig, RunsTheSimilarTestAtAQuarterOfGravity) {
+  WheelTestSpec earth = Small(), quarter = Small();
+  earth.rig.max_time_s = 0.25;
+  quarter.rig.max_time_s = 0.5;
+  quarter.rig.speed_m_per_s /= 2;
+  quarter.soil.gravity_m_per_s2 /= 4;
+  quarter.soil.youngs_modulus_pa /= 4;
+  quarter.state.load_n /= 4;
+  const Tile tile = PrepareBed(BedOf(quarter), nullptr);
+  ASSERT_EQ(tile.position, SmallTile().position);
+  const auto a = RunWheelTest(earth, SmallTile(), nullptr),
+             b = RunWheelTest(quarter, tile, nullptr);
+  ASSERT_EQ(a.steps, b.steps);
+  ASSERT_EQ(a.series.sinkage_m.size(), b.series.sinkage_m.size());
+  EXPECT_NEAR(a.series.sinkage_m.back(), b.series.sinkage_m.back(), 1e-5);
+  EXPECT_NEAR(a.series.f_x_n.back(), 4 * b.series.f_x_n.back(), 1e-2);
 }
 
 TEST(Rig, LateralForceOpposesLateralMotion) {
@@ -234,9 +253,9 @@ TEST(Rig, RefusesWhatAModeOrLawWouldIgnore) {
   refuses("rig.target_relative_error", [](WheelTestSpec* s) { s->rig.target_relative_error = .3; });
   refuses("rig.scene.window_length_m",
           [](WheelTestSpec* s) { s->rig.scene.window_length_m = 0.3; });
-  refuses("soil.contact.surface_energy_j_per_m2",
+  refuses("soil.grains.contact.surface_energy_j_per_m2",
           [](WheelTestSpec* s) { s->soil.contact.surface_energy_j_per_m2 = 0.1; });
-  refuses("soil.contact.settings.capillary", [](WheelTestSpec* s) {
+  refuses("soil.grains.contact.capillary", [](WheelTestSpec* s) {
     s->soil.contact.settings = {{"capillary", "surface_tension_n_per_m", 0.07}};
   });
 }

@@ -23,7 +23,7 @@ inline WheelTestSpec Small() {
 
 /// Its bed, settled once.
 inline const Tile& SmallTile() {
-  static const Tile tile = PrepareTile(Small(), nullptr);
+  static const Tile tile = PrepareBed(BedOf(Small()), nullptr);
   return tile;
 }
 

@@ -50,6 +50,16 @@ RunFile SomeRun() {
   return run;
 }
 
+TEST(RunFile, ARecordSaysWhichExperimentItIs) {
+  const TempFolder folder;
+  RunFile run = SomeRun();
+  EXPECT_EQ(run.record.experiment_case(), v1alpha1::RunRecord::kSpec);
+  run.record.clear_experiment();
+  WriteRunFile(folder / "a.run.h5", run);
+  EXPECT_THAT(MessageOf([&] { ReadRunFile(folder / "a.run.h5"); }),
+              HasSubstr("a.run.h5: holds no experiment that this version knows"));
+}
+
 TEST(RunFile, RoundTripIsExact) {
   const TempFolder folder;
   const RunFile run = SomeRun();

@@ -22,7 +22,7 @@ WheelTestSpec SmallSpec() {
 }
 
 const Tile& SmallTile() {
-  static const Tile tile = PrepareTile(SmallSpec(), nullptr);
+  static const Tile tile = PrepareBed(BedOf(SmallSpec()), nullptr);
   return tile;
 }
 

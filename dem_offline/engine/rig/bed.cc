@@ -1,0 +1,139 @@
+// What a bed may be, and what it takes to settle it.
+#include "dem_offline/engine/rig/bed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/preparation.h"
+
+namespace grouser::dem {
+namespace {
+
+constexpr double kLargestGrain = 0.5;  // [m]: beyond it somebody gave millimetres
+constexpr double kLongestStep = 0.05;  // of sqrt(d/g): falling grains are resolved
+constexpr double kPitch = 1.12;        // of the lattice, over the largest diameter
+constexpr double kMoreSolid = 0.02;    // solid fraction poured beyond the target
+constexpr double kMoreDepth = 1.5;     // [largest diameters] poured beyond the cut
+// Between the loosest that cohesive grains stand in and the densest of wide gradings;
+// dry spheres of about one size settle to 0.5 to 0.64.
+constexpr double kLoosest = 0.3, kDensest = 0.85;
+
+void CheckSizes(const GrainSoil& s) {
+  if (s.sizes.empty()) throw SpecError("soil.grains.sizes", "none", "at least one size");
+  double sum = 0;
+  for (std::size_t i = 0; i < s.sizes.size(); ++i) {
+    const std::string at = "soil.grains.sizes[" + std::to_string(i) + "]";
+    CheckPositive(at + ".diameter_m", s.sizes[i].diameter_m);
+    if (s.sizes[i].diameter_m > kLargestGrain) {
+      throw SpecError(at + ".diameter_m", Short(s.sizes[i].diameter_m) + " m",
+                      "metres, at most " + Short(kLargestGrain));
+    }
+    CheckPositive(at + ".mass_fraction", s.sizes[i].mass_fraction);
+    sum += s.sizes[i].mass_fraction;
+  }
+  if (!(std::abs(sum - 1) <= 1e-6)) {
+    throw SpecError("soil.grains.sizes", "mass fractions that sum to " + Short(sum), "a sum of 1");
+  }
+}
+
+void CheckContact(const GrainSoil& s) {
+  CheckWithin("soil.grains.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
+  CheckWithin("soil.grains.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0,
+              1e3);
+  const ContactChoice& laws = s.contact;
+  if (laws.cohesion != "jkr" && laws.cohesion != "jkr_added" && laws.surface_energy_j_per_m2 != 0) {
+    throw SpecError("soil.grains.contact.surface_energy_j_per_m2",
+                    Short(laws.surface_energy_j_per_m2), "0 unless cohesion is jkr or jkr_added");
+  }
+  for (const NamedSetting& n : laws.settings) {
+    const std::string field = "soil.grains.contact." + n.law + "." + n.name;
+    if (!std::isfinite(n.value)) throw SpecError(field, Short(n.value), "a finite number");
+    const bool chosen = n.law == laws.normal || n.law == laws.tangential || n.law == laws.rolling ||
+                        n.law == laws.cohesion;
+    if (!chosen) throw SpecError(field, Short(n.value), "settings of the chosen laws alone");
+  }
+  try {
+    BedContacts(s, s.friction);
+  } catch (const SpecError&) {
+    throw;
+  } catch (const std::invalid_argument& error) {
+    throw SpecError("soil.grains.contact", error.what(),
+                    "laws that may stand together (`grouser-dem laws` lists them)");
+  }
+}
+
+void CheckSoil(const GrainSoil& s) {
+  CheckPositive("soil.grains.grain_density_kg_per_m3", s.density_kg_per_m3);
+  CheckPositive("soil.grains.youngs_modulus_pa", s.youngs_modulus_pa);
+  CheckWithin("soil.grains.poisson_ratio", s.poisson_ratio, 0, 0.5);
+  CheckWithin("soil.grains.restitution", s.restitution, 1e-3, 1);
+  CheckWithin("soil.grains.friction", s.friction, 0, 10);
+  CheckWithin("soil.grains.rolling_friction", s.rolling_friction, 0, 10);
+  CheckWithin("soil.grains.solid_fraction", s.solid_fraction, kLoosest, kDensest);
+  CheckPositive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
+  CheckSizes(s);
+  CheckContact(s);
+}
+
+void CheckSide(const char* field, double side_m, double least_grains, double diameter_m) {
+  CheckPositive(field, side_m);
+  if (side_m < least_grains * diameter_m) {
+    throw SpecError(field, Short(side_m) + " m",
+                    "at least " + Short(least_grains * diameter_m) + " m, " + Short(least_grains) +
+                        " of the largest grains of " + Short(diameter_m) + " m");
+  }
+}
+
+void CheckStep(const BedSpec& bed) {
+  CheckWithin("rig.rayleigh_fraction", bed.rayleigh_fraction, 1e-3, 0.4);
+  const double dt = BedStep(bed), most = kLongestStep * GravityTime(bed.soil);
+  if (dt <= most) return;
+  throw SpecError("soil.grains.youngs_modulus_pa",
+                  Short(bed.soil.youngs_modulus_pa) + " (time step " + Short(dt) + " s)",
+                  "grains so stiff that the step is at most " + Short(most) + " s, " +
+                      Short(kLongestStep) + " sqrt(d/g)");
+}
+
+}  // namespace
+
+LooseLattice LatticeOf(const BedSpec& bed) {
+  const double largest = LargestDiameter(bed.soil);
+  LooseLattice l;
+  l.pitch_m = kPitch * largest;
+  l.nx = std::floor(bed.length_m / l.pitch_m);
+  l.ny = std::floor(bed.width_m / l.pitch_m);
+  l.solid_m3 = (bed.soil.solid_fraction + kMoreSolid) * bed.length_m * bed.width_m *
+               (bed.depth_m + kMoreDepth * largest);
+  l.layers = std::ceil(l.solid_m3 / (l.nx * l.ny * MeanGrainVolume(bed.soil)));
+  return l;
+}
+
+Work WorkOf(const BedSpec& bed) {
+  const LooseLattice l = LatticeOf(bed);
+  Work work;
+  work.grains = l.nx * l.ny * l.layers;
+  work.steps = LongestPreparation(bed) / BedStep(bed);
+  work.bytes = kBytesPerGrain * work.grains;
+  return work;
+}
+
+void ValidateBed(const BedSpec& bed, const WorkLimits& limits) {
+  CheckSoil(bed.soil);
+  const double largest = LargestDiameter(bed.soil);
+  CheckSide("rig.bed_length_m", bed.length_m, kLeastSideGrains, largest);
+  CheckSide("rig.bed_width_m", bed.width_m, kLeastSideGrains, largest);
+  CheckSide("rig.bed_depth_m", bed.depth_m, kLeastDepthGrains, largest);
+  CheckStep(bed);
+  CheckWork("rig.bed_length_m, bed_width_m, bed_depth_m", WorkOf(bed), limits);
+  const LooseLattice l = LatticeOf(bed);
+  const double height = (l.layers + 1) * l.pitch_m - bed.depth_m,
+               most = 0.5 * TileZSpan(bed.depth_m);
+  if (height > most) {
+    throw SpecError("soil.grains.sizes",
+                    "so many small grains that they start " + Short(height) + " m above the bed",
+                    "sizes nearer to each other, at most " + Short(most) + " m");
+  }
+}
+
+}  // namespace grouser::dem

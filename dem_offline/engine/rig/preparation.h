@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cmath>
+
+#include "dem_offline/engine/rig/bed.h"
+#include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/world/world.h"
+
+// How a bed is settled: the times and speeds of its stages, in sqrt(d/g) and
+// sqrt(g d), so that a bed under another gravity is prepared in the same way.
+
+namespace grouser::dem {
+
+/// Time step [s] of a bed.
+inline double BedStep(const BedSpec& bed) {
+  return bed.rayleigh_fraction * RayleighTime(SmallestRadius(bed.soil), bed.soil.density_kg_per_m3,
+                                              bed.soil.youngs_modulus_pa, bed.soil.poisson_ratio);
+}
+
+inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
+
+/// Least and most time of a stage [s].
+struct StageTimes {
+  double least_s, most_s;
+};
+/// Viscous fall: gentle and quick.
+inline double DragTime(const BedSpec& bed) { return 5.0 / 3 * GravityTime(bed.soil); }
+/// Largest first velocity of a grain along an axis [m/s].
+inline double FirstSpeed(const BedSpec& bed) { return 0.34 * GravitySpeed(bed.soil); }
+inline StageTimes RelaxTimes(const BedSpec& bed) {
+  const double time = GravityTime(bed.soil);
+  return {5.0 / 3 * time, 10 * time};
+}
+inline StageTimes RestTimes(const BedSpec& bed) {
+  const double time = GravityTime(bed.soil);
+  return {10.0 / 3 * time, 50.0 / 3 * time};
+}
+/// Twice the free fall through the bed, and how long it takes at the final
+/// speed g DragTime of the viscous one.
+inline StageTimes SettleTimes(const BedSpec& bed) {
+  const double g = bed.soil.gravity_m_per_s2;
+  const double fall = std::sqrt(4 * bed.depth_m / g),
+               slow = 2.5 * bed.depth_m / (g * DragTime(bed));
+  return {fall, 2.5 * (fall + slow)};
+}
+/// All attempts and stages at their longest [s].
+inline double LongestPreparation(const BedSpec& bed) {
+  return kMostAttempts * SettleTimes(bed).most_s + RelaxTimes(bed).most_s + RestTimes(bed).most_s;
+}
+
+}  // namespace grouser::dem

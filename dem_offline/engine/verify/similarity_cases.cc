@@ -1,0 +1,92 @@
+// Dimensionless groups: a wheel test under another gravity.
+#include <cmath>
+
+#include "dem_offline/engine/rig/wheel_test.h"
+#include "dem_offline/engine/verify/cases.h"
+
+namespace grouser::dem::verify {
+namespace {
+
+/// Lengths and density as they are; stiffness and load go with g, speed with sqrt(g),
+/// times with 1/sqrt(g): overlap, Froude number and load number stay what they are.
+WheelTestSpec Similar(double gravity_share, std::uint64_t seed, double time_s) {
+  const double root = std::sqrt(gravity_share);
+  WheelTestSpec s;
+  s.soil.gravity_m_per_s2 *= gravity_share;
+  s.soil.youngs_modulus_pa = 2e6 * gravity_share;
+  s.soil.rolling_friction = 0.2;
+  s.soil.sizes = {{0.010, 0.5}, {0.012, 0.5}};
+  s.wheel.radius_m = 0.04;
+  s.wheel.width_m = 0.04;
+  s.rig.bed_length_m = 0.20;
+  s.rig.bed_width_m = 0.12;
+  s.rig.bed_depth_m = 0.05;
+  s.rig.speed_m_per_s = 0.1 * root;
+  s.rig.max_time_s = time_s / root;
+  s.rig.target_relative_error = 1e-6;
+  s.state.load_n = 6 * gravity_share;
+  s.state.slip = 0.3;
+  s.seed = seed;
+  return s;
+}
+
+/// What does not depend on units: solid fraction and sinkage over the radius.
+struct Outcome {
+  double solid_fraction = 0, sinkage = 0;
+};
+Outcome Run(double gravity_share, std::uint64_t seed, double time_s) {
+  const WheelTestSpec s = Similar(gravity_share, seed, time_s);
+  const Tile tile = PrepareBed(BedOf(s), nullptr);
+  const WheelTestResult r = RunWheel(s, tile);
+  for (const OutputMean& o : r.outputs) {
+    if (o.name == "sinkage") return {tile.solid_fraction, o.mean / s.wheel.radius_m};
+  }
+  throw std::runtime_error("no sinkage: " + r.reason);
+}
+
+/// Mean of some beds, and its standard error.
+struct Mean {
+  double value = 0, error = 0;
+};
+Mean MeanOf(const std::vector<double>& x) {
+  const auto n = static_cast<double>(x.size());
+  Mean m;
+  for (const double v : x) m.value += v / n;
+  for (const double v : x) m.error += (v - m.value) * (v - m.value);
+  m.error = std::sqrt(m.error / (n * (n - 1)));
+  return m;
+}
+
+void Gravity(Rows& rows) {
+  // Powers of two scale without rounding: the runs are the same, until the least numbers
+  // that a float holds, which do not scale, have grown.
+  const Outcome earth = Run(1, 1, 0.2), quarter = Run(0.25, 1, 0.2);
+  rows.Relative("a quarter of g: solid fraction [-]", earth.solid_fraction, quarter.solid_fraction,
+                1e-6, "same dimensionless groups");
+  rows.Relative("a quarter of g: sinkage over radius [-]", earth.sinkage, quarter.sinkage, 1e-3,
+                "same dimensionless groups");
+  std::vector<double> fraction[2], sinkage[2];
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const bool sixth : {false, true}) {
+      const Outcome o = Run(sixth ? 1.0 / 6 : 1, seed, 0.8);
+      fraction[sixth].push_back(o.solid_fraction);
+      sinkage[sixth].push_back(o.sinkage);
+    }
+  }
+  const Mean f[] = {MeanOf(fraction[0]), MeanOf(fraction[1])};
+  const Mean z[] = {MeanOf(sinkage[0]), MeanOf(sinkage[1])};
+  rows.Absolute("a sixth of g, 4 beds: solid fraction [-]", f[0].value, f[1].value, 0.004,
+                "same dimensionless groups");
+  rows.Relative("a sixth of g, 4 beds: sinkage over radius [-]", z[0].value, z[1].value, 0.1,
+                "same dimensionless groups");
+  rows.Note(
+      Format("sinkage over radius %.4f +- %.4f on Earth, %.4f +- %.4f at a sixth of g "
+             "(standard errors of 4 beds)",
+             z[0].value, z[0].error, z[1].value, z[1].error));
+}
+
+}  // namespace
+
+Cases SimilarityCases() { return {{"gravity_similarity", Level::kDefault, Gravity}}; }
+
+}  // namespace grouser::dem::verify
