@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/scaling.h"
 #include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -38,9 +39,9 @@ class Preparation {
       : spec_(spec), progress_(progress) {
     depth_ = spec.rig.bed_depth_m;
     diameter_ = LargestDiameter(spec.soil);
-    dt_ = spec.rig.rayleigh_fraction *
-          RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
-                       spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
+    const double weight = spec.soil.density_kg_per_m3 * spec.soil.gravity_m_per_s2 * depth_;
+    dt_ = StepWithin(spec.soil, spec.wheel, spec.rig.rayleigh_fraction,
+                     OverlapUnder(spec.soil, spec.wheel, weight));
   }
 
   Tile Run() {

@@ -44,10 +44,10 @@ Motion TargetOf(const WheelTestSpec& spec, double beta) {
   return MotionAt(spec.state.slip, beta, speed);
 }
 
-double StepOf(const WheelTestSpec& spec, double rayleigh_time_s) {
-  if (!spec.rig.scene.largest_step) return spec.rig.rayleigh_fraction * rayleigh_time_s;
-  return LargestStep(spec.soil, spec.wheel,
-                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
+double StepOf(const WheelTestSpec& spec) {
+  const double overlap = LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n);
+  if (spec.rig.scene.largest_step) return LargestStep(spec.soil, spec.wheel, overlap);
+  return StepWithin(spec.soil, spec.wheel, spec.rig.rayleigh_fraction, overlap);
 }
 
 WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta, double yaw,
@@ -86,7 +86,7 @@ WheelRun::WheelRun(const WheelTestSpec& spec, const Tile& tile)
     : spec_(spec), tile_(tile), recorder_(spec.wheel, spec.rig, YawOf(spec)) {
   out_.rayleigh_time_s = RayleighTime(SmallestRadius(spec.soil), spec.soil.density_kg_per_m3,
                                       spec.soil.youngs_modulus_pa, spec.soil.poisson_ratio);
-  out_.dt_s = StepOf(spec, out_.rayleigh_time_s);
+  out_.dt_s = StepOf(spec);
   beta_ = spec.state.mode == RigMode::kFreeSlip ? 0.0 : spec.state.attack_angle_rad;
   // The bed's x axis is the direction of travel: the wheel is turned in it.
   const double yaw = YawOf(spec);
