@@ -8,10 +8,10 @@ namespace grouser::dem {
 
 inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
 
-/// Grains; a floor as rough as they are; a wheel: both rigid.
+/// Grains; a floor as rough as they are; a wheel: both rigid, each with its own
+/// numbers for the laws.
 inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const WheelShape& w) {
   ContactModel model(LawsOf(s.contact));
-  const LawSettings settings = SettingsOf(s.contact);
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
   model.AddMaterial({kRigid, 0.0});
   model.AddMaterial({kRigid, 0.0});
@@ -19,15 +19,16 @@ inline ContactModel RigContacts(const GrainSoil& s, double grain_friction, const
   f.restitution = s.restitution;
   f.friction = grain_friction;
   f.rolling_friction = s.rolling_friction;
-  f.rolling_damping = s.contact.rolling_damping;
-  f.surface_energy_j_per_m2 = s.contact.surface_energy_j_per_m2;
-  model.SetInterface(kGrainMaterial, kGrainMaterial, f, settings);
+  PutInto(f, s.contact);
+  model.SetInterface(kGrainMaterial, kGrainMaterial, f, SettingsOf(s.contact));
   f.friction = s.friction;
-  model.SetInterface(kGrainMaterial, kFloorMaterial, f, settings);
+  PutInto(f, s.contact, s.contact.floor);
+  model.SetInterface(kGrainMaterial, kFloorMaterial, f, SettingsOf(s.contact, s.contact.floor));
   f.restitution = w.restitution;
   f.friction = w.friction;
   f.rolling_friction = w.rolling_friction;
-  model.SetInterface(kGrainMaterial, kWheelMaterial, f, settings);
+  PutInto(f, s.contact, s.contact.wheel);
+  model.SetInterface(kGrainMaterial, kWheelMaterial, f, SettingsOf(s.contact, s.contact.wheel));
   return model;
 }
 

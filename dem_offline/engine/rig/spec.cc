@@ -27,6 +27,14 @@ void Share(const std::string& field, double v, double low, double high) {
           ("in [" + std::to_string(low) + ", " + std::to_string(high) + "]").c_str());
 }
 
+void CheckContact(const std::string& at, const InterfaceChoice& c) {
+  Share(at + ".rolling_damping", c.rolling_damping.value_or(0), 0, 10);
+  Share(at + ".surface_energy_j_per_m2", c.surface_energy_j_per_m2.value_or(0), 0, 1e3);
+  for (const NamedSetting& n : c.settings) {
+    Require(std::isfinite(n.value), at + ".settings." + n.law + "." + n.name, n.value, "finite");
+  }
+}
+
 void CheckSoil(const GrainSoil& s) {
   Positive("soil.grain_density_kg_per_m3", s.density_kg_per_m3);
   Positive("soil.youngs_modulus_pa", s.youngs_modulus_pa);
@@ -36,12 +44,10 @@ void CheckSoil(const GrainSoil& s) {
   Share("soil.rolling_friction", s.rolling_friction, 0, 10);
   Share("soil.solid_fraction", s.solid_fraction, 0.5, 0.7);
   Positive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
-  Share("soil.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
-  Share("soil.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0, 1e3);
-  for (const NamedSetting& n : s.contact.settings) {
-    Require(std::isfinite(n.value), "soil.contact.settings." + n.law + "." + n.name, n.value,
-            "finite");
-  }
+  const ContactChoice& c = s.contact;
+  CheckContact("soil.contact", {c.rolling_damping, c.surface_energy_j_per_m2, c.settings});
+  CheckContact("soil.contact.wheel", c.wheel);
+  CheckContact("soil.contact.floor", c.floor);
   Require(!s.sizes.empty(), "soil.sizes", 0, "at least one size");
   double sum = 0;
   for (std::size_t i = 0; i < s.sizes.size(); ++i) {

@@ -18,7 +18,7 @@ struct SizeBin {
 };
 
 /// Grain-scale description of a soil. `contact` names the laws, of grains
-/// among themselves and on floor and wheel alike.
+/// among themselves and on floor and wheel alike, and their numbers at each.
 struct GrainSoil {
   double density_kg_per_m3 = 2290.0;  ///< of the grain material
   double youngs_modulus_pa = 1e7;
