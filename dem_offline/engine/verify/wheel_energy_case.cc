@@ -139,7 +139,7 @@ void StepsThatLawsBear(Rows& rows) {
 
 Cases WheelEnergyCases() {
   return {{"wheel_energy", Level::kQuick, EnergyOfADrivenWheel},
-          {"wheel_energy_rolling", Level::kQuick, RollingOfADrivenWheel},
+          {"wheel_energy_rolling", Level::kDefault, RollingOfADrivenWheel},
           {"steps_that_laws_bear", Level::kDefault, StepsThatLawsBear}};
 }
 
