@@ -2,6 +2,27 @@
 
 namespace grouser::campaign {
 
+namespace {
+
+template <class Message>
+std::vector<dem::NamedSetting> ConvertSettings(const Message& from) {
+  std::vector<dem::NamedSetting> out;
+  for (const auto& s : from.settings()) out.push_back({s.law(), s.name(), s.value()});
+  return out;
+}
+
+dem::InterfaceChoice ConvertInterface(const v1alpha1::InterfaceLaws& from) {
+  dem::InterfaceChoice out;
+  if (from.has_rolling_damping()) out.rolling_damping = from.rolling_damping();
+  if (from.has_surface_energy_j_per_m2()) {
+    out.surface_energy_j_per_m2 = from.surface_energy_j_per_m2();
+  }
+  out.settings = ConvertSettings(from);
+  return out;
+}
+
+}  // namespace
+
 void ConvertContact(const v1alpha1::ContactLaws& laws, dem::ContactChoice* out) {
   out->normal = laws.normal();
   out->tangential = laws.tangential();
@@ -9,8 +30,9 @@ void ConvertContact(const v1alpha1::ContactLaws& laws, dem::ContactChoice* out) 
   out->cohesion = laws.cohesion();
   out->rolling_damping = laws.rolling_damping();
   out->surface_energy_j_per_m2 = laws.surface_energy_j_per_m2();
-  out->settings.clear();
-  for (const auto& s : laws.settings()) out->settings.push_back({s.law(), s.name(), s.value()});
+  out->settings = ConvertSettings(laws);
+  out->wheel = ConvertInterface(laws.wheel());
+  out->floor = ConvertInterface(laws.floor());
 }
 
 namespace {

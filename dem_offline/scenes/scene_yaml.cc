@@ -23,17 +23,9 @@ void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
   }
 }
 
-/// Laws by name; those left out keep the defaults of the engine.
-void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
-  const dem::ContactChoice usual;
-  out->set_normal(contact.TextOr("normal", usual.normal));
-  out->set_tangential(contact.TextOr("tangential", usual.tangential));
-  out->set_rolling(contact.TextOr("rolling", usual.rolling));
-  out->set_cohesion(contact.TextOr("cohesion", usual.cohesion));
-  out->set_rolling_damping(contact.NumberOr("rolling_damping", usual.rolling_damping));
-  out->set_surface_energy_j_per_m2(
-      contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2));
-  // Settings of single laws stand under the law's name.
+/// Settings of single laws stand under the law's name.
+template <class Message>
+void ReadSettings(YamlSection& contact, Message* out) {
   for (const dem::LawEntry& law : dem::Menu()) {
     if (law.settings.empty() || !contact.Has(law.name)) continue;
     YamlSection section = contact.Section(law.name);
@@ -46,6 +38,33 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
     }
     section.Finish();
   }
+}
+
+/// What differs at the wheel or the floor.
+void ReadInterface(YamlSection section, v1alpha1::InterfaceLaws* out) {
+  if (section.Has("rolling_damping")) {
+    out->set_rolling_damping(section.Number("rolling_damping"));
+  }
+  if (section.Has("surface_energy_j_per_m2")) {
+    out->set_surface_energy_j_per_m2(section.Number("surface_energy_j_per_m2"));
+  }
+  ReadSettings(section, out);
+  section.Finish();
+}
+
+/// Laws by name; those left out keep the defaults of the engine.
+void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
+  const dem::ContactChoice usual;
+  out->set_normal(contact.TextOr("normal", usual.normal));
+  out->set_tangential(contact.TextOr("tangential", usual.tangential));
+  out->set_rolling(contact.TextOr("rolling", usual.rolling));
+  out->set_cohesion(contact.TextOr("cohesion", usual.cohesion));
+  out->set_rolling_damping(contact.NumberOr("rolling_damping", usual.rolling_damping));
+  out->set_surface_energy_j_per_m2(
+      contact.NumberOr("surface_energy_j_per_m2", usual.surface_energy_j_per_m2));
+  ReadSettings(contact, out);
+  if (contact.Has("wheel")) ReadInterface(contact.Section("wheel"), out->mutable_wheel());
+  if (contact.Has("floor")) ReadInterface(contact.Section("floor"), out->mutable_floor());
   if (contact.Has("rolling_damping") && out->rolling() != "epsd") {
     contact.Fail("rolling_damping", "it with rolling: " + out->rolling(), "rolling: epsd");
   }

@@ -30,6 +30,8 @@ MUTATIONS = [
      "g.overlap - c * overlap_rate", "restitution_linear"),
     ("hertz_oden_martins", "laws/normal_oden_martins.h", "g.overlap + c * overlap_rate",
      "g.overlap - c * overlap_rate", "restitution_oden_martins"),
+    ("hertz_dashpot", "laws/normal_hertz_dashpot.h", "g.overlap + c * overlap_rate",
+     "g.overlap - c * overlap_rate", "restitution_hertz_dashpot"),
     ("elasto_plastic", "laws/normal_elasto_plastic.h", "Max(deepest - elastic_most",
      "Max(deepest + elastic_most", "restitution_elasto_plastic"),
     ("walton_braun", "laws/normal_walton_braun.h", "1.0f - p.k1 / p.k2", "1.0f + p.k1 / p.k2",

@@ -10,13 +10,19 @@ namespace grouser::dem {
 ///   A = pi R_B^2,  I = pi R_B^4/4,  J = pi R_B^4/2
 ///   breaks when  -F_n/A + |M_b| R_B/I > tensile  (F_n > 0: compression)
 ///           or   |F_t|/A + |M_t| R_B/J > shear
-/// An intact bond replaces the contact of its pair; a broken one leaves it.
+///           or   L/L_0 - 1 > largest stretch
+/// L, L_0 [m]: distance of the centres, now and where the bond was made; it also
+/// grows where grains slide past one another. An intact bond acts beside the
+/// contact of its pair (Potyondy and Cundall; by the bond alone, pressed grains
+/// squash), or instead of it; a broken one leaves the contact.
 /// Source: Potyondy & Cundall, Int. J. Rock Mech. 41 (2004) 1329.
 struct BondLaw {
   double normal_stiffness_n_per_m3 = 0;  ///< k_n, per area
   double shear_stiffness_n_per_m3 = 0;   ///< k_t, per area
   double tensile_strength_pa = 1e300, shear_strength_pa = 1e300;
-  double damping_ratio = 0;  ///< share of critical, on every one of the four modes
+  double largest_stretch = 1e300;  ///< L/L_0 - 1 [-]
+  double damping_ratio = 0;        ///< share of critical, on every one of the four modes
+  bool beside_contact = true;      ///< false: an intact bond replaces the contact
 };
 
 struct BondState {
@@ -26,7 +32,7 @@ struct BondState {
 };
 
 struct BondStatistics {
-  std::int64_t intact = 0, broken_in_tension = 0, broken_in_shear = 0;
+  std::int64_t intact = 0, broken_in_tension = 0, broken_in_shear = 0, broken_by_stretch = 0;
   double stored_j = 0, damped_j = 0, broken_j = 0;  ///< broken: elastic energy set free
 };
 

@@ -9,7 +9,7 @@
 
 namespace grouser::dem {
 
-/// Pairs that never make a contact: members of one clump, intact bonds.
+/// Pairs that never make a contact: members of one clump, intact bonds that replace it.
 struct Exclusions {
   const std::int32_t* clump_of = nullptr;  ///< [grains]; -1: none. Null: no clumps
   /// [grains] sorted partners behind an intact bond. Null: no bonds

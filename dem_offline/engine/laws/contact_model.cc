@@ -156,22 +156,61 @@ double ContactModel::Range(double smallest, double largest) const {
   return range;
 }
 
-double ContactModel::Stiffness(double overlap, double r_eff, double m_eff) const {
-  double k = 0;
-  for (const Entry& e : table_) {
-    if (!e.set) continue;
-    double here = 0;
-    NormalLaws::Visit(laws_.normal, [&](auto law) {
-      using Law = decltype(law);
-      here = Law::Stiffness(ParamsOf<Law>(e.params), overlap, r_eff, m_eff);
-    });
-    CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
-      using Law = decltype(law);
-      here += Law::Stiffness(ParamsOf<Law>(e.params), overlap, r_eff);
-    });
-    k = std::max(k, here);
+ContactSize PairOf(double overlap, double radius, double mass) {
+  return {overlap, radius / 2, mass / 2, 0.7 * mass * radius * radius};
+}
+ContactSize AtBody(double overlap, double radius, double mass) {
+  return {overlap, radius, mass, 1.4 * mass * radius * radius};
+}
+
+ContactBounds ContactModel::Bounds(int a, int b, const ContactSize& size) const {
+  const PairParams& params = table_.at(a * kMostMaterials + b).params;
+  ContactBounds out;
+  double secant = 0;
+  NormalLaws::Visit(laws_.normal, [&](auto law) {
+    using Law = decltype(law);
+    const auto& p = ParamsOf<Law>(params);
+    out.normal = {Law::Stiffness(p, size.overlap_m, size.r_eff_m, size.m_eff_kg),
+                  Law::Damping(p, size.overlap_m, size.r_eff_m, size.m_eff_kg)};
+    secant = Law::kSecantShare;
+  });
+  CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
+    using Law = decltype(law);
+    out.normal.stiffness += Law::Stiffness(ParamsOf<Law>(params), size.overlap_m, size.r_eff_m);
+  });
+  secant *= out.normal.stiffness;
+  TangentialLaws::Visit(laws_.tangential, [&](auto law) {
+    using Law = decltype(law);
+    out.tangential = Law::Bounds(ParamsOf<Law>(params), secant, size.m_eff_kg);
+  });
+  RollingLaws::Visit(laws_.rolling, [&](auto law) {
+    using Law = decltype(law);
+    out.rolling = Law::Bounds(ParamsOf<Law>(params), secant, size.r_eff_m, size.roll_inertia_kg_m2);
+  });
+  return out;
+}
+
+double ContactModel::StepShare() const {
+  double share = 1;
+  RollingLaws::Visit(laws_.rolling, [&](auto law) { share = decltype(law)::kStepShare; });
+  return share;
+}
+
+ContactBounds ContactModel::Bounds(const ContactSize& size) const {
+  ContactBounds most;
+  const auto raise = [](SpringBound& to, const SpringBound& by) {
+    to = {std::max(to.stiffness, by.stiffness), std::max(to.damping, by.damping)};
+  };
+  for (int a = 0; a < materials(); ++a) {
+    for (int b = a; b < materials(); ++b) {
+      if (!has_interface(a, b)) continue;
+      const ContactBounds here = Bounds(a, b, size);
+      raise(most.normal, here.normal);
+      raise(most.tangential, here.tangential);
+      raise(most.rolling, here.rolling);
+    }
   }
-  return k;
+  return most;
 }
 
 ContactModel OneMaterial(const Elastic& grains, const Interface& f, LawChoice laws,

@@ -19,6 +19,22 @@ std::string WhyIllegal(const LawChoice& laws);
 /// Name of a recipe of the menu; "generic" for -1.
 const char* RecipeName(int recipe);
 
+inline constexpr int kMostMaterials = 16;
+
+/// A contact whose bounds are asked for: overlap and R* [m], m* [kg], reduced
+/// 7/5 m R^2 [kg m^2].
+struct ContactSize {
+  double overlap_m, r_eff_m, m_eff_kg, roll_inertia_kg_m2;
+};
+/// Of two equal grains, and of a grain at a body.
+ContactSize PairOf(double overlap_m, double radius_m, double mass_kg);
+ContactSize AtBody(double overlap_m, double radius_m, double mass_kg);
+
+/// Most that the laws of a contact put against motion, up to an overlap.
+struct ContactBounds {
+  SpringBound normal, tangential, rolling;
+};
+
 /// Materials, interfaces and laws of a world.
 class ContactModel {
  public:
@@ -39,8 +55,13 @@ class ContactModel {
   std::vector<PairParams> Table() const;
   /// Furthest gap at which any pair acts [m].
   double Range(double smallest_radius_m, double largest_radius_m) const;
-  /// Largest dF/d(overlap) of any pair [N/m] at this overlap.
-  double Stiffness(double overlap_m, double r_eff_m, double m_eff_kg) const;
+  /// What the laws of this pair of materials state.
+  ContactBounds Bounds(int a, int b, const ContactSize& size) const;
+  /// The largest of any pair of materials, bound by bound.
+  ContactBounds Bounds(const ContactSize& size) const;
+  /// kStepShare of the rolling law.
+  double StepShare() const;
+  bool has_interface(int a, int b) const { return table_[a * kMostMaterials + b].set; }
   /// Number of the specialised recipe of these laws; -1: the generic path.
   int recipe() const { return recipe_; }
 
@@ -55,8 +76,6 @@ class ContactModel {
   };
   std::vector<Entry> table_;  ///< [kMost x kMost]
 };
-
-inline constexpr int kMostMaterials = 16;
 
 /// One material against itself and against a rigid one (number 1), both with
 /// the same interface: the commonest world.

@@ -15,11 +15,14 @@
 //   struct History {...}                     floats and Vec3f only; zero: a new contact
 //   static constexpr unsigned kVectorWords   (unless History is empty) bit w: word w belongs to a
 //                                            Vec3f, and changes its sign where i and j swap
-//   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides are no
+//   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides are
+//   no
 //                                            mirror images, so each is evaluated by itself
 //   static constexpr unsigned kProvides      (normal laws) bits of Trait
 //   static constexpr unsigned kNeeds         bits of Trait that the normal law must provide
 //   static GROUSER_HD ... Evaluate(...)      see the slot
+// and, for the time step, the stiffest spring and the strongest dashpot that it
+// can be (see the slot; 0: the law has none).
 // Evaluate must not branch on anything that differs between the two sides of a
 // contact except through the signs of n, v_rel, w_rel and vector history (own
 // spin laws excepted, which say so), uses only + - x / sqrt and the functions
@@ -35,10 +38,10 @@ struct Elastic {
 
 /// Numbers of a pair of surfaces that several laws share.
 struct Interface {
-  double restitution = 0.5;       ///< normal, (0, 1]
-  double friction = 0.5;          ///< Coulomb mu, >= 0
-  double rolling_friction = 0.0;  ///< mu_r, >= 0
-  double rolling_damping = 0.3;   ///< eta of EPSD; Ai et al. 2011 use 0.3
+  double restitution = 0.5;            ///< normal, (0, 1]
+  double friction = 0.5;               ///< Coulomb mu, >= 0
+  double rolling_friction = 0.0;       ///< mu_r, >= 0
+  double rolling_damping = 0.3;        ///< eta of EPSD; Ai et al. 2011 use 0.3
   double surface_energy_j_per_m2 = 0;  ///< work of adhesion gamma (both surfaces together)
 };
 
@@ -76,8 +79,19 @@ struct NormalTerms {
   float stored;         ///< recoverable energy [J]
   float plastic;        ///< dissipated in this step by plastic work or hysteresis [J]
 };
+/// Most that a spring and dashpot put against motion [N/m] and [N s/m], or
+/// against rotation [N m/rad] and [N m s/rad].
+struct SpringBound {
+  double stiffness = 0, damping = 0;
+};
+
 // Normal laws:  Evaluate(const Params&, const ContactGeometry&, float overlap_rate,
 //                        History&, float dt) -> NormalTerms
+//               static double Stiffness(const Params&, double overlap, double r_eff, double m_eff)
+//                                   largest dF/d(overlap) up to this overlap [N/m]
+//               static double Damping(const Params&, double overlap, double r_eff, double m_eff)
+//                                   largest dF/d(overlap rate) up to this overlap [N s/m]
+//               static constexpr double kSecantShare    of that stiffness: NormalTerms::stiffness
 
 /// What a cohesion law returns; it also edits the NormalTerms.
 struct CohesionTerms {
@@ -102,6 +116,8 @@ struct TangentialTerms {
 // Tangential laws: Evaluate(const Params&, const ContactGeometry&, Vec3f v_t,
 //                           const NormalTerms&, History&, float dt) -> TangentialTerms
 //   v_t: tangential part of v_rel [m/s]
+//                   static SpringBound Bounds(const Params&, double stiffness, double m_eff)
+//   stiffness: the largest NormalTerms::stiffness [N/m]
 
 /// What a rolling law returns.
 struct RollingTerms {
@@ -112,6 +128,16 @@ struct RollingTerms {
 // Rolling laws: Evaluate(const Params&, const ContactGeometry&, Vec3f w_t,
 //                        const NormalTerms&, History&, float dt) -> RollingTerms
 //   w_t: w_rel without its component along n [rad/s]
+//                static SpringBound Bounds(const Params&, double stiffness, double r_eff,
+//                                          double roll_inertia)
+//                static constexpr double kStepShare   of the step that all springs and dashpots
+//                                   bear: where half of it gives the same answers
+
+/// A torque of constant size has no stiffness, and its damping torque/|w| has no
+/// bound near rest, so no step is short enough for it. It is therefore capped at
+/// the torque that takes this share of the spin in a step: those of six contacts
+/// of a grain together then stop its spin and do not turn it round.
+inline constexpr float kSpinShare = 1.0f / 6.0f;
 
 /// Throws std::invalid_argument "field: got, expected ...".
 inline void Require(bool ok, const char* field, double got, const char* expected) {

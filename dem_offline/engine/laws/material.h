@@ -19,6 +19,11 @@ double RestitutionDamping(double restitution);
 /// zeta = -beta(e): share of critical damping of a linear spring with restitution e.
 double LinearDampingRatio(double restitution);
 
+/// c of a dashpot D sqrt(k m) [N s/m].
+inline double DampingOf(double number, double stiffness, double mass) {
+  return number * __builtin_sqrt(stiffness * mass);
+}
+
 inline constexpr double kRigid = __builtin_huge_val();  ///< Young's modulus of a rigid body
 
 }  // namespace grouser::dem

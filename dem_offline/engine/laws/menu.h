@@ -6,6 +6,7 @@
 #include "dem_offline/engine/laws/none.h"
 #include "dem_offline/engine/laws/normal_elasto_plastic.h"
 #include "dem_offline/engine/laws/normal_hertz.h"
+#include "dem_offline/engine/laws/normal_hertz_dashpot.h"
 #include "dem_offline/engine/laws/normal_linear.h"
 #include "dem_offline/engine/laws/normal_oden_martins.h"
 #include "dem_offline/engine/laws/normal_walton_braun.h"
@@ -25,8 +26,8 @@
 
 namespace grouser::dem {
 
-using NormalLaws =
-    LawList<HertzRestitution, LinearSpring, HertzOdenMartins, ElastoPlastic, WaltonBraun>;
+using NormalLaws = LawList<HertzRestitution, LinearSpring, HertzOdenMartins, ElastoPlastic,
+                           WaltonBraun, HertzDashpot>;
 using TangentialLaws = LawList<MindlinRescaled, LinearHistory, MindlinDisplacement,
                                MindlinDeresiewicz, KelvinRegularised>;
 using RollingLaws = LawList<RollingNone, RollingEpsd, RollingConstant, RollingOwnSpin>;
@@ -42,7 +43,7 @@ using HertzMindlinPeer = Recipe<HertzRestitution, MindlinDisplacement, RollingEp
 // The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
 // cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
 // torsion in EDEM.
-using WheelTestbed = Recipe<HertzRestitution, LinearHistory, RollingNone, JkrAdded>;
+using WheelTestbed = Recipe<HertzDashpot, LinearHistory, RollingNone, JkrAdded>;
 using AtvWheel = Recipe<LinearSpring, LinearHistory, RollingConstant, CohesionNone>;
 using ShearCell = Recipe<ElastoPlastic, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
 using ShearCellSimple = Recipe<HertzOdenMartins, LinearHistory, RollingNone, CohesionNone>;

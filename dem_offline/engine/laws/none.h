@@ -17,6 +17,8 @@ struct RollingNone {
   static Params Make(const Elastic&, const Elastic&, const Interface&, const Settings&) {
     return {};
   }
+  static constexpr double kStepShare = 1;
+  static SpringBound Bounds(const Params&, double, double, double) { return {}; }
   static GROUSER_HD RollingTerms Evaluate(const Params&, const ContactGeometry&, Vec3f,
                                           const NormalTerms&, History&, float) {
     return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f};

@@ -52,7 +52,8 @@ struct ElastoPlastic {
             static_cast<float>(2 * s.critical_damping_share)};
   }
 
-  /// dF/d(delta) at the start of unloading from `overlap`, the largest [N/m].
+  static constexpr double kSecantShare = 2.0 / 3;
+  /// At the start of unloading from `overlap`, the largest.
   static double Stiffness(const Params& p, double overlap, double r_eff, double /*m_eff*/) {
     const double kh = 4.0 / 3 * p.e_star * __builtin_sqrt(r_eff);
     const double fy = p.yield_force, root = __builtin_cbrt(fy / kh), dy = root * root;
@@ -60,6 +61,9 @@ struct ElastoPlastic {
     const double f = fy + 1.5 * fy / dy * (overlap - dy), y = (2 * f / fy + 1) / 3;
     const double flat = kh * __builtin_sqrt(fy / f * y * __builtin_sqrt(y));
     return 1.5 * flat * __builtin_cbrt(f / flat);
+  }
+  static double Damping(const Params& p, double overlap, double r_eff, double m_eff) {
+    return DampingOf(p.damping, Stiffness(p, overlap, r_eff, m_eff), m_eff);
   }
 
   static GROUSER_HD NormalTerms Evaluate(const Params& p, const ContactGeometry& g,

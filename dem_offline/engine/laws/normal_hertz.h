@@ -13,8 +13,8 @@ namespace grouser::dem {
 /// cut-off would change e. Valid for overlap << R (state: under 0.1 R).
 /// Source: Hertz 1882; Tsuji et al., Powder Technol. 71 (1992) 239; the form
 /// of beta as in Antypov & Elliott, EPL 94 (2011) 50004.
-/// Interaction range: overlap > 0. History words: none. Stiffness bound for
-/// the time step: dF/d(delta) = 2 E* a. Energy: stored, normal damping.
+/// Interaction range: overlap > 0. History words: none. Bounds for the time
+/// step: 2 E* a, D sqrt(2 E* a m*). Energy: stored, normal damping.
 struct HertzRestitution {
   static constexpr const char* kName = "hertz_restitution";
   static constexpr unsigned kProvides = kHertzRadius | kHertzElastic, kNeeds = 0;
@@ -40,9 +40,12 @@ struct HertzRestitution {
                                (zeta < 0 ? RestitutionDamping(f.restitution) : 2 * zeta))};
   }
 
-  /// Largest dF/d(delta) up to `overlap` [N/m].
+  static constexpr double kSecantShare = 2.0 / 3;
   static double Stiffness(const Params& p, double overlap, double r_eff, double /*m_eff*/) {
     return 2.0 * p.e_star * __builtin_sqrt(r_eff * overlap);
+  }
+  static double Damping(const Params& p, double overlap, double r_eff, double m_eff) {
+    return DampingOf(p.damping, kSecantShare * Stiffness(p, overlap, r_eff, m_eff), m_eff);
   }
 
   static GROUSER_HD NormalTerms Evaluate(const Params& p, const ContactGeometry& g,

@@ -56,10 +56,14 @@ struct LinearSpring {
     return p;
   }
 
-  /// Largest k_n over all pairs of radii with this r_eff [N/m].
+  static constexpr double kSecantShare = 1;
+  /// Over all pairs of radii with this r_eff.
   static double Stiffness(const Params& p, double /*overlap*/, double r_eff, double /*m_eff*/) {
     const double low = p.own < p.other ? p.own : p.other, high = p.own < p.other ? p.other : p.own;
     return 1 / (p.flex + (low > 0 ? low : high) / r_eff);
+  }
+  static double Damping(const Params& p, double overlap, double r_eff, double m_eff) {
+    return DampingOf(p.damping, Stiffness(p, overlap, r_eff, m_eff), m_eff);
   }
 
   static GROUSER_HD NormalTerms Evaluate(const Params& p, const ContactGeometry& g,

@@ -43,7 +43,9 @@ struct WaltonBraun {
     return {static_cast<float>(k1), static_cast<float>(k2)};
   }
 
+  static constexpr double kSecantShare = 1;
   static double Stiffness(const Params& p, double, double, double) { return p.k2; }
+  static double Damping(const Params&, double, double, double) { return 0; }
 
   static GROUSER_HD NormalTerms Evaluate(const Params& p, const ContactGeometry& g, float,
                                          History& h, float) {

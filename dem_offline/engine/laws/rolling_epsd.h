@@ -37,6 +37,11 @@ struct RollingEpsd {
     return {static_cast<float>(f.rolling_friction), static_cast<float>(f.rolling_damping)};
   }
 
+  static constexpr double kStepShare = 1;
+  static SpringBound Bounds(const Params& p, double stiffness, double r_eff, double roll_inertia) {
+    const double arm = p.friction * r_eff, kr = 2.25 * stiffness * arm * arm;
+    return {kr, DampingOf(2 * p.damping, kr, roll_inertia)};
+  }
   static GROUSER_HD RollingTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f w_t,
                                           const NormalTerms& normal, History& h, float dt) {
     const float arm = p.friction * g.r_eff;
@@ -55,7 +60,8 @@ struct RollingEpsd {
     out.stored = 0.5f * flex * Dot(h.elastic, h.elastic);
     const float change = g.k_old > 0.0f ? normal.stiffness / Max(g.k_old, 1e-30f) - 1.0f : 0.0f;
     const float exchange = 0.5f * flex * Dot(kept, kept) * change;
-    out.loss = exchange + 0.5f * flex * (1.0f - scale) * Dot(trial, kept + h.elastic) + c * Dot(w_t, w_t) * dt;
+    out.loss = exchange + 0.5f * flex * (1.0f - scale) * Dot(trial, kept + h.elastic) +
+               c * Dot(w_t, w_t) * dt;
     return out;
   }
 };

@@ -62,10 +62,16 @@ LawChoice LawsOf(const ContactChoice& c) {
   return laws;
 }
 
-LawSettings SettingsOf(const ContactChoice& choice) {
+LawSettings SettingsOf(const ContactChoice& choice, const InterfaceChoice& here) {
   LawSettings out;
   for (const NamedSetting& s : choice.settings) Put(out, s);
+  for (const NamedSetting& s : here.settings) Put(out, s);
   return out;
+}
+
+void PutInto(Interface& f, const ContactChoice& choice, const InterfaceChoice& here) {
+  f.rolling_damping = here.rolling_damping.value_or(choice.rolling_damping);
+  f.surface_energy_j_per_m2 = here.surface_energy_j_per_m2.value_or(choice.surface_energy_j_per_m2);
 }
 
 }  // namespace grouser::dem

@@ -70,6 +70,9 @@ struct MindlinDeresiewicz {
     h.branch = (reverses | again) ? 1.0f : resumed ? 0.0f : returns ? 2.0f : stays;
   }
 
+  static SpringBound Bounds(const Params& p, double stiffness, double) {
+    return {p.ratio * stiffness, 0};
+  }
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
                                              const NormalTerms& normal, History& h, float dt) {
     const float kt = p.ratio * normal.stiffness, kt_old = p.ratio * g.k_old;

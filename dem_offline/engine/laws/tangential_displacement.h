@@ -34,6 +34,9 @@ struct MindlinDisplacement {
             static_cast<float>(RestitutionDamping(f.restitution)), static_cast<float>(f.friction)};
   }
 
+  static SpringBound Bounds(const Params& p, double stiffness, double m_eff) {
+    return {p.ratio * stiffness, DampingOf(p.damping * __builtin_sqrt(p.ratio), stiffness, m_eff)};
+  }
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
                                              const NormalTerms& normal, History& h, float dt) {
     const float kt = p.ratio * normal.stiffness;

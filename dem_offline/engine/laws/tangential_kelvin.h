@@ -63,6 +63,9 @@ struct KelvinRegularised {
             static_cast<float>(s.sticking_speed_m_per_s)};
   }
 
+  static SpringBound Bounds(const Params& p, double stiffness, double m_eff) {
+    return {p.ratio * stiffness, DampingOf(p.damping * __builtin_sqrt(p.ratio), stiffness, m_eff)};
+  }
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
                                              const NormalTerms& normal, History& h, float dt) {
     const float kt = p.ratio * normal.stiffness;

@@ -39,6 +39,9 @@ struct MindlinRescaled {
             static_cast<float>(f.friction)};
   }
 
+  static SpringBound Bounds(const Params& p, double stiffness, double m_eff) {
+    return {p.ratio * stiffness, DampingOf(p.damping, stiffness, m_eff)};
+  }
   static GROUSER_HD TangentialTerms Evaluate(const Params& p, const ContactGeometry& g, Vec3f v_t,
                                              const NormalTerms& normal, History& h, float dt) {
     const float kt = p.ratio * normal.stiffness;

@@ -37,28 +37,36 @@ void CheckSizes(const GrainSoil& s) {
   }
 }
 
-void CheckContact(const GrainSoil& s) {
-  CheckWithin("soil.grains.contact.rolling_damping", s.contact.rolling_damping, 0, 10);
-  CheckWithin("soil.grains.contact.surface_energy_j_per_m2", s.contact.surface_energy_j_per_m2, 0,
-              1e3);
-  const ContactChoice& laws = s.contact;
-  if (laws.cohesion != "jkr" && laws.cohesion != "jkr_added" && laws.surface_energy_j_per_m2 != 0) {
-    throw SpecError("soil.grains.contact.surface_energy_j_per_m2",
-                    Short(laws.surface_energy_j_per_m2), "0 unless cohesion is jkr or jkr_added");
+/// Numbers of the laws, of the grains or of one interface.
+void CheckNumbers(const std::string& at, const ContactChoice& laws, const InterfaceChoice& here) {
+  CheckWithin(at + ".rolling_damping", here.rolling_damping.value_or(0), 0, 10);
+  const double energy = here.surface_energy_j_per_m2.value_or(0);
+  CheckWithin(at + ".surface_energy_j_per_m2", energy, 0, 1e3);
+  if (energy != 0 && laws.cohesion != "jkr" && laws.cohesion != "jkr_added") {
+    throw SpecError(at + ".surface_energy_j_per_m2", Short(energy),
+                    "0 unless cohesion is jkr or jkr_added");
   }
-  for (const NamedSetting& n : laws.settings) {
-    const std::string field = "soil.grains.contact." + n.law + "." + n.name;
+  for (const NamedSetting& n : here.settings) {
+    const std::string field = at + "." + n.law + "." + n.name;
     if (!std::isfinite(n.value)) throw SpecError(field, Short(n.value), "a finite number");
     const bool chosen = n.law == laws.normal || n.law == laws.tangential || n.law == laws.rolling ||
                         n.law == laws.cohesion;
     if (!chosen) throw SpecError(field, Short(n.value), "settings of the chosen laws alone");
   }
+}
+
+void CheckContact(const GrainSoil& s) {
+  const ContactChoice& c = s.contact;
+  const std::string at = "soil.grains.contact";
+  CheckNumbers(at, c, {c.rolling_damping, c.surface_energy_j_per_m2, c.settings});
+  CheckNumbers(at + ".wheel", c, c.wheel);
+  CheckNumbers(at + ".floor", c, c.floor);
   try {
     BedContacts(s, s.friction);
   } catch (const SpecError&) {
     throw;
   } catch (const std::invalid_argument& error) {
-    throw SpecError("soil.grains.contact", error.what(),
+    throw SpecError(at, error.what(),
                     "laws that may stand together (`grouser-dem laws` lists them)");
   }
 }

@@ -14,22 +14,21 @@ inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
 /// themselves, in preparation not the soil's own.
 inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
   ContactModel model(LawsOf(s.contact));
-  const LawSettings settings = SettingsOf(s.contact);
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
   model.AddMaterial({kRigid, 0.0});
   Interface f;
   f.restitution = s.restitution;
   f.friction = grain_friction;
   f.rolling_friction = s.rolling_friction;
-  f.rolling_damping = s.contact.rolling_damping;
-  f.surface_energy_j_per_m2 = s.contact.surface_energy_j_per_m2;
-  model.SetInterface(kGrainMaterial, kGrainMaterial, f, settings);
+  PutInto(f, s.contact);
+  model.SetInterface(kGrainMaterial, kGrainMaterial, f, SettingsOf(s.contact));
   f.friction = s.friction;
-  model.SetInterface(kGrainMaterial, kFloorMaterial, f, settings);
+  PutInto(f, s.contact, s.contact.floor);
+  model.SetInterface(kGrainMaterial, kFloorMaterial, f, SettingsOf(s.contact, s.contact.floor));
   return model;
 }
 
-/// The same with a wheel, rigid as the floor.
+/// The same with a wheel, rigid as the floor, with its own numbers for the laws.
 inline ContactModel RigContacts(const GrainSoil& s, const WheelShape& w) {
   ContactModel model = BedContacts(s, s.friction);
   model.AddMaterial({kRigid, 0.0});
@@ -37,9 +36,8 @@ inline ContactModel RigContacts(const GrainSoil& s, const WheelShape& w) {
   f.restitution = w.restitution;
   f.friction = w.friction;
   f.rolling_friction = w.rolling_friction;
-  f.rolling_damping = s.contact.rolling_damping;
-  f.surface_energy_j_per_m2 = s.contact.surface_energy_j_per_m2;
-  model.SetInterface(kGrainMaterial, kWheelMaterial, f, SettingsOf(s.contact));
+  PutInto(f, s.contact, s.contact.wheel);
+  model.SetInterface(kGrainMaterial, kWheelMaterial, f, SettingsOf(s.contact, s.contact.wheel));
   return model;
 }
 

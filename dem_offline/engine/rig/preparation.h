@@ -11,11 +11,9 @@
 
 namespace grouser::dem {
 
-/// Time step [s] of a bed.
-inline double BedStep(const BedSpec& bed) {
-  return bed.rayleigh_fraction * RayleighTime(SmallestRadius(bed.soil), bed.soil.density_kg_per_m3,
-                                              bed.soil.youngs_modulus_pa, bed.soil.poisson_ratio);
-}
+/// Time step [s] of a bed: its share of the Rayleigh time, but no more than the laws
+/// bear under the bed's own weight (scaling.cc).
+double BedStep(const BedSpec& bed);
 
 inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
 

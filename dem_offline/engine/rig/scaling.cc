@@ -5,9 +5,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/preparation.h"
 #include "dem_offline/engine/rig/steady.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 namespace {
@@ -16,16 +18,47 @@ constexpr double kHertzPacking = 2.6;  // of delta/R = 2.6 (p/E*)^(2/3)
 // Measured on runs of 24 and 60 N, moduli 5e6 and 2e7 Pa: the 99th percentile over the whole bed is
 // 0.88 to 0.97 times what the mean pressure under the wheel predicts. Taken as 1, on the safe side.
 constexpr double kPercentileOverMean = 1;
-// m omega^2 / k of the fastest modes of a packed grain, fitted to where wheel tests lose their
-// energy: one that contacts damp, and one that they hardly do.
-constexpr double kFastestMode = 16, kUndampedMode = 28;
-constexpr double kPairOverRigid = 0.354;  // stiffness of two equal grains over grain and rigid body
+// The same in force: F = 4/3 E* sqrt(r/2) (2.6 r)^(3/2) p/E* on a contact of grains of radius r.
+const double kForceUnderPressure = 4.0 / 3 * std::sqrt(0.5) * std::pow(kHertzPacking, 1.5);
 constexpr double kSafety = 0.75;
+
+double MassOf(const GrainSoil& soil, double radius_m) {
+  return soil.density_kg_per_m3 * 4.0 / 3.0 * M_PI * radius_m * radius_m * radius_m;
+}
 
 void Positive(const char* field, double v) {
   if (!(v > 0) || !std::isfinite(v)) {
     throw std::invalid_argument(std::string(field) + ": " + std::to_string(v) + ", expected > 0");
   }
+}
+
+/// Largest step [s] that the laws bear at this overlap over the radius: the least
+/// PackedLimit over the sizes.
+double StepOfLaws(const GrainSoil& soil, const ContactModel& contacts, double overlap_over_radius) {
+  Positive("overlap_over_radius", overlap_over_radius);
+  double least = 1e300;
+  for (const SizeBin& bin : soil.sizes) {
+    const double r = 0.5 * bin.diameter_m;
+    least = std::min(least, PackedLimit(contacts, overlap_over_radius, r, MassOf(soil, r)));
+  }
+  return least;
+}
+
+double StepWithin(const GrainSoil& soil, const ContactModel& contacts, double rayleigh_fraction,
+                  double overlap_over_radius) {
+  const double rayleigh = RayleighTime(SmallestRadius(soil), soil.density_kg_per_m3,
+                                       soil.youngs_modulus_pa, soil.poisson_ratio);
+  return std::min(rayleigh_fraction * rayleigh, StepOfLaws(soil, contacts, overlap_over_radius));
+}
+
+/// Overlap of two touching grains over their radius under a pressure, by the
+/// soil's own laws: that at which they bear 4/3 sqrt(1/2) 2.6^(3/2) p r^2 (for Hertz
+/// as OverlapUnder in scaling.h).
+double OverlapUnder(const GrainSoil& soil, const ContactModel& contacts, double pressure_pa) {
+  Positive("pressure_pa", pressure_pa);
+  const double r = SmallestRadius(soil);
+  return OverlapUnderForce(contacts, kGrainMaterial, kForceUnderPressure * pressure_pa * r * r, r,
+                           MassOf(soil, r));
 }
 
 }  // namespace
@@ -52,37 +85,31 @@ double ModulusForOverlap(const WheelShape& wheel, double load_n, double sinkage_
   return 2 * (1 - poisson_ratio * poisson_ratio) * effective;
 }
 
-double DampedLimit(double restitution) {
-  const double log_e = std::log(std::clamp(restitution, 1e-3, 1.0));
-  const double pair = std::sqrt(5.0 / 6) * -log_e / std::hypot(M_PI, log_e);
-  const double mode = pair * std::sqrt(0.5 * kFastestMode);
-  return 2 * (std::hypot(1, mode) - mode);
-}
-
 double LargestStep(const GrainSoil& soil, const WheelShape& wheel, double overlap_over_radius) {
-  Positive("overlap_over_radius", overlap_over_radius);
-  const ContactModel contacts = RigContacts(soil, wheel);
-  double slowest = 1e300;  // smallest sqrt(m/k) of a pair of equal grains
-  for (const SizeBin& bin : soil.sizes) {
-    const double r = 0.5 * bin.diameter_m;
-    const double mass = soil.density_kg_per_m3 * 4.0 / 3.0 * M_PI * r * r * r;
-    const double rigid = contacts.Stiffness(overlap_over_radius * r, r, mass);
-    slowest = std::min(slowest, std::sqrt(mass / (kPairOverRigid * rigid)));
-  }
-  const double limit = std::min(DampedLimit(soil.restitution) / std::sqrt(kFastestMode),
-                                2 / std::sqrt(kUndampedMode));
-  return kSafety * limit * slowest;
+  return kSafety * StepOfLaws(soil, RigContacts(soil, wheel), overlap_over_radius);
 }
 
-double ExperimentStep(const WheelTestSpec& spec) {
-  if (!spec.rig.scene.largest_step) return BedStep(BedOf(spec));
-  return LargestStep(spec.soil, spec.wheel,
-                     LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n));
+double StepWithin(const GrainSoil& soil, const WheelShape& wheel, double rayleigh_fraction,
+                  double overlap_over_radius) {
+  return StepWithin(soil, RigContacts(soil, wheel), rayleigh_fraction, overlap_over_radius);
+}
+
+double BedStep(const BedSpec& bed) {
+  const GrainSoil& soil = bed.soil;
+  const ContactModel contacts = BedContacts(soil, soil.friction);
+  const double weight = soil.density_kg_per_m3 * soil.gravity_m_per_s2 * bed.depth_m;
+  return StepWithin(soil, contacts, bed.rayleigh_fraction, OverlapUnder(soil, contacts, weight));
 }
 
 double LoadedOverlap(const GrainSoil& soil, const WheelShape& wheel, double load_n) {
-  const double pressure = MeanPressure(wheel, load_n, 0.2 * wheel.radius_m);
-  return OverlapUnder(pressure, soil.youngs_modulus_pa, soil.poisson_ratio);
+  return OverlapUnder(soil, RigContacts(soil, wheel),
+                      MeanPressure(wheel, load_n, 0.2 * wheel.radius_m));
+}
+
+double ExperimentStep(const WheelTestSpec& spec) {
+  const double overlap = LoadedOverlap(spec.soil, spec.wheel, spec.state.load_n);
+  if (spec.rig.scene.largest_step) return LargestStep(spec.soil, spec.wheel, overlap);
+  return StepWithin(spec.soil, spec.wheel, spec.rig.rayleigh_fraction, overlap);
 }
 
 }  // namespace grouser::dem

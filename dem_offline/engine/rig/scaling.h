@@ -19,28 +19,27 @@ double OverlapUnder(double pressure_pa, double youngs_modulus_pa, double poisson
 double ModulusForOverlap(const WheelShape& wheel, double load_n, double sinkage_m,
                          double poisson_ratio, double overlap_over_radius);
 
-/// Largest omega dt of a leapfrog whose damping lags by half a step,
-/// 2 (sqrt(1 + zeta^2) - zeta), zeta that of the fastest mode of a packed grain,
-/// m omega^2 = 16 k: sqrt(5/6) beta(e) sqrt(8) for Hertz-Mindlin contacts of
-/// restitution e.
-double DampedLimit(double restitution);
-
-/// Largest time step [s] at which a wheel test keeps its energy: 0.75 of the
-/// smaller of DampedLimit/4 and 2/sqrt(28), times sqrt(m/k), with k the stiffness
-/// of two equal grains at this overlap over the radius, smallest over the sizes.
-/// A grain in a packing is held by many contacts, and turning is its faster
-/// motion. Measured, in Rayleigh times, where the energy residual jumps from
+/// Largest time step [s] at which a wheel test keeps its energy: 0.75 of the least
+/// PackedLimit (laws/time_step.h) over the sizes, from what the laws of the soil and
+/// at the wheel state, at this overlap over the radius.
+/// Measured, in Rayleigh times, where the energy residual jumps from
 /// 1e-4 past 2e-2 (9 mm grains, Hertz-Mindlin with rolling friction 0.3): 0.25 at
 /// restitution 0.5 and overlap 0.06, 0.15 at 0.2, about 0.29 at 0.9; 0.27 and 0.32
-/// at 0.5 and overlaps of 0.026 and 0.015. Other laws: watch the residual.
+/// at 0.5 and overlaps of 0.026 and 0.015.
 double LargestStep(const GrainSoil& soil, const WheelShape& wheel, double overlap_over_radius);
 
-/// Overlap to expect under the wheel, for LargestStep: OverlapUnder at the mean
+/// A share of the smallest grain's Rayleigh time, but no more than the laws bear
+/// (LargestStep without its safety of 0.75).
+double StepWithin(const GrainSoil& soil, const WheelShape& wheel, double rayleigh_fraction,
+                  double overlap_over_radius);
+
+/// Overlap to expect under the wheel, for LargestStep, by the
+/// soil's own laws: that at the mean
 /// pressure of a wheel that sinks a fifth of its radius (measured 0.068 for 0.069
 /// at 24 N and 5 MPa, 0.028 for 0.027 at 20 MPa, 0.088 for 0.128 at 60 N).
 double LoadedOverlap(const GrainSoil& soil, const WheelShape& wheel, double load_n);
 
-/// Time step [s] of a wheel test: the bed's, or where its scene says so LargestStep.
+/// Time step [s] of a wheel test: StepWithin, or where its scene says so LargestStep.
 double ExperimentStep(const WheelTestSpec& spec);
 
 }  // namespace grouser::dem

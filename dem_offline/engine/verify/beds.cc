@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dem_offline/engine/laws/time_step.h"
+
 namespace grouser::dem::verify {
 
 World Gas(const Laws& laws, int n, std::uint64_t seed, bool energy, int threads) {
@@ -33,9 +35,11 @@ WorldConfig BedSpec::Config() const {
   WorldConfig c;
   c.frame = {length_m, width_m, 1.2};
   c.gravity_m_per_s2 = {0, 0, -gravity};
-  c.dt_s = rayleigh_fraction *
-           RayleighTime(smallest_d_m / 2, density, grains.youngs_modulus_pa, grains.poisson_ratio);
   c.contacts = Model(laws, grains, surfaces);
+  const double r = smallest_d_m / 2;
+  const double rayleigh = RayleighTime(r, density, grains.youngs_modulus_pa, grains.poisson_ratio);
+  const double limit = PackedLimit(c.contacts, 0.05, r, SphereMass(r, density));
+  c.dt_s = step_share * std::min(0.2 * rayleigh, limit);
   return c;
 }
 

@@ -38,7 +38,8 @@ struct BedSpec {
   Laws laws = {.rolling = "epsd"};
   double density = 2290;
   double gravity = 9.81;
-  double rayleigh_fraction = 0.2;
+  /// Of 0.2 Rayleigh times, or of what the laws bear at an overlap of 0.05 radii.
+  double step_share = 1;
   std::uint64_t seed = 1;
   WorldConfig Config() const;  ///< periodic in x and y, floor plane at z = 0
 };

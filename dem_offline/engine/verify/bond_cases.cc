@@ -1,4 +1,5 @@
 // Bonds: a cantilever under its own weight, stiffnesses and strengths.
+#include "dem_offline/engine/laws/material.h"
 #include "dem_offline/engine/verify/cases.h"
 #include "dem_offline/engine/verify/scenes.h"
 
@@ -7,8 +8,12 @@ namespace {
 
 constexpr double kRadius = 0.001, kDensity = 2500, kE = 1e9, kG = 0.4e9, kLength = 2 * kRadius;
 
+const Elastic kSand = {1e9, 0.3};
+
 BondLaw Law() {
-  return {.normal_stiffness_n_per_m3 = kE / kLength, .shear_stiffness_n_per_m3 = kG / kLength};
+  return {.normal_stiffness_n_per_m3 = kE / kLength,
+          .shear_stiffness_n_per_m3 = kG / kLength,
+          .beside_contact = false};
 }
 
 /// Ten spheres in a row along x, the first one held.
@@ -63,7 +68,7 @@ Held Strain(const BondLaw& law, Vec3d velocity, Vec3d spin, double t) {
   in.grains = {a, b};
   in.bonds = {{0, 1, kRadius, 0}};
   in.bond_laws = {law};
-  World world(Cell(Model({}, {1e9, 0.3}, {}), 0.05, dt), in);
+  World world(Cell(Model({}, kSand, {.restitution = 1}), 0.05, dt), in);
   Held out;
   for (int s = 0; s < std::lround(t / dt); ++s) {
     RunOrThrow(world, 1);
@@ -108,12 +113,48 @@ void Strengths(Rows& rows) {
                 "one was there");
 }
 
+/// An intact bond and the contact of its pair act together, or the bond alone.
+void BesideContact(Rows& rows) {
+  const double t = 1e-3, u = 1e-6, area = M_PI * kRadius * kRadius;
+  const double bond = kE / kLength * area * u;
+  const double hertz =
+      4.0 / 3 * EffectiveModulus(kSand, kSand) * std::sqrt(0.5 * kRadius) * std::pow(u, 1.5);
+  BondLaw law = Law();
+  rows.Relative("pressed by 1e-3 radii: force of the bond alone [N]", bond,
+                Strain(law, {-u / t, 0, 0}, {0, 0, 0}, t).load.fx, 0.001, "k_n A u");
+  law.beside_contact = true;
+  rows.Relative("the same beside the contact [N]", bond + hertz,
+                Strain(law, {-u / t, 0, 0}, {0, 0, 0}, t).load.fx, 0.002, "k_n A u + Hertz");
+  rows.Relative("stretched instead: the contact does nothing [N]", -bond,
+                Strain(law, {u / t, 0, 0}, {0, 0, 0}, t).load.fx, 0.001, "k_n A u");
+}
+
+void LargestStretch(Rows& rows) {
+  const double t = 2e-3, area = M_PI * kRadius * kRadius, most = 5e-4;
+  BondLaw law = Law();
+  law.beside_contact = true;
+  law.largest_stretch = most;
+  const double at = most * kLength, spring = kE / kLength * area;
+  const Held torn = Strain(law, {1e-3, 0, 0}, {0, 0, 0}, t);
+  rows.Relative("largest force of a bond pulled to its largest stretch [N]", spring * at,
+                torn.largest, 0.005, "k_n A s L");
+  rows.Absolute("bonds broken by stretch [-]", 1, static_cast<double>(torn.bonds.broken_by_stretch),
+                0, "one was there");
+  rows.Relative("energy that it set free [J]", 0.5 * spring * at * at, torn.bonds.broken_j, 0.005,
+                "k_n A (s L)^2/2");
+  const Held slid = Strain(law, {0, 0, 0.1}, {0, 0, 0}, t);
+  rows.Absolute("bonds of grains that slide past one another, broken by stretch [-]", 1,
+                static_cast<double>(slid.bonds.broken_by_stretch), 0, "their centres part");
+}
+
 }  // namespace
 
 Cases BondCases() {
   return {{"bond_cantilever", Level::kQuick, Cantilever},
           {"bond_stiffness", Level::kQuick, Stiffnesses},
-          {"bond_strength", Level::kQuick, Strengths}};
+          {"bond_strength", Level::kQuick, Strengths},
+          {"bond_beside_contact", Level::kQuick, BesideContact},
+          {"bond_largest_stretch", Level::kQuick, LargestStretch}};
 }
 
 }  // namespace grouser::dem::verify

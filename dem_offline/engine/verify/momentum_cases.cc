@@ -49,6 +49,7 @@ void MomentumOfAGas(Rows& rows) {
                                 "none",
                                 {{"linear_spring", "stiffness_n_per_m", 2e4}}},
                            Laws{"hertz_oden_martins", "mindlin_displacement", "none"},
+                           Laws{"hertz_dashpot", "linear_history", "none"},
                            Laws{"elasto_plastic", "linear_history", "epsd"},
                            Laws{"walton_braun", "kelvin_regularised", "none"},
                            Laws{"hertz_restitution", "mindlin_deresiewicz", "none"}}) {

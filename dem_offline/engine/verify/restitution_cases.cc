@@ -106,21 +106,42 @@ void ElastoPlasticFalls(Rows& rows) {
                 std::log(got[4] / got[3]) / std::log(10.0), 0.01, "Thornton 1997: -1/4");
 }
 
-void OdenMartinsRises(Rows& rows) {
+/// A Hertz spring with a dashpot c(overlap), against Runge-Kutta.
+template <class Dashpot>
+std::vector<double> HertzWith(Rows& rows, const Laws& laws, Dashpot&& c) {
   const double m = SphereMass(kRadius, kDensity), e_star = EffectiveModulus(kSoft, {kRigid, 0.3});
-  const double c = 0.5;
-  const Laws laws = {.normal = "hertz_oden_martins",
-                     .settings = {{"hertz_oden_martins", "damping_n_s_per_m", c}}};
+  std::vector<double> out;
   for (const double speed : {0.01, 0.1, 1.0}) {
     const double dt = HertzStep(speed);
     const double exact = ExactRestitution(
         [&](double d, double rate) {
-          return 4.0 / 3.0 * e_star * std::sqrt(kRadius * d) * d + c * rate;
+          return 4.0 / 3.0 * e_star * std::sqrt(kRadius * d) * d + c(d) * rate;
         },
         m, speed, 4000 * dt);
-    rows.Relative(Format("hertz_oden_martins at %g m/s [-]", speed), exact,
-                  Bounce(Model(laws, kSoft, {}), speed, dt), 0.005, "Runge-Kutta in double");
+    out.push_back(Bounce(Model(laws, kSoft, {}), speed, dt));
+    rows.Relative(Format("%s at %g m/s [-]", laws.normal, speed), exact, out.back(), 0.005,
+                  "Runge-Kutta in double");
   }
+  return out;
+}
+
+void OdenMartinsFalls(Rows& rows) {
+  const double beta = 1e4;
+  const auto e = HertzWith(rows,
+                           {.normal = "hertz_oden_martins",
+                            .settings = {{"hertz_oden_martins", "damping_kg_per_m_s", beta}}},
+                           [&](double d) { return beta * d; });
+  rows.AtMost("hertz_oden_martins: largest ratio of restitutions over a tenfold speed [-]", 0.99,
+              std::max(e[1] / e[0], e[2] / e[1]), "McCarthy et al. 2010: falls with speed");
+}
+
+void DashpotRises(Rows& rows) {
+  const double c = 0.5;
+  const auto e = HertzWith(
+      rows, {.normal = "hertz_dashpot", .settings = {{"hertz_dashpot", "damping_n_s_per_m", c}}},
+      [&](double) { return c; });
+  rows.AtLeast("hertz_dashpot: least ratio of restitutions over a tenfold speed [-]", 1.01,
+               std::min(e[1] / e[0], e[2] / e[1]), "a constant dashpot: rises with speed");
 }
 
 }  // namespace
@@ -130,7 +151,8 @@ Cases RestitutionCases() {
           {"restitution_linear", Level::kQuick, LinearConstant},
           {"restitution_walton_braun", Level::kQuick, WaltonBraunConstant},
           {"restitution_elasto_plastic", Level::kQuick, ElastoPlasticFalls},
-          {"restitution_oden_martins", Level::kQuick, OdenMartinsRises}};
+          {"restitution_oden_martins", Level::kQuick, OdenMartinsFalls},
+          {"restitution_hertz_dashpot", Level::kQuick, DashpotRises}};
 }
 
 }  // namespace grouser::dem::verify

@@ -1,5 +1,6 @@
 // Sliding to rolling, rolling down an incline, and what each rolling law takes.
 #include "dem_offline/engine/laws/material.h"
+#include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/verify/cases.h"
 #include "dem_offline/engine/verify/scenes.h"
 
@@ -66,6 +67,30 @@ void RollingResistance(Rows& rows) {
   }
 }
 
+/// The way a sphere rolls till it rests, at the default step, 0.2 of the Rayleigh time or
+/// what the laws bear, and at half of it.
+void RollingConverges(Rows& rows) {
+  const double r = 0.005, g = 9.81, mu_r = 0.1, v = 0.1, density = 2500;
+  const Elastic sand = {1e7, 0.3};
+  const Interface f = {.restitution = 0.5, .friction = 0.5, .rolling_friction = mu_r};
+  for (const char* law : {"constant_torque", "epsd", "own_spin"}) {
+    const Laws laws = {.rolling = law};
+    const double step =
+        std::min(0.2 * RayleighTime(r, density, sand.youngs_modulus_pa, sand.poisson_ratio),
+                 PackedLimit(Model(laws, sand, f), 0.02, r, SphereMass(r, density)));
+    const auto way = [&](double dt) {
+      World world = OnFloor(laws, sand, f, r, density, {0, 0, -g}, dt, v, v / r);
+      RunOrThrow(world, std::llround(0.5 / dt));
+      return world.StateOf(0).x_m - 0.05;
+    };
+    const double whole = way(step);
+    rows.Relative(Format("%s: way rolled till rest, of v^2/(10/7 mu_r g) [-]", law), 1,
+                  whole / (v * v / (10.0 / 7 * mu_r * g)), 0.05, "5/7 mu_r g");
+    rows.Relative(Format("%s: the same at half the step over that at the step [-]", law), 1,
+                  way(0.5 * step) / whole, 0.02, "converged");
+  }
+}
+
 /// On a slope milder than mu_r a grain stays under EPSD, for good.
 void EpsdHolds(Rows& rows) {
   const double r = 0.005, g = 9.81, dt = 1e-5, tilt = 0.05;
@@ -92,6 +117,7 @@ Cases RollingCases() {
   return {{"slip_to_roll", Level::kQuick, SlipToRoll},
           {"rolling_incline", Level::kQuick, Incline},
           {"rolling_resistance", Level::kQuick, RollingResistance},
+          {"rolling_converges", Level::kQuick, RollingConverges},
           {"epsd_holds", Level::kQuick, EpsdHolds}};
 }
 

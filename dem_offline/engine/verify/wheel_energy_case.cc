@@ -9,15 +9,16 @@ namespace {
 struct DrivenWheel {
   EnergyBalance before, after;
   double Work() const { return after.body_work - before.body_work; }
+  /// Work and the grains' fall [J].
+  double Given() const { return Work() + std::abs(after.potential - before.potential); }
   double Residual() const { return after.Total() - before.Total(); }
 };
 
-DrivenWheel Drive(const BedSpec& spec, const std::vector<GrainState>& grains,
-                  double rayleigh_fraction) {
+DrivenWheel Drive(const BedSpec& spec, const std::vector<GrainState>& grains, double step_share) {
   double top = 0;
   for (const GrainState& g : grains) top = std::max(top, g.z_m + g.radius_m);
   BedSpec fine = spec;
-  fine.rayleigh_fraction = rayleigh_fraction;
+  fine.step_share = step_share;
   WorldConfig c = fine.Config();
   c.energy = true;
   const double radius = 0.04, speed = 0.1, slip = 0.3;
@@ -43,7 +44,7 @@ DrivenWheel Drive(const BedSpec& spec, const std::vector<GrainState>& grains,
 void EnergyOfADrivenWheel(Rows& rows) {
   const BedSpec spec;
   const std::vector<GrainState> grains = Settle(spec);
-  const DrivenWheel d = Drive(spec, grains, 0.1), half = Drive(spec, grains, 0.05);
+  const DrivenWheel d = Drive(spec, grains, 0.5), half = Drive(spec, grains, 0.25);
   const EnergyBalance& e = d.after;
   rows.AtMost("driven grouser wheel: residual over the work done [-]", 1e-3,
               std::abs(d.Residual()) / d.Work(), "sum of channels = work");
@@ -63,8 +64,83 @@ void EnergyOfADrivenWheel(Rows& rows) {
              d.Residual(), half.Residual()));
 }
 
+/// What rolling takes is bounded by the work done, and half the step gives the same.
+void RollingOfADrivenWheel(Rows& rows) {
+  const std::vector<GrainState> grains = Settle(BedSpec{});
+  for (const char* rolling : {"constant_torque", "own_spin", "epsd"}) {
+    BedSpec spec;
+    spec.laws = {.rolling = rolling};
+    const DrivenWheel d = Drive(spec, grains, 1), half = Drive(spec, grains, 0.5);
+    const double given = d.Given();
+    rows.AtMost(Format("%s: residual at the default step over what is put in [-]", rolling), 0.02,
+                std::abs(d.Residual()) / given, "sum of channels = work");
+    rows.AtMost(Format("%s: rolling over the work and the grains' fall [-]", rolling), 1,
+                d.after.rolling / given, "dissipation takes what is put in");
+    rows.Relative(Format("%s: rolling at half the step over that at the step [-]", rolling), 1,
+                  half.after.rolling / d.after.rolling, 0.1, "converged");
+    rows.Note(
+        Format("%s: work %.4g J, fall %.3g J, rolling %.4g J, residual %.2g J; at half the "
+               "step %.4g, %.3g, %.4g, %.2g J",
+               rolling, d.Work(), given - d.Work(), d.after.rolling, d.Residual(), half.Work(),
+               half.Given() - half.Work(), half.after.rolling, half.Residual()));
+  }
+}
+
+/// Laws whose springs and dashpots are stiffer than Young's modulus and the restitution say:
+/// the step that they ask for keeps the energy.
+void StepsThatLawsBear(Rows& rows) {
+  const struct {
+    const char* name;
+    Laws laws;
+    double restitution = 0.5, rolling_friction = 0.1, rolling_damping = 0.3;
+  } hard[] = {
+      {"linear_spring, 2e4 N/m",
+       {"linear_spring",
+        "linear_history",
+        "epsd",
+        "none",
+        {{"linear_spring", "stiffness_n_per_m", 2e4}}}},
+      {"hertz_restitution, e 0.05", {.rolling = "epsd"}, 0.05},
+      {"hertz_dashpot, 2 N s/m",
+       {"hertz_dashpot",
+        "linear_history",
+        "epsd",
+        "none",
+        {{"hertz_dashpot", "damping_n_s_per_m", 2}}}},
+      {"hertz_oden_martins, 1e4 kg/(m s)",
+       {"hertz_oden_martins",
+        "linear_history",
+        "epsd",
+        "none",
+        {{"hertz_oden_martins", "damping_kg_per_m_s", 1e4}}}},
+      {"kelvin_regularised, k_t = 6 k_n",
+       {"hertz_restitution",
+        "kelvin_regularised",
+        "epsd",
+        "none",
+        {{"kelvin_regularised", "stiffness_ratio", 6}}}},
+      {"epsd, mu_r 1, eta 2", {.rolling = "epsd"}, 0.5, 1.0, 2.0},
+  };
+  for (const auto& h : hard) {
+    BedSpec spec;
+    spec.laws = h.laws;
+    spec.surfaces.restitution = h.restitution;
+    spec.surfaces.rolling_friction = h.rolling_friction;
+    spec.surfaces.rolling_damping = h.rolling_damping;
+    const DrivenWheel d = Drive(spec, Settle(spec), 1);
+    rows.AtMost(Format("%s: residual at the default step over what is put in [-]", h.name), 0.02,
+                std::abs(d.Residual()) / d.Given(), "sum of channels = work");
+    rows.Note(Format("%s: step %.3g s, work %.4g J, residual %.2g J", h.name, spec.Config().dt_s,
+                     d.Work(), d.Residual()));
+  }
+}
+
 }  // namespace
 
-Cases WheelEnergyCases() { return {{"wheel_energy", Level::kQuick, EnergyOfADrivenWheel}}; }
+Cases WheelEnergyCases() {
+  return {{"wheel_energy", Level::kQuick, EnergyOfADrivenWheel},
+          {"wheel_energy_rolling", Level::kDefault, RollingOfADrivenWheel},
+          {"steps_that_laws_bear", Level::kDefault, StepsThatLawsBear}};
+}
 
 }  // namespace grouser::dem::verify

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {
@@ -51,6 +52,22 @@ Strain Measure(const BondEntry& e, const Quatd& qa, const Quatd& qb, const Vec3d
   return s;
 }
 
+/// Of the four modes: stretching and shear [N/m], bending and twisting [N m/rad].
+struct BondSprings {
+  double normal, shear, bending, twist;
+};
+BondSprings SpringsOf(const BondLaw& law, const BondEntry& e) {
+  return {law.normal_stiffness_n_per_m3 * e.area, law.shear_stiffness_n_per_m3 * e.area,
+          law.normal_stiffness_n_per_m3 * e.bending, law.shear_stiffness_n_per_m3 * e.polar};
+}
+
+/// Reduced mass [kg] and moment of inertia [kg m^2] of two grains.
+std::pair<double, double> ReducedOf(const Grain& a, const Grain& b, double inertia_factor) {
+  const double ia = inertia_factor * a.mass * a.radius * a.radius,
+               ib = inertia_factor * b.mass * b.radius * b.radius;
+  return {1 / (1.0 / a.mass + 1.0 / b.mass), 1 / (1 / ia + 1 / ib)};
+}
+
 void AddLoad(GrainLoad& f, const Vec3d& force, const Vec3d& moment) {
   f.fx += static_cast<float>(force[0]);
   f.fy += static_cast<float>(force[1]);
@@ -67,6 +84,7 @@ void BondPass::Add(World& w, const Contents& c) {
   parts.bond_laws = c.bond_laws;
   if (c.bonds.empty()) return;
   parts.bonded.resize(w.grains_.size());
+  parts.turns.assign(w.grains_.size(), 0);
   parts.orientation.assign(w.grains_.size(), {1, 0, 0, 0});
   for (std::size_t n = 0; n < c.bonds.size(); ++n) {
     const BondState& s = c.bonds[n];
@@ -78,9 +96,12 @@ void BondPass::Add(World& w, const Contents& c) {
     if (s.grain_a == s.grain_b) Bad(n, "both ends are one grain, expected two");
     if (s.law < 0 || s.law >= static_cast<int>(c.bond_laws.size())) Bad(n, "law: no such bond law");
     if (!(s.radius_m > 0)) Bad(n, "radius_m: expected > 0");
+    const BondLaw& law = c.bond_laws[s.law];
+    if (!(law.largest_stretch > 0)) Bad(n, "largest_stretch: expected > 0");
     BondEntry e;
     e.a = w.index_of_[s.grain_a];
     e.b = w.index_of_[s.grain_b];
+    parts.turns[e.a] = parts.turns[e.b] = 1;
     e.law = s.law;
     const Grain &a = w.grains_[e.a], &b = w.grains_[e.b];
     const Vec3d apart = Apart(a, b, w.config_.frame);
@@ -96,7 +117,9 @@ void BondPass::Add(World& w, const Contents& c) {
     e.bending = M_PI * r2 * r2 / 4;
     e.polar = M_PI * r2 * r2 / 2;
     e.radius = s.radius_m;
+    e.length = length;
     parts.bonds.push_back(e);
+    if (law.beside_contact) continue;
     parts.bonded[e.a].push_back(e.b);
     parts.bonded[e.b].push_back(e.a);
   }
@@ -106,8 +129,8 @@ void BondPass::Add(World& w, const Contents& c) {
 
 void BondPass::Turn(World& w) {
   World::Parts& parts = *w.parts_;
-  for (std::size_t i = 0; i < parts.bonded.size(); ++i) {
-    if (parts.bonded[i].empty()) continue;
+  for (std::size_t i = 0; i < parts.turns.size(); ++i) {
+    if (!parts.turns[i]) continue;
     parts.orientation[i] =
         dem::Turn(parts.orientation[i], SpinOfGrain(w.grains_[i]), w.config_.dt_s);
   }
@@ -122,12 +145,9 @@ void BondPass::Forces(World& w) {
     if (!e.intact) continue;
     const BondLaw& law = parts.bond_laws[e.law];
     const Grain &a = w.grains_[e.a], &b = w.grains_[e.b];
-    const Strain s =
-        Measure(e, parts.orientation[e.a], parts.orientation[e.b], Apart(a, b, w.config_.frame));
-    const double kn = law.normal_stiffness_n_per_m3 * e.area;
-    const double kt = law.shear_stiffness_n_per_m3 * e.area;
-    const double kb = law.normal_stiffness_n_per_m3 * e.bending;
-    const double kw = law.shear_stiffness_n_per_m3 * e.polar;
+    const Vec3d apart = Apart(a, b, w.config_.frame);
+    const Strain s = Measure(e, parts.orientation[e.a], parts.orientation[e.b], apart);
+    const auto [kn, kt, kb, kw] = SpringsOf(law, e);
     const Vec3d shear = Scale(-kt, s.u_t), bend = Scale(-kb, s.th_b);
     const double pull = kn * s.u_n, twist = -kw * s.th_t;
     const double before = e.stored;
@@ -136,12 +156,14 @@ void BondPass::Forces(World& w) {
     const bool torn = pull / e.area + Norm(bend) * e.radius / e.bending > law.tensile_strength_pa;
     const bool cut =
         Norm(shear) / e.area + std::abs(twist) * e.radius / e.polar > law.shear_strength_pa;
-    if (torn || cut) {
+    const bool parted = Norm(apart) > (1 + law.largest_stretch) * e.length;
+    if (torn || cut || parted) {
       e.intact = false;
       --stat.intact;
-      ++(torn ? stat.broken_in_tension : stat.broken_in_shear);
+      ++(torn ? stat.broken_in_tension : cut ? stat.broken_in_shear : stat.broken_by_stretch);
       // This step's motion still worked against half of the force before.
       stat.broken_j += 0.5 * (before + e.stored);
+      if (law.beside_contact) continue;
       for (const auto& [from, to] : {std::pair{e.a, e.b}, std::pair{e.b, e.a}}) {
         auto& list = parts.bonded[from];
         list.erase(std::lower_bound(list.begin(), list.end(), to));
@@ -152,9 +174,8 @@ void BondPass::Forces(World& w) {
     Vec3d force = dem::Add(Scale(-pull, s.axis), shear);  // on b
     Vec3d moment = dem::Add(bend, Scale(twist, s.axis));
     if (law.damping_ratio > 0) {
-      const double m = 1 / (1.0 / a.mass + 1.0 / b.mass), f = w.config_.inertia_factor;
-      const double ia = f * a.mass * a.radius * a.radius, ib = f * b.mass * b.radius * b.radius;
-      const double inertia = 1 / (1 / ia + 1 / ib), z = 2 * law.damping_ratio;
+      const auto [m, inertia] = ReducedOf(a, b, w.config_.inertia_factor);
+      const double z = 2 * law.damping_ratio;
       const Vec3d v = Sub(dem::Add(VelocityOf(b), CrossD(SpinOfGrain(b), s.arm_b)),
                           dem::Add(VelocityOf(a), CrossD(SpinOfGrain(a), s.arm_a)));
       const Vec3d o = Sub(SpinOfGrain(b), SpinOfGrain(a));
@@ -171,6 +192,25 @@ void BondPass::Forces(World& w) {
     AddLoad(w.loads_[e.b], force, dem::Add(moment, CrossD(s.arm_b, force)));
     AddLoad(w.loads_[e.a], Scale(-1, force), Scale(-1, dem::Add(moment, CrossD(s.arm_a, force))));
   }
+}
+
+double BondPass::CriticalStep(const World& w) {
+  double least = 1e300;
+  for (const BondEntry& e : w.parts_->bonds) {
+    if (!e.intact) continue;
+    const BondLaw& law = w.parts_->bond_laws[e.law];
+    const auto [m, inertia] = ReducedOf(w.grains_[e.a], w.grains_[e.b], w.config_.inertia_factor);
+    const BondSprings k = SpringsOf(law, e);
+    // Shear also turns the grains, with half the bond's length as its lever.
+    const double turning = std::max(k.bending, k.twist) + 0.25 * e.length * e.length * k.shear;
+    const auto at_most = [&](double mass, double spring) {
+      const double damping = 2 * law.damping_ratio * std::sqrt(spring * mass);
+      least = std::min(least, 0.1 * LeapfrogLimit(mass, {spring, damping}));
+    };
+    at_most(m, std::max(k.normal, k.shear));
+    at_most(inertia, turning);
+  }
+  return least;
 }
 
 const BondStatistics& World::bond_statistics() const { return parts_->bond_statistics; }

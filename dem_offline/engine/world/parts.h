@@ -28,7 +28,7 @@ struct BondEntry {
   bool intact = true;
   Vec3d arm_a, arm_b, axis_a, axis_b;  ///< grain frames
   Quatd rest;                          ///< relative orientation at rest
-  double area = 0, bending = 0, polar = 0, radius = 0;
+  double area = 0, bending = 0, polar = 0, radius = 0, length = 0;
   double stored = 0;
 };
 
@@ -48,8 +48,10 @@ struct World::Parts {
   std::vector<std::int32_t> clump_of;  ///< [grains]; empty: no clumps
   std::vector<BondLaw> bond_laws;
   std::vector<BondEntry> bonds;
-  std::vector<std::vector<std::int32_t>> bonded;  ///< [grains]; empty: no bonds
-  std::vector<Quatd> orientation;                 ///< [grains]; empty: no bonds
+  /// [grains] partners of bonds that replace the contact; empty: no bonds
+  std::vector<std::vector<std::int32_t>> bonded;
+  std::vector<std::uint8_t> turns;  ///< [grains] has a bond: its orientation counts
+  std::vector<Quatd> orientation;   ///< [grains]; empty: no bonds
   BondStatistics bond_statistics;
   std::vector<EnergySums> chunk_energy;
 };
@@ -84,8 +86,9 @@ struct ClumpPass {
 
 struct BondPass {
   static void Add(World& w, const Contents& c);
-  static void Turn(World& w);    ///< orientations follow the spins
-  static void Forces(World& w);  ///< adds to the loads
+  static void Turn(World& w);                  ///< orientations follow the spins
+  static void Forces(World& w);                ///< adds to the loads
+  static double CriticalStep(const World& w);  ///< a tenth of the least LeapfrogLimit of a bond
 };
 
 /// Throws std::invalid_argument "grain I: field: got, expected ...".

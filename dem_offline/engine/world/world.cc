@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dem_offline/engine/contact/leash_body.h"
+#include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {
@@ -119,9 +120,9 @@ void World::CheckGuard() const {
   const double critical = CriticalStep(config_.guard_overlap);
   if (config_.dt_s > critical * (1 + 1e-9)) {
     throw std::invalid_argument(
-        "dt_s: " + std::to_string(config_.dt_s) +
-        " s, expected at most the critical step 0.2 sqrt(m/K) = " + std::to_string(critical) +
-        " s at an overlap of " + std::to_string(config_.guard_overlap) + " radii");
+        "dt_s: " + std::to_string(config_.dt_s) + " s, expected at most the critical step " +
+        std::to_string(critical) + " s (0.2 sqrt(m/K), m/(8 C)) at an overlap of " +
+        std::to_string(config_.guard_overlap) + " radii");
   }
 }
 
@@ -129,11 +130,10 @@ double World::CriticalStep(double overlap_ratio) const {
   double step = 1e300;
   for (std::int64_t i = 0; i < count_; ++i) {
     const Grain& g = grains_[i];
-    // The partner that is hardest on it: a rigid body.
-    const double k = config_.contacts.Stiffness(overlap_ratio * g.radius, g.radius, g.mass);
-    step = std::min(step, 0.2 * std::sqrt(g.mass / k));
+    step = std::min(step,
+                    CriticalStepOf(config_.contacts, overlap_ratio * g.radius, g.radius, g.mass));
   }
-  return step;
+  return std::min(step, BondPass::CriticalStep(*this));
 }
 
 void World::Rebuild(const std::vector<std::int32_t>* place_of) {

@@ -35,8 +35,7 @@ struct WorldConfig {
   bool planar = false;          ///< no motion along y, no spin but about y
   bool energy = false;          ///< integrate the energy channels
   int threads = 1;              ///< same bits for any number
-  /// Refuse steps above the critical one, 0.2 sqrt(m/K) with K the largest
-  /// normal stiffness at `guard_overlap` of the radius. 0: no guard.
+  /// Refuse steps above World::CriticalStep at `guard_overlap` of the radius. 0: no guard.
   double guard_overlap = 0.0;
   std::int64_t first_pairs = 0;  ///< capacity of the lists to begin with; 0: ample
   /// Every so many steps grains are put in the order of space again, as World::Sort
@@ -212,7 +211,8 @@ class World {
   double MeanContacts() const;    ///< contacts with grains and bodies per grain
   /// Overlap over the smaller radius of all present grain-grain contacts.
   std::vector<float> OverlapRatios() const;
-  /// 0.2 sqrt(m/K) of the smallest grain, K at this overlap over its radius.
+  /// The least CriticalStepOf (laws/time_step.h) of a grain, at this overlap over its
+  /// radius, or of an intact bond.
   double CriticalStep(double overlap_ratio) const;
   std::uint64_t steps() const { return steps_; }
   std::uint64_t rebuilds() const { return rebuilds_; }

@@ -132,6 +132,9 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"BadTread", "radius_m: 0.025",
              "radius_m: 0.025\n  treads: [{count: 0, height_m: 0.004, root_thickness_m: 0.003}]",
              "24: key 'wheel.treads': got tread.count: got 0, expected 1 to 1000 bars"},
+        Edit{"UnknownKeyAtTheWheel", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {wheel: {friction: 1}}",
+             "16: key 'soil.grains.contact.wheel.friction': got an unknown key"},
         Edit{"Malformed", "rig:\n", "rig: {\n", "31: malformed YAML"},
         Edit{"NotAMapping", "# A toy", "- a\n#", "1: key ''"}),
     [](const auto& info) { return info.param.name; });
@@ -144,7 +147,9 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   };
   after("    poisson_ratio: 0.3",
         "    contact: {rolling: none, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
-        "hertz_restitution: {critical_damping_share: 0.2}}");
+        "hertz_restitution: {critical_damping_share: 0.2}, "
+        "wheel: {hertz_restitution: {critical_damping_share: 0.9}, surface_energy_j_per_m2: 0}, "
+        "floor: {rolling_damping: 0.4}}");
   after("  radius_m: 0.025",
         "  treads: [{count: 8, height_m: 0.004, root_thickness_m: 0.003, lean_deg: 30}]");
   const std::string path = folder / "a.scene.yaml";
@@ -160,6 +165,14 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   EXPECT_EQ(engine.soil.contact.surface_energy_j_per_m2, 0.1);
   ASSERT_EQ(engine.soil.contact.settings.size(), 1u);
   EXPECT_EQ(engine.soil.contact.settings[0].value, 0.2);
+  const dem::InterfaceChoice &at_wheel = engine.soil.contact.wheel,
+                             &at_floor = engine.soil.contact.floor;
+  ASSERT_EQ(at_wheel.settings.size(), 1u);
+  EXPECT_EQ(at_wheel.settings[0].value, 0.9);
+  EXPECT_EQ(at_wheel.surface_energy_j_per_m2, 0.0);
+  EXPECT_FALSE(at_wheel.rolling_damping.has_value());
+  EXPECT_EQ(at_floor.rolling_damping, 0.4);
+  EXPECT_TRUE(at_floor.settings.empty());
   ASSERT_EQ(engine.wheel.treads.size(), 1u);
   EXPECT_EQ(engine.wheel.treads[0].count, 8);
   EXPECT_NEAR(engine.wheel.treads[0].lean_rad, std::numbers::pi / 6, 1e-12);

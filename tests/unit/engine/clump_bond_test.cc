@@ -107,16 +107,61 @@ TEST(Clumps, MembersDoNotTouchEachOther) {
 
 Contents BondedPair(double stretch_speed, BondLaw law) {
   Contents c;
-  c.grains = {{0.1, 0.1, 0, 0.005, 2500, -stretch_speed, 0, 0}, {0.11, 0.1, 0, 0.005, 2500, stretch_speed, 0, 0}};
+  c.grains = {{0.1, 0.1, 0, 0.005, 2500, -stretch_speed, 0, 0},
+              {0.11, 0.1, 0, 0.005, 2500, stretch_speed, 0, 0}};
   c.bond_laws = {law};
   c.bonds = {{0, 1, 0.004, 0}};
   return c;
+}
+
+TEST(Bonds, ActBesideTheContactAndLeaveItWhenTheyBreak) {
+  BondLaw law;
+  law.normal_stiffness_n_per_m3 = 1e7;
+  law.shear_stiffness_n_per_m3 = 1e7;
+  law.largest_stretch = 1e-3;
+  Contents c = BondedPair(-0.01, law);  // towards one another
+  World world(Space(1e-6), c);
+  const double before = world.Balance().Total();
+  const double area = M_PI * 0.004 * 0.004, e_star = 1e7 / (2 * 0.91);
+  int checked = 0;
+  while (world.bond_statistics().intact == 1 && world.steps() < 100000) {
+    ASSERT_EQ(world.Step(), StepFault::kNone);
+    const double u = 0.01 - (world.StateOf(1).x_m - world.StateOf(0).x_m);
+    if (u < 2e-6 || world.bond_statistics().intact == 0) continue;
+    const double hertz = 4.0 / 3 * e_star * std::sqrt(0.0025) * std::pow(u, 1.5);
+    ASSERT_NEAR(world.LoadOf(1).fx, 1e7 * area * u + hertz, 0.01 * (1e7 * area * u + hertz));
+    ++checked;
+  }
+  EXPECT_GT(checked, 100);
+  const BondStatistics& bonds = world.bond_statistics();
+  EXPECT_EQ(bonds.broken_by_stretch, 1);
+  EXPECT_EQ(bonds.broken_in_tension + bonds.broken_in_shear, 0);
+  EXPECT_NEAR(bonds.broken_j, 0.5 * 1e7 * area * 1e-10, 0.02 * 0.5 * 1e7 * area * 1e-10);
+  EXPECT_NEAR(world.Balance().Total(), before, 2e-3 * before);
+  world.SetVelocity(0, {0.01, 0, 0}, {0, 0, 0});
+  world.SetVelocity(1, {-0.01, 0, 0}, {0, 0, 0});
+  bool touched = false;
+  for (int n = 0; n < 20000; ++n) {
+    ASSERT_EQ(world.Step(), StepFault::kNone);
+    touched = touched || world.LoadOf(0).touching > 0;
+  }
+  EXPECT_TRUE(touched);
+}
+
+TEST(Bonds, TheGuardAsksThemToo) {
+  BondLaw law;
+  law.normal_stiffness_n_per_m3 = law.shear_stiffness_n_per_m3 = 1e10;
+  const World soft(Space(1e-7), BondedPair(0, law));
+  law.normal_stiffness_n_per_m3 = 1e14;
+  const World hard(Space(1e-9), BondedPair(0, law));
+  EXPECT_LT(hard.CriticalStep(0.01), 0.1 * soft.CriticalStep(0.01));
 }
 
 TEST(Bonds, StretchAtTheFrequencyOfTheirSpring) {
   BondLaw law;
   law.normal_stiffness_n_per_m3 = 1e10;
   law.shear_stiffness_n_per_m3 = 1e10;
+  law.beside_contact = false;
   World world(Space(1e-7), BondedPair(0.01, law));
   const double mass = 2500 * 4.0 / 3 * M_PI * std::pow(0.005, 3);
   const double k = 1e10 * M_PI * 0.004 * 0.004;
@@ -186,6 +231,7 @@ TEST(Bonds, BrokenPairsTouchAgain) {
   law.normal_stiffness_n_per_m3 = 1e10;
   law.shear_stiffness_n_per_m3 = 1e10;
   law.shear_strength_pa = 1e4;
+  law.beside_contact = false;
   Contents c = BondedPair(-0.001, law);
   c.grains[0].w_x = 20;
   World world(Space(1e-7), c);
@@ -203,6 +249,8 @@ TEST(Contents, NonsenseIsRefusedByName) {
   EXPECT_THROW(World(Space(1e-6), c), std::invalid_argument);
   c = BondedPair(0, BondLaw{});
   c.bonds[0].radius_m = 0;
+  EXPECT_THROW(World(Space(1e-6), c), std::invalid_argument);
+  c = BondedPair(0, BondLaw{.largest_stretch = 0});
   EXPECT_THROW(World(Space(1e-6), c), std::invalid_argument);
   c = Contents{};
   c.clumps.resize(1);

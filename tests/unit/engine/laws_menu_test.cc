@@ -261,7 +261,10 @@ TEST(Menu, BadSettingsAreRefusedByName) {
   refuses("contact_angle_rad", s);
   s = Pairing{};
   s.normal = "hertz_oden_martins";
-  SettingsOf<HertzOdenMartins>(s.settings).damping_n_s_per_m = -1;
+  SettingsOf<HertzOdenMartins>(s.settings).damping_kg_per_m_s = -1;
+  refuses("damping_kg_per_m_s", s);
+  s.normal = "hertz_dashpot";
+  SettingsOf<HertzDashpot>(s.settings).damping_n_s_per_m = -1;
   refuses("damping_n_s_per_m", s);
 }
 
@@ -275,7 +278,7 @@ TEST(Menu, NamesAreUniqueAndTheDefaultIsFirst) {
   names.clear();
   NormalLaws::ForEach([&](auto law) { names.insert(decltype(law)::kName); });
   TangentialLaws::ForEach([&](auto law) { names.insert(decltype(law)::kName); });
-  EXPECT_EQ(names.size(), 10u);
+  EXPECT_EQ(names.size(), 11u);
 }
 
 }  // namespace

@@ -60,15 +60,15 @@ TEST(HertzRestitution, TheSameAtEverySpeed) {
 
 // A weak damper takes c times the integral of v^2 over the undamped impact:
 // 1 - e^2 = 8 c delta_max I/(m v),  I = int_0^1 sqrt(1 - x^(5/2)) dx.
-TEST(HertzOdenMartins, WeakDampingFollowsFirstOrderAndRestitutionRisesWithSpeed) {
+TEST(HertzDashpot, WeakDampingFollowsFirstOrderAndRestitutionRisesWithSpeed) {
   const int n = 200000;
   double integral = 0;
   for (int k = 0; k < n; ++k) integral += std::sqrt(1 - std::pow((k + 0.5) / n, 2.5)) / n;
   double last = 0;
   for (const double v : {0.05, 0.2, 1.0}) {
-    Pairing s = Normal("hertz_oden_martins");
+    Pairing s = Normal("hertz_dashpot");
     const double c = 1e-4;
-    SettingsOf<HertzOdenMartins>(s.settings).damping_n_s_per_m = c;
+    SettingsOf<HertzDashpot>(s.settings).damping_n_s_per_m = c;
     const Rebound hit = Collide(s, v, 0, 2e-8);
     const double loss = 1 - hit.restitution * hit.restitution;
     const double m = 0.5e-3, kh = 4.0 / 3 * (1e8 / 0.91 / 2) * std::sqrt(0.0025);
@@ -76,6 +76,31 @@ TEST(HertzOdenMartins, WeakDampingFollowsFirstOrderAndRestitutionRisesWithSpeed)
     EXPECT_NEAR(loss / (8 * c * deepest * integral / (m * v) / 2), 1, 0.02) << v;
     EXPECT_NEAR(hit.balance, 0, 2e-4);
     EXPECT_GT(hit.restitution, last);
+    last = hit.restitution;
+  }
+}
+
+// The same to first order for beta delta: 1 - e^2 = 8 beta delta_max^2 I/(m v),
+// I = int_0^1 x sqrt(1 - x^(5/2)) dx.
+TEST(HertzOdenMartins, WeakDampingFollowsFirstOrderAndRestitutionFallsWithSpeed) {
+  const int n = 200000;
+  double integral = 0;
+  for (int k = 0; k < n; ++k) {
+    const double x = (k + 0.5) / n;
+    integral += x * std::sqrt(1 - std::pow(x, 2.5)) / n;
+  }
+  double last = 1;
+  for (const double v : {0.05, 0.2, 1.0}) {
+    Pairing s = Normal("hertz_oden_martins");
+    const double beta = 2;
+    SettingsOf<HertzOdenMartins>(s.settings).damping_kg_per_m_s = beta;
+    const Rebound hit = Collide(s, v, 0, 2e-8);
+    const double loss = 1 - hit.restitution * hit.restitution;
+    const double m = 0.5e-3, kh = 4.0 / 3 * (1e8 / 0.91 / 2) * std::sqrt(0.0025);
+    const double deepest = std::pow(1.25 * m * v * v / kh, 0.4);
+    EXPECT_NEAR(loss / (4 * beta * deepest * deepest * integral / (m * v)), 1, 0.02) << v;
+    EXPECT_NEAR(hit.balance, 0, 2e-4);
+    EXPECT_LT(hit.restitution, last);
     last = hit.restitution;
   }
 }
@@ -171,7 +196,7 @@ TEST(WaltonBraun, ReloadsAlongTheSteepLine) {
 // dF/d(overlap) met on loading and unloading.
 TEST(NormalLaws, StiffnessBoundsTheSlope) {
   for (const char* law : {"hertz_restitution", "linear_spring", "hertz_oden_martins",
-                          "elasto_plastic", "walton_braun"}) {
+                          "elasto_plastic", "walton_braun", "hertz_dashpot"}) {
     Pairing s = Normal(law);
     SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
@@ -186,9 +211,37 @@ TEST(NormalLaws, StiffnessBoundsTheSlope) {
       if (at > 10) steepest = std::max(steepest, std::abs(f - last) / 1e-7);
       last = f;
     }
-    const double bound = model.Stiffness(1e-4, c.g.r_eff, c.g.m_eff);
+    const double bound = model.Bounds({1e-4, c.g.r_eff, c.g.m_eff, 1e-8}).normal.stiffness;
     EXPECT_LE(steepest, 1.01 * bound) << law;
     EXPECT_GE(steepest, 0.8 * bound) << law;
+  }
+}
+
+// So is the damping bound: no less than the steepest dF/d(overlap rate).
+TEST(NormalLaws, DampingBoundsTheSlope) {
+  for (const char* law : {"hertz_restitution", "linear_spring", "hertz_oden_martins",
+                          "elasto_plastic", "walton_braun", "hertz_dashpot"}) {
+    Pairing s = Normal(law);
+    SettingsOf<ElastoPlastic>(s.settings).critical_damping_share = 0.2;
+    SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
+    ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
+    model.AddMaterial(s.a);
+    model.SetInterface(0, 0, s.face, s.settings);
+    double steepest = 0;
+    for (const float overlap : {1e-6f, 1e-5f, 1e-4f}) {
+      double force[2];
+      for (const int moving : {0, 1}) {
+        Contact c(s);
+        c.g.overlap = overlap;
+        c.g.v_rel = {0.0f, 0.0f, -0.01f * static_cast<float>(moving)};
+        force[moving] = c.Step(1e-9f).force.z;
+      }
+      steepest = std::max(steepest, (force[1] - force[0]) / 0.01);
+    }
+    const Contact c(s);
+    const double bound = model.Bounds({1e-4, c.g.r_eff, c.g.m_eff, 1e-8}).normal.damping;
+    EXPECT_LE(steepest, 1.01 * bound) << law;
+    EXPECT_GE(steepest, 0.7 * bound) << law;
   }
 }
 

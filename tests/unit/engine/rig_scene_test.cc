@@ -274,12 +274,87 @@ TEST(Scaling, LargestStepIsThatOfTheWorldsCriticalStep) {
   WheelTestSpec dull = s;
   dull.soil.restitution = 0.2;
   EXPECT_LT(LargestStep(dull.soil, s.wheel, 0.05), 0.7 * LargestStep(s.soil, s.wheel, 0.05));
-  EXPECT_DOUBLE_EQ(DampedLimit(1), 2);  // the undamped leapfrog
   EXPECT_GT(LoadedOverlap(s.soil, s.wheel, 12), LoadedOverlap(s.soil, s.wheel, 6));
   WheelTestSpec stiff = s;
   stiff.soil.youngs_modulus_pa *= 4;
   EXPECT_NEAR(LargestStep(stiff.soil, s.wheel, 0.05) / LargestStep(s.soil, s.wheel, 0.05), 0.5,
               1e-3);
+}
+
+/// Linear springs of this stiffness and share of critical damping.
+WheelTestSpec Linear(double stiffness, double damping) {
+  WheelTestSpec s = Small();
+  s.soil.contact.normal = "linear_spring";
+  s.soil.contact.tangential = "linear_history";
+  s.soil.contact.settings = {{"linear_spring", "stiffness_n_per_m", stiffness},
+                             {"linear_spring", "critical_damping_share", damping}};
+  return s;
+}
+
+TEST(Scaling, StepsAskTheLawNotYoungsModulus) {
+  const WheelTestSpec soft = Linear(1e3, 0.1);
+  const double overlap = LoadedOverlap(soft.soil, soft.wheel, soft.state.load_n);
+  const double step = LargestStep(soft.soil, soft.wheel, overlap);
+  WheelTestSpec s = soft;
+  s.soil.youngs_modulus_pa *= 100;  // no part of a linear spring
+  s.soil.restitution = 0.01;
+  EXPECT_DOUBLE_EQ(LoadedOverlap(s.soil, s.wheel, s.state.load_n), overlap);
+  EXPECT_DOUBLE_EQ(LargestStep(s.soil, s.wheel, overlap), step);
+  s = Linear(4e3, 0.1);
+  EXPECT_NEAR(LoadedOverlap(s.soil, s.wheel, s.state.load_n) / overlap, 0.25, 1e-5);
+  EXPECT_NEAR(LargestStep(s.soil, s.wheel, overlap) / step, 0.5, 1e-6);
+  s = Linear(1e3, 1.0);  // critical
+  EXPECT_LT(LargestStep(s.soil, s.wheel, overlap), 0.5 * step);
+}
+
+TEST(Scaling, AShareOfTheRayleighTimeIsCutToWhatTheLawsBear) {
+  const WheelTestSpec usual = Small();
+  const double rayleigh = RayleighTime(SmallestRadius(usual.soil), usual.soil.density_kg_per_m3,
+                                       usual.soil.youngs_modulus_pa, usual.soil.poisson_ratio);
+  EXPECT_DOUBLE_EQ(StepWithin(usual.soil, usual.wheel, 0.2, 0.03), 0.2 * rayleigh);
+  const WheelTestSpec stiff = Linear(1e6, 0.1);
+  EXPECT_LT(StepWithin(stiff.soil, stiff.wheel, 0.2, 0.03), 0.05 * rayleigh);
+  WheelTestSpec torque = usual;
+  torque.soil.contact.rolling = "constant_torque";
+  EXPECT_LT(StepWithin(torque.soil, torque.wheel, 0.2, 0.03), 0.15 * rayleigh);
+}
+
+/// Velocity after an elastic or damped impact of a grain on the bed's bodies.
+TEST(RigContacts, EachInterfaceHasItsOwnNumbers) {
+  WheelTestSpec s = Linear(1e4, 0.2);
+  s.soil.contact.wheel.settings = {{"linear_spring", "critical_damping_share", 0.9}};
+  s.soil.contact.floor.settings = {{"linear_spring", "stiffness_n_per_m", 4e4}};
+  s.soil.contact.floor.rolling_damping = 0.7;
+  s.soil.contact.rolling = "epsd";
+  const ContactModel model = RigContacts(s.soil, s.wheel);
+  const auto normal = [&](int other) {
+    return ParamsOf<LinearSpring>(
+        static_cast<const NormalLaws::Params&>(model.Table()[kGrainMaterial * 3 + other]));
+  };
+  EXPECT_FLOAT_EQ(normal(kGrainMaterial).damping, 0.4f);
+  EXPECT_FLOAT_EQ(normal(kFloorMaterial).damping, 0.4f);
+  EXPECT_FLOAT_EQ(normal(kWheelMaterial).damping, 1.8f);
+  EXPECT_FLOAT_EQ(normal(kGrainMaterial).flex, 1e-4f);
+  EXPECT_FLOAT_EQ(normal(kFloorMaterial).flex, 0.25e-4f);
+  EXPECT_FLOAT_EQ(normal(kWheelMaterial).flex, 1e-4f);
+  const auto rolling = [&](int other) {
+    return ParamsOf<RollingEpsd>(
+        static_cast<const RollingLaws::Params&>(model.Table()[kGrainMaterial * 3 + other]));
+  };
+  EXPECT_FLOAT_EQ(rolling(kFloorMaterial).damping, 0.7f);
+  EXPECT_FLOAT_EQ(rolling(kWheelMaterial).damping, 0.3f);
+}
+
+TEST(RigContacts, BadNumbersOfAnInterfaceAreRefusedByName) {
+  WheelTestSpec s = Linear(1e4, 0.2);
+  s.soil.contact.wheel.rolling_damping = -1;
+  try {
+    ValidateSpec(s);
+    ADD_FAILURE() << "was accepted";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("soil.contact.wheel.rolling_damping"), std::string::npos)
+        << e.what();
+  }
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ void BondCascade(Rows& rows) {
     const BondStatistics& b = world.bond_statistics();
     std::int64_t intact = 0;
     for (std::int64_t i = 0; i < all; ++i) intact += world.BondIntact(i);
-    const std::int64_t broken = b.broken_in_tension + b.broken_in_shear;
+    const std::int64_t broken = b.broken_in_tension + b.broken_in_shear + b.broken_by_stretch;
     counted = counted && intact == b.intact && b.intact + broken == all && broken >= last;
     last = broken;
   }
