@@ -81,10 +81,24 @@ inline v1alpha1::Scene SomeScene() {
   auto* soil = scene.mutable_soil();
   soil->set_bulk_density_kg_per_m3(1330);
   soil->set_gravity_m_per_s2(9.81);
-  soil->mutable_grains()->set_youngs_modulus_pa(1e7);
-  soil->mutable_grains()->add_sizes()->set_diameter_m(0.01);
+  auto* grains = soil->mutable_grains();
+  grains->set_grain_density_kg_per_m3(2293.1);
+  grains->set_youngs_modulus_pa(1e7);
+  grains->set_poisson_ratio(0.3);
+  grains->set_restitution(0.5);
+  grains->set_solid_fraction(0.58);
+  grains->add_sizes()->set_diameter_m(0.01);
+  grains->mutable_sizes(0)->set_mass_fraction(1);
   scene.mutable_wheel()->set_radius_m(0.06);
-  scene.mutable_rig()->set_bed_length_m(0.28);
+  scene.mutable_wheel()->set_width_m(0.05);
+  scene.mutable_wheel()->set_restitution(0.5);
+  auto* rig = scene.mutable_rig();
+  rig->set_bed_length_m(0.28);
+  rig->set_bed_width_m(0.2);
+  rig->set_bed_depth_m(0.1);
+  rig->set_rayleigh_fraction(0.2);
+  rig->set_speed_m_per_s(0.1);
+  rig->set_max_time_s(1);
   return scene;
 }
 

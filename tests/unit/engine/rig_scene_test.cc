@@ -352,7 +352,7 @@ TEST(RigContacts, BadNumbersOfAnInterfaceAreRefusedByName) {
     ValidateSpec(s);
     ADD_FAILURE() << "was accepted";
   } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find("soil.contact.wheel.rolling_damping"), std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("soil.grains.contact.wheel.rolling_damping"), std::string::npos)
         << e.what();
   }
 }
