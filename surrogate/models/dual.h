@@ -39,12 +39,28 @@ GROUSER_INLINE T Seed(Base<T> x, [[maybe_unused]] int k, [[maybe_unused]] Base<T
   return r;
 }
 
+namespace number {
+/// f(k) for k in [0, N): written out where N is small, or a Dual would stay in memory.
+template <int N, class F>
+GROUSER_INLINE void Each(const F& f) {
+  if constexpr (N > 4) {
+    for (int k = 0; k < N; ++k) f(k);
+  } else {
+    if constexpr (N > 0) f(0);
+    if constexpr (N > 1) f(1);
+    if constexpr (N > 2) f(2);
+    if constexpr (N > 3) f(3);
+  }
+}
+}  // namespace number
+#define GROUSER_EACH(N, body) number::Each<N>([&](int k) __attribute__((always_inline)) { body; })
+
 /// f(x) with derivative `slope`.
 template <class V, int N>
 GROUSER_INLINE Dual<V, N> Chain(const Dual<V, N>& x, V value, V slope) {
   Dual<V, N> r;
   r.v = value;
-  for (int k = 0; k < N; ++k) r.d[k] = slope * x.d[k];
+  GROUSER_EACH(N, r.d[k] = slope * x.d[k]);
   return r;
 }
 
@@ -52,21 +68,21 @@ template <class V, int N>
 GROUSER_INLINE Dual<V, N> operator+(const Dual<V, N>& a, const Dual<V, N>& b) {
   Dual<V, N> r;
   r.v = a.v + b.v;
-  for (int k = 0; k < N; ++k) r.d[k] = a.d[k] + b.d[k];
+  GROUSER_EACH(N, r.d[k] = a.d[k] + b.d[k]);
   return r;
 }
 template <class V, int N>
 GROUSER_INLINE Dual<V, N> operator-(const Dual<V, N>& a, const Dual<V, N>& b) {
   Dual<V, N> r;
   r.v = a.v - b.v;
-  for (int k = 0; k < N; ++k) r.d[k] = a.d[k] - b.d[k];
+  GROUSER_EACH(N, r.d[k] = a.d[k] - b.d[k]);
   return r;
 }
 template <class V, int N>
 GROUSER_INLINE Dual<V, N> operator*(const Dual<V, N>& a, const Dual<V, N>& b) {
   Dual<V, N> r;
   r.v = a.v * b.v;
-  for (int k = 0; k < N; ++k) r.d[k] = a.d[k] * b.v + a.v * b.d[k];
+  GROUSER_EACH(N, r.d[k] = a.d[k] * b.v + a.v * b.d[k]);
   return r;
 }
 template <class V, int N>
@@ -74,14 +90,14 @@ GROUSER_INLINE Dual<V, N> operator/(const Dual<V, N>& a, const Dual<V, N>& b) {
   const V inverse = 1.0 / b.v;
   Dual<V, N> r;
   r.v = a.v / b.v;
-  for (int k = 0; k < N; ++k) r.d[k] = (a.d[k] - r.v * b.d[k]) * inverse;
+  GROUSER_EACH(N, r.d[k] = (a.d[k] - r.v * b.d[k]) * inverse);
   return r;
 }
 template <class V, int N>
 GROUSER_INLINE Dual<V, N> operator-(const Dual<V, N>& a) {
   Dual<V, N> r;
   r.v = -a.v;
-  for (int k = 0; k < N; ++k) r.d[k] = -a.d[k];
+  GROUSER_EACH(N, r.d[k] = -a.d[k]);
   return r;
 }
 
@@ -110,13 +126,13 @@ GROUSER_INLINE Dual<V, N> operator-(S a, const Dual<V, N>& b) {
 template <class V, int N, Plain S>
 GROUSER_INLINE Dual<V, N> operator*(Dual<V, N> a, S b) {
   a.v = a.v * b;
-  for (int k = 0; k < N; ++k) a.d[k] = a.d[k] * b;
+  GROUSER_EACH(N, a.d[k] = a.d[k] * b);
   return a;
 }
 template <class V, int N, Plain S>
 GROUSER_INLINE Dual<V, N> operator*(S a, Dual<V, N> b) {
   b.v = a * b.v;
-  for (int k = 0; k < N; ++k) b.d[k] = a * b.d[k];
+  GROUSER_EACH(N, b.d[k] = a * b.d[k]);
   return b;
 }
 template <class V, int N, Plain S>
@@ -129,7 +145,7 @@ template <class V, int N>
 GROUSER_INLINE Dual<V, N> Select(Mask<V> mask, const Dual<V, N>& a, const Dual<V, N>& b) {
   Dual<V, N> r;
   r.v = Select(mask, a.v, b.v);
-  for (int k = 0; k < N; ++k) r.d[k] = Select(mask, a.d[k], b.d[k]);
+  GROUSER_EACH(N, r.d[k] = Select(mask, a.d[k], b.d[k]));
   return r;
 }
 template <class V, int N>
