@@ -92,8 +92,7 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
   *r->mutable_velocity() = states.velocity();
   *r->mutable_flags() = {in.flags.begin(), in.flags.end()};
   *r->mutable_slip()->mutable_slip() = {in.slip.begin(), in.slip.end()};
-  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(),
-                                                    in.attack_angle.end()};
+  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(), in.attack_angle.end()};
   const auto copy = [](const grouser_lcm::wheel_output_t& from, v1alpha1::OutputArray* to) {
     *to->mutable_value() = {from.value.begin(), from.value.end()};
     *to->mutable_sd_fit() = {from.sd_fit.begin(), from.sd_fit.end()};
@@ -112,18 +111,26 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
 
 void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
   const auto& r = response.responses();
-  fmt::print("model {}\n{:>5} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}  flags\n", response.model(),
-             "state", "f_x N", "f_y N", "f_z N", "torque N m", "m_z N m", "sinkage m");
+  fmt::print("model {}\n{:>5}", response.model(), "state");
+  for (const auto& field : surrogate::kOutputFields) {
+    fmt::print(" {:>10}", fmt::format("{} {}", field.name, field.unit));
+  }
+  fmt::print("  flags\n");
+  const auto outputs = OutputsOf(r);
   for (int i = 0; i < r.flags_size(); ++i) {
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}  {}\n", i,
-               r.f_x().value(i), r.f_y().value(i), r.f_z().value(i), r.torque().value(i),
-               r.m_z().value(i), r.sinkage().value(i), FlagNames(r.flags(i)));
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "low",
-               r.f_x().low(i), r.f_y().low(i), r.f_z().low(i), r.torque().low(i), r.m_z().low(i),
-               r.sinkage().low(i));
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "high",
-               r.f_x().high(i), r.f_y().high(i), r.f_z().high(i), r.torque().high(i),
-               r.m_z().high(i), r.sinkage().high(i));
+    const auto line = [&](const std::string& head, const auto& values_of) {
+      fmt::print("{:>5}", head);
+      for (const auto* output : outputs) fmt::print(" {:>10.4g}", values_of(*output).Get(i));
+    };
+    line(
+        std::to_string(i), [](const auto& o) -> const auto& { return o.value(); });
+    fmt::print("  {}\n", FlagNames(r.flags(i)));
+    line(
+        "low", [](const auto& o) -> const auto& { return o.low(); });
+    fmt::print("\n");
+    line(
+        "high", [](const auto& o) -> const auto& { return o.high(); });
+    fmt::print("\n");
   }
 }
 
@@ -133,9 +140,10 @@ int RunLcmQuery(const Common& common, const LcmOptions& options) {
   client::LcmClient client(options.url);
   const auto answer = client.Query(&query, Milliseconds(common.deadline_ms));
   if (!answer) {
-    throw std::runtime_error(fmt::format("lcm: no answer within {} ms; is grouser-server running "
-                                         "with LCM on this URL?",
-                                         common.deadline_ms));
+    throw std::runtime_error(
+        fmt::format("lcm: no answer within {} ms; is grouser-server running "
+                    "with LCM on this URL?",
+                    common.deadline_ms));
   }
   const auto response = FromLcm(*answer, states);
   common.json ? PrintJson(response) : PrintLcm(response);

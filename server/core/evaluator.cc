@@ -15,6 +15,23 @@ namespace {
 using google::protobuf::RepeatedField;
 using surrogate::kOutputs;
 
+// The wire's flags are the models'; a new one of the wire changes StateFlag_MAX.
+constexpr bool SameBit(v1alpha1::StateFlag wire, surrogate::Flag ours) {
+  return static_cast<std::uint32_t>(wire) == static_cast<std::uint32_t>(ours);
+}
+static_assert(SameBit(v1alpha1::STATE_FLAG_INVALID, surrogate::kInvalid) &&
+              SameBit(v1alpha1::STATE_FLAG_CLAMPED, surrogate::kClamped) &&
+              SameBit(v1alpha1::STATE_FLAG_EXTRAPOLATED, surrogate::kExtrapolated) &&
+              SameBit(v1alpha1::STATE_FLAG_STATIC, surrogate::kStatic) &&
+              SameBit(v1alpha1::STATE_FLAG_NO_EQUILIBRIUM, surrogate::kNoEquilibrium) &&
+              SameBit(v1alpha1::STATE_FLAG_RATE, surrogate::kRate) &&
+              SameBit(v1alpha1::STATE_FLAG_SLOPE, surrogate::kSlope) &&
+              SameBit(v1alpha1::STATE_FLAG_RIGID_ASSUMED, surrogate::kRigidAssumed) &&
+              SameBit(v1alpha1::STATE_FLAG_VIRGIN_ASSUMED, surrogate::kVirginAssumed) &&
+              SameBit(v1alpha1::STATE_FLAG_FORM_UNKNOWN, surrogate::kFormUnknown) &&
+              SameBit(v1alpha1::STATE_FLAG_TOLERANCE_UNMET, surrogate::kToleranceUnmet) &&
+              SameBit(v1alpha1::StateFlag_MAX, std::end(surrogate::kFlagFields)[-1].flag));
+
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <class T>

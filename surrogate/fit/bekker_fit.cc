@@ -11,8 +11,7 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr std::array kFitted = {kFx, kFy, kTorque, kMz, kSinkage};
-constexpr int kResiduals = static_cast<int>(kFitted.size());
+constexpr int kResiduals = static_cast<int>(std::size(kPredicted));
 constexpr double kModelFloor = 0.04;  // of the scale: no smooth model does better
 constexpr double kCorner = 5;         // of Huber's loss
 constexpr int kFirstIterations = 12;
@@ -111,7 +110,7 @@ struct RowResidual {
       const BekkerModel::Answer a =
           model.Solve(row->motion.v_x, row->motion.v_y, row->motion.rim_speed, row->load_n);
       for (int i = 0; i < kResiduals; ++i) {
-        const int o = kFitted[i];
+        const int o = kPredicted[i];
         const double scale = OutputScale(o, row->load_n, problem->wheel.radius_m);
         const double patch = problem->options.patch[o] * scale;
         const double sigma =

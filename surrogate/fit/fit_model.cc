@@ -114,7 +114,7 @@ void AddCrossConformal(const std::vector<LeftOut>& left_out, const PatchNoise& p
   for (v1alpha1::ErrorRow row : rows) {
     if (row.region() != v1alpha1::REGION_ALL) continue;
     for (int o = 0; o < kOutputs; ++o) {
-      if (row.output() == kOutputNames[o]) row.set_covered90(covered[o]);
+      if (row.output() == kOutputFields[o].name) row.set_covered90(covered[o]);
     }
     row.set_set("cross_conformal");
     *model->add_errors() = row;

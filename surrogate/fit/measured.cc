@@ -196,7 +196,7 @@ std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows) 
   std::vector<MeasuredError> errors;
   for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
                             v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL}) {
-    for (const Output o : {kFx, kFy, kTorque, kSinkage}) {
+    for (const Output o : kMeasurable) {
       MeasuredError e{region, o, 0, 0, 0, 0, 0};
       for (const MeasuredRow& row : rows) {
         const v1alpha1::MeasuredPoint& p = *row.measured;

@@ -25,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTwoSided90 = 1.6448536269514722;
 
 using Answerer = std::function<Answer(const Row&)>;
 
@@ -51,7 +50,7 @@ std::vector<Judged> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& point
   std::vector<Judged> out;
   for (const auto& p : points) {
     const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
-    const Answer a = AnswerOf(model, v, p.load_n());
+    const WheelAnswer a = AnswerOf(model, v, p.load_n());
     Judged j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
     for (int o = 0; o < kOutputs; ++o) j.truth[o] = o < p.value_size() ? p.value(o) : kNaN;
     out.push_back(j);
@@ -116,7 +115,10 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
     const bool physics = message.rung() == v1alpha1::RUNG_BEKKER;
     const double ns = physics ? TimeOfBekker(MakeHybrid(message).physics(), ground.test, seconds)
                               : TimeOfModel(*model, ground.test, seconds);
-    const auto answer = [&](const Row& row) { return AnswerOf(*model, row.motion, row.load_n); };
+    const auto answer = [&](const Row& row) {
+      const WheelAnswer a = AnswerOf(*model, row.motion, row.load_n);
+      return Answer{a.value, a.half_width};
+    };
     Append(Judge(Head(ground, rung, "dem", ns), OnTests(ground, answer), ground.patch.sd,
                  ground.radius_m),
            rows);

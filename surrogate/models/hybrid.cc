@@ -24,11 +24,6 @@ Canonical FromChart(const ChartPoint& at) {
   return ToCanonical(v_x, std::sin(at.lateral_rad), plane * std::sin(at.direction_rad));
 }
 
-double ScaleOf(int output, double load, double radius) {
-  if (output == kSinkage) return radius;
-  return output == kTorque || output == kMz ? load * radius : load;
-}
-
 using Channels = std::array<std::vector<double>, ResidualTable::kChannels>;
 
 void Append(const std::array<double, ResidualTable::kChannels>& node, Channels* channels) {
@@ -99,7 +94,7 @@ HybridModel::Answer HybridModel::EvaluateOne(double v_x, double v_y, double rim_
   const double radius = physics_.wheel().radius_m, log_load = std::log(load);
   const auto rest = Residual(state, log_load);
   answer.value = trend.value;
-  for (int o = 0; o < kOutputs; ++o) answer.value[o] += ScaleOf(o, load, radius) * rest[o];
+  for (int o = 0; o < kOutputs; ++o) answer.value[o] += OutputScale(o, load, radius) * rest[o];
   if (answer.value[kSinkage] < 0) {
     answer.value[kSinkage] = 0;
     answer.flags |= kClamped;
@@ -129,7 +124,7 @@ std::array<double, ResidualTable::kChannels> HybridModel::AtNode(const ChartPoin
   if (chart.lateral_rad == 0) trend.value[kFy] = trend.value[kMz] = 0;
   auto channels = table_.Evaluate(chart, log_load);
   for (int o = 0; o < kOutputs; ++o) {
-    channels[o] += trend.value[o] / ScaleOf(o, load, radius);
+    channels[o] += trend.value[o] / OutputScale(o, load, radius);
   }
   return channels;
 }

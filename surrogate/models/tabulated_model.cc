@@ -12,7 +12,6 @@ namespace {
 
 using response::kBlock;
 using response::kGroup;
-using response::kParts;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -24,15 +23,10 @@ void Put(std::span<double> to, std::size_t i, double value) {
   if (!to.empty()) to[i] = value;
 }
 
-// The parts of an output in the order of response::Part.
-std::array<std::span<double>, kParts> PartsOf(const OutputView& o) {
-  return {o.value, o.sd_fit, o.sd_patch, o.low, o.high, o.d_v_x, o.d_v_y, o.d_rim_speed, o.d_load};
-}
-
 bool WantsGradients(const ResponsesView& out) {
   for (const OutputView& o : out.output) {
-    if (!o.d_v_x.empty() || !o.d_v_y.empty() || !o.d_rim_speed.empty() || !o.d_load.empty()) {
-      return true;
+    for (int p = kDvX; p <= kDLoad; ++p) {
+      if (!(o.*kPartMembers[p]).empty()) return true;
     }
   }
   return false;
@@ -64,7 +58,7 @@ bool Usable(const WheelStatesView& in, std::size_t i) {
 void WriteInvalid(const ResponsesView& out, std::size_t i) {
   out.flags[i] = kInvalid;
   for (const OutputView& o : out.output) {
-    for (const std::span<double>& part : PartsOf(o)) Put(part, i, kNaN);
+    for (const auto part : kPartMembers) Put(o.*part, i, kNaN);
   }
 }
 
@@ -140,9 +134,9 @@ void TabulatedModel::EvaluateSome(const WheelStatesView& in, const ResponsesView
   block.rim = in.rim_speed.data() + first;
   block.load = in.load.data() + first;
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
-      block.part[o][p] = parts[p].empty() ? nullptr : parts[p].data() + first;
+      const std::span<double> to = out.output[o].*kPartMembers[p];
+      block.part[o][p] = to.empty() ? nullptr : to.data() + first;
     }
   }
   block.flags = out.flags.data() + first;
@@ -177,9 +171,8 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
   block.rim = input[2];
   block.load = input[3];
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
-      block.part[o][p] = parts[p].empty() ? nullptr : output[o][p];
+      block.part[o][p] = (out.output[o].*kPartMembers[p]).empty() ? nullptr : output[o][p];
     }
   }
   block.flags = flags;
@@ -187,10 +180,9 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
   block.attack_angle = out.attack_angle.empty() ? nullptr : echo[1];
   kernel_(constants_, &block);
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
       if (!block.part[o][p]) continue;
-      for (std::size_t i = 0; i < count; ++i) parts[p][first + i] = output[o][p][i];
+      std::copy_n(output[o][p], count, (out.output[o].*kPartMembers[p]).data() + first);
     }
   }
   if (block.slip) std::copy_n(echo[0], count, out.slip.data() + first);
@@ -271,19 +263,7 @@ void TabulatedModel::Difference(const WheelStatesView& in, const ResponsesView& 
 
 WheelAnswer TabulatedModel::EvaluateOne(double v_x, double v_y, double rim_speed,
                                         double load) const noexcept {
-  WheelAnswer answer{};
-  std::array<double, kOutputs> high{};
-  ResponsesView view;
-  for (int o = 0; o < kOutputs; ++o) {
-    view.output[o].value = {&answer.value[o], 1};
-    view.output[o].sd_fit = {&answer.sd_fit[o], 1};
-    view.output[o].sd_patch = {&answer.sd_patch[o], 1};
-    view.output[o].high = {&high[o], 1};
-  }
-  view.flags = {&answer.flags, 1};
-  Evaluate({{&v_x, 1}, {&v_y, 1}, {&rim_speed, 1}, {&load, 1}, {}, {}, {}, {}}, view);
-  for (int o = 0; o < kOutputs; ++o) answer.half_width[o] = high[o] - answer.value[o];
-  return answer;
+  return AnswerOf(*this, {v_x, v_y, rim_speed}, load);
 }
 
 }  // namespace grouser::surrogate

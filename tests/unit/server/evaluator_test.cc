@@ -61,6 +61,25 @@ class EvaluatorTest : public ::testing::Test {
   WheelResponses responses_;
 };
 
+// Every flag of the wire is the models' flag of the same bit and name, and none is left over.
+TEST(StateFlags, AreThoseOfTheModels) {
+  const auto* wire = v1alpha1::StateFlag_descriptor();
+  ASSERT_EQ(wire->value_count() - 1, static_cast<int>(std::size(surrogate::kFlagFields)));
+  for (const surrogate::FlagField& ours : surrogate::kFlagFields) {
+    const auto* theirs = wire->FindValueByNumber(static_cast<int>(ours.flag));
+    ASSERT_NE(theirs, nullptr) << ours.name;
+    EXPECT_EQ(theirs->name(), std::string("STATE_FLAG_") + ours.name);
+  }
+}
+
+// Outputs of the wire stand in the models' order, by name.
+TEST(WireOutputs, AreThoseOfTheModels) {
+  const auto* wire = v1alpha1::WheelResponses::descriptor();
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    EXPECT_EQ(wire->FindFieldByNumber(o + 1)->name(), surrogate::kOutputFields[o].name);
+  }
+}
+
 TEST_F(EvaluatorTest, AnswersVelocityForm) {
   ASSERT_TRUE(Run(Velocities(2)).ok());
   ASSERT_NE(answered_by_, nullptr);

@@ -53,7 +53,7 @@ class Files : public testing::Test {
     r.set_travel_m(s.travel_m());
     for (int o = kOutputs - 1; o >= 0; --o) {  // order must not matter
       v1alpha1::OutputMean* mean = r.add_outputs();
-      mean->set_name(kOutputNames[o]);
+      mean->set_name(kOutputFields[o].name);
       mean->set_mean(s.mean(o));
       mean->set_standard_error(s.standard_error(o));
     }
