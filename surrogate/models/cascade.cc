@@ -149,7 +149,7 @@ class BlockClimb {
     rungs_[0].model->Evaluate(in_, view);
     for (std::size_t i = 0; i < n_; ++i) {
       rung_[i] = 0;
-      if ((view.flags[i] & kInvalid) != 0) continue;
+      if ((view.flags[i] & (kInvalid | kAirborne)) != 0) continue;
       standing_[i] = StandingOf(rungs_[0], demand_, in_, view, i);
       if (!standing_[i].suffices()) open_[open_count_++] = static_cast<std::uint32_t>(i);
     }

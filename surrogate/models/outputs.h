@@ -70,6 +70,7 @@ enum Flag : std::uint32_t {
   kVirginAssumed = 256,    ///< pass > 1 given, the model has none
   kFormUnknown = 512,      ///< not compared with a measurement here
   kToleranceUnmet = 1024,  ///< no model suffices, or the budget ended
+  kAirborne = 2048,        ///< load 0, a wheel off the ground: every output is exactly 0
 };
 struct FlagField {
   Flag flag;
@@ -87,6 +88,7 @@ inline constexpr FlagField kFlagFields[] = {
     {kVirginAssumed, "VIRGIN_ASSUMED"},
     {kFormUnknown, "FORM_UNKNOWN"},
     {kToleranceUnmet, "TOLERANCE_UNMET"},
+    {kAirborne, "AIRBORNE"},
 };
 
 }  // namespace grouser::surrogate

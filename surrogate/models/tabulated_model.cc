@@ -51,7 +51,7 @@ std::uint32_t ContextFlags(const WheelStatesView& in, std::size_t i) {
 
 bool Usable(const WheelStatesView& in, std::size_t i) {
   return std::isfinite(in.rim_speed[i]) && std::isfinite(std::hypot(in.v_x[i], in.v_y[i])) &&
-         in.load[i] > 0 && std::isfinite(in.load[i]);
+         in.load[i] >= 0 && std::isfinite(in.load[i]);
 }
 
 // NaN in every part.
@@ -200,6 +200,10 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
   const std::uint32_t context = ContextFlags(in, i);
   if (!Usable(in, i) || (context & kInvalid) != 0) {
     WriteInvalid(out, i);
+    return;
+  }
+  if (in.load[i] == 0) {
+    WriteAirborne(out, i);
     return;
   }
   if (special & response::kOff) {

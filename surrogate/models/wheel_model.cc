@@ -32,6 +32,16 @@ ResponsesView Cut(const ResponsesView& out, std::size_t first, std::size_t count
   return cut;
 }
 
+void WriteAirborne(const ResponsesView& out, std::size_t i) noexcept {
+  out.flags[i] = kAirborne;
+  for (const OutputView& o : out.output) {
+    for (const auto part : kPartMembers) {
+      const std::span<double> to = o.*part;
+      if (!to.empty()) to[i] = 0;
+    }
+  }
+}
+
 WheelAnswer AnswerOf(const WheelModel& model, const VelocityState& motion, double load) noexcept {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   WheelAnswer answer{};

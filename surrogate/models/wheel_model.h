@@ -16,7 +16,7 @@ namespace grouser::surrogate {
 struct WheelStatesView {
   std::span<const double> v_x, v_y;   ///< hub velocity [m/s]
   std::span<const double> rim_speed;  ///< r w [m/s]
-  std::span<const double> load;       ///< vertical load [N], > 0
+  std::span<const double> load;       ///< vertical load [N], >= 0; 0: kAirborne
   std::span<const double> slope_pitch, slope_roll, yaw_rate;
   std::span<const std::uint32_t> pass_number;
 };
@@ -69,13 +69,17 @@ class WheelModel {
  public:
   virtual ~WheelModel() = default;
   /// Evaluates all states. No allocation, lock or system call. A bad state
-  /// gets flag kInvalid and NaN outputs and harms no other.
+  /// gets flag kInvalid and NaN outputs and harms no other. A load of 0 gets the one
+  /// flag kAirborne and zeros in every part (also where slope, pass or yaw rate are given).
   /// Precondition: sizes as documented above (checked once, by the caller).
   virtual void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept = 0;
   /// How far the answers may lie from the law that made the model's golden
   /// vectors: a share of load, load x radius or radius. 0: rounding alone.
   virtual double Tolerance() const noexcept { return 0; }
 };
+
+/// The answer to state i for a wheel off the ground; echoes are left alone.
+void WriteAirborne(const ResponsesView& out, std::size_t i) noexcept;
 
 /// What `model` answers to one state, by Evaluate. NaN where it writes nothing.
 WheelAnswer AnswerOf(const WheelModel& model, const VelocityState& motion, double load) noexcept;

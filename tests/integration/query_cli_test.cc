@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class QueryCliTest : public ::testing::Test {
  protected:
@@ -59,14 +60,16 @@ TEST_F(QueryCliTest, ListsSpreadSingleValuesAndTableSpellsFlags) {
   const auto bad = Client({"query", "--slip", "0.1", "--load", "-1"});
   EXPECT_EQ(bad.code, 0) << bad.err;
   EXPECT_THAT(bad.out, AllOf(HasSubstr("INVALID"), HasSubstr("nan")));
+  const auto lifted = Client({"query", "--slip", "0.1", "--load", "0"});
+  EXPECT_EQ(lifted.code, 0) << lifted.err;
+  EXPECT_THAT(lifted.out, AllOf(HasSubstr("flags: AIRBORNE\n"), Not(HasSubstr("nan"))));
 }
 
 TEST_F(QueryCliTest, ModelsAndHealth) {
   EXPECT_THAT(Client({"models"}).out, AllOf(HasSubstr("sand@sha256:"), HasSubstr("stable")));
   v1alpha1::ListModelsResponse listing;
   ASSERT_TRUE(
-      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing)
-          .ok());
+      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing).ok());
   EXPECT_EQ(listing.models_size(), 1);
   const auto health = Client({"health"});
   EXPECT_EQ(health.code, 0);

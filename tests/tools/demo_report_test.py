@@ -127,6 +127,14 @@ class DemoReport(unittest.TestCase):
         self.assertIn("The error fell for f_x; the interval narrowed for f_x", text)
         self.assertIn("4 of 5 outputs before and 5 after", text)
 
+    def test_outputs_and_flag_are_the_models(self):
+        records = importlib.import_module("records")
+        with open(os.path.join(ROOT, "surrogate", "models", "outputs.h")) as file:
+            header = file.read()
+        named = re.findall(r'\{"(\w+)", "[^"]+", OutputUnit', header)
+        self.assertEqual(records.OUTPUTS, tuple(named))
+        self.assertEqual(records.EXTRAPOLATED, int(re.search(r"kExtrapolated = (\d+)", header)[1]))
+
     def test_nan_written_by_protobuf(self):
         data = synthetic_data()
         data["runs"][-1]["record"]["outputs"][0]["mean"] = "NaN"

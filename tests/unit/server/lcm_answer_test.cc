@@ -13,8 +13,8 @@
 namespace grouser::server {
 namespace {
 
-using ::testing::HasSubstr;
 using grouser_lcm::wheel_query_t;
+using ::testing::HasSubstr;
 
 constexpr std::size_t kOffsetOfSenderLength = 24;  // hash, utime, sequence
 
@@ -76,6 +76,20 @@ TEST_F(LcmAnswerTest, AnswersWithEchoes) {
   EXPECT_EQ(response->flags[0], 512);
   EXPECT_EQ(response->flags[1], 1);
   EXPECT_TRUE(std::isnan(response->f_x.value[1]));
+}
+
+TEST_F(LcmAnswerTest, AWheelOffTheGroundAnswersZeros) {
+  auto query = Query(2);
+  query.load[1] = 0;
+  const auto response = Answer(Encode(query));
+  ASSERT_TRUE(response.has_value()) << problem_;
+  EXPECT_EQ(response->flags[1], static_cast<std::int32_t>(surrogate::kAirborne));
+  for (const auto* output : {&response->f_x, &response->f_z, &response->sinkage}) {
+    EXPECT_EQ(output->value[1], 0);
+    EXPECT_EQ(output->low[1], 0);
+    EXPECT_EQ(output->high[1], 0);
+  }
+  EXPECT_DOUBLE_EQ(response->f_x.value[0], 6);
 }
 
 TEST_F(LcmAnswerTest, RefusesTooManyStatesAndUnknownModelInTheAnswer) {

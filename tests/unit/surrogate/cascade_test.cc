@@ -32,7 +32,7 @@ class Flat final : public WheelModel {
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override {
     evaluated += in.load.size();
     for (std::size_t i = 0; i < in.load.size(); ++i) {
-      const bool bad = !(in.load[i] > 0);
+      const bool bad = !(in.load[i] >= 0);
       out.flags[i] = bad ? kInvalid : in.v_x[i] > 10 ? fast_flags_ : 0;
       if (!in.slope_pitch.empty() && in.slope_pitch[i] != 0 && !bad) out.flags[i] |= kSlope;
       if (!in.pass_number.empty() && in.pass_number[i] > 1 && !bad) out.flags[i] |= kVirginAssumed;
@@ -46,6 +46,7 @@ class Flat final : public WheelModel {
         if (!to.d_load.empty()) to.d_load[i] = value_;
       }
       if (!out.slip.empty()) out.slip[i] = value_;
+      if (in.load[i] == 0) WriteAirborne(out, i);
     }
   }
   mutable std::size_t evaluated = 0;
@@ -307,7 +308,7 @@ TEST_F(CascadeTest, AnAnswerDoesNotDependOnItsBatchMates) {
       for (std::size_t i = 0; i < size; ++i) {
         some.v_x[i] = all.v_x[first + i];
         some.v_y[i] = all.v_y[first + i];
-        some.rim[i] = all.rim[first + i];
+        some.rim_speed[i] = all.rim_speed[first + i];
       }
       Run(Force(3), &some);
       for (std::size_t i = 0; i < size; ++i) {
@@ -348,6 +349,20 @@ TEST_F(CascadeTest, AllocatesNothingAndTakesAnEmptyBatch) {
   EXPECT_EQ(worst.excess, 0);
   const Batch more(1);
   EXPECT_GT(g_allocations, before) << "allocations are not counted";
+}
+
+// Zeros are exact: they meet any tolerance, and no DEM run is proposed for them.
+TEST_F(CascadeTest, AWheelOffTheGroundMeetsEveryTolerance) {
+  Batch batch(3);
+  batch.load[1] = 0;
+  Demand demand = Force(1e-9);
+  demand.share_of_load = 1e-9;
+  Shortfall worst;
+  Run(demand, &batch, &worst);
+  EXPECT_THAT(batch.flags, ElementsAre(kToleranceUnmet, kAirborne, kToleranceUnmet));
+  EXPECT_EQ(batch.rung[1], 0u);
+  EXPECT_NE(worst.index, 1u);
+  for (const auto& output : batch.part) EXPECT_EQ(output[kHigh][1], 0);
 }
 
 TEST_F(CascadeTest, RegionsHaveBothMirrors) {

@@ -107,7 +107,7 @@ TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
   b.v_x[1] = kNaN;
   b.v_y[2] = kInf;
   b.rim_speed[3] = -kInf;
-  b.load[4] = 0;
+  b.load[4] = -1e-300;
   b.load[5] = -24;
   b.load[6] = kNaN;
   b.slope_pitch[7] = kNaN;
@@ -117,7 +117,9 @@ TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
   for (const std::size_t i : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
     EXPECT_EQ(b.flags[i], kInvalid) << i;
     for (const auto& output : b.part) {
-      for (const auto& part : output) EXPECT_TRUE(std::isnan(part[i])) << i;
+      for (const auto& part : output) {
+        if (!part.empty()) EXPECT_TRUE(std::isnan(part[i])) << i;
+      }
     }
   }
   for (const std::size_t i : {0, 10, 11}) {

@@ -27,6 +27,7 @@ namespace {
 using testing::Anywhere;
 using testing::InsideHull;
 using testing::Shipped;
+using testing::ShippedMessage;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -110,7 +111,7 @@ TEST(TabulatedModel, OddStatesAreFlaggedAndHarmNoOther) {
   Shipped().Evaluate(ordinary.In(), ordinary.Out());
   int invalid = 0, still = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const bool usable = std::isfinite(std::hypot(b.v_x[i], b.v_y[i])) && b.load[i] > 0;
+    const bool usable = std::isfinite(std::hypot(b.v_x[i], b.v_y[i])) && b.load[i] >= 0;
     EXPECT_EQ((b.flags[i] & kInvalid) != 0, !usable) << i;
     invalid += !usable;
     still += (b.flags[i] & kStatic) != 0;
@@ -202,6 +203,40 @@ LookupModel MakeLookup(const Field& field) {
   u.patch.fill(0.2);
   u.interval_factor.fill(1.7);
   return LookupModel(field.axes, field.spans, hull, u, {0.0625, 0.05});
+}
+
+// One flag and zeros in every part, whatever the wheel does; by the table, by the scalar
+// law alone and by the lookup model. A load below 0 and kinematics that are none stay INVALID.
+TEST(TabulatedModel, AWheelOffTheGroundAnswersZeros) {
+  const HybridModel scalar = MakeHybrid(ShippedMessage());
+  const LookupModel lookup = MakeLookup(Field());
+  for (const TabulatedModel* model :
+       {static_cast<const TabulatedModel*>(&Shipped()), static_cast<const TabulatedModel*>(&scalar),
+        static_cast<const TabulatedModel*>(&lookup)}) {
+    StateBatch b(11);
+    for (std::size_t i = 0; i < b.size(); ++i) b.Set(i, 0.1, 0.02, 0.12, i < 8 ? 0 : 24);
+    b.Set(1, 0, 0, 0, 0);
+    b.Set(2, -0.1, 0, -0.3, -0.0);
+    b.Set(3, 1e200, 0, 0, 0);
+    b.Set(4, kNaN, 0, 0.1, 0);
+    b.Set(5, 0.1, 0, 0.1, -1e-9);
+    b.slope_pitch.assign(b.size(), 0.0);
+    b.slope_pitch[6] = 0.2;
+    b.slope_pitch[7] = kNaN;
+    model->Evaluate(b.In(), b.Out());
+    for (const std::size_t i : {0, 1, 2, 3, 6}) {
+      EXPECT_EQ(b.flags[i], std::uint32_t{kAirborne}) << i;
+      for (const auto& output : b.part) {
+        for (const auto& part : output) EXPECT_EQ(part[i], 0) << i;
+      }
+      EXPECT_TRUE(std::isfinite(b.slip[i]));
+    }
+    for (const std::size_t i : {4, 5, 7}) EXPECT_EQ(b.flags[i], std::uint32_t{kInvalid}) << i;
+    for (const std::size_t i : {8, 9, 10}) {
+      EXPECT_EQ(b.flags[i] & (kAirborne | kInvalid), 0u) << i;
+      EXPECT_EQ(b.part[kFz][kValue][i], b.part[kFz][kValue][8]);
+    }
+  }
 }
 
 TEST(Spline, TakesTheValuesOfItsNodes) {
