@@ -11,6 +11,7 @@
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/residual_field.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/self_test.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -46,7 +47,7 @@ WheelAnswer At(const TabulatedModel& model, const VelocityState& v, double load)
 
 GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   try {
-    MakeModel(candidate);
+    MakeTestedModel(candidate);
   } catch (const std::runtime_error& error) {
     return {"self_test", false, error.what()};
   }

@@ -31,7 +31,8 @@ using Answerer = std::function<Answer(const Row&)>;
 /// What a pair's rows are judged by.
 struct Ground {
   std::string pair;
-  double radius_m;
+  double radius_m = 0;
+  WheelLimits limits{};
   std::vector<Row> train, test, repeats;
   PatchNoise patch;
 };
@@ -80,7 +81,7 @@ void ClimbUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Gr
   const std::string table = pair.soils;
   std::ifstream file(table);
   if (!file) throw std::invalid_argument(table + ": cannot be read, expected the table of soils");
-  const std::vector<Soil> soils = ReadSoils(file, table);
+  const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
   const auto soil =
       std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
   if (soil == soils.end()) {
@@ -103,7 +104,9 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
                  std::vector<LadderRow>* rows) {
   const std::string measured = pair.path + "/measured.csv";
   std::vector<v1alpha1::MeasuredPoint> points;
-  if (fs::exists(measured)) points = ReadMeasured(measured);
+  if (fs::exists(measured)) {
+    points = ReadMeasured(measured, ground.limits, pair.accept_unusual);
+  }
   for (const char* rung : {"bekker", "lookup", "hybrid"}) {
     const std::string file = pair.path + "/" + rung + ".model";
     if (!fs::exists(file)) {
@@ -203,6 +206,7 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
   Ground g;
   g.pair = pair.name;
   g.radius_m = set.scene.wheel().radius_m();
+  g.limits = LimitsOf(set.scene);
   g.train = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
   g.test = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
   g.repeats = PatchRows(set.runs);
@@ -213,15 +217,17 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
 
 }  // namespace
 
-std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils) {
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils,
+                                  bool accept_unusual) {
   std::vector<PairFolder> pairs;
   if (fs::exists(root + "/runs.json")) {
-    return {{root, fs::weakly_canonical(root).filename().string(), soils}};
+    return {{root, fs::weakly_canonical(root).filename().string(), soils, accept_unusual}};
   }
   if (fs::is_directory(root)) {
     for (const auto& entry : fs::directory_iterator(root)) {
       if (!fs::exists(entry.path() / "runs.json")) continue;
-      pairs.push_back({entry.path().string(), entry.path().filename().string(), soils});
+      pairs.push_back(
+          {entry.path().string(), entry.path().filename().string(), soils, accept_unusual});
     }
   }
   if (pairs.empty()) {
