@@ -152,7 +152,8 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool a
     if (line.empty() || line[0] == '#') continue;
     const std::vector<std::string> cells = Cells(line, place);
     if (!header) {
-      soils.push_back(ReadSoil(cells, accept_unusual, place));
+      soils.push_back(ReadSoil(cells, true, place));  // what is impossible is said first
+      if (!accept_unusual) ReadSoil(cells, false, place);
       const auto [known, added] = line_of.emplace(cells[0], number);
       if (!added) {
         place.Fail("soil: " + cells[0] + " is in line " + std::to_string(known->second) +

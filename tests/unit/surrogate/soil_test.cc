@@ -111,6 +111,8 @@ TEST(Soils, WhatNoPublishedSoilHasNeedsAcceptUnusual) {
       "t.csv:5: k_phi_kN_per_m_n_plus_2: 20000, expected 10 to 10000 as published soils have; "
       "--accept-unusual takes it");
   EXPECT_EQ(SaidOf(odd, true), "accepted");
+  EXPECT_EQ(SaidOf("a,1.1,990,1528430,1,28,1500,10,sand,h\n"),  // what is impossible is said first
+            "t.csv:5: k_phi_kN_per_m_n_plus_2: 1528430, expected 0 to 100000: N for kN?");
   EXPECT_EQ(SaidOf("a,1.1,0,0,20,0,1500,10,clay,h\n", true),
             "t.csv:5: k_phi_kN_per_m_n_plus_2: 0, expected a positive number, or one for k_c");
 }
