@@ -39,7 +39,7 @@ struct Place {
   int line;
 
   [[noreturn]] void Fail(const std::string& what) const {
-    throw std::runtime_error(file + ":" + std::to_string(line) + ": " + what);
+    throw std::invalid_argument(file + ":" + std::to_string(line) + ": " + what);
   }
 };
 
@@ -168,7 +168,7 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool a
     }
     header = false;
   }
-  if (soils.empty()) throw std::runtime_error(name + ": no soil, expected a table of them");
+  if (soils.empty()) throw std::invalid_argument(name + ": no soil, expected a table of them");
   return soils;
 }
 

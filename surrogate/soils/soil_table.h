@@ -22,7 +22,7 @@ struct Soil {
 };
 
 /// Reads a table such as surrogate/soils/bekker_soils.csv. Throws
-/// std::runtime_error "NAME:LINE: COLUMN: VALUE, expected ..."; `name` is for messages.
+/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; `name` is for messages.
 /// Refused: what no soil has or what shows another unit (N in a column of kN, radians,
 /// m for mm, density 0), a name that stands there twice and, unless `accept_unusual`,
 /// what no published soil has.

@@ -38,7 +38,7 @@ std::string SaidOf(const std::string& rows, bool accept_unusual = false) {
   std::istringstream table(text + rows);
   try {
     ReadSoils(table, "t.csv", accept_unusual);
-  } catch (const std::runtime_error& error) {
+  } catch (const std::invalid_argument& error) {
     return error.what();
   }
   return "accepted";
