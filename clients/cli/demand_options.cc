@@ -5,28 +5,28 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "surrogate/models/outputs.h"
+
 namespace grouser::cli {
 namespace {
 
 using v1alpha1::Demand;
 
-const struct {
-  const char* name;
-  void (Demand::*set)(double);
-} kTolerances[] = {{"f_x", &Demand::set_f_x_n},   {"f_y", &Demand::set_f_y_n},
-                   {"f_z", &Demand::set_f_z_n},   {"torque", &Demand::set_torque_n_m},
-                   {"m_z", &Demand::set_m_z_n_m}, {"sinkage", &Demand::set_sinkage_m}};
+/// In the order of surrogate::Output.
+constexpr void (Demand::*kSetTolerance[surrogate::kOutputs])(double) = {
+    &Demand::set_f_x_n,      &Demand::set_f_y_n,   &Demand::set_f_z_n,
+    &Demand::set_torque_n_m, &Demand::set_m_z_n_m, &Demand::set_sinkage_m};
 
 void ApplyTolerance(const std::string& text, Demand* demand) {
   const std::size_t at = text.find('=');
-  for (const auto& t : kTolerances) {
-    if (at == std::string::npos || text.substr(0, at) != t.name) continue;
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    if (at == std::string::npos || text.substr(0, at) != surrogate::kOutputFields[o].name) continue;
     try {
       std::size_t used = 0;
       const std::string number = text.substr(at + 1);
       const double value = std::stod(number, &used);
       if (used != number.size()) break;
-      (demand->*t.set)(value);
+      (demand->*kSetTolerance[o])(value);
       return;
     } catch (const std::logic_error&) {  // no number, or one that a double cannot hold
       break;

@@ -12,12 +12,6 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
-struct OutputRow {
-  const char* name;
-  const v1alpha1::OutputArray* array;
-  const char* unit;
-};
-
 std::string WithoutPrefix(const std::string& name, const std::string& prefix) {
   return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
 }
@@ -31,15 +25,13 @@ std::string TargetName(v1alpha1::IntervalTarget target) {
 }
 
 void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
-  fmt::print("state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
-             "load {:.4g} N\n",
-             i, At(r.slip().slip(), i), At(r.slip().attack_angle_rad(), i) * kDegPerRad,
-             At(r.velocity().v_x_m_per_s(), i), At(r.velocity().v_y_m_per_s(), i),
-             At(r.velocity().rim_speed_m_per_s(), i), load);
+  fmt::print(
+      "state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
+      "load {:.4g} N\n",
+      i, At(r.slip().slip(), i), At(r.slip().attack_angle_rad(), i) * kDegPerRad,
+      At(r.velocity().v_x_m_per_s(), i), At(r.velocity().v_y_m_per_s(), i),
+      At(r.velocity().rim_speed_m_per_s(), i), load);
   fmt::print("  flags: {}\n", FlagNames(r.flags(i)));
-  const OutputRow rows[] = {{"f_x", &r.f_x(), "N"},       {"f_y", &r.f_y(), "N"},
-                            {"f_z", &r.f_z(), "N"},       {"torque", &r.torque(), "N m"},
-                            {"m_z", &r.m_z(), "N m"},     {"sinkage", &r.sinkage(), "m"}};
   const bool with_parts = r.f_x().low_size() > 0;
   if (with_parts) {
     fmt::print("  {:8} {:>11}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
@@ -47,18 +39,24 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
                            TargetName(r.interval_target())),
                "sd_fit", "sd_patch", "sd_form");
   }
-  for (const auto& row : rows) {
-    const auto& a = *row.array;
-    fmt::print("  {:8} {:>11.5g}", row.name, At(a.value(), i));
+  const auto outputs = OutputsOf(r);
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    const v1alpha1::OutputArray& a = *outputs[o];
+    fmt::print("  {:8} {:>11.5g}", surrogate::kOutputFields[o].name, At(a.value(), i));
     if (with_parts) {
       fmt::print("  [{:>11.5g},{:>11.5g}]  {:>9.3g} {:>9.3g} {:>9.3g}", At(a.low(), i),
                  At(a.high(), i), At(a.sd_fit(), i), At(a.sd_patch(), i), At(a.sd_form(), i));
     }
-    fmt::print("  {}\n", row.unit);
+    fmt::print("  {}\n", surrogate::kOutputFields[o].unit);
   }
 }
 
 }  // namespace
+
+std::array<const v1alpha1::OutputArray*, surrogate::kOutputs> OutputsOf(
+    const v1alpha1::WheelResponses& r) {
+  return {&r.f_x(), &r.f_y(), &r.f_z(), &r.torque(), &r.m_z(), &r.sinkage()};
+}
 
 void PrintJson(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
@@ -116,9 +114,10 @@ void PrintModels(const v1alpha1::ListModelsResponse& response) {
                aliases.empty() ? "-" : aliases, model.shipped() ? "; shipped" : "");
     fmt::print("  wheel {:.4g} x {:.4g} m on {}; {} runs\n", model.radius_m(), model.width_m(),
                model.soil(), model.provenance().runs_size());
-    fmt::print("  domain: slip {:.3g} to {:.3g}, |attack angle| to {:.3g} deg, load {:.3g} to {:.3g} N\n",
-               domain.slip_min(), domain.slip_max(), domain.attack_angle_max_rad() * kDegPerRad,
-               domain.load_min_n(), domain.load_max_n());
+    fmt::print(
+        "  domain: slip {:.3g} to {:.3g}, |attack angle| to {:.3g} deg, load {:.3g} to {:.3g} N\n",
+        domain.slip_min(), domain.slip_max(), domain.attack_angle_max_rad() * kDegPerRad,
+        domain.load_min_n(), domain.load_max_n());
   }
 }
 

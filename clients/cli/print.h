@@ -2,11 +2,13 @@
 
 #include <google/protobuf/message.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
 #include "grouser/v1alpha1/terrain_service.pb.h"
+#include "surrogate/models/outputs.h"
 
 namespace grouser::cli {
 
@@ -19,6 +21,10 @@ void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
                     const std::vector<double>& loads);
 void PrintModels(const v1alpha1::ListModelsResponse& response);
 void PrintJob(const v1alpha1::Job& job);
+
+/// The outputs of a response in the order of surrogate::Output.
+std::array<const v1alpha1::OutputArray*, surrogate::kOutputs> OutputsOf(
+    const v1alpha1::WheelResponses& responses);
 
 /// "RUNNING": without the prefix of the enum.
 std::string JobStateName(v1alpha1::JobState state);

@@ -139,18 +139,26 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
 
 void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
   const auto& r = response.responses();
-  fmt::print("model {}\n{:>5} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}  flags\n", response.model(),
-             "state", "f_x N", "f_y N", "f_z N", "torque N m", "m_z N m", "sinkage m");
+  fmt::print("model {}\n{:>5}", response.model(), "state");
+  for (const auto& field : surrogate::kOutputFields) {
+    fmt::print(" {:>10}", fmt::format("{} {}", field.name, field.unit));
+  }
+  fmt::print("  flags\n");
+  const auto outputs = OutputsOf(r);
   for (int i = 0; i < r.flags_size(); ++i) {
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}  {}\n", i,
-               r.f_x().value(i), r.f_y().value(i), r.f_z().value(i), r.torque().value(i),
-               r.m_z().value(i), r.sinkage().value(i), FlagNames(r.flags(i)));
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "low",
-               r.f_x().low(i), r.f_y().low(i), r.f_z().low(i), r.torque().low(i), r.m_z().low(i),
-               r.sinkage().low(i));
-    fmt::print("{:>5} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g}\n", "high",
-               r.f_x().high(i), r.f_y().high(i), r.f_z().high(i), r.torque().high(i),
-               r.m_z().high(i), r.sinkage().high(i));
+    const auto line = [&](const std::string& head, const auto& values_of) {
+      fmt::print("{:>5}", head);
+      for (const auto* output : outputs) fmt::print(" {:>10.4g}", values_of(*output).Get(i));
+    };
+    line(
+        std::to_string(i), [](const auto& o) -> const auto& { return o.value(); });
+    fmt::print("  {}\n", FlagNames(r.flags(i)));
+    line(
+        "low", [](const auto& o) -> const auto& { return o.low(); });
+    fmt::print("\n");
+    line(
+        "high", [](const auto& o) -> const auto& { return o.high(); });
+    fmt::print("\n");
   }
 }
 

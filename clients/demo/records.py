@@ -6,7 +6,7 @@ OUTPUTS = ("f_x", "f_y", "f_z", "torque", "m_z", "sinkage")
 # f_z is the load by construction: it says nothing about a model.
 PREDICTED = ("f_x", "f_y", "torque", "m_z", "sinkage")
 NEAR_SLIP = 0.07  # runs this near to a slip are drawn with its curve
-EXTRAPOLATED = 4  # StateFlag
+EXTRAPOLATED = 4  # STATE_FLAG_EXTRAPOLATED (demo_report_test compares)
 # Output: label, unit on paper, factor from SI to it.
 AXES = {
     "f_x": ("drawbar pull $f_x$", "N", 1.0),

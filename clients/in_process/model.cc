@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -32,7 +33,9 @@ static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrog
               SameBit(kRigidAssumed, surrogate::kRigidAssumed) &&
               SameBit(kVirginAssumed, surrogate::kVirginAssumed) &&
               SameBit(kFormUnknown, surrogate::kFormUnknown) &&
-              SameBit(kToleranceUnmet, surrogate::kToleranceUnmet));
+              SameBit(kToleranceUnmet, surrogate::kToleranceUnmet) &&
+              SameBit(kAirborne, surrogate::kAirborne) &&
+              SameBit(kAirborne, std::end(surrogate::kFlagFields)[-1].flag));
 
 // Spans of length 1 into `answer`.
 Answers ViewOf(Answer* answer) noexcept {

@@ -19,7 +19,8 @@ struct SpanField {
   const char* name;
   std::span<double> OutputSpans::*member;
 };
-inline constexpr std::array<SpanField, 9> kSpanFields = {
+/// In the order of surrogate::Part.
+inline constexpr std::array<SpanField, surrogate::kParts> kSpanFields = {
     {{"value", &OutputSpans::value},
      {"sd_fit", &OutputSpans::sd_fit},
      {"sd_patch", &OutputSpans::sd_patch},
@@ -29,7 +30,7 @@ inline constexpr std::array<SpanField, 9> kSpanFields = {
      {"d_v_y", &OutputSpans::d_v_y},
      {"d_rim_speed", &OutputSpans::d_rim_speed},
      {"d_load", &OutputSpans::d_load}}};
-inline constexpr std::size_t kFirstGradient = 5;  // in kSpanFields
+inline constexpr std::size_t kFirstGradient = surrogate::kDvX;
 
 inline bool Fits(std::span<const double> span, std::size_t n) noexcept {
   return span.empty() || span.size() == n;
@@ -53,9 +54,9 @@ inline surrogate::WheelStatesView ToView(const States& in) noexcept {
 inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
   surrogate::ResponsesView view;
   for (std::size_t o = 0; o < kOutputs; ++o) {
-    const OutputSpans& s = out.output[o];
-    view.output[o] = {s.value, s.sd_fit, s.sd_patch,    s.low,   s.high,
-                      s.d_v_x, s.d_v_y,  s.d_rim_speed, s.d_load};
+    for (std::size_t p = 0; p < kSpanFields.size(); ++p) {
+      view.output[o].*surrogate::kPartMembers[p] = out.output[o].*kSpanFields[p].member;
+    }
   }
   view.flags = out.flags;
   view.slip = out.slip;

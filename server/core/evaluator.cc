@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 
@@ -14,6 +15,27 @@ namespace {
 
 using google::protobuf::RepeatedField;
 using surrogate::kOutputs;
+
+// The wire's flags are the models'; a new one of the wire changes StateFlag_MAX.
+constexpr bool SameBit(v1alpha1::StateFlag wire, surrogate::Flag ours) {
+  return static_cast<std::uint32_t>(wire) == static_cast<std::uint32_t>(ours);
+}
+static_assert(SameBit(v1alpha1::STATE_FLAG_INVALID, surrogate::kInvalid) &&
+              SameBit(v1alpha1::STATE_FLAG_CLAMPED, surrogate::kClamped) &&
+              SameBit(v1alpha1::STATE_FLAG_EXTRAPOLATED, surrogate::kExtrapolated) &&
+              SameBit(v1alpha1::STATE_FLAG_STATIC, surrogate::kStatic) &&
+              SameBit(v1alpha1::STATE_FLAG_NO_EQUILIBRIUM, surrogate::kNoEquilibrium) &&
+              SameBit(v1alpha1::STATE_FLAG_RATE, surrogate::kRate) &&
+              SameBit(v1alpha1::STATE_FLAG_SLOPE, surrogate::kSlope) &&
+              SameBit(v1alpha1::STATE_FLAG_RIGID_ASSUMED, surrogate::kRigidAssumed) &&
+              SameBit(v1alpha1::STATE_FLAG_VIRGIN_ASSUMED, surrogate::kVirginAssumed) &&
+              SameBit(v1alpha1::STATE_FLAG_FORM_UNKNOWN, surrogate::kFormUnknown) &&
+              SameBit(v1alpha1::STATE_FLAG_TOLERANCE_UNMET, surrogate::kToleranceUnmet) &&
+              SameBit(v1alpha1::STATE_FLAG_AIRBORNE, surrogate::kAirborne) &&
+              SameBit(v1alpha1::StateFlag_MAX, std::end(surrogate::kFlagFields)[-1].flag));
+
+/// States whose answer no measurement could add to: none, or exactly 0.
+constexpr std::uint32_t kNoForm = surrogate::kInvalid | surrogate::kAirborne;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -145,6 +167,20 @@ std::array<v1alpha1::OutputArray*, kOutputs> OutputArrays(v1alpha1::WheelRespons
           r->mutable_torque(), r->mutable_m_z(), r->mutable_sinkage()};
 }
 
+/// A wheel off the ground meets no force, whatever the soil and however well DEM
+/// stands for it: those parts are 0 as well, so that sums over a vehicle stay finite.
+void ClearAirborne(std::span<const std::uint32_t> flags,
+                   const std::array<v1alpha1::OutputArray*, kOutputs>& arrays) {
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if ((flags[i] & surrogate::kAirborne) == 0) continue;
+    for (v1alpha1::OutputArray* array : arrays) {
+      if (array->sd_form_size() == 0) return;  // values only
+      array->set_sd_form(static_cast<int>(i), 0);
+      array->set_sd_soil(static_cast<int>(i), 0);
+    }
+  }
+}
+
 /// The rungs of a ladder answer; what is told by model is told by who answered.
 void ClimbViews(const surrogate::WheelStatesView& in, const surrogate::ResponsesView& out,
                 const std::array<v1alpha1::OutputArray*, kOutputs>& arrays, Climb* climb) {
@@ -153,8 +189,8 @@ void ClimbViews(const surrogate::WheelStatesView& in, const surrogate::Responses
   ladder.cascade.Evaluate(in, climb->demand, out, rung_of, &climb->worst);
   for (std::size_t i = 0; i < rung_of.size(); ++i) {
     const ServedModel& model = *ladder.models[rung_of[i]];
-    const bool invalid = (out.flags[i] & surrogate::kInvalid) != 0;
-    if (model.form_unknown && !invalid) out.flags[i] |= surrogate::kFormUnknown;
+    const bool has_form = (out.flags[i] & kNoForm) == 0;
+    if (model.form_unknown && has_form) out.flags[i] |= surrogate::kFormUnknown;
     for (int k = 0; k < kOutputs; ++k) {
       if (arrays[k]->sd_form_size() == 0) break;  // values only
       arrays[k]->set_sd_form(static_cast<int>(i), model.sd_form[k]);
@@ -200,7 +236,7 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
   model.evaluator->Evaluate(in, out);
   if (!model.form_unknown) return;
   for (std::uint32_t& flags : out.flags) {
-    if ((flags & surrogate::kInvalid) == 0) flags |= surrogate::kFormUnknown;
+    if ((flags & kNoForm) == 0) flags |= surrogate::kFormUnknown;
   }
 }
 
@@ -237,6 +273,7 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   } else {
     EvaluateViews(model, in, out);
   }
+  ClearAirborne(out.flags, arrays);
   EchoSpeed(velocity, responses->mutable_slip());
   if (states.has_slip()) EchoInvalidSlips(states.slip(), out.flags, responses->mutable_slip());
   responses->set_interval_level(model.message.interval_level());

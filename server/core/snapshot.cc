@@ -10,64 +10,12 @@
 
 #include "server/core/model_reference.h"
 #include "surrogate/model_io/cascade_rung.h"
+#include "surrogate/model_io/self_test.h"
 
 namespace grouser::server {
 namespace {
 
-constexpr std::size_t kMaxKnown = 1000;    // characters of known names in one error text
-constexpr double kGoldenTolerance = 1e-9;  // relative, as the model format promises
-
-/// One golden vector through the evaluator.
-std::array<double, surrogate::kOutputs> EvaluateOne(const surrogate::WheelModel& model,
-                                                    const v1alpha1::GoldenVector& in) {
-  const double v_x = in.v_x_m_per_s();
-  const double v_y = in.v_y_m_per_s();
-  const double rim = in.rim_speed_m_per_s();
-  const double load = in.load_n();
-  surrogate::WheelStatesView states;
-  states.v_x = {&v_x, 1};
-  states.v_y = {&v_y, 1};
-  states.rim_speed = {&rim, 1};
-  states.load = {&load, 1};
-  std::array<double, surrogate::kOutputs> value;
-  value.fill(std::numeric_limits<double>::quiet_NaN());
-  std::uint32_t flags = 0;
-  surrogate::ResponsesView out;
-  for (int k = 0; k < surrogate::kOutputs; ++k) out.output[k].value = {&value[k], 1};
-  out.flags = {&flags, 1};
-  model.Evaluate(states, out);
-  return value;
-}
-
-/// What counts as 1 in Tolerance() of an evaluator.
-double ScaleOf(int output, double load, double radius) {
-  if (output == surrogate::kSinkage) return radius;
-  const bool moment = output == surrogate::kTorque || output == surrogate::kMz;
-  return moment ? load * radius : load;
-}
-
-void SelfTest(const std::string& name, const v1alpha1::Model& message,
-              const surrogate::WheelModel& model) {
-  if (message.golden_size() == 0) {
-    throw std::runtime_error(name + ": golden: none, expected at least one to test the model with");
-  }
-  for (int i = 0; i < message.golden_size(); ++i) {
-    const auto& golden = message.golden(i);
-    if (golden.value_size() != surrogate::kOutputs) {
-      throw std::runtime_error(fmt::format("{}: golden[{}].value: {} entries, expected {}", name, i,
-                                           golden.value_size(), int{surrogate::kOutputs}));
-    }
-    const auto value = EvaluateOne(model, golden);
-    for (int k = 0; k < surrogate::kOutputs; ++k) {
-      const double allowed =
-          kGoldenTolerance * std::max(1.0, std::abs(golden.value(k))) +
-          model.Tolerance() * ScaleOf(k, golden.load_n(), message.wheel().radius_m());
-      if (std::abs(value[k] - golden.value(k)) <= allowed) continue;
-      throw std::runtime_error(fmt::format("{}: golden[{}].{}: {:.17g}, expected {:.17g}", name, i,
-                                           surrogate::kOutputNames[k], value[k], golden.value(k)));
-    }
-  }
-}
+constexpr std::size_t kMaxKnown = 1000;  // characters of known names in one error text
 
 std::unique_ptr<const Ladder> MakeLadder(const std::vector<const ServedModel*>& models) {
   std::vector<surrogate::CascadeRung> rungs;
@@ -94,7 +42,7 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
     throw std::runtime_error(served->reference + ": " + e.what());
   }
   if (!served->evaluator) throw std::runtime_error(served->reference + ": no evaluator was made");
-  SelfTest(served->reference, message, *served->evaluator);
+  surrogate::SelfTest(served->reference, message, *served->evaluator);
   served->sd_form.fill(std::numeric_limits<double>::quiet_NaN());
   for (int k = 0; k < std::min<int>(message.sd_form_size(), surrogate::kOutputs); ++k) {
     served->sd_form[k] = message.sd_form(k);

@@ -41,9 +41,8 @@ struct Ladder {
   surrogate::Cascade cascade;
 };
 
-/// Builds and self-tests a model: the golden vectors must come out to 1e-9
-/// (relative, but absolute below 1) and the evaluator's Tolerance(), which also
-/// faults its pages in. Throws std::runtime_error naming the model and the field.
+/// Builds a model and self-tests it (surrogate::SelfTest). Throws std::runtime_error naming the
+/// model and the field.
 std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std::string digest,
                                                    bool shipped, const ModelFactory& factory);
 

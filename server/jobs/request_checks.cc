@@ -62,7 +62,8 @@ void CheckTestState(const v1alpha1::TestState& state) {
   }
   CheckFinite("state.load_n", state.load_n());
   if (state.load_n() <= 0) {
-    Refuse(fmt::format("state.load_n: {}, expected a load above 0 N", state.load_n()));
+    Refuse(fmt::format("state.load_n: {}, expected a load above 0 N{}", state.load_n(),
+                       state.load_n() == 0 ? ": a wheel off the ground meets no soil" : ""));
   }
   CheckFinite("state.speed_m_per_s", state.speed_m_per_s());
   if (state.speed_m_per_s() < 0) {

@@ -15,8 +15,7 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr std::array kFitted = {kFx, kFy, kTorque, kMz, kSinkage};
-constexpr int kResiduals = static_cast<int>(kFitted.size());
+constexpr int kResiduals = static_cast<int>(std::size(kPredicted));
 constexpr double kModelFloor = 0.04;  // of the scale: no smooth model does better
 constexpr double kCorner = 5;         // of Huber's loss
 constexpr int kFirstIterations = 12;
@@ -177,7 +176,7 @@ struct RowResidual {
     std::array<double, kOutputs> sign = {1, 1, 1, 1, 1, 1};
     ApplyMirrors(state, &sign);
     for (int i = 0; i < kResiduals; ++i) {
-      const int o = kFitted[i];
+      const int o = kPredicted[i];
       const double scale = OutputScale(o, row->load_n, problem->wheel.radius_m);
       const double patch = problem->options.patch[o] * scale;
       const double sigma =

@@ -48,7 +48,7 @@ double ConformalQuantile(std::vector<double> scores, double level) {
 double StudentT95(int degrees) {
   // Cornish-Fisher expansion about the normal quantile (Abramowitz & Stegun
   // 26.7.5).
-  const double z = 1.6448536269514722, v = degrees < 1 ? 1 : degrees;
+  const double z = kTwoSided90, v = degrees < 1 ? 1 : degrees;
   const double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * v) + (5 * z5 + 16 * z3 + 3 * z) / (96 * v * v) +
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * v * v * v);

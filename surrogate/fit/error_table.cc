@@ -10,7 +10,6 @@ namespace {
 constexpr std::array kRegions = {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING,
                                  v1alpha1::REGION_TOWED, v1alpha1::REGION_DRIVING,
                                  v1alpha1::REGION_LATERAL};
-constexpr std::array kReported = {kFx, kFy, kTorque, kMz, kSinkage};
 
 }  // namespace
 
@@ -54,7 +53,7 @@ std::vector<v1alpha1::ErrorRow> ErrorTable(const std::vector<Comparison>& compar
                                            const std::string& set) {
   std::vector<v1alpha1::ErrorRow> table;
   for (const v1alpha1::Region region : kRegions) {
-    for (const Output o : kReported) {
+    for (const Output o : kPredicted) {
       double square = 0, largest = 0;
       int n = 0, covered = 0;
       for (const Comparison& c : comparisons) {
@@ -70,7 +69,7 @@ std::vector<v1alpha1::ErrorRow> ErrorTable(const std::vector<Comparison>& compar
       if (n == 0) continue;
       v1alpha1::ErrorRow row;
       row.set_region(region);
-      row.set_output(kOutputNames[o]);
+      row.set_output(kOutputFields[o].name);
       row.set_set(set);
       row.set_n(n);
       row.set_rmse(std::sqrt(square / n));

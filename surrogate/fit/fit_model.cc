@@ -1,5 +1,7 @@
 #include "surrogate/fit/fit_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/plausible.h"
 #include "surrogate/fit/stress_profile.h"
 #include "surrogate/fit/trained.h"
 
@@ -114,7 +117,7 @@ void AddCrossConformal(const std::vector<LeftOut>& left_out, const PatchNoise& p
   for (v1alpha1::ErrorRow row : rows) {
     if (row.region() != v1alpha1::REGION_ALL) continue;
     for (int o = 0; o < kOutputs; ++o) {
-      if (row.output() == kOutputNames[o]) row.set_covered90(covered[o]);
+      if (row.output() == kOutputFields[o].name) row.set_covered90(covered[o]);
     }
     row.set_set("cross_conformal");
     *model->add_errors() = row;
@@ -129,16 +132,16 @@ double MedianTravel(const std::vector<Row>& rows) {
 }
 
 void CheckScene(const v1alpha1::Scene& scene) {
-  const auto positive = [](double value, const char* field) {
-    if (!(value > 0) || !std::isfinite(value)) {
-      throw std::runtime_error(std::string(field) + ": " + std::to_string(value) +
-                               ", expected a positive number");
-    }
+  // Wide: what lies outside is in another unit.
+  const auto within = [](double value, const char* field, double low, double high) {
+    if (value >= low && value <= high) return;
+    throw std::runtime_error(
+        fmt::format("{}: {:g}, expected {:g} to {:g}", field, value, low, high));
   };
-  positive(scene.wheel().radius_m(), "scene.wheel.radius_m");
-  positive(scene.wheel().width_m(), "scene.wheel.width_m");
-  positive(scene.soil().gravity_m_per_s2(), "scene.soil.gravity_m_per_s2");
-  positive(scene.soil().bulk_density_kg_per_m3(), "scene.soil.bulk_density_kg_per_m3");
+  within(scene.wheel().radius_m(), "scene.wheel.radius_m", 0.005, 5);
+  within(scene.wheel().width_m(), "scene.wheel.width_m", 0.002, 5);
+  within(scene.soil().gravity_m_per_s2(), "scene.soil.gravity_m_per_s2", 0.05, 50);
+  within(scene.soil().bulk_density_kg_per_m3(), "scene.soil.bulk_density_kg_per_m3", 30, 4000);
 }
 
 void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool speed_axis,
@@ -189,6 +192,7 @@ double ProfileWeightOf(v1alpha1::Rung rung) {
 v1alpha1::Model FitModel(const FitRequest& request) {
   if (request.name.empty()) throw std::runtime_error("model name: expected one");
   CheckScene(request.set.scene);
+  CheckRuns(request.set);
   const std::vector<Row> training = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
   const std::vector<Row> held_out = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TEST);
   const std::vector<Row> repeats = PatchRows(request.set.runs);

@@ -35,7 +35,8 @@ inline constexpr int kFewestRuns = 6;
 /// Runs to model: physics and residual fitted to the steady TRAIN runs,
 /// uncertainty from cross-validation and PATCH repeats, domain, error table
 /// ("held_out": the steady TEST runs, which nothing else sees), provenance,
-/// golden vectors. Throws std::runtime_error saying what is missing.
+/// golden vectors. Throws std::runtime_error saying what is missing, and
+/// std::invalid_argument naming the first run that cannot be (CheckRuns).
 v1alpha1::Model FitModel(const FitRequest& request);
 
 /// The base model's provenance rows plus one new run. Throws

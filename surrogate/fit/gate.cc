@@ -11,6 +11,7 @@
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/residual_field.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/self_test.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -46,7 +47,7 @@ WheelAnswer At(const TabulatedModel& model, const VelocityState& v, double load)
 
 GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   try {
-    MakeModel(candidate);
+    MakeTestedModel(candidate);
   } catch (const std::runtime_error& error) {
     return {"self_test", false, error.what()};
   }
@@ -55,7 +56,8 @@ GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& mode
     const WheelAnswer a = At(model, s.v, s.load);
     for (int o = 0; o < kOutputs; ++o) {
       if (std::isfinite(a.value[o]) && std::isfinite(a.half_width[o])) continue;
-      return {"self_test", false, std::string(kOutputNames[o]) + " is not finite in the domain"};
+      return {"self_test", false,
+              std::string(kOutputFields[o].name) + " is not finite in the domain"};
     }
   }
   return {"self_test", true,
@@ -94,8 +96,8 @@ std::vector<GateResult> HeldOut(const v1alpha1::Model& candidate, const Tabulate
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (before[i].region() != v1alpha1::REGION_ALL) continue;
     const std::string& output = before[i].output();
-    const auto o = std::find(kOutputNames.begin(), kOutputNames.end(), output);
-    const double patch = PatchAt(old_model, rows, static_cast<int>(o - kOutputNames.begin()));
+    const auto* o = std::ranges::find(kOutputFields, output, &OutputField::name);
+    const double patch = PatchAt(old_model, rows, static_cast<int>(o - kOutputFields));
     const double allowed = kRmseFactor * before[i].rmse() + kRmsePatch * patch;
     rmse.passed &= after[i].rmse() <= allowed;
     rmse_text << output << " " << before[i].rmse() << " -> " << after[i].rmse() << " (at most "
@@ -120,7 +122,7 @@ GateResult Symmetry(const v1alpha1::Model& candidate, const TabulatedModel& mode
     for (int o = 0; o < kOutputs; ++o) {
       const ResidualTable::Parity parity = ResidualTable::ParityOf(o);
       if (left[o] == parity.y * a[o] && back[o] == parity.x * a[o]) continue;
-      return {"symmetry", false, std::string(kOutputNames[o]) + " is not mirrored"};
+      return {"symmetry", false, std::string(kOutputFields[o].name) + " is not mirrored"};
     }
   }
   return {"symmetry", true, std::to_string(count) + " states, exact"};
@@ -182,7 +184,7 @@ GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
       if (Covered(after.value[o], before.value[o], before.half_width[o])) continue;
       ++outside;
       if (first.empty()) {
-        first = ", first " + std::string(kOutputNames[o]) + " at run " + row.source->run_id();
+        first = ", first " + std::string(kOutputFields[o].name) + " at run " + row.source->run_id();
       }
     }
   }

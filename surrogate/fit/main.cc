@@ -15,9 +15,11 @@
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/write_model.h"
 
 namespace {
@@ -34,7 +36,7 @@ struct Arguments {
   double slip = 0, angle_deg = 0, load = 0, speed = 0;
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
-  bool json = false;
+  bool json = false, accept_unusual = false;
   std::string command;  // as typed
 };
 
@@ -58,7 +60,7 @@ std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& m
   sigaddset(&stops, SIGTERM);
   sigprocmask(SIG_BLOCK, &stops, &before);
   try {
-    const std::string digest = records::WriteModelFile(path, model);
+    const std::string digest = WriteTestedModel(path, model);
     sigprocmask(SIG_SETMASK, &before, nullptr);
     return digest;
   } catch (...) {
@@ -99,7 +101,9 @@ int Fit(const Arguments& a) {
   request.reason = a.reason.empty() ? "campaign" : a.reason;
   request.profile_weight = a.profile_weight;
   request.set = ReadAll(a.run_dirs);
-  if (!a.measured.empty()) request.measured = ReadMeasured(a.measured);
+  if (!a.measured.empty()) {
+    request.measured = ReadMeasured(a.measured, LimitsOf(request.set.scene), a.accept_unusual);
+  }
   return FitAndWrite(std::move(request), a);
 }
 
@@ -142,7 +146,7 @@ int Refit(const Arguments& a) {
 
 int Show(const Arguments& a) {
   const records::LoadedModel loaded = records::ReadModelFile(a.model);
-  MakeModel(loaded.model);  // says what is wrong with a bad one
+  MakeTestedModel(loaded.model);  // says what is wrong with a bad one
   Print(a.json ? ModelJson(loaded.model, loaded.digest) : ModelText(loaded.model, loaded.digest));
   return kOk;
 }
@@ -158,7 +162,7 @@ int Eval(const Arguments& a) {
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
-  const WheelAnswer answer = model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, query.load_n);
+  const WheelAnswer answer = AnswerOf(model, v, query.load_n);
   Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
   return kOk;
 }
@@ -167,7 +171,8 @@ int Compare(const Arguments& a) {
   const records::LoadedModel loaded = records::ReadModelFile(a.model);
   const auto made = MakeScalar(loaded.model);
   const TabulatedModel& model = *made;
-  const std::vector<v1alpha1::MeasuredPoint> points = ReadMeasured(a.measured);
+  const std::vector<v1alpha1::MeasuredPoint> points =
+      ReadMeasured(a.measured, LimitsOf(loaded.model), a.accept_unusual);
   std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
                                          loaded.model.provenance().runs().end());
   if (!a.run_dirs.empty()) {
@@ -211,6 +216,11 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::IsMember({"hybrid", "bekker", "lookup"}))
       ->capture_default_str();
   fit->add_option("--reason", a->reason, "kept in the provenance");
+  const auto accept = [a](CLI::App* sub) {
+    sub->add_flag("--accept-unusual", a->accept_unusual,
+                  "take measured angles that read like radians");
+  };
+  accept(fit);
   fit->add_option("--profile-weight", a->profile_weight,
                   fmt::format("of a run's stress profile beside its totals; 0: totals alone "
                               "(default: {:g} for bekker, else 0)",
@@ -242,13 +252,16 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   eval->add_option("model", a->model, "model file")->required();
   eval->add_option("--slip", a->slip, "(r w - v_x)/max(|r w|, V)")->required();
   eval->add_option("--angle-deg", a->angle_deg, "attack angle [deg]")->capture_default_str();
-  eval->add_option("--load", a->load, "vertical load [N]")->required()->check(CLI::PositiveNumber);
+  eval->add_option("--load", a->load, "vertical load [N]")
+      ->required()
+      ->check(CLI::NonNegativeNumber);
   eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
       ->check(CLI::PositiveNumber);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
   compare->add_option("model", a->model, "model file")->required();
   compare->add_option("--measured", a->measured, "CSV of measured tests")->required();
   compare->add_option("--runs", a->run_dirs, "campaign folder; else the model's own runs");
+  accept(compare);
   CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
   gate->add_option("--base", a->base, "model file")->required();
   gate->add_option("--candidate", a->candidate, "model file")->required();

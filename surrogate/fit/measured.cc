@@ -1,5 +1,7 @@
 #include "surrogate/fit/measured.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -50,6 +52,7 @@ constexpr std::string_view kOtherColumns[] = {"slip",    "attack_angle_deg",  "l
 
 struct Reader {
   std::string path;
+  WheelLimits limits;
   std::vector<std::string> header;
   int line = 0;
 
@@ -59,6 +62,11 @@ struct Reader {
 
   void TakeHeader(const std::vector<std::string>& cells) {
     header = cells;
+    for (auto name = header.begin(); name != header.end(); ++name) {
+      if (std::find(header.begin(), name, *name) != name) {
+        Fail(*name + ": the column stands here twice, expected each once");
+      }
+    }
     for (const char* name : {"slip", "attack_angle_deg", "load_n"}) {
       if (std::find(header.begin(), header.end(), name) == header.end()) {
         Fail(std::string("no column ") + name + ", expected slip,attack_angle_deg,load_n,...");
@@ -104,7 +112,44 @@ struct Reader {
     if (!std::isfinite(FromSlip(p.slip(), p.attack_angle_rad(), 1).v_x)) {
       Fail("slip: no motion has this slip at this attack angle");
     }
+    for (int o = 0; o < kOutputs; ++o) CheckOutput(o, p);
     return p;
+  }
+
+  void CheckOutput(int o, const v1alpha1::MeasuredPoint& p) const {
+    if (p.sd(o) < 0) Fail(std::string(kColumns[o].sd) + ": expected a number not below 0");
+    if (std::isnan(p.value(o))) return;
+    const std::string why = ImpossibleOutput(o, p.value(o), p.load_n(), limits);
+    if (!why.empty()) Fail(std::string(kColumns[o].value) + ": " + why);
+  }
+
+  /// What a single row cannot tell: all of it in another unit.
+  void CheckTable(const std::vector<v1alpha1::MeasuredPoint>& points, const std::vector<int>& lines,
+                  bool accept_unusual) {
+    constexpr double kLeastShare = 1e-3;
+    std::size_t widest = 0, strongest = 0;
+    double force = -1;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto angle = [&](std::size_t k) { return std::fabs(points[k].attack_angle_rad()); };
+      if (angle(i) > angle(widest)) widest = i;
+      for (const Output o : {kFx, kFy}) {
+        const double share = std::fabs(points[i].value(o)) / points[i].load_n();
+        if (share > force) force = share, strongest = i;  // NaN is not
+      }
+    }
+    const double degrees = std::fabs(points[widest].attack_angle_rad()) / kDegree;
+    line = lines[widest];
+    if (degrees > 0 && degrees <= std::numbers::pi / 2 && !accept_unusual) {
+      Fail(
+          fmt::format("attack_angle_deg: {:g} is the largest, expected degrees: radians? "
+                      "--accept-unusual takes it",
+                      degrees));
+    }
+    line = lines[strongest];
+    if (force >= 0 && force < kLeastShare) {
+      Fail(fmt::format("f_x_n, f_y_n: at most {:.2g} of the load in every row, expected N: kN?",
+                       force));
+    }
   }
 };
 
@@ -132,13 +177,15 @@ const v1alpha1::RunSummary* Nearest(const v1alpha1::MeasuredPoint& p,
 
 }  // namespace
 
-std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path) {
+std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path,
+                                                  const WheelLimits& limits, bool accept_unusual) {
   std::ifstream file(path);
   if (!file)
     throw std::invalid_argument(path + ": cannot be read, expected a CSV of measured tests");
-  Reader reader{path, {}};
+  Reader reader{path, limits, {}};
   const std::string source = path.substr(path.find_last_of('/') + 1);
   std::vector<v1alpha1::MeasuredPoint> points;
+  std::vector<int> lines;
   std::string line;
   while (std::getline(file, line)) {
     ++reader.line;
@@ -149,8 +196,10 @@ std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path) {
     }
     points.push_back(reader.Point(Split(line)));
     points.back().set_source(source);
+    lines.push_back(reader.line);
   }
   if (points.empty()) reader.Fail("no measured row, expected a header line and rows");
+  reader.CheckTable(points, lines, accept_unusual);
   return points;
 }
 
@@ -196,7 +245,7 @@ std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows) 
   std::vector<MeasuredError> errors;
   for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
                             v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL}) {
-    for (const Output o : {kFx, kFy, kTorque, kSinkage}) {
+    for (const Output o : kMeasurable) {
       MeasuredError e{region, o, 0, 0, 0, 0, 0};
       for (const MeasuredRow& row : rows) {
         const v1alpha1::MeasuredPoint& p = *row.measured;

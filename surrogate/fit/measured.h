@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
-#include "surrogate/fit/training_set.h"
+#include "surrogate/fit/plausible.h"
 #include "surrogate/models/hybrid.h"
 
 namespace grouser::surrogate {
@@ -13,8 +13,13 @@ namespace grouser::surrogate {
 /// slip, attack_angle_deg, load_n and any of f_x_n, f_x_sd, f_y_n, f_y_sd,
 /// torque_n_m, torque_sd, sinkage_m, sinkage_sd (slip and signs as everywhere
 /// here: ToSlip, contact frame). An empty field is not measured. Throws
-/// std::invalid_argument "FILE:LINE: COLUMN: ..., expected ...".
-std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path);
+/// std::invalid_argument "FILE:LINE: COLUMN: VALUE, expected ...", also for what this
+/// wheel cannot do (ImpossibleOutput: another unit, another wheel), for a column that
+/// stands there twice, for forces that are all below 1e-3 of the load and, unless
+/// `accept_unusual`, for angles that all lie within pi/2 degrees: radians?
+std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path,
+                                                  const WheelLimits& limits,
+                                                  bool accept_unusual = false);
 
 /// sd_form of each output: rms of model minus measurement over the model's
 /// measured points within its domain; NaN where fewer than three are known.

@@ -16,25 +16,6 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr std::array kUnits = {"N", "N", "N", "N m", "N m", "m"};
-constexpr std::array kMeasurable = {kFx, kFy, kTorque, kSinkage};
-
-struct FlagName {
-  Flag flag;
-  const char* name;
-};
-constexpr std::array kFlagNames = {FlagName{kInvalid, "INVALID"},
-                                   FlagName{kClamped, "CLAMPED"},
-                                   FlagName{kExtrapolated, "EXTRAPOLATED"},
-                                   FlagName{kStatic, "STATIC"},
-                                   FlagName{kNoEquilibrium, "NO_EQUILIBRIUM"},
-                                   FlagName{kRate, "RATE"},
-                                   FlagName{kSlope, "SLOPE"},
-                                   FlagName{kRigidAssumed, "RIGID_ASSUMED"},
-                                   FlagName{kVirginAssumed, "VIRGIN_ASSUMED"},
-                                   FlagName{kFormUnknown, "FORM_UNKNOWN"},
-                                   FlagName{kToleranceUnmet, "TOLERANCE_UNMET"}};
-
 /// "40 training (12 of them drift), 10 held out, ...".
 std::string RunsText(const v1alpha1::Model& model) {
   const std::vector<v1alpha1::RunSummary> runs(model.provenance().runs().begin(),
@@ -71,9 +52,10 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
                       "growth", "sd_patch", "ploughing", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {
     const double ploughing = o < m.sd_ploughing_size() ? m.sd_ploughing(o) : 0;
-    text += fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>10.3g}{:>12.3g}\n",
-                        kOutputNames[o], m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
-                        ploughing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
+    text +=
+        fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>10.3g}{:>12.3g}\n",
+                    kOutputFields[o].name, m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
+                    ploughing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
   text += fmt::format("\n{:<17}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");
@@ -112,12 +94,13 @@ std::string AnswerText(const Query& q, const WheelAnswer& a) {
   text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "output", "value", "low", "high",
                       "sd_fit", "sd_patch");
   for (int o = 0; o < kOutputs; ++o) {
-    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n", kOutputNames[o],
-                        a.value[o], a.value[o] - a.half_width[o], a.value[o] + a.half_width[o],
-                        a.sd_fit[o], a.sd_patch[o], kUnits[o]);
+    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n",
+                        kOutputFields[o].name, a.value[o], a.value[o] - a.half_width[o],
+                        a.value[o] + a.half_width[o], a.sd_fit[o], a.sd_patch[o],
+                        kOutputFields[o].unit);
   }
   text += "flags:";
-  for (const FlagName& f : kFlagNames) {
+  for (const FlagField& f : kFlagFields) {
     if ((a.flags & f.flag) != 0) text += fmt::format(" {}", f.name);
   }
   return text + "\n";
@@ -129,12 +112,12 @@ std::string AnswerJson(const Query& q, const WheelAnswer& a, const std::string& 
   out.Key("slip").Value(q.slip).Key("attack_angle_rad").Value(q.attack_angle_rad);
   out.Key("load_n").Value(q.load_n).Key("speed_m_per_s").Value(q.speed_m_per_s);
   out.Key("flags").Value(static_cast<int>(a.flags)).Key("flag_names").Open('[');
-  for (const FlagName& f : kFlagNames) {
+  for (const FlagField& f : kFlagFields) {
     if ((a.flags & f.flag) != 0) out.Value(f.name);
   }
   out.Close(']').Key("outputs").Open('{');
   for (int o = 0; o < kOutputs; ++o) {
-    out.Key(kOutputNames[o]).Open('{').Key("value").Value(a.value[o]);
+    out.Key(kOutputFields[o].name).Open('{').Key("value").Value(a.value[o]);
     out.Key("low").Value(a.value[o] - a.half_width[o]);
     out.Key("high").Value(a.value[o] + a.half_width[o]);
     out.Key("sd_fit").Value(a.sd_fit[o]).Key("sd_patch").Value(a.sd_patch[o]).Close('}');
@@ -154,7 +137,7 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
                                                  : fmt::format("{:.4g} +- {:.2g}", row.dem->mean(o),
                                                                row.dem->standard_error(o));
       text += fmt::format("{:>7.3f}{:>7.1f}{:>7.2f}  {:<9}{:>18}{:>30}{:>20}\n", p.slip(),
-                          p.attack_angle_rad() * kDegrees, p.load_n(), kOutputNames[o],
+                          p.attack_angle_rad() * kDegrees, p.load_n(), kOutputFields[o].name,
                           fmt::format("{:.4g} +- {:.2g}", p.value(o), p.sd(o)),
                           fmt::format("{:.4g} [{:.4g}, {:.4g}]", value, value - half, value + half),
                           dem);
@@ -165,7 +148,8 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
                   "region", "output", "n", "mean measured", "surrogate", "DEM", "n DEM");
   for (const MeasuredError& e : MeasuredErrors(rows)) {
     text += fmt::format("{:<10}{:<10}{:>4}{:>14.4g}{:>12.4g}{:>14.4g}{:>8}\n", RegionName(e.region),
-                        kOutputNames[e.output], e.n, e.mean_measured, e.rmse, e.rmse_dem, e.n_dem);
+                        kOutputFields[e.output].name, e.n, e.mean_measured, e.rmse, e.rmse_dem,
+                        e.n_dem);
   }
   return text;
 }
@@ -182,13 +166,13 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
     out.Key("flags").Value(static_cast<int>(row.model.flags));
     out.Key("measured").Open('{');
     for (const Output o : kMeasurable) {
-      out.Key(kOutputNames[o]).Open('{').Key("value").Value(p.value(o));
+      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(p.value(o));
       out.Key("sd").Value(p.sd(o)).Close('}');
     }
     out.Close('}').Key("surrogate").Open('{');
     for (const Output o : kMeasurable) {
       const double value = row.model.value[o], half = row.model.half_width[o];
-      out.Key(kOutputNames[o]).Open('{').Key("value").Value(value);
+      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(value);
       out.Key("low").Value(value - half).Key("high").Value(value + half).Close('}');
     }
     out.Close('}').Key("dem");
@@ -200,7 +184,7 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
     out.Key("attack_angle_deg").Value(row.dem->attack_angle_rad() * kDegrees);
     out.Key("load_n").Value(row.dem->load_n());
     for (const Output o : kMeasurable) {
-      out.Key(kOutputNames[o]).Open('{').Key("value").Value(row.dem->mean(o));
+      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(row.dem->mean(o));
       out.Key("standard_error").Value(row.dem->standard_error(o)).Close('}');
     }
     out.Close('}').Close('}');
@@ -208,7 +192,12 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
   out.Close(']').Key("errors").Open('[');
   for (const MeasuredError& e : MeasuredErrors(rows)) {
     out.Open('{').Key("region").Value(RegionName(e.region));
-    out.Key("output").Value(kOutputNames[e.output]).Key("n").Value(e.n).Key("rmse").Value(e.rmse);
+    out.Key("output")
+        .Value(kOutputFields[e.output].name)
+        .Key("n")
+        .Value(e.n)
+        .Key("rmse")
+        .Value(e.rmse);
     out.Key("n_dem").Value(e.n_dem).Key("rmse_dem").Value(e.rmse_dem);
     out.Key("mean_measured").Value(e.mean_measured).Close('}');
   }

@@ -12,7 +12,6 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr std::array kJudged = {kFx, kFy, kTorque, kMz, kSinkage};
 
 double NoiseRatio(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch, int o) {
   return errors.rmse[o] / patch[o];
@@ -20,8 +19,9 @@ double NoiseRatio(const PhysicsErrors& errors, const std::array<double, kOutputs
 
 void AddErrors(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch, Json* json) {
   json->Open('{').Key("runs").Value(errors.runs).Key("profiles").Value(errors.profiles);
-  for (const Output o : kJudged) {
-    json->Key(std::string(kOutputNames[o]) + "_over_noise").Value(NoiseRatio(errors, patch, o));
+  for (const Output o : kPredicted) {
+    json->Key(std::string(kOutputFields[o].name) + "_over_noise")
+        .Value(NoiseRatio(errors, patch, o));
   }
   json->Key("normal").Value(errors.misfit.normal);
   json->Key("tangential").Value(errors.misfit.tangential).Close('}');
@@ -96,7 +96,7 @@ std::string WeightsText(const std::vector<WeightTrial>& trials,
       const PhysicsErrors& e = test ? t.test : t.left_out;
       if (e.runs == 0) continue;
       text += fmt::format("{:>7.3g} {:<9}{:>5}", t.weight, test ? "held out" : "left out", e.runs);
-      for (const Output o : kJudged) text += fmt::format("{:>8.2f}", NoiseRatio(e, patch, o));
+      for (const Output o : kPredicted) text += fmt::format("{:>8.2f}", NoiseRatio(e, patch, o));
       text += fmt::format("{:>9.2f}{:>9.2f}", e.misfit.normal, e.misfit.tangential);
       text += test ? "\n" : fmt::format("{:>9.2f}\n", t.seconds);
     }

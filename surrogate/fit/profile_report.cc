@@ -12,7 +12,6 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr int kGroups = 10;
-constexpr std::array kJudged = {kFx, kFy, kTorque, kMz, kSinkage};
 
 Canonical StateOf(const Row& row) {
   return ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
@@ -53,7 +52,7 @@ struct ErrorSums {
     for (const Row& row : rows) {
       const auto value =
           model.Solve(row.motion.v_x, row.motion.v_y, row.motion.rim_speed, row.load_n).value;
-      for (const Output o : kJudged) {
+      for (const Output o : kPredicted) {
         const double error =
             (value[o] - row.mean[o]) / OutputScale(o, row.load_n, model.wheel().radius_m);
         errors.rmse[o] += error * error;

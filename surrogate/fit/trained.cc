@@ -10,8 +10,6 @@
 namespace grouser::surrogate {
 namespace {
 
-// Outputs with a residual; f_z is the load.
-constexpr std::array kResidualOutputs = {kFx, kFy, kTorque, kMz, kSinkage};
 constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
 
 double FroudeOf(const Row& row, double radius_m, double gravity_m_per_s2) {
@@ -29,19 +27,10 @@ FieldPoint PointOf(const Row& row, const WheelGeometry& wheel, const SpeedAxis& 
 
 // Means of a mirrored state as those of its canonical one.
 double CanonicalSign(int output, const Canonical& state) {
-  const double x = state.sign_x == 0 ? 1 : state.sign_x;
-  const double y = state.sign_y == 0 ? 1 : state.sign_y;
-  switch (output) {
-    case kFx:
-    case kTorque:
-      return x;
-    case kFy:
-      return y;
-    case kMz:
-      return x * y;
-    default:
-      return 1;
-  }
+  const OutputField& field = kOutputFields[output];
+  const double x = field.parity_x < 0 && state.sign_x != 0 ? state.sign_x : 1;
+  const double y = field.parity_y < 0 && state.sign_y != 0 ? state.sign_y : 1;
+  return x * y;
 }
 
 double Median(std::vector<double> values, double otherwise) {
@@ -119,7 +108,7 @@ void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
     const std::vector<FieldPoint> points = PointsOf(rows, options, speed);
     std::array<FieldSettings, kOutputs> settings;
     double likelihood = 0;
-    for (const Output o : kResidualOutputs) {
+    for (const Output o : kPredicted) {
       const SelectedField selected =
           SelectField(points, rest.value.col(o), rest.noise.col(o), ResidualTable::ParityOf(o));
       settings[o] = selected.settings;

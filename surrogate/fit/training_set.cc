@@ -80,11 +80,6 @@ void Round(google::protobuf::RepeatedField<double>* values) {
 
 }  // namespace
 
-double OutputScale(int output, double load_n, double radius_m) {
-  if (output == kSinkage) return radius_m;
-  return output == kTorque || output == kMz ? load_n * radius_m : load_n;
-}
-
 v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole role) {
   const v1alpha1::RunRecord record = records::ReadRunFile(path).record;
   v1alpha1::RunSummary s;
@@ -107,7 +102,7 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
   for (int o = 0; o < kOutputs; ++o) {
     double mean = kNaN, error = kNaN, drift = 0;
     for (const v1alpha1::OutputMean& output : record.outputs()) {
-      if (output.name() != kOutputNames[o]) continue;
+      if (output.name() != kOutputFields[o].name) continue;
       mean = output.mean();
       error = output.standard_error();
       drift = output.drift();
@@ -232,7 +227,8 @@ Row MakeRow(const v1alpha1::RunSummary& s) {
     row.mean[o] = s.mean(o);
     row.standard_error[o] = s.standard_error(o);
     if (!std::isfinite(row.mean[o]) || !(row.standard_error[o] >= 0)) {
-      Fail(where, std::string(kOutputNames[o]) + ": expected a finite mean and standard error");
+      Fail(where,
+           std::string(kOutputFields[o].name) + ": expected a finite mean and standard error");
     }
   }
   HasProfile(s);  // throws for a broken one

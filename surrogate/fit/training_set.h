@@ -67,7 +67,4 @@ std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs);
 using StateKey = std::tuple<long, long, long, long>;
 StateKey KeyOf(const Row& row);
 
-/// Unit of a deviation: load, load r or r; by which outputs become comparable.
-double OutputScale(int output, double load_n, double radius_m);
-
 }  // namespace grouser::surrogate

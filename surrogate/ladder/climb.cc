@@ -26,14 +26,14 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTwoSided90 = 1.6448536269514722;
 
 using Answerer = std::function<Answer(const Row&)>;
 
 /// What a pair's rows are judged by.
 struct Ground {
   std::string pair;
-  double radius_m;
+  double radius_m = 0;
+  WheelLimits limits{};
   std::vector<Row> train, test, repeats;
   PatchNoise patch;
 };
@@ -52,7 +52,7 @@ std::vector<Judged> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& point
   std::vector<Judged> out;
   for (const auto& p : points) {
     const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
-    const Answer a = AnswerOf(model, v, p.load_n());
+    const WheelAnswer a = AnswerOf(model, v, p.load_n());
     Judged j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
     for (int o = 0; o < kOutputs; ++o) j.truth[o] = o < p.value_size() ? p.value(o) : kNaN;
     out.push_back(j);
@@ -82,7 +82,7 @@ void ClimbUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Gr
   const std::string table = pair.soils;
   std::ifstream file(table);
   if (!file) throw std::invalid_argument(table + ": cannot be read, expected the table of soils");
-  const std::vector<Soil> soils = ReadSoils(file, table);
+  const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
   const auto soil =
       std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
   if (soil == soils.end()) {
@@ -108,7 +108,9 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
                  std::vector<LadderRow>* rows) {
   const std::string measured = pair.path + "/measured.csv";
   std::vector<v1alpha1::MeasuredPoint> points;
-  if (fs::exists(measured)) points = ReadMeasured(measured);
+  if (fs::exists(measured)) {
+    points = ReadMeasured(measured, ground.limits, pair.accept_unusual);
+  }
   for (const char* rung : {"bekker", "lookup", "hybrid"}) {
     const std::string file = pair.path + "/" + rung + ".model";
     if (!fs::exists(file)) {
@@ -118,7 +120,10 @@ void ClimbModels(const PairFolder& pair, const Ground& ground, double seconds,
     const v1alpha1::Model message = records::ReadModelFile(file).model;
     const std::unique_ptr<const WheelModel> model = MakeModel(message);
     const double ns = TimeOfModel(*model, ground.test, seconds);
-    const auto answer = [&](const Row& row) { return AnswerOf(*model, row.motion, row.load_n); };
+    const auto answer = [&](const Row& row) {
+      const WheelAnswer a = AnswerOf(*model, row.motion, row.load_n);
+      return Answer{a.value, a.half_width};
+    };
     Append(Judge(Head(ground, rung, "dem", ns), OnTests(ground, answer), ground.patch.sd,
                  ground.radius_m),
            rows);
@@ -203,6 +208,7 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
   Ground g;
   g.pair = pair.name;
   g.radius_m = set.scene.wheel().radius_m();
+  g.limits = LimitsOf(set.scene);
   g.train = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
   g.test = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
   g.repeats = PatchRows(set.runs);
@@ -213,15 +219,17 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
 
 }  // namespace
 
-std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils) {
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils,
+                                  bool accept_unusual) {
   std::vector<PairFolder> pairs;
   if (fs::exists(root + "/runs.json")) {
-    return {{root, fs::weakly_canonical(root).filename().string(), soils}};
+    return {{root, fs::weakly_canonical(root).filename().string(), soils, accept_unusual}};
   }
   if (fs::is_directory(root)) {
     for (const auto& entry : fs::directory_iterator(root)) {
       if (!fs::exists(entry.path() / "runs.json")) continue;
-      pairs.push_back({entry.path().string(), entry.path().filename().string(), soils});
+      pairs.push_back(
+          {entry.path().string(), entry.path().filename().string(), soils, accept_unusual});
     }
   }
   if (pairs.empty()) {

@@ -1,21 +1,24 @@
 #include <filesystem>
 #include <string>
 
-#include "proto/records/model_file.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/plausible.h"
 #include "surrogate/ladder/ladder.h"
+#include "surrogate/model_io/self_test.h"
 
 namespace grouser::surrogate {
 
-void FitPair(const std::string& folder, const std::string& command,
+void FitPair(const std::string& folder, const std::string& command, bool accept_unusual,
              const std::function<void(const std::string&)>& progress) {
   FitRequest request;
   request.set = ReadRuns(folder + "/runs.json");
   request.reason = "campaign";
   request.command = command;
   const std::string measured = folder + "/measured.csv";
-  if (std::filesystem::exists(measured)) request.measured = ReadMeasured(measured);
+  if (std::filesystem::exists(measured)) {
+    request.measured = ReadMeasured(measured, LimitsOf(request.set.scene), accept_unusual);
+  }
   const struct {
     const char* name;
     v1alpha1::Rung rung;
@@ -27,7 +30,7 @@ void FitPair(const std::string& folder, const std::string& command,
     request.rung = r.rung;
     request.name = request.set.name;
     if (r.rung != v1alpha1::RUNG_HYBRID) request.name += std::string("-") + r.name;
-    records::WriteModelFile(file, FitModel(request));
+    WriteTestedModel(file, FitModel(request));
     progress("wrote " + file);
   }
 }

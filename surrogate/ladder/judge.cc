@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLevel = 0.9;
-constexpr std::array kReported = {kFx, kFy, kTorque, kMz, kSinkage};
 
 struct Region {
   const char* name;
@@ -59,7 +58,7 @@ std::size_t CountStates(const std::vector<const Judged*>& judged) {
 LadderRow JudgeOutput(const LadderRow& head, const std::vector<const Judged*>& states, int o,
                       double noise, double radius_m) {
   LadderRow row = head;
-  row.output = kOutputNames[o];
+  row.output = kOutputFields[o].name;
   row.n = static_cast<int>(states.size());
   const double n = row.n;
   double mean = 0, bias = 0;
@@ -111,7 +110,7 @@ std::vector<LadderRow> Judge(const LadderRow& head, const std::vector<Judged>& a
                              const std::array<double, kOutputs>& noise, double radius_m) {
   std::vector<LadderRow> rows;
   for (const Region& region : Regions()) {
-    for (const Output o : kReported) {
+    for (const Output o : kPredicted) {
       std::vector<const Judged*> here;
       for (const Judged& j : answers) {
         if (region.has(j) && !std::isnan(j.truth[o])) here.push_back(&j);

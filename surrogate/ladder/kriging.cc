@@ -15,9 +15,6 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kTwoSided90 = 1.6448536269514722;
-constexpr std::array kOutputsFitted = {kFx, kFy, kTorque, kMz, kSinkage};
-
 /// A state's canonical point; its sign for an output, and its mirrors' signs.
 FieldPoint PointOf(const Row& row, Canonical* state) {
   *state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
@@ -51,7 +48,7 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
   // A length along an axis on which nothing changes cannot be found.
   fits_->dimensions = SpeedAxisOf(rows, radius_m, 1).present() ? 5 : 4;
   OT::Log::Show(OT::Log::NONE);
-  for (const int o : kOutputsFitted) {
+  for (const int o : kPredicted) {
     OT::Sample x(0, fits_->dimensions), y(0, 1);
     OT::Point noise;
     for (const Row& row : rows) {
@@ -77,7 +74,8 @@ Kriging::Kriging(const std::vector<Row>& rows, const std::array<double, kOutputs
       algorithm.run();
       fits_->of[o] = algorithm.getResult();
     } catch (const OT::Exception& error) {
-      throw std::runtime_error(std::string("kriging of ") + kOutputNames[o] + ": " + error.what());
+      throw std::runtime_error(std::string("kriging of ") + kOutputFields[o].name + ": " +
+                               error.what());
     }
   }
 }
@@ -89,7 +87,7 @@ Kriging::Answer Kriging::At(const Row& row) const {
   const FieldPoint point = PointOf(row, &state);
   const OT::Point x = Inputs(point, std::log(state.speed), fits_->dimensions, 1, 1);
   Answer answer{};
-  for (const int o : kOutputsFitted) {
+  for (const int o : kPredicted) {
     const double scale = OutputScale(o, row.load_n, radius_);
     answer.value[o] = scale * fits_->of[o].getConditionalMean(x)[0];
     const double variance = fits_->of[o].getConditionalMarginalVariance(x);

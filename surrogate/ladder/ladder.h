@@ -17,16 +17,19 @@ namespace grouser::surrogate {
 ///                  be missing
 struct PairFolder {
   std::string path, name;
-  std::string soils;  ///< table of published soils
+  std::string soils;            ///< table of published soils
+  bool accept_unusual = false;  ///< ReadSoils, ReadMeasured
 };
 
 /// Folders below `root` that hold a runs.json, by name. Throws
 /// std::invalid_argument where there is none.
-std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils = {});
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils = {},
+                                  bool accept_unusual = false);
 
 /// Fits hybrid, lookup and bekker to the folder's runs and writes the models
-/// there. `command`: for their provenance; progress: a line a file.
-void FitPair(const std::string& folder, const std::string& command,
+/// there, each tested as the server does (WriteTestedModel). `command`: for their
+/// provenance; accept_unusual: as ReadMeasured's; progress: a line a file.
+void FitPair(const std::string& folder, const std::string& command, bool accept_unusual,
              const std::function<void(const std::string&)>& progress);
 
 /// Rows of a pair, rungs from the cheapest: bekker_untuned, bekker, lookup, hybrid,

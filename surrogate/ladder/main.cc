@@ -31,13 +31,13 @@ std::string InCheckout(const char* path) {
 struct LadderRequest {
   std::string folder = InCheckout("pairs"), soils = InCheckout("soils/bekker_soils.csv"), markdown;
   double seconds = 0.5;
-  bool json = false;
+  bool json = false, accept_unusual = false;
 };
 
 void PrintLadder(const LadderRequest& asked) {
   std::vector<LadderRow> rows;
   std::vector<Target> targets;
-  for (const PairFolder& pair : FindPairs(asked.folder, asked.soils)) {
+  for (const PairFolder& pair : FindPairs(asked.folder, asked.soils, asked.accept_unusual)) {
     const auto own = Climb(pair, asked.seconds);
     rows.insert(rows.end(), own.begin(), own.end());
     const auto reached = TargetsOf(own, pair);
@@ -71,8 +71,15 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", asked_for.seconds, "spent on the timing of each rung")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  const auto accept = [&asked_for](CLI::App* command) {
+    command->add_flag("--accept-unusual", asked_for.accept_unusual,
+                      "take soils outside the range of published ones, and measured angles that "
+                      "read like radians");
+  };
+  accept(&app);
   CLI::App* fit = app.add_subcommand("fit", "Fit hybrid, lookup and bekker to a pair's runs.json");
   fit->add_option("folder", fitted, "the pair's folder")->required();
+  accept(fit);
   CLI::App* promise =
       app.add_subcommand("promise", "Tolerances at a pair's test states: met by whom, and kept");
   PromiseOptions asked;
@@ -90,7 +97,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (fit->parsed()) {
-      FitPair(fitted, "grouser-ladder fit",
+      FitPair(fitted, "grouser-ladder fit", asked_for.accept_unusual,
               [](const std::string& line) { fmt::print(stderr, "grouser-ladder: {}\n", line); });
       return 0;
     }

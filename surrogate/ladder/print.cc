@@ -22,14 +22,14 @@ std::string Number(double x, const char* form) {
   return std::isnan(x) ? "-" : fmt::format(fmt::runtime(form), x);
 }
 
-/// Units in which people read an output.
+/// Units in which people read an output: lengths in mm.
 struct Unit {
-  const char* name;
+  std::string name;
   double factor;
 };
 Unit UnitOf(const std::string& output) {
-  if (output == "sinkage") return {"mm", 1e3};
-  return output == "torque" || output == "m_z" ? Unit{"N m", 1} : Unit{"N", 1};
+  const std::string si = std::ranges::find(kOutputFields, output, &OutputField::name)->unit;
+  return si == "m" ? Unit{"mm", 1e3} : Unit{si, 1};
 }
 
 void MarkdownRows(const std::vector<LadderRow>& rows, const std::string& pair,

@@ -15,12 +15,12 @@
 #include "surrogate/model_io/cascade_rung.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/models/cascade.h"
+#include "surrogate/models/state_batch.h"
 
 namespace grouser::surrogate {
 namespace {
 
 constexpr std::array kModels = {"bekker", "lookup", "hybrid"};
-constexpr std::array kJudged = {kFx, kFy, kTorque, kMz, kSinkage};  // f_z is the load
 
 /// The pair's models and the cascade of them.
 struct Loaded {
@@ -73,7 +73,7 @@ std::vector<PromiseRow> Questions(double radius_m) {
     row.tolerance = fmt::format("{} %", percent);
     row.demand.share_of_load = 0.01 * percent;
     row.demand.tolerance[kSinkage] = 0.01 * percent * radius_m;
-    for (const Output o : kJudged) row.judged[o] = true;
+    for (const Output o : kPredicted) row.judged[o] = true;
     rows.push_back(row);
   }
   for (const int mm : {2, 4, 8}) {
@@ -88,32 +88,21 @@ std::vector<PromiseRow> Questions(double radius_m) {
 
 void Ask(const Loaded& loaded, const std::vector<Row>& states, PromiseRow* row) {
   const std::size_t n = states.size();
-  std::vector<double> in(4 * n), out(kOutputs * n);
-  std::vector<std::uint32_t> flags(n), rung_of(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const VelocityState& v = states[i].motion;
-    const double state[] = {v.v_x, v.v_y, v.rim_speed, states[i].load_n};
-    for (std::size_t a = 0; a < 4; ++a) in[a * n + i] = state[a];
-  }
-  const auto axis = [&](std::size_t a) { return std::span<const double>(in).subspan(a * n, n); };
-  ResponsesView to;
-  to.flags = flags;
-  for (std::size_t o = 0; o < kOutputs; ++o) {
-    to.output[o].value = std::span<double>(out).subspan(o * n, n);
-  }
-  loaded.cascade->Evaluate({axis(0), axis(1), axis(2), axis(3), {}, {}, {}, {}}, row->demand, to,
-                           rung_of, nullptr);
+  StateBatch batch(n, {kValue});
+  std::vector<std::uint32_t> rung_of(n);
+  for (std::size_t i = 0; i < n; ++i) batch.Set(i, states[i].motion, states[i].load_n);
+  loaded.cascade->Evaluate(batch.In(), row->demand, batch.Out(), rung_of, nullptr);
   row->n = static_cast<int>(n);
   row->by_rung.assign(loaded.names.size(), 0);
   for (std::size_t i = 0; i < n; ++i) {
-    if ((flags[i] & (kToleranceUnmet | kInvalid)) != 0) continue;
+    if ((batch.flags[i] & (kToleranceUnmet | kInvalid)) != 0) continue;
     ++row->met;
     ++row->by_rung[rung_of[i]];
     const auto tolerance = row->demand.At(states[i].load_n, loaded.radius_m);
     bool all = true;
     for (std::size_t o = 0; o < kOutputs; ++o) {
       if (!row->judged[o]) continue;
-      const bool inside = Covered(states[i].mean[o], out[o * n + i], tolerance[o]);
+      const bool inside = Covered(states[i].mean[o], batch.part[o][kValue][i], tolerance[o]);
       row->within[o] += inside ? 1 : 0;
       all &= inside;
     }
@@ -124,7 +113,7 @@ void Ask(const Loaded& loaded, const std::vector<Row>& states, PromiseRow* row) 
 /// The output that keeps its promise least.
 int LeastWithin(const PromiseRow& row) {
   int least = row.met;
-  for (const Output o : kJudged) {
+  for (const Output o : kPredicted) {
     if (row.judged[o]) least = std::min(least, row.within[o]);
   }
   return least;
@@ -160,7 +149,7 @@ std::string PromiseText(const Promise& p) {
   for (const PromiseRow& row : p.rows) {
     out += fmt::format("| {} | {} | {} |", row.tolerance, row.n, row.met);
     for (const int count : row.by_rung) out += fmt::format(" {} |", count);
-    for (const Output o : kJudged) {
+    for (const Output o : kPredicted) {
       out += row.judged[o] && row.met > 0 ? fmt::format(" {} |", row.within[o]) : " - |";
     }
     if (row.met > 0) {
@@ -184,9 +173,9 @@ std::string PromiseJson(const Promise& p) {
     }
     out += "}, \"within\": {";
     bool first = true;
-    for (const Output o : kJudged) {
+    for (const Output o : kPredicted) {
       if (!row.judged[o]) continue;
-      out += fmt::format("{}\"{}\": {}", first ? "" : ", ", kOutputNames[o], row.within[o]);
+      out += fmt::format("{}\"{}\": {}", first ? "" : ", ", kOutputFields[o].name, row.within[o]);
       first = false;
     }
     out += fmt::format("}}, \"all_within\": {}, \"fewest\": {}}}", row.all_within,

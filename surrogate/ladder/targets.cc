@@ -43,7 +43,8 @@ class Collector {
 };
 
 void AddErrors(Collector* c) {
-  for (const char* output : {"f_x", "f_y", "torque", "m_z", "sinkage"}) {
+  for (const Output o : kPredicted) {
+    const char* output = kOutputFields[o].name;
     const LadderRow* r = c->Find(kDefault, "all", output);
     if (!r) continue;
     c->Add(fmt::format("{}: rmse over patch noise", output), r->noise_ratio, 2, 1.2, false);
@@ -72,7 +73,8 @@ void AddErrors(Collector* c) {
 }
 
 void AddIntervals(const CrossConformal& cross, Collector* c) {
-  for (const char* output : {"f_x", "f_y", "torque", "m_z", "sinkage"}) {
+  for (const Output o : kPredicted) {
+    const char* output = kOutputFields[o].name;
     const LadderRow* r = c->Find(kDefault, "all", output);
     if (!r || std::isnan(r->coverage90)) continue;
     c->Add(fmt::format("{}: test coverage {:.0f} % in the band", output, 100 * r->coverage90),
@@ -80,7 +82,8 @@ void AddIntervals(const CrossConformal& cross, Collector* c) {
     const auto found = cross.share.find(output);
     if (found != cross.share.end()) {
       const double all = (found->second * cross.n + r->coverage90 * r->n) / (cross.n + r->n);
-      c->Add(fmt::format("{}: cross-conformal and test coverage off 90 %, {} runs", output, cross.n + r->n),
+      c->Add(fmt::format("{}: cross-conformal and test coverage off 90 %, {} runs", output,
+                         cross.n + r->n),
              std::fabs(all - 0.9), 0.03, kNone, false);
     }
     c->Add(fmt::format("{}: interval width over sd of the errors", output), r->width_sd, 4, kNone,

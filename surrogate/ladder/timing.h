@@ -14,8 +14,6 @@ namespace grouser::surrogate {
 struct Answer {
   std::array<double, kOutputs> value, half_width;
 };
-/// A model's answer to one state, by the code that batches go through.
-Answer AnswerOf(const WheelModel& model, const VelocityState& motion, double load_n);
 
 /// Median time of a call that answers n states, over so many seconds and at least
 /// three calls [ns a state].

@@ -48,12 +48,11 @@ double LoadOf(const v1alpha1::Model& message, const v1alpha1::ErrorRow& row) {
 
 double RmsError(const v1alpha1::Model& message, v1alpha1::Region region, int output) {
   for (const char* set : {"held_out", "leave_one_out"}) {
-    const v1alpha1::ErrorRow* row = FindRow(message, set, region, kOutputNames[output]);
-    if (!row) row = FindRow(message, set, v1alpha1::REGION_ALL, kOutputNames[output]);
+    const v1alpha1::ErrorRow* row = FindRow(message, set, region, kOutputFields[output].name);
+    if (!row) row = FindRow(message, set, v1alpha1::REGION_ALL, kOutputFields[output].name);
     if (!row || !(row->rmse() > 0)) continue;
     if (output == kSinkage) return row->rmse();
-    const double radius = output == kTorque || output == kMz ? message.wheel().radius_m() : 1;
-    return row->rmse() / (LoadOf(message, *row) * radius);
+    return row->rmse() / OutputScale(output, LoadOf(message, *row), message.wheel().radius_m());
   }
   return 0;
 }

@@ -111,12 +111,6 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   return u;
 }
 
-// What counts as 1 when an output is compared.
-double ScaleOf(int output, double load, double radius) {
-  if (output == kSinkage) return radius;
-  return output == kTorque || output == kMz ? load * radius : load;
-}
-
 // Tables answer in single precision.
 double GoldenTolerance(const v1alpha1::Model& message) {
   return message.rung() == v1alpha1::RUNG_LOOKUP ? 1e-5 : 1e-9;
@@ -134,13 +128,13 @@ void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
     const WheelAnswer answer =
         model.EvaluateOne(g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
     for (int o = 0; o < kOutputs; ++o) {
-      const double scale = ScaleOf(o, g.load_n(), message.wheel().radius_m());
+      const double scale = OutputScale(o, g.load_n(), message.wheel().radius_m());
       const double allowed = GoldenTolerance(message) * std::fmax(std::fabs(g.value(o)), scale);
       if (std::fabs(answer.value[o] - g.value(o)) <= allowed) continue;
       std::ostringstream text;
       text.precision(17);
-      text << where << " " << kOutputNames[o] << ": computed " << answer.value[o] << ", expected "
-           << g.value(o) << " to " << GoldenTolerance(message);
+      text << where << " " << kOutputFields[o].name << ": computed " << answer.value[o]
+           << ", expected " << g.value(o) << " to " << GoldenTolerance(message);
       Fail(message, text.str());
     }
   }

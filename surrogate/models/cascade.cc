@@ -13,35 +13,6 @@ constexpr std::size_t kBlock = Cascade::kBlock;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNoPromise = kNoEquilibrium | kSlope | kVirginAssumed | kRate;
 
-constexpr std::array kParts = {&OutputView::value, &OutputView::sd_fit,      &OutputView::sd_patch,
-                               &OutputView::low,   &OutputView::high,        &OutputView::d_v_x,
-                               &OutputView::d_v_y, &OutputView::d_rim_speed, &OutputView::d_load};
-
-template <class T>
-std::span<T> Cut(std::span<T> all, std::size_t first, std::size_t count) {
-  return all.empty() ? all : all.subspan(first, count);
-}
-
-WheelStatesView Cut(const WheelStatesView& in, std::size_t first, std::size_t count) {
-  return {Cut(in.v_x, first, count),         Cut(in.v_y, first, count),
-          Cut(in.rim_speed, first, count),   Cut(in.load, first, count),
-          Cut(in.slope_pitch, first, count), Cut(in.slope_roll, first, count),
-          Cut(in.yaw_rate, first, count),    Cut(in.pass_number, first, count)};
-}
-
-ResponsesView Cut(const ResponsesView& out, std::size_t first, std::size_t count) {
-  ResponsesView cut;
-  for (int o = 0; o < kOutputs; ++o) {
-    for (const auto part : kParts) {
-      cut.output[o].*part = Cut(out.output[o].*part, first, count);
-    }
-  }
-  cut.flags = Cut(out.flags, first, count);
-  cut.slip = Cut(out.slip, first, count);
-  cut.attack_angle = Cut(out.attack_angle, first, count);
-  return cut;
-}
-
 /// How an answer stands to its tolerance.
 struct Standing {
   bool promises = false;
@@ -58,7 +29,7 @@ struct Standing {
 struct Gathered {
   std::array<std::array<double, kBlock>, 7> in;
   std::array<std::uint32_t, kBlock> pass, flags;
-  std::array<std::array<std::array<double, kBlock>, kParts.size()>, kOutputs> part;
+  std::array<std::array<std::array<double, kBlock>, kParts>, kOutputs> part;
   std::array<double, kBlock> slip, attack_angle;
 
   WheelStatesView Take(const WheelStatesView& from, const std::uint32_t* which, std::size_t m) {
@@ -82,10 +53,10 @@ struct Gathered {
   ResponsesView Room(const ResponsesView& wanted, std::size_t m) {
     ResponsesView view;
     for (int o = 0; o < kOutputs; ++o) {
-      for (std::size_t p = 0; p < kParts.size(); ++p) {
-        const bool interval = kParts[p] == &OutputView::low || kParts[p] == &OutputView::high;
-        if ((wanted.output[o].*kParts[p]).empty() && !interval) continue;
-        view.output[o].*kParts[p] = {part[o][p].data(), m};
+      for (int p = 0; p < kParts; ++p) {
+        const bool interval = p == kLow || p == kHigh;
+        if ((wanted.output[o].*kPartMembers[p]).empty() && !interval) continue;
+        view.output[o].*kPartMembers[p] = {part[o][p].data(), m};
       }
     }
     view.flags = {flags.data(), m};
@@ -97,7 +68,7 @@ struct Gathered {
 
 void CopyAnswer(const ResponsesView& from, std::size_t i, const ResponsesView& to, std::size_t j) {
   for (int o = 0; o < kOutputs; ++o) {
-    for (const auto part : kParts) {
+    for (const auto part : kPartMembers) {
       const std::span<double> target = to.output[o].*part;
       if (!target.empty()) target[j] = (from.output[o].*part)[i];
     }
@@ -178,7 +149,7 @@ class BlockClimb {
     rungs_[0].model->Evaluate(in_, view);
     for (std::size_t i = 0; i < n_; ++i) {
       rung_[i] = 0;
-      if ((view.flags[i] & kInvalid) != 0) continue;
+      if ((view.flags[i] & (kInvalid | kAirborne)) != 0) continue;
       standing_[i] = StandingOf(rungs_[0], demand_, in_, view, i);
       if (!standing_[i].suffices()) open_[open_count_++] = static_cast<std::uint32_t>(i);
     }

@@ -30,7 +30,8 @@ struct Shortfall {
 ///
 /// An answer that leaves part of the question out (kSlope, kVirginAssumed, kRate,
 /// a yaw rate), or that DEM could not give (kNoEquilibrium), promises nothing:
-/// it never suffices. Invalid states stay invalid, without the flag.
+/// it never suffices. Invalid states stay invalid and airborne ones (load 0) are
+/// answered exactly by the first rung, both without the flag.
 ///
 /// A budget is spent on rungs' costs, in proportion along the call: after each
 /// block of states at most its share, plus what earlier ones left, is gone. The

@@ -4,18 +4,16 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "surrogate/models/cascade.h"
 #include "surrogate/models/kinematics.h"
+#include "surrogate/models/state_batch.h"
 
 namespace grouser::surrogate {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 const double kMostAlong = std::tan(15 * std::numbers::pi / 180 + 1e-9);
-
-bool IsMoment(int output) { return output == kTorque || output == kMz; }
 
 /// The k-th of a sequence that fills the box evenly: its coordinates advance by
 /// powers of the root of x^4 = x + 1, which repeats itself least in three axes.
@@ -46,7 +44,7 @@ std::array<double, kOutputs> Demand::At(double load, double radius_m) const noex
   for (int o = 0; o < kOutputs; ++o) {
     at[o] = tolerance[o] > 0 ? tolerance[o] : kInf;
     if (share_of_load == 0 || o == kSinkage) continue;
-    at[o] = std::min(at[o], share_of_load * load * (IsMoment(o) ? radius_m : 1));
+    at[o] = std::min(at[o], share_of_load * OutputScale(o, load, radius_m));
   }
   return at;
 }
@@ -61,8 +59,7 @@ ErrorRegion ErrorRegionAt(double v_x, double v_y, double rim_speed) noexcept {
 
 double ClaimedError(const CascadeRung& rung, ErrorRegion region, int output, double low,
                     double high, double load) noexcept {
-  double unit = output == kSinkage ? 1 : load;
-  if (IsMoment(output)) unit *= rung.radius_m;
+  const double unit = output == kSinkage ? 1 : OutputScale(output, load, rung.radius_m);
   const double rms = rung.rms_error[static_cast<std::size_t>(region)][output];
   const double half = 0.5 * (high - low), table = kTwoSided90 * rms * unit;
   if (std::isnan(half)) return kInf;
@@ -77,22 +74,12 @@ double MeanClaim(const CascadeRung& rung, const HullBox& box) noexcept {
   for (int k = 0; k < kSamples; ++k) {
     const auto [v, load] = SampleOf(box, k);
     if (std::isnan(v.v_x)) continue;  // a slip that this angle does not allow
-    std::array<double, kOutputs> low{}, high{};
-    std::uint32_t flags = 0;
-    ResponsesView out;
-    out.flags = {&flags, 1};
-    for (int o = 0; o < kOutputs; ++o) {
-      out.output[o].low = {&low[o], 1};
-      out.output[o].high = {&high[o], 1};
-    }
-    rung.model->Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}, {}, {}, {}, {}},
-                         out);
-    if ((flags & kInvalid) != 0) continue;
+    const WheelAnswer a = AnswerOf(*rung.model, v, load);
+    if ((a.flags & kInvalid) != 0) continue;
     const ErrorRegion region = ErrorRegionAt(v.v_x, v.v_y, v.rim_speed);
     for (int o = 0; o < kOutputs; ++o) {
-      const double force = o == kSinkage ? 1 : load;
-      const double scale = force * (IsMoment(o) || o == kSinkage ? rung.radius_m : 1);
-      sum += ClaimedError(rung, region, o, low[o], high[o], load) / scale;
+      sum += ClaimedError(rung, region, o, -a.half_width[o], a.half_width[o], load) /
+             OutputScale(o, load, rung.radius_m);
       ++count;
     }
   }
@@ -100,24 +87,12 @@ double MeanClaim(const CascadeRung& rung, const HullBox& box) noexcept {
 }
 
 double MeasureCost(const CascadeRung& rung) {
-  constexpr int kStates = 1024, kRuns = 12, kParts = 5;
-  std::vector<double> in(4 * kStates), out(kOutputs * kParts * kStates);
-  std::vector<std::uint32_t> flags(kStates);
+  constexpr int kStates = 1024, kRuns = 12;
+  StateBatch batch(kStates, {kValue, kSdFit, kSdPatch, kLow, kHigh});
   for (int i = 0, k = 0; i < kStates; ++k) {
     const auto [v, load] = SampleOf(rung.hull, k);
     if (std::isnan(v.v_x) && k < 16 * kStates) continue;
-    const double state[] = {v.v_x, v.v_y, v.rim_speed, load};
-    for (int a = 0; a < 4; ++a) in[a * kStates + i] = state[a];
-    ++i;
-  }
-  const auto axis = [&](int a) { return std::span<const double>(&in[a * kStates], kStates); };
-  const auto part = [&](int o, int p) {
-    return std::span<double>(&out[(o * kParts + p) * kStates], kStates);
-  };
-  ResponsesView to;
-  to.flags = flags;
-  for (int o = 0; o < kOutputs; ++o) {
-    to.output[o] = {part(o, 0), part(o, 1), part(o, 2), part(o, 3), part(o, 4), {}, {}, {}, {}};
+    batch.Set(i++, v, load);
   }
   CascadeRung one = rung;
   one.cost_ns = 1;
@@ -127,7 +102,7 @@ double MeasureCost(const CascadeRung& rung) {
   double best = kInf;
   for (int run = 0; run < kRuns; ++run) {  // other programs can only add to a run's time
     const auto begin = std::chrono::steady_clock::now();
-    alone.Evaluate({axis(0), axis(1), axis(2), axis(3), {}, {}, {}, {}}, demand, to, {}, nullptr);
+    alone.Evaluate(batch.In(), demand, batch.Out(), {}, nullptr);
     const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - begin;
     best = std::min(best, spent.count() / kStates);
   }

@@ -30,9 +30,6 @@ inline constexpr std::size_t kErrorRegions = 4;
 /// Precondition: finite, not all zero.
 ErrorRegion ErrorRegionAt(double v_x, double v_y, double rim_speed) noexcept;
 
-/// Two-sided 90 % of a normal distribution.
-inline constexpr double kTwoSided90 = 1.6448536269514722;
-
 /// One model of a cascade, and what it says of itself.
 struct CascadeRung {
   const WheelModel* model = nullptr;  ///< not owned

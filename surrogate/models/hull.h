@@ -46,12 +46,6 @@ struct Uncertainty {
   bool form_unknown = true;                  ///< sd_form of some output is NaN
 };
 
-/// One state's answer.
-struct WheelAnswer {
-  std::array<double, kOutputs> value, sd_fit, sd_patch, half_width;
-  std::uint32_t flags;
-};
-
 /// Where a model was trained and how sure it is there and beyond:
 ///
 ///   sd_fit   = g hypot(fit_inside, fit_growth D), D the hull distance

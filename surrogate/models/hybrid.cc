@@ -24,11 +24,6 @@ Canonical FromChart(const ChartPoint& at) {
   return ToCanonical(v_x, std::sin(at.lateral_rad), plane * std::sin(at.direction_rad));
 }
 
-double ScaleOf(int output, double load, double radius) {
-  if (output == kSinkage) return radius;
-  return output == kTorque || output == kMz ? load * radius : load;
-}
-
 using Channels = std::array<std::vector<double>, ResidualTable::kChannels>;
 constexpr std::size_t kLawBlock = 64;  // states
 
@@ -80,7 +75,7 @@ std::vector<double> AddTrend(const BekkerModel& physics, BlockSolver solver, con
     const double load = input[kLoad][i];
     output[kFz][i] = load;  // where the soil carries less: Limit, in the kernel
     for (int o = 0; o < kOutputs; ++o) {
-      (*values)[o][i] += output[o][i] / ScaleOf(o, load, physics.wheel().radius_m);
+      (*values)[o][i] += output[o][i] / OutputScale(o, load, physics.wheel().radius_m);
     }
     if (i % (axes.load + 1) == 0) {  // the loads of a motion stand side by side
       most = physics.AtSinkage(FromChart(nodes[i].chart), physics.max_sinkage()).value[kFz];
@@ -147,7 +142,7 @@ HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, doub
   const double radius = physics_.wheel().radius_m, log_load = std::log(load);
   const auto rest = Residual(state, log_load);
   std::array<double, kOutputs> more{};
-  for (int o = 0; o < kOutputs; ++o) more[o] = ScaleOf(o, load, radius) * rest[o];
+  for (int o = 0; o < kOutputs; ++o) more[o] = OutputScale(o, load, radius) * rest[o];
   ApplyMirrors(state, &more);
   for (int o = 0; o < kOutputs; ++o) answer.value[o] += more[o];
   if (answer.value[kSinkage] < 0) {

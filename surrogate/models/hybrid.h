@@ -21,7 +21,8 @@ struct Resolution {
 /// one state at a time, until Prepare: from then on a table of it (Tabulate) answers, or
 /// where T has no outputs the physics themselves, in batches (AnswerByLaw).
 ///
-/// Flags: kInvalid non-finite input, load <= 0 (NaN out); kStatic V = r w = 0
+/// Flags: kInvalid non-finite input, load < 0 (NaN out); kAirborne load 0 (zeros);
+/// kStatic V = r w = 0
 /// (static sinkage, no force but f_z); kExtrapolated outside the hull box, or a
 /// sinkage beyond 0.7 r, where no steady run exists; kNoEquilibrium with
 /// kClamped where 1.2 r of sinkage does not carry the load; kClamped also for a

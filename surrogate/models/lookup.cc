@@ -42,24 +42,12 @@ WheelAnswer LookupModel::OffTable(double v_x, double v_y, double rim_speed,
   const double x = rest ? speed : v_x / most * speed, y = rest ? 0 : v_y / most * speed;
   const double rim = rest ? speed : rim_speed / most * speed;
   const double bounded = std::clamp(load, kLeastLoad, kMostLoad), ratio = load / bounded;
-  WheelAnswer answer;
-  double value[kOutputs], high[kOutputs], fit[kOutputs], patch[kOutputs];
-  ResponsesView view;
-  for (int o = 0; o < kOutputs; ++o) {
-    OutputView& to = view.output[o];
-    to.value = {&value[o], 1};
-    to.high = {&high[o], 1};
-    to.sd_fit = {&fit[o], 1};
-    to.sd_patch = {&patch[o], 1};
-  }
-  view.flags = {&answer.flags, 1};
-  Evaluate({{&x, 1}, {&y, 1}, {&rim, 1}, {&bounded, 1}, {}, {}, {}, {}}, view);
+  WheelAnswer answer = AnswerOf(*this, {x, y, rim}, bounded);
   for (int o = 0; o < kOutputs; ++o) {
     const double scale = o == kSinkage ? 1 : ratio;
-    answer.value[o] = scale * value[o];
-    answer.half_width[o] = scale * (high[o] - value[o]);
-    answer.sd_fit[o] = scale * fit[o];
-    answer.sd_patch[o] = scale * patch[o];
+    for (auto* part : {&answer.value, &answer.half_width, &answer.sd_fit, &answer.sd_patch}) {
+      (*part)[o] *= scale;
+    }
   }
   if (rest) {
     for (const Output o : {kFx, kFy, kTorque, kMz}) answer.value[o] = 0;

@@ -47,17 +47,8 @@ std::size_t ResidualTable::Size(const TableAxes& axes) noexcept {
 }
 
 ResidualTable::Parity ResidualTable::ParityOf(int channel) noexcept {
-  switch (channel) {
-    case kFx:
-    case kTorque:
-      return {-1, 1};
-    case kFy:
-      return {1, -1};
-    case kMz:
-      return {-1, -1};
-    default:
-      return {1, 1};
-  }
+  if (channel >= kOutputs) return {1, 1};  // the hull distance
+  return {kOutputFields[channel].parity_x, kOutputFields[channel].parity_y};
 }
 
 void CheckCoefficients(

@@ -87,7 +87,8 @@ GROUSER_INLINE void ToCanonical(const Constants& c, Scratch* s, int n) {
     const bool outside = (slip < slip_low) | (slip > slip_high) | ((r < 0) & (hub < rim_faster)) |
                          (lateral * angle_cos > p * angle_sin) | (load < load_low) |
                          (load > load_high);
-    s->flags[i] = (outside ? 4.0 : 0.0) + (speed2 > fastest2 ? 32.0 : 0.0);
+    s->flags[i] =
+        (outside ? double{kExtrapolated} : 0.0) + (speed2 > fastest2 ? double{kRate} : 0.0);
     s->inverse_speed[i] = inverse;
     s->forward[i] = static_cast<float>(p);
     s->lateral[i] = static_cast<float>(lateral);

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "surrogate/models/outputs.h"
+
 /// What the kernels of each instruction set share: plain numbers and pointers
 /// alone, so that a file compiled for a wide set leaves no copy of a library
 /// function behind that the linker could take for all.
@@ -9,12 +11,8 @@ namespace grouser::surrogate::response {
 
 inline constexpr int kGroup = 8;   // states at a time; also lanes (channels) of a node
 inline constexpr int kBlock = 64;  // states per call at most, a multiple of kGroup
-inline constexpr int kOutputCount = 6;
 /// ln(largest load with an equilibrium/load), interpolated: below 0 there is none.
 inline constexpr int kMarginChannel = 7;
-
-/// Parts of an output, in the order of OutputView.
-enum Part { kValue, kSdFit, kSdPatch, kLow, kHigh, kDvX, kDvY, kDRim, kDLoad, kParts };
 
 /// What a state needs beyond the kernel's answer.
 enum Special : std::uint32_t {
@@ -46,8 +44,8 @@ struct Constants {
   double inverse_fastest, most_fast;  // by speed
   float per_fast;
   float far, overload;  // kFarFromRuns; kOverloadSinkage
-  float inside2[kOutputCount], growth2[kOutputCount], patch[kOutputCount], patch2[kOutputCount],
-      factor[kOutputCount], ploughing[kOutputCount];
+  float inside2[kOutputs], growth2[kOutputs], patch[kOutputs], patch2[kOutputs], factor[kOutputs],
+      ploughing[kOutputs];
   std::uint32_t flags;  // of every state
 };
 
@@ -56,7 +54,7 @@ struct Block {
   int count;       // arrays hold this many, rounded up to kGroup
   bool gradients;  // some of kDvX to kDLoad is wanted
   const double *v_x, *v_y, *rim, *load;
-  double* part[kOutputCount][kParts];
+  double* part[kOutputs][kParts];
   std::uint32_t* flags;
   double *slip, *attack_angle;
   std::uint32_t special[kBlock];  // out: Special

@@ -8,11 +8,9 @@ struct Unwanted {
 
 GROUSER_INLINE double* Or(double* wanted, double* unwanted) { return wanted ? wanted : unwanted; }
 
-// Signs under the mirrors, in the order of the outputs.
-constexpr bool kOddX[kOutputCount] = {true, false, false, true, true, false};
-constexpr bool kOddY[kOutputCount] = {false, true, false, false, true, false};
-constexpr int kVerticalOutput = 2, kSinkageOutput = 5, kDistanceChannel = 6;
-constexpr bool kMoment[kOutputCount] = {false, false, false, true, true, false};
+GROUSER_INLINE constexpr bool OddX(int output) { return kOutputFields[output].parity_x < 0; }
+GROUSER_INLINE constexpr bool OddY(int output) { return kOutputFields[output].parity_y < 0; }
+constexpr int kDistanceChannel = kOutputs;
 
 // kClamped for a negative sinkage, kExtrapolated far from every run and where
 // no steady run exists; the squared hull distance.
@@ -22,10 +20,11 @@ GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
   for (int i = 0; i < n; ++i) {
     const float d = s->channel[0][kDistanceChannel][i];
     const float distance = (d > 0 ? d : 0.0f) + s->excess[i];
-    const float sinkage = s->channel[0][kSinkageOutput][i];
+    const float sinkage = s->channel[0][kSinkage][i];
     s->distance2[i] = distance * distance;
-    out[i] = c.flags | static_cast<std::uint32_t>(int(s->flags[i])) | (sinkage < 0 ? 2u : 0u) |
-             ((distance > c.far) | (sinkage > c.overload) ? 4u : 0u);
+    out[i] = c.flags | static_cast<std::uint32_t>(int(s->flags[i])) |
+             (sinkage < 0 ? std::uint32_t{kClamped} : 0u) |
+             ((distance > c.far) | (sinkage > c.overload) ? std::uint32_t{kExtrapolated} : 0u);
   }
 }
 
@@ -47,11 +46,11 @@ GROUSER_INLINE void Limit(Block* b, Scratch* s, int n) {
   for (int i = 0; i < n; ++i) {
     const float margin = s->channel[0][kMarginChannel][i];
     if (!(margin < 0)) continue;
-    b->flags[i] |= 16u | 2u;
-    const float carried = ExpOfLoss(margin), f_z = s->channel[0][kVerticalOutput][i] * carried;
-    s->channel[0][kVerticalOutput][i] = f_z;
+    b->flags[i] |= kNoEquilibrium | kClamped;
+    const float carried = ExpOfLoss(margin), f_z = s->channel[0][kFz][i] * carried;
+    s->channel[0][kFz][i] = f_z;
     for (int k = 1; k < (kGradients ? 5 : 1); ++k) {
-      s->channel[k][kVerticalOutput][i] = s->channel[k][kVerticalOutput][i] * carried +
+      s->channel[k][kFz][i] = s->channel[k][kFz][i] * carried +
                                           f_z * s->channel[k][kMarginChannel][i];
     }
   }
@@ -60,7 +59,7 @@ GROUSER_INLINE void Limit(Block* b, Scratch* s, int n) {
 template <int kOutput>
 GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratch& s,
                                 Unwanted* unwanted, int n) {
-  constexpr bool kLength = kOutput == kSinkageOutput;
+  constexpr bool kLength = kOutput == kSinkage;
   double* const* part = b.part[kOutput];
   double* __restrict value = Or(part[kValue], unwanted->part[kValue]);
   double* __restrict sd_fit = Or(part[kSdFit], unwanted->part[kSdFit]);
@@ -74,13 +73,13 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
   const double radius = c.radius, inverse_middle = c.inverse_middle_load;
 #pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
-    const double scale = kLength ? radius : kMoment[kOutput] ? s.load[i] * radius : s.load[i];
+    const double scale = OutputScale(kOutput, s.load[i], radius);
     const float grown = 1.0f + ploughing * s.ploughing[i];
     const double ratio = (kLength ? 1.0 : s.load[i] * inverse_middle) * static_cast<double>(grown);
     float x = channel[i];
     if (kLength) x = x > 0 ? x : 0.0f;
-    if (kOddX[kOutput]) x = x * s.sign_x[i];
-    if (kOddY[kOutput]) x = x * s.sign_y[i];
+    if (OddX(kOutput)) x = x * s.sign_x[i];
+    if (OddY(kOutput)) x = x * s.sign_y[i];
     const double v = static_cast<double>(x + 0.0f) * scale;  // + 0: never -0
     const float fit2 = inside2 + growth2 * s.distance2[i];
     const double half = static_cast<double>(factor * __builtin_sqrtf(fit2 + patch2)) * ratio;
@@ -101,7 +100,7 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
 template <int kOutput>
 GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scratch& s,
                                    Unwanted* unwanted, int n) {
-  constexpr bool kLength = kOutput == kSinkageOutput;
+  constexpr bool kLength = kOutput == kSinkage;
   double* const* part = b.part[kOutput];
   double* __restrict d_x = Or(part[kDvX], unwanted->part[kDvX]);
   double* __restrict d_y = Or(part[kDvY], unwanted->part[kDvY]);
@@ -122,12 +121,12 @@ GROUSER_INLINE void WriteGradients(const Constants& c, const Block& b, const Scr
     const float along = tilt * y * inverse_rho;
     const float by_load = s.channel[3][kOutput][i] * c.load_per_log;
     const float sx = s.mirror[i], sy = s.sign_y[i];
-    const float sign_plane = (kOddX[kOutput] ? 1.0f : sx) * (kOddY[kOutput] ? sy : 1.0f);
-    const float sign_side = (kOddX[kOutput] ? sx : 1.0f) * (kOddY[kOutput] ? 1.0f : sy);
-    const float sign = (kOddX[kOutput] ? s.sign_x[i] : 1.0f) * (kOddY[kOutput] ? sy : 1.0f);
-    const double scale = kLength ? radius : kMoment[kOutput] ? s.load[i] * radius : s.load[i];
+    const float sign_plane = (OddX(kOutput) ? 1.0f : sx) * (OddY(kOutput) ? sy : 1.0f);
+    const float sign_side = (OddX(kOutput) ? sx : 1.0f) * (OddY(kOutput) ? 1.0f : sy);
+    const float sign = (OddX(kOutput) ? s.sign_x[i] : 1.0f) * (OddY(kOutput) ? sy : 1.0f);
+    const double scale = OutputScale(kOutput, s.load[i], radius);
     const double rate = held ? 0.0 : scale * s.inverse_speed[i];
-    const double lever = kLength || kMoment[kOutput] ? radius : 1.0;
+    const double lever = kLength || IsMoment(kOutput) ? radius : 1.0;
     const double inverse_load = kLength ? 1.0 / s.load[i] : 1.0;
     const float by_speed = s.channel[4][kOutput][i] * s.steepness[i];
     const float by_hub = by_speed * s.hub_first[i], by_rim = by_speed - by_hub;

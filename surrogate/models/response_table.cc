@@ -62,7 +62,7 @@ ResponseTable::ResponseTable(const TableAxes& axes,
                              const std::array<std::span<const double>, kChannels>& coefficients,
                              std::span<const double> margin)
     : axes_(axes) {
-  static_assert(response::kOutputCount == kOutputs && kChannels == response::kMarginChannel);
+  static_assert(kChannels == response::kMarginChannel);
   CheckCoefficients(axes, coefficients);
   const int lines = (axes.direction + 3) * (axes.lateral + 3);
   nodes_.resize(static_cast<std::size_t>(lines) * RowPairs());  // zeros

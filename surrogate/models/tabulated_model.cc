@@ -12,7 +12,6 @@ namespace {
 
 using response::kBlock;
 using response::kGroup;
-using response::kParts;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -24,15 +23,10 @@ void Put(std::span<double> to, std::size_t i, double value) {
   if (!to.empty()) to[i] = value;
 }
 
-// The parts of an output in the order of response::Part.
-std::array<std::span<double>, kParts> PartsOf(const OutputView& o) {
-  return {o.value, o.sd_fit, o.sd_patch, o.low, o.high, o.d_v_x, o.d_v_y, o.d_rim_speed, o.d_load};
-}
-
 bool WantsGradients(const ResponsesView& out) {
   for (const OutputView& o : out.output) {
-    if (!o.d_v_x.empty() || !o.d_v_y.empty() || !o.d_rim_speed.empty() || !o.d_load.empty()) {
-      return true;
+    for (int p = kDvX; p <= kDLoad; ++p) {
+      if (!(o.*kPartMembers[p]).empty()) return true;
     }
   }
   return false;
@@ -57,14 +51,14 @@ std::uint32_t ContextFlags(const WheelStatesView& in, std::size_t i) {
 
 bool Usable(const WheelStatesView& in, std::size_t i) {
   return std::isfinite(in.rim_speed[i]) && std::isfinite(std::hypot(in.v_x[i], in.v_y[i])) &&
-         in.load[i] > 0 && std::isfinite(in.load[i]);
+         in.load[i] >= 0 && std::isfinite(in.load[i]);
 }
 
 // NaN in every part.
 void WriteInvalid(const ResponsesView& out, std::size_t i) {
   out.flags[i] = kInvalid;
   for (const OutputView& o : out.output) {
-    for (const std::span<double>& part : PartsOf(o)) Put(part, i, kNaN);
+    for (const auto part : kPartMembers) Put(o.*part, i, kNaN);
   }
 }
 
@@ -142,9 +136,9 @@ void TabulatedModel::EvaluateSome(const WheelStatesView& in, const ResponsesView
   block.rim = in.rim_speed.data() + first;
   block.load = in.load.data() + first;
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
-      block.part[o][p] = parts[p].empty() ? nullptr : parts[p].data() + first;
+      const std::span<double> to = out.output[o].*kPartMembers[p];
+      block.part[o][p] = to.empty() ? nullptr : to.data() + first;
     }
   }
   block.flags = out.flags.data() + first;
@@ -179,9 +173,8 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
   block.rim = input[2];
   block.load = input[3];
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
-      block.part[o][p] = parts[p].empty() ? nullptr : output[o][p];
+      block.part[o][p] = (out.output[o].*kPartMembers[p]).empty() ? nullptr : output[o][p];
     }
   }
   block.flags = flags;
@@ -189,10 +182,9 @@ void TabulatedModel::EvaluateRest(const WheelStatesView& in, const ResponsesView
   block.attack_angle = out.attack_angle.empty() ? nullptr : echo[1];
   kernel_(constants_, &block);
   for (int o = 0; o < kOutputs; ++o) {
-    const auto parts = PartsOf(out.output[o]);
     for (int p = 0; p < kParts; ++p) {
       if (!block.part[o][p]) continue;
-      for (std::size_t i = 0; i < count; ++i) parts[p][first + i] = output[o][p][i];
+      std::copy_n(output[o][p], count, (out.output[o].*kPartMembers[p]).data() + first);
     }
   }
   if (block.slip) std::copy_n(echo[0], count, out.slip.data() + first);
@@ -210,6 +202,10 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
   const std::uint32_t context = ContextFlags(in, i);
   if (!Usable(in, i) || (context & kInvalid) != 0) {
     WriteInvalid(out, i);
+    return;
+  }
+  if (in.load[i] == 0) {
+    WriteAirborne(out, i);
     return;
   }
   if (special & response::kOff) {
@@ -273,19 +269,7 @@ void TabulatedModel::Difference(const WheelStatesView& in, const ResponsesView& 
 
 WheelAnswer TabulatedModel::EvaluateOne(double v_x, double v_y, double rim_speed,
                                         double load) const noexcept {
-  WheelAnswer answer{};
-  std::array<double, kOutputs> high{};
-  ResponsesView view;
-  for (int o = 0; o < kOutputs; ++o) {
-    view.output[o].value = {&answer.value[o], 1};
-    view.output[o].sd_fit = {&answer.sd_fit[o], 1};
-    view.output[o].sd_patch = {&answer.sd_patch[o], 1};
-    view.output[o].high = {&high[o], 1};
-  }
-  view.flags = {&answer.flags, 1};
-  Evaluate({{&v_x, 1}, {&v_y, 1}, {&rim_speed, 1}, {&load, 1}, {}, {}, {}, {}}, view);
-  for (int o = 0; o < kOutputs; ++o) answer.half_width[o] = high[o] - answer.value[o];
-  return answer;
+  return AnswerOf(*this, {v_x, v_y, rim_speed}, load);
 }
 
 }  // namespace grouser::surrogate

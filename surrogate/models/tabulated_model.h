@@ -23,6 +23,7 @@ namespace grouser::surrogate {
 /// chart's pole. At rest no answer is differentiable in the velocities: those
 /// are 0, that by load is a difference. A sinkage clamped to 0 has gradient 0.
 /// With a speed axis they are one-sided where |r w| = V.
+/// Off the ground (load 0) all are 0, that by load as well: it is one-sided there.
 /// At v_y = 0 the mirrors make the derivatives of odd outputs by v_x, of even
 /// ones by v_y, 0.
 class TabulatedModel : public WheelModel {

@@ -1,24 +1,37 @@
 #include "surrogate/soils/soil_table.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
 namespace grouser::surrogate {
 namespace {
 
-constexpr std::array kColumns = {"soil",
-                                 "n",
-                                 "k_c_kN_per_m_n_plus_1",
-                                 "k_phi_kN_per_m_n_plus_2",
-                                 "cohesion_kPa",
-                                 "friction_angle_deg",
-                                 "density_kg_per_m3",
-                                 "shear_modulus_K_mm",
-                                 "kind",
-                                 "source"};
+/// A column of the table, in the table's own units. What lies outside [low, high]
+/// is physically impossible or in another unit; outside [usual_low, usual_high]
+/// there is no published soil (the table's own, with some room).
+struct Column {
+  const char* name;
+  double si = 1;  ///< of one table unit
+  double low = 0, high = 0, usual_low = 0, usual_high = 0;
+  const char* hint = "";  ///< what a value outside may be
+};
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr Column kName{"soil"}, kKind{"kind"}, kSource{"source"};
+constexpr Column kN{"n", 1, 0.05, 2.5, 0.1, 1.7, ""};
+constexpr Column kKc{"k_c_kN_per_m_n_plus_1", 1e3, -1e4, 1e4, -100, 200, "N for kN?"};
+constexpr Column kKPhi{"k_phi_kN_per_m_n_plus_2", 1e3, 0, 1e5, 10, 1e4, "N for kN?"};
+constexpr Column kCohesion{"cohesion_kPa", 1e3, 0, 500, 0, 100, "Pa for kPa?"};
+constexpr Column kAngle{"friction_angle_deg", kDegree, 0, 70, 0, 50, ""};
+constexpr Column kDensity{"density_kg_per_m3", 1, 30, 4000, 100, 2300, "g/cm^3?"};
+constexpr Column kShear{"shear_modulus_K_mm", 1e-3, 0.1, 500, 1, 80, "m for mm, or mm for m?"};
+constexpr std::array kColumns = {kName,  kN,       kKc,    kKPhi, kCohesion,
+                                 kAngle, kDensity, kShear, kKind, kSource};
 
 // Where a cell stands, for messages.
 struct Place {
@@ -26,7 +39,7 @@ struct Place {
   int line;
 
   [[noreturn]] void Fail(const std::string& what) const {
-    throw std::runtime_error(file + ":" + std::to_string(line) + ": " + what);
+    throw std::invalid_argument(file + ":" + std::to_string(line) + ": " + what);
   }
 };
 
@@ -51,22 +64,36 @@ std::vector<std::string> Cells(const std::string& line, const Place& place) {
   return cells;
 }
 
-std::optional<double> Number(const std::vector<std::string>& cells, int column, double unit,
+std::string Range(double low, double high) { return fmt::format("{:g} to {:g}", low, high); }
+
+/// The cell of a column, in SI.
+std::optional<double> Number(const std::vector<std::string>& cells, int column, bool accept_unusual,
                              const Place& place) {
   const std::string& text = cells[column];
+  const Column& c = kColumns[column];
   if (text.empty()) return std::nullopt;
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    place.Fail(std::string(kColumns[column]) + ": " + text + ", expected a number");
+    place.Fail(fmt::format("{}: {}, expected a number", c.name, text));
   }
-  return value * unit;
+  if (value < c.low || value > c.high) {
+    const bool unit = *c.hint && (std::abs(value) > c.high || (value > 0 && value < c.low));
+    place.Fail(fmt::format("{}: {}, expected {}{}{}", c.name, text, Range(c.low, c.high),
+                           unit ? ": " : "", unit ? c.hint : ""));
+  }
+  const bool usual = value >= c.usual_low && value <= c.usual_high;
+  if (!usual && !accept_unusual) {
+    place.Fail(fmt::format("{}: {}, expected {} as published soils have; --accept-unusual takes it",
+                           c.name, text, Range(c.usual_low, c.usual_high)));
+  }
+  return value * c.si;
 }
 
-double Required(const std::vector<std::string>& cells, int column, double unit,
+double Required(const std::vector<std::string>& cells, int column, bool accept_unusual,
                 const Place& place) {
-  const std::optional<double> value = Number(cells, column, unit, place);
-  if (!value) place.Fail(std::string(kColumns[column]) + ": empty, expected a number");
+  const std::optional<double> value = Number(cells, column, accept_unusual, place);
+  if (!value) place.Fail(std::string(kColumns[column].name) + ": empty, expected a number");
   return *value;
 }
 
@@ -78,18 +105,30 @@ SoilKind Kind(const std::string& word, const Place& place) {
   place.Fail("kind: " + word + ", expected sand, loam, clay or snow");
 }
 
-Soil ReadSoil(const std::vector<std::string>& cells, const Place& place) {
+Soil ReadSoil(const std::vector<std::string>& cells, bool accept_unusual, const Place& place) {
   Soil soil;
   soil.name = cells[0];
-  soil.n = Required(cells, 1, 1, place);
-  soil.k_c = Required(cells, 2, 1e3, place);
-  soil.k_phi = Required(cells, 3, 1e3, place);
-  soil.cohesion_pa = Required(cells, 4, 1e3, place);
-  soil.friction_angle_rad = Required(cells, 5, std::numbers::pi / 180, place);
-  soil.density_kg_per_m3 = Number(cells, 6, 1, place);
-  soil.shear_modulus_m = Number(cells, 7, 1e-3, place);
+  if (soil.name.empty()) place.Fail("soil: empty, expected a name");
+  soil.n = Required(cells, 1, accept_unusual, place);
+  soil.k_c = Required(cells, 2, accept_unusual, place);
+  soil.k_phi = Required(cells, 3, accept_unusual, place);
+  soil.cohesion_pa = Required(cells, 4, accept_unusual, place);
+  soil.friction_angle_rad = Required(cells, 5, accept_unusual, place);
+  soil.density_kg_per_m3 = Number(cells, 6, accept_unusual, place);
+  soil.shear_modulus_m = Number(cells, 7, accept_unusual, place);
   soil.kind = Kind(cells[8], place);
   soil.source = cells[9];
+  // No soil has an angle between none and a degree or two; radians are all there.
+  const double phi = soil.friction_angle_rad;
+  if (phi > 0 && phi <= std::numbers::pi / 2 * kDegree) {
+    place.Fail(std::string(kAngle.name) + ": " + cells[5] + ", expected 0 or 1.6 to 70: radians?");
+  }
+  if (soil.k_phi == 0 && soil.k_c <= 0) {
+    place.Fail(std::string(kKPhi.name) + ": 0, expected a positive number, or one for k_c");
+  }
+  if (phi == 0 && soil.cohesion_pa == 0) {
+    place.Fail(std::string(kAngle.name) + ": 0 with cohesion 0, expected a soil that bears shear");
+  }
   return soil;
 }
 
@@ -103,8 +142,9 @@ double UsualShearModulus(SoilKind kind) {
 
 }  // namespace
 
-std::vector<Soil> ReadSoils(std::istream& table, const std::string& name) {
+std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool accept_unusual) {
   std::vector<Soil> soils;
+  std::map<std::string, int> line_of;
   std::string line;
   bool header = true;
   for (int number = 1; std::getline(table, line); ++number) {
@@ -112,17 +152,23 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name) {
     if (line.empty() || line[0] == '#') continue;
     const std::vector<std::string> cells = Cells(line, place);
     if (!header) {
-      soils.push_back(ReadSoil(cells, place));
+      soils.push_back(ReadSoil(cells, true, place));  // what is impossible is said first
+      if (!accept_unusual) ReadSoil(cells, false, place);
+      const auto [known, added] = line_of.emplace(cells[0], number);
+      if (!added) {
+        place.Fail("soil: " + cells[0] + " is in line " + std::to_string(known->second) +
+                   " already, expected each name once");
+      }
       continue;
     }
     for (std::size_t i = 0; i < kColumns.size(); ++i) {
-      if (cells[i] != kColumns[i]) {
-        place.Fail("column " + cells[i] + ", expected " + kColumns[i]);
+      if (cells[i] != kColumns[i].name) {
+        place.Fail("column " + cells[i] + ", expected " + kColumns[i].name);
       }
     }
     header = false;
   }
-  if (soils.empty()) throw std::runtime_error(name + ": no soil, expected a table of them");
+  if (soils.empty()) throw std::invalid_argument(name + ": no soil, expected a table of them");
   return soils;
 }
 

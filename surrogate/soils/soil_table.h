@@ -22,8 +22,12 @@ struct Soil {
 };
 
 /// Reads a table such as surrogate/soils/bekker_soils.csv. Throws
-/// std::runtime_error "NAME:LINE: what, expected ..."; `name` is for messages.
-std::vector<Soil> ReadSoils(std::istream& table, const std::string& name);
+/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; `name` is for messages.
+/// Refused: what no soil has or what shows another unit (N in a column of kN, radians,
+/// m for mm, density 0), a name that stands there twice and, unless `accept_unusual`,
+/// what no published soil has.
+std::vector<Soil> ReadSoils(std::istream& table, const std::string& name,
+                            bool accept_unusual = false);
 
 /// Parameters of the `bekker_untuned` rung: a wheel on a published soil with
 /// nothing fitted. What the soil does not say is taken from the literature:

@@ -17,6 +17,7 @@
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
+#include "surrogate/models/state_batch.h"
 #include "tests/unit/count_allocations.h"
 
 namespace grouser::bench {
@@ -31,48 +32,26 @@ constexpr int kScalarStates = 500;  // of the scalar laws at small batches
 constexpr int kBatches[] = {1, 100, kStates};
 
 /// Random states inside the model's domain, and room for all answers.
-struct States {
-  std::vector<double> v_x, v_y, rim, load;
-  std::vector<std::uint32_t> flags = std::vector<std::uint32_t>(kStates);
-  std::array<std::array<std::vector<double>, 9>, kOutputs> part;
-
-  States(const v1alpha1::Domain& domain, unsigned seed) {
+struct States : surrogate::StateBatch {
+  States(const v1alpha1::Domain& domain, unsigned seed) : StateBatch(kStates) {
     std::mt19937_64 random(seed);
     const auto draw = [&](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
-    while (v_x.size() < kStates) {
+    for (std::size_t i = 0; i < kStates;) {
       const double angle = draw(-1, 1) * domain.attack_angle_max_rad();
       const auto v = surrogate::FromSlip(draw(domain.slip_min(), domain.slip_max()), angle, 0.1);
       if (!std::isfinite(v.v_x)) continue;  // no motion has this slip
-      v_x.push_back(v.v_x);
-      v_y.push_back(v.v_y);
-      rim.push_back(v.rim_speed);
-      load.push_back(draw(domain.load_min_n(), domain.load_max_n()));
+      Set(i++, v, draw(domain.load_min_n(), domain.load_max_n()));
     }
-    for (auto& output : part) {
-      for (auto& values : output) values.resize(kStates);
-    }
+    slip.clear();  // no echoes
+    attack_angle.clear();
   }
 
-  surrogate::WheelStatesView In(std::size_t first, std::size_t n) const {
-    const auto cut = [&](const std::vector<double>& v) {
-      return std::span<const double>(v).subspan(first, n);
-    };
-    return {cut(v_x), cut(v_y), cut(rim), cut(load), {}, {}, {}, {}};
-  }
-  surrogate::ResponsesView Out(std::size_t first, std::size_t n, bool gradients) {
-    surrogate::ResponsesView view;
-    view.flags = std::span(flags).subspan(first, n);
-    for (int o = 0; o < kOutputs; ++o) {
-      const auto cut = [&](int p) { return std::span<double>(part[o][p]).subspan(first, n); };
-      auto& to = view.output[o];
-      to = {cut(0), cut(1), cut(2), cut(3), cut(4), {}, {}, {}, {}};
-      if (!gradients) continue;
-      to.d_v_x = cut(5);
-      to.d_v_y = cut(6);
-      to.d_rim_speed = cut(7);
-      to.d_load = cut(8);
+  surrogate::ResponsesView Some(std::size_t first, std::size_t n, bool gradients) {
+    surrogate::ResponsesView view = Out(first, n);
+    for (auto& to : view.output) {
+      if (!gradients) to.d_v_x = to.d_v_y = to.d_rim_speed = to.d_load = {};
     }
     return view;
   }
@@ -96,14 +75,16 @@ class Bench {
       bekker.AnswerByLaw();
       AddTables<HybridModel>("bekker", bekker);
       AddScalar("bekker_exact", [this](std::size_t i) {
-        sink_ = sink_ + exact_->physics()
-                            .Solve(states_.v_x[i], states_.v_y[i], states_.rim[i], states_.load[i])
-                            .value[0];
+        sink_ = sink_ +
+                exact_->physics()
+                    .Solve(states_.v_x[i], states_.v_y[i], states_.rim_speed[i], states_.load[i])
+                    .value[0];
       });
       AddScalar("hybrid_exact", [this](std::size_t i) {
-        sink_ = sink_ +
-                exact_->EvaluateOne(states_.v_x[i], states_.v_y[i], states_.rim[i], states_.load[i])
-                    .value[0];
+        sink_ = sink_ + exact_
+                            ->EvaluateOne(states_.v_x[i], states_.v_y[i], states_.rim_speed[i],
+                                          states_.load[i])
+                            .value[0];
       });
       AddTables<HybridModel>("hybrid", *hybrid);
     } else if (const auto* lookup = dynamic_cast<const surrogate::LookupModel*>(model_.get())) {
@@ -159,7 +140,7 @@ class Bench {
           cell.row = {rung, batch, kOutputs, gradients, isa, 0, 0};
           cell.pass = [this, chosen, batch, gradients] {
             for (int first = 0; first < kStates; first += batch) {
-              chosen->Evaluate(states_.In(first, batch), states_.Out(first, batch, gradients));
+              chosen->Evaluate(states_.In(first, batch), states_.Some(first, batch, gradients));
             }
           };
           cells_.push_back(std::move(cell));

@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class QueryCliTest : public ::testing::Test {
@@ -65,6 +66,9 @@ TEST_F(QueryCliTest, ListsSpreadSingleValuesAndTableSpellsFlags) {
   EXPECT_EQ(impossible.code, 2);
   EXPECT_THAT(impossible.err, HasSubstr("slip 1.8 at attack angle 90 deg"));
   EXPECT_EQ(Client({"query", "--slip", "0.1", "--load", "-1", "24"}).code, 0) << "one is answered";
+  const auto lifted = Client({"query", "--slip", "0.1", "--load", "0"});
+  EXPECT_EQ(lifted.code, 0) << lifted.err;
+  EXPECT_THAT(lifted.out, AllOf(HasSubstr("flags: AIRBORNE\n"), Not(HasSubstr("nan"))));
 }
 
 TEST(Version, EveryProgramTellsIt) {
@@ -81,8 +85,7 @@ TEST_F(QueryCliTest, ModelsAndHealth) {
   EXPECT_THAT(Client({"models"}).out, AllOf(HasSubstr("sand@sha256:"), HasSubstr("stable")));
   v1alpha1::ListModelsResponse listing;
   ASSERT_TRUE(
-      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing)
-          .ok());
+      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing).ok());
   EXPECT_EQ(listing.models_size(), 1);
   const auto health = Client({"health"});
   EXPECT_EQ(health.code, 0);

@@ -136,6 +136,14 @@ class DemoReport(unittest.TestCase):
         self.assertIn("pull at 0° is 9.00 N (slip 0.50, load 48 N)", text)
         self.assertIn("share of the load 50 % (slip 0.20, load 12 N)", text)
 
+    def test_outputs_and_flag_are_the_models(self):
+        records = importlib.import_module("records")
+        with open(os.path.join(ROOT, "surrogate", "models", "outputs.h")) as file:
+            header = file.read()
+        named = re.findall(r'\{"(\w+)", "[^"]+", OutputUnit', header)
+        self.assertEqual(records.OUTPUTS, tuple(named))
+        self.assertEqual(records.EXTRAPOLATED, int(re.search(r"kExtrapolated = (\d+)", header)[1]))
+
     def test_nan_written_by_protobuf(self):
         data = synthetic_data()
         data["runs"][-1]["record"]["outputs"][0]["mean"] = "NaN"

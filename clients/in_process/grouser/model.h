@@ -36,7 +36,7 @@ inline constexpr std::size_t kOutputs = 6;
 
 /// Bits of a state's flags. 0: nothing to say.
 enum Flag : std::uint32_t {
-  kInvalid = 1,         ///< non-finite input or load <= 0; the outputs are NaN
+  kInvalid = 1,         ///< non-finite input or load < 0; the outputs are NaN
   kClamped = 2,         ///< something was clamped to the model's limits
   kExtrapolated = 4,    ///< outside what the training runs covered
   kStatic = 8,          ///< hub and rim stand still
@@ -47,6 +47,7 @@ enum Flag : std::uint32_t {
   kVirginAssumed = 256,
   kFormUnknown = 512,  ///< the interval is against DEM; against a measurement it is unknown
   kToleranceUnmet = 1024,
+  kAirborne = 2048,  ///< load 0, a wheel off the ground: every output is exactly 0
 };
 
 /// n wheel states on flat virgin ground, structure of arrays; every span has n
@@ -55,7 +56,7 @@ enum Flag : std::uint32_t {
 struct States {
   std::span<const double> v_x, v_y;   ///< hub velocity [m/s]
   std::span<const double> rim_speed;  ///< radius times spin, r w [m/s]
-  std::span<const double> load;       ///< vertical load [N], > 0
+  std::span<const double> load;       ///< vertical load [N], >= 0; 0: kAirborne
 };
 
 /// Where one output goes: each span has n entries, or is empty and costs nothing.

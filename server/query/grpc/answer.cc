@@ -17,7 +17,7 @@ void Tell(const Climb& climb, v1alpha1::EvaluateWheelsResponse* response) {
   v1alpha1::RefinementHint* hint = response->mutable_refinement();
   hint->set_index(climb.worst.index);
   hint->set_excess(climb.worst.excess);
-  hint->set_output(surrogate::kOutputNames[climb.worst.output]);
+  hint->set_output(surrogate::kOutputFields[climb.worst.output].name);
   const ServedModel& answered = *climb.ladder->models[response->rung(i)];
   hint->set_model(answered.reference);
   *hint->mutable_state() =

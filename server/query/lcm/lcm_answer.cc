@@ -45,14 +45,18 @@ bool ReadHead(ByteReader* bytes, Head* head, std::string* problem) {
   return true;
 }
 
+/// The outputs of a response in the order of surrogate::Output.
+std::array<wheel_output_t*, surrogate::kOutputs> OutputsOf(wheel_response_t* r) {
+  return {&r->f_x, &r->f_y, &r->f_z, &r->torque, &r->m_z, &r->sinkage};
+}
+
 /// `n` zero entries everywhere: the form of every answer.
 void Resize(int n, wheel_response_t* response) {
   response->n = n;
   response->flags.resize(n);
   response->slip.resize(n);
   response->attack_angle.resize(n);
-  for (wheel_output_t* output : {&response->f_x, &response->f_y, &response->f_z, &response->torque,
-                                 &response->m_z, &response->sinkage}) {
+  for (wheel_output_t* output : OutputsOf(response)) {
     output->n = n;
     for (auto* values :
          {&output->value, &output->sd_fit, &output->sd_patch, &output->low, &output->high}) {
@@ -70,9 +74,7 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
   in.load = query.load;
   std::array<std::uint32_t, kMaxLcmStates> flags{};
   surrogate::ResponsesView out;
-  const std::array<wheel_output_t*, surrogate::kOutputs> outputs = {
-      &response->f_x,    &response->f_y, &response->f_z,
-      &response->torque, &response->m_z, &response->sinkage};
+  const auto outputs = OutputsOf(response);
   for (int k = 0; k < surrogate::kOutputs; ++k) {
     surrogate::OutputView& to = out.output[k];
     to.value = outputs[k]->value;

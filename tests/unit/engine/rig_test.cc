@@ -220,8 +220,10 @@ TEST(Rig, StopsWhenAsked) {
 
 TEST(Rig, RefusesBadSpecs) {
   WheelTestSpec s = Small();
-  s.state.load_n = -1;
-  EXPECT_THROW(ValidateSpec(s), std::invalid_argument);
+  for (const double load : {-1.0, 0.0}) {  // 0: a wheel off the ground meets no soil
+    s.state.load_n = load;
+    EXPECT_THROW(ValidateSpec(s), std::invalid_argument) << load;
+  }
   s = Small();
   s.state.slip = 3;
   EXPECT_THROW(ValidateSpec(s), std::invalid_argument);

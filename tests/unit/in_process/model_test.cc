@@ -72,6 +72,19 @@ TEST(Model, AnswersAsTheEvaluatorBitByBit) {
   EXPECT_TRUE(std::isfinite(ours.out[kFx][0][0]));
 }
 
+TEST(Model, AWheelOffTheGroundAnswersZeros) {
+  const Model model = Model::Open(kShipped);
+  for (const State& state : {State{0.1, 0.02, 0.12, 0}, State{0, 0, 0, 0}}) {
+    const Answer answer = model.Evaluate(state);
+    EXPECT_EQ(answer.flags, std::uint32_t{kAirborne});
+    for (const OutputAnswer& o : answer.output) {
+      for (const double x : {o.value, o.sd_fit, o.sd_patch, o.low, o.high}) EXPECT_EQ(x, 0);
+      EXPECT_EQ(o.d_load, model.has_gradients() ? 0 : o.d_load);
+    }
+  }
+  EXPECT_EQ(model.Evaluate(State{0.1, 0, 0.1, -1e-9}).flags, std::uint32_t{kInvalid});
+}
+
 TEST(Model, LeavesNoOldMemoryWhereAGradientBelongs) {
   const Model model = Model::Open(kShipped);
   Batch batch(1);

@@ -55,6 +55,8 @@ TEST(RequestChecks, NamesTheBadField) {
     EXPECT_THAT(Verdict([&](auto& r) { r.mutable_state()->set_load_n(bad); }),
                 StartsWith("state.load_n:"));
   }
+  EXPECT_THAT(Verdict([](auto& r) { r.mutable_state()->set_load_n(0); }),
+              ::testing::HasSubstr("a wheel off the ground"));
   for (const double bad : {kNaN, kInf, -0.1}) {
     EXPECT_THAT(Verdict([&](auto& r) { r.mutable_state()->set_speed_m_per_s(bad); }),
                 StartsWith("state.speed_m_per_s:"));

@@ -61,6 +61,25 @@ class EvaluatorTest : public ::testing::Test {
   WheelResponses responses_;
 };
 
+// Every flag of the wire is the models' flag of the same bit and name, and none is left over.
+TEST(StateFlags, AreThoseOfTheModels) {
+  const auto* wire = v1alpha1::StateFlag_descriptor();
+  ASSERT_EQ(wire->value_count() - 1, static_cast<int>(std::size(surrogate::kFlagFields)));
+  for (const surrogate::FlagField& ours : surrogate::kFlagFields) {
+    const auto* theirs = wire->FindValueByNumber(static_cast<int>(ours.flag));
+    ASSERT_NE(theirs, nullptr) << ours.name;
+    EXPECT_EQ(theirs->name(), std::string("STATE_FLAG_") + ours.name);
+  }
+}
+
+// Outputs of the wire stand in the models' order, by name.
+TEST(WireOutputs, AreThoseOfTheModels) {
+  const auto* wire = v1alpha1::WheelResponses::descriptor();
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    EXPECT_EQ(wire->FindFieldByNumber(o + 1)->name(), surrogate::kOutputFields[o].name);
+  }
+}
+
 TEST_F(EvaluatorTest, AnswersVelocityForm) {
   ASSERT_TRUE(Run(Velocities(2)).ok());
   ASSERT_NE(answered_by_, nullptr);
@@ -126,6 +145,31 @@ TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic)
   }
   EXPECT_TRUE(responses_.flags(3) & v1alpha1::STATE_FLAG_STATIC);
   EXPECT_FALSE(responses_.flags(4) & v1alpha1::STATE_FLAG_INVALID);
+}
+
+// Sums over a vehicle stay finite: nothing of a wheel off the ground is NaN.
+TEST_F(EvaluatorTest, AWheelOffTheGroundAnswersZeros) {
+  WheelStates states = Velocities(4);
+  states.set_closure_value(1, 0);
+  states.set_closure_value(2, -0.0);
+  ASSERT_TRUE(Run(states).ok());
+  const auto* wire = WheelResponses::descriptor();
+  for (const int i : {1, 2}) {
+    EXPECT_EQ(responses_.flags(i), v1alpha1::STATE_FLAG_AIRBORNE);
+    for (const auto& field : surrogate::kOutputFields) {
+      const auto& output = dynamic_cast<const v1alpha1::OutputArray&>(
+          responses_.GetReflection()->GetMessage(responses_, wire->FindFieldByName(field.name)));
+      for (const auto* part : {&output.value(), &output.sd_fit(), &output.sd_patch(), &output.low(),
+                               &output.high(), &output.sd_form(), &output.sd_soil()}) {
+        EXPECT_EQ(part->Get(i), 0) << field.name;
+      }
+    }
+  }
+  EXPECT_EQ(responses_.flags(3), v1alpha1::STATE_FLAG_FORM_UNKNOWN);
+  EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(3)));
+  ASSERT_TRUE(Run(states, /*values_only=*/true).ok());
+  EXPECT_EQ(responses_.flags(1), v1alpha1::STATE_FLAG_AIRBORNE);
+  EXPECT_EQ(responses_.f_z().value(1), 0);
 }
 
 TEST_F(EvaluatorTest, BadStatesAreFlaggedAndHarmNoOther) {

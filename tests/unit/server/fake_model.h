@@ -28,7 +28,7 @@ class FakeModel final : public surrogate::WheelModel {
       const auto s = surrogate::ToSlip(in.v_x[i], in.v_y[i], in.rim_speed[i]);
       const double load = in.load[i];
       const bool valid = std::isfinite(in.v_x[i]) && std::isfinite(in.v_y[i]) &&
-                         std::isfinite(in.rim_speed[i]) && std::isfinite(load) && load > 0;
+                         std::isfinite(in.rim_speed[i]) && std::isfinite(load) && load >= 0;
       out.flags[i] = !valid ? surrogate::kInvalid : s.is_static ? surrogate::kStatic : 0u;
       const double nan = std::numeric_limits<double>::quiet_NaN();
       const double f_x = gain_ * load * s.slip;
@@ -46,6 +46,7 @@ class FakeModel final : public surrogate::WheelModel {
       }
       if (!out.slip.empty()) out.slip[i] = valid ? s.slip : nan;
       if (!out.attack_angle.empty()) out.attack_angle[i] = valid ? s.attack_angle_rad : nan;
+      if (valid && load == 0) surrogate::WriteAirborne(out, i);
     }
   }
 

@@ -78,6 +78,20 @@ TEST_F(LcmAnswerTest, AnswersWithEchoes) {
   EXPECT_TRUE(std::isnan(response->f_x.value[1]));
 }
 
+TEST_F(LcmAnswerTest, AWheelOffTheGroundAnswersZeros) {
+  auto query = Query(2);
+  query.load[1] = 0;
+  const auto response = Answer(Encode(query));
+  ASSERT_TRUE(response.has_value()) << problem_;
+  EXPECT_EQ(response->flags[1], static_cast<std::int32_t>(surrogate::kAirborne));
+  for (const auto* output : {&response->f_x, &response->f_z, &response->sinkage}) {
+    EXPECT_EQ(output->value[1], 0);
+    EXPECT_EQ(output->low[1], 0);
+    EXPECT_EQ(output->high[1], 0);
+  }
+  EXPECT_DOUBLE_EQ(response->f_x.value[0], 6);
+}
+
 TEST_F(LcmAnswerTest, RefusesTooManyStatesAndUnknownModelInTheAnswer) {
   auto response = Answer(Encode(Query(kMaxLcmStates + 1)));
   ASSERT_TRUE(response.has_value());

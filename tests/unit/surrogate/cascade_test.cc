@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "surrogate/models/state_batch.h"
 #include "tests/unit/count_allocations.h"
 
 namespace grouser::surrogate {
@@ -31,7 +32,7 @@ class Flat final : public WheelModel {
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override {
     evaluated += in.load.size();
     for (std::size_t i = 0; i < in.load.size(); ++i) {
-      const bool bad = !(in.load[i] > 0);
+      const bool bad = !(in.load[i] >= 0);
       out.flags[i] = bad ? kInvalid : in.v_x[i] > 10 ? fast_flags_ : 0;
       if (!in.slope_pitch.empty() && in.slope_pitch[i] != 0 && !bad) out.flags[i] |= kSlope;
       if (!in.pass_number.empty() && in.pass_number[i] > 1 && !bad) out.flags[i] |= kVirginAssumed;
@@ -45,6 +46,7 @@ class Flat final : public WheelModel {
         if (!to.d_load.empty()) to.d_load[i] = value_;
       }
       if (!out.slip.empty()) out.slip[i] = value_;
+      if (in.load[i] == 0) WriteAirborne(out, i);
     }
   }
   mutable std::size_t evaluated = 0;
@@ -63,24 +65,12 @@ CascadeRung RungOf(const WheelModel& model, double cost_ns) {
   return rung;
 }
 
-struct Batch {
-  explicit Batch(std::size_t n)
-      : v_x(n, 0.1), v_y(n, 0.0), rim(n, 0.1), load(n, 20), flags(n), rung(n, 99) {
-    for (auto& output : part) output.fill(std::vector<double>(n));
+/// Towed wheels, and who answered each.
+struct Batch : StateBatch {
+  explicit Batch(std::size_t n) : StateBatch(n, {kValue, kLow, kHigh, kDLoad}), rung(n, 99) {
+    for (std::size_t i = 0; i < n; ++i) Set(i, 0.1, 0, 0.1, 20);
   }
-  WheelStatesView in() const { return {v_x, v_y, rim, load, {}, {}, {}, {}}; }
-  ResponsesView out() {
-    ResponsesView view;
-    for (int o = 0; o < kOutputs; ++o) {
-      auto& p = part[o];
-      view.output[o] = {p[0], {}, {}, p[1], p[2], {}, {}, {}, p[3]};
-    }
-    view.flags = flags;
-    return view;
-  }
-  std::vector<double> v_x, v_y, rim, load;
-  std::array<std::array<std::vector<double>, 4>, kOutputs> part;
-  std::vector<std::uint32_t> flags, rung;
+  std::vector<std::uint32_t> rung;
 };
 
 Demand Force(double tolerance) {
@@ -95,7 +85,7 @@ class CascadeTest : public ::testing::Test {
   Cascade cascade_{{RungOf(fine_, 400), RungOf(rough_, 10), RungOf(fair_, 100)}};
 
   void Run(const Demand& demand, Batch* batch, Shortfall* worst = nullptr) {
-    cascade_.Evaluate(batch->in(), demand, batch->out(), batch->rung, worst);
+    cascade_.Evaluate(batch->In(), demand, batch->Out(), batch->rung, worst);
   }
 };
 
@@ -106,10 +96,10 @@ TEST_F(CascadeTest, CheapestThatSufficesAnswersEachState) {
   Run(Force(4.5), &batch, &worst);
   EXPECT_THAT(batch.rung, ElementsAre(0, 1, 1, 2));
   EXPECT_THAT(batch.flags, ElementsAre(0, 0, 0, kToleranceUnmet));
-  EXPECT_NEAR(batch.part[kFx][0][0], 1.1, 1e-12);
-  EXPECT_NEAR(batch.part[kFx][0][2], 2.1, 1e-12);
-  EXPECT_NEAR(batch.part[kMz][0][3], 3.1, 1e-12);
-  EXPECT_EQ(batch.part[kFx][3][3], 3);  // gradients are of who answered
+  EXPECT_NEAR(batch.part[kFx][kValue][0], 1.1, 1e-12);
+  EXPECT_NEAR(batch.part[kFx][kValue][2], 2.1, 1e-12);
+  EXPECT_NEAR(batch.part[kMz][kValue][3], 3.1, 1e-12);
+  EXPECT_EQ(batch.part[kFx][kDLoad][3], 3);  // gradients are of who answered
   EXPECT_EQ(worst.index, 3u);
   EXPECT_EQ(worst.output, kFx);
   EXPECT_NEAR(worst.excess, 5 / 4.5, 1e-12);
@@ -134,9 +124,9 @@ TEST_F(CascadeTest, UnmetStatesGetTheRungThatExceedsLeast) {
   // Least by the worst output: a cheaper rung that is better there keeps the answer.
   const Flat cheap(7, 0.5);
   const Cascade other({RungOf(cheap, 1), RungOf(fine_, 10)});
-  other.Evaluate(batch.in(), Force(0.01), batch.out(), batch.rung, nullptr);
+  other.Evaluate(batch.In(), Force(0.01), batch.Out(), batch.rung, nullptr);
   EXPECT_THAT(batch.rung, Each(0u));
-  EXPECT_NEAR(batch.part[kFx][0][1], 7.1, 1e-12);
+  EXPECT_NEAR(batch.part[kFx][kValue][1], 7.1, 1e-12);
 }
 
 TEST_F(CascadeTest, SharesScaleWithLoadAndRadiusAndLeaveSinkageAlone) {
@@ -159,8 +149,8 @@ TEST_F(CascadeTest, AnErrorTableWorseThanTheIntervalCounts) {
   boaster.rms_error[driving][kFx] = 0.2;  // of the load: claims 1.645 x 4 N
   const Cascade cascade({boaster, RungOf(fair_, 100)});
   Batch batch(2);
-  batch.rim = {0.3, 0.1};  // driving, towed
-  cascade.Evaluate(batch.in(), Force(2.5), batch.out(), batch.rung, nullptr);
+  batch.rim_speed = {0.3, 0.1};  // driving, towed
+  cascade.Evaluate(batch.In(), Force(2.5), batch.Out(), batch.rung, nullptr);
   EXPECT_THAT(batch.rung, ElementsAre(1, 0));
   EXPECT_THAT(batch.flags, Each(0u));
   EXPECT_NEAR(ClaimedError(boaster, ErrorRegion::kDriving, kFx, -1, 1, 20), 1.6449 * 0.2 * 20,
@@ -172,7 +162,7 @@ TEST_F(CascadeTest, WithoutIntervalAndTableNothingSuffices) {
   const Flat silent(5, 0);
   const Cascade cascade({RungOf(silent, 1)});
   Batch batch(1);
-  cascade.Evaluate(batch.in(), Force(1e9), batch.out(), batch.rung, nullptr);
+  cascade.Evaluate(batch.In(), Force(1e9), batch.Out(), batch.rung, nullptr);
   EXPECT_EQ(batch.flags[0], kToleranceUnmet);
 }
 
@@ -182,7 +172,7 @@ TEST_F(CascadeTest, InvalidStatesStayInvalidAndHarmNoOther) {
   Shortfall worst;
   Run(Force(1e-3), &batch, &worst);
   EXPECT_THAT(batch.flags, ElementsAre(kToleranceUnmet, kInvalid, kToleranceUnmet));
-  EXPECT_TRUE(std::isnan(batch.part[kFx][0][1]));
+  EXPECT_TRUE(std::isnan(batch.part[kFx][kValue][1]));
   EXPECT_EQ(batch.rung[1], 0u);
   EXPECT_NE(worst.index, 1u);
 }
@@ -192,12 +182,12 @@ TEST_F(CascadeTest, AnswersThatLeaveSomethingOutPromiseNothing) {
   batch.v_x[3] = 11;  // NO_EQUILIBRIUM
   const std::vector<double> pitch = {0.1, 0, 0, 0, 0}, yaw = {0, 0.1, 0, 0, 0};
   const std::vector<std::uint32_t> pass = {1, 1, 2, 1, 1};
-  WheelStatesView in = batch.in();
+  WheelStatesView in = batch.In();
   in.slope_pitch = pitch;
   in.yaw_rate = yaw;
   in.pass_number = pass;
   Shortfall worst;
-  cascade_.Evaluate(in, Force(1e9), batch.out(), batch.rung, &worst);
+  cascade_.Evaluate(in, Force(1e9), batch.Out(), batch.rung, &worst);
   for (int i = 0; i < 4; ++i) {
     EXPECT_TRUE(batch.flags[i] & kToleranceUnmet) << i;
     EXPECT_EQ(batch.rung[i], 2u) << i;  // the one that is surest
@@ -253,7 +243,7 @@ TEST_F(CascadeTest, ARungThatTheBudgetCannotPayIsPassedOver) {
   Batch batch(1);
   Demand demand = Force(2.5);
   demand.budget_ns = 120;
-  near.Evaluate(batch.in(), demand, batch.out(), batch.rung, nullptr);
+  near.Evaluate(batch.In(), demand, batch.Out(), batch.rung, nullptr);
   ASSERT_EQ(near.rungs()[2].model, &fair_);
   EXPECT_EQ(batch.rung[0], 2u);
   EXPECT_EQ(batch.flags[0], 0u);
@@ -282,7 +272,7 @@ Batch RandomBatch(std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     batch.v_x[i] = speed(random);
     batch.v_y[i] = 3 * speed(random);
-    batch.rim[i] = speed(random);
+    batch.rim_speed[i] = speed(random);
   }
   return batch;
 }
@@ -318,13 +308,14 @@ TEST_F(CascadeTest, AnAnswerDoesNotDependOnItsBatchMates) {
       for (std::size_t i = 0; i < size; ++i) {
         some.v_x[i] = all.v_x[first + i];
         some.v_y[i] = all.v_y[first + i];
-        some.rim[i] = all.rim[first + i];
+        some.rim_speed[i] = all.rim_speed[first + i];
       }
       Run(Force(3), &some);
       for (std::size_t i = 0; i < size; ++i) {
         ASSERT_EQ(some.rung[i], all.rung[first + i]);
         ASSERT_EQ(some.flags[i], all.flags[first + i]);
-        for (int p = 0; p < 4; ++p) ASSERT_EQ(some.part[kFx][p][i], all.part[kFx][p][first + i]);
+        for (const Part p : {kValue, kLow, kHigh, kDLoad})
+          ASSERT_EQ(some.part[kFx][p][i], all.part[kFx][p][first + i]);
       }
     }
   }
@@ -335,29 +326,43 @@ TEST_F(CascadeTest, WithoutSpansForIntervalsTheChoiceIsTheSame) {
   Run(Force(3), &all);
   ResponsesView out;
   out.flags = few.flags;
-  out.output[kFy].value = few.part[kFy][0];
-  cascade_.Evaluate(few.in(), Force(3), out, few.rung, nullptr);
+  out.output[kFy].value = few.part[kFy][kValue];
+  cascade_.Evaluate(few.In(), Force(3), out, few.rung, nullptr);
   EXPECT_EQ(few.rung, all.rung);
   EXPECT_EQ(few.flags, all.flags);
-  EXPECT_EQ(few.part[kFy][0], all.part[kFy][0]);
-  EXPECT_THAT(few.part[kFx][0], Each(0.0));
+  EXPECT_EQ(few.part[kFy][kValue], all.part[kFy][kValue]);
+  EXPECT_THAT(few.part[kFx][kValue], Each(::testing::IsNan()));
 }
 
 TEST_F(CascadeTest, AllocatesNothingAndTakesAnEmptyBatch) {
   Batch batch = RandomBatch(300), none(0);
-  const ResponsesView out = batch.out(), nothing = none.out();
+  const ResponsesView out = batch.Out(), nothing = none.Out();
   Demand demand = Force(3);
   Shortfall worst;
   const long before = g_allocations;
-  cascade_.Evaluate(batch.in(), demand, out, batch.rung, &worst);
+  cascade_.Evaluate(batch.In(), demand, out, batch.rung, &worst);
   demand.budget_ns = 1e4;
-  cascade_.Evaluate(batch.in(), demand, out, batch.rung, &worst);
-  cascade_.Evaluate(batch.in(), {}, out, {}, nullptr);
-  cascade_.Evaluate(none.in(), demand, nothing, {}, &worst);
+  cascade_.Evaluate(batch.In(), demand, out, batch.rung, &worst);
+  cascade_.Evaluate(batch.In(), {}, out, {}, nullptr);
+  cascade_.Evaluate(none.In(), demand, nothing, {}, &worst);
   EXPECT_EQ(g_allocations, before);
   EXPECT_EQ(worst.excess, 0);
   const Batch more(1);
   EXPECT_GT(g_allocations, before) << "allocations are not counted";
+}
+
+// Zeros are exact: they meet any tolerance, and no DEM run is proposed for them.
+TEST_F(CascadeTest, AWheelOffTheGroundMeetsEveryTolerance) {
+  Batch batch(3);
+  batch.load[1] = 0;
+  Demand demand = Force(1e-9);
+  demand.share_of_load = 1e-9;
+  Shortfall worst;
+  Run(demand, &batch, &worst);
+  EXPECT_THAT(batch.flags, ElementsAre(kToleranceUnmet, kAirborne, kToleranceUnmet));
+  EXPECT_EQ(batch.rung[1], 0u);
+  EXPECT_NE(worst.index, 1u);
+  for (const auto& output : batch.part) EXPECT_EQ(output[kHigh][1], 0);
 }
 
 TEST_F(CascadeTest, RegionsHaveBothMirrors) {

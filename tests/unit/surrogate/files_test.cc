@@ -6,13 +6,18 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
 
+#include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/json.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/write_model.h"
 #include "tests/unit/surrogate/synthetic.h"
 
@@ -20,6 +25,7 @@ namespace grouser::surrogate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 
 class Files : public testing::Test {
@@ -53,7 +59,7 @@ class Files : public testing::Test {
     r.set_travel_m(s.travel_m());
     for (int o = kOutputs - 1; o >= 0; --o) {  // order must not matter
       v1alpha1::OutputMean* mean = r.add_outputs();
-      mean->set_name(kOutputNames[o]);
+      mean->set_name(kOutputFields[o].name);
       mean->set_mean(s.mean(o));
       mean->set_standard_error(s.standard_error(o));
     }
@@ -176,6 +182,8 @@ TEST_F(Files, CampaignErrorsNameTheFile) {
   EXPECT_THAT(complaint(), HasSubstr("broken.run.h5"));
 }
 
+constexpr WheelLimits kLimits{0.0625};
+
 TEST_F(Files, MeasuredTableIsReadAndMatched) {
   const std::string path = Write("m.csv",
                                  "# source\n"
@@ -183,7 +191,7 @@ TEST_F(Files, MeasuredTableIsReadAndMatched) {
                                  "-0.1,0,24,-2.5,0.3,0.02\n"
                                  "0.25, 30,23,0.5,,\n"
                                  "0.6,60,22,1.5,0.1,0.03\n");
-  const auto points = ReadMeasured(path);
+  const auto points = ReadMeasured(path, kLimits);
   ASSERT_EQ(points.size(), 3u);
   EXPECT_DOUBLE_EQ(points[0].value(kFx), -2.5);
   EXPECT_TRUE(std::isnan(points[0].value(kFy)));
@@ -212,7 +220,7 @@ TEST_F(Files, MeasuredTableIsReadAndMatched) {
 TEST_F(Files, MeasuredErrorsNameFileLineAndColumn) {
   const auto complaint = [&](const std::string& text) {
     try {
-      ReadMeasured(Write("m.csv", text));
+      ReadMeasured(Write("m.csv", text), kLimits);
     } catch (const std::exception& error) {
       return std::string(error.what());
     }
@@ -226,6 +234,130 @@ TEST_F(Files, MeasuredErrorsNameFileLineAndColumn) {
   EXPECT_THAT(complaint(head + "0.1,0,-4,1\n"), HasSubstr("load_n"));
   EXPECT_THAT(complaint(head + "1.7,0,24,1\n"), HasSubstr("no motion"));
   EXPECT_THAT(complaint(head), HasSubstr("no measured row"));
+}
+
+TEST_F(Files, MeasuredTablesInOtherUnitsAreRefusedByCell) {
+  bool unusual = false;
+  const auto complaint = [&](const std::string& text) {
+    try {
+      ReadMeasured(Write("m.csv", text), kLimits, unusual);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string head = "slip,attack_angle_deg,load_n,f_x_n,torque_n_m,sinkage_m\n";
+  const std::string good = "0.1,30,24,5,0.4,0.02\n";
+  EXPECT_EQ(complaint(head + good), "accepted");
+  EXPECT_THAT(complaint(head + good + "0.1,0,24,5,400,0.02\n"),  // N mm
+              HasSubstr("m.csv:3: torque_n_m: 400 N m, expected -2.25 to 2.25 N m"));
+  EXPECT_THAT(complaint(head + good + "0.1,0,24,5,0.4,20\n"),  // mm
+              HasSubstr("m.csv:3: sinkage_m: 20 m, expected -0.00625 to 0.125 m"));
+  EXPECT_THAT(complaint(head + good + "0.1,0,0.024,5,,\n"),  // load in kN
+              HasSubstr("m.csv:3: f_x_n: 5 N, expected -0.24 to 0.24 N"));
+  EXPECT_THAT(complaint(head + "0.1,30,24,0.005,,\n0.2,30,24,0.006,,\n"),  // forces in kN
+              HasSubstr("m.csv:3: f_x_n, f_y_n: at most 0.00025 of the load in every row"));
+  EXPECT_THAT(complaint("slip,attack_angle_deg,load_n,load_n\n"),
+              HasSubstr("m.csv:1: load_n: the column stands here twice"));
+  EXPECT_THAT(complaint("slip,attack_angle_deg,load_n,f_x_n,f_x_sd\n0.1,0,24,5,-1\n"),
+              HasSubstr("m.csv:2: f_x_sd: expected a number not below 0"));
+  const std::string radians = head + "0.1,0,24,5,,\n0.1,0.5236,24,5,,\n";
+  EXPECT_THAT(complaint(radians), HasSubstr("m.csv:3: attack_angle_deg: 0.5236"));
+  unusual = true;
+  EXPECT_EQ(complaint(radians), "accepted");
+}
+
+// What a run is refused for, with its id, file, output, value and range; "fits" if it is not.
+TEST(CheckRuns, NamesTheRunThatCannotBe) {
+  const synthetic::Truth truth;
+  const auto said = [&](const std::function<void(v1alpha1::RunSummary*)>& change) {
+    FitRequest request = synthetic::MakeRequest(synthetic::SmallCampaign(truth, {24}));
+    change(&request.set.runs[5]);
+    try {
+      FitModel(request);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("fits");
+  };
+  const std::string where = "run train-5 (train-5.run.h5)";
+  const auto times = [](int o, double factor) {
+    return [=](v1alpha1::RunSummary* run) { run->set_mean(o, factor * run->mean(o)); };
+  };
+  EXPECT_THAT(said(times(kFz, 1e-3)), HasSubstr(where + ": f_z: 0.024 N, expected 18 to 30 N"));
+  EXPECT_THAT(said(times(kFz, 1e3)), HasSubstr(where + ": f_z: "));
+  EXPECT_THAT(said(times(kFx, 1e3)), HasSubstr(where + ": f_x: "));
+  EXPECT_THAT(said([](auto* run) { run->set_mean(kTorque, 2.3); }),
+              HasSubstr(where + ": torque: 2.3 N m, expected -2.25 to 2.25 N m"));
+  EXPECT_THAT(said([](auto* run) { run->set_mean(kMz, 20); }), HasSubstr(where + ": m_z: "));
+  EXPECT_THAT(said([](auto* run) { run->set_mean(kSinkage, 0.13); }),
+              HasSubstr(where + ": sinkage: 0.13 m, expected -0.00625 to 0.125 m"));
+  EXPECT_THAT(said([](auto* run) { run->set_mean(kSinkage, -0.02); }),
+              HasSubstr(where + ": sinkage: -0.02 m"));
+  EXPECT_THAT(said([](auto* run) { run->set_mean(kFx, std::nan("")); }),
+              HasSubstr("run train-5: f_x: expected a finite mean"));
+  EXPECT_THAT(said([](auto* run) {
+                for (const Output o : {kFx, kFy, kTorque}) run->set_mean(o, 1e-6 * run->mean(o));
+              }),
+              HasSubstr(where + ": f_x, f_y and torque/radius are at most"));
+}
+
+// All forces in kN beside a load in N: no single run need be impossible.
+TEST(CheckRuns, RefusesACampaignWhoseForcesAreAllTooSmall) {
+  TrainingSet set;
+  set.scene = synthetic::MakeScene();
+  set.runs = synthetic::SmallCampaign(synthetic::Truth(), {24});
+  EXPECT_NO_THROW(CheckRuns(set));
+  for (v1alpha1::RunSummary& run : set.runs) {
+    for (const Output o : {kFx, kFy, kTorque}) run.set_mean(o, 1e-3 * run.mean(o));
+  }
+  EXPECT_THROW(CheckRuns(set), std::invalid_argument);
+  for (v1alpha1::RunSummary& run : set.runs) run.set_status(v1alpha1::RUN_STATUS_FAILED);
+  EXPECT_NO_THROW(CheckRuns(set));  // trains nothing
+}
+
+// The limits hold for every shipped campaign and measurement.
+TEST(CheckRuns, TakesTheShippedPairs) {
+  const std::string pairs = GROUSER_PAIRS;
+  for (const char* file : {"/cmu-smooth-62.5-8mm/runs.json", "/cmu-smooth-62.5-8mm/coarse.json",
+                           "/atv-20x10-20mm/runs.json"}) {
+    const TrainingSet set = ReadRuns(pairs + file);
+    EXPECT_NO_THROW(CheckRuns(set)) << file;
+  }
+  const TrainingSet cmu = ReadRuns(pairs + "/cmu-smooth-62.5-8mm/runs.json");
+  EXPECT_GT(ReadMeasured(pairs + "/cmu-smooth-62.5-8mm/measured.csv", LimitsOf(cmu.scene)).size(),
+            10u);
+}
+
+// A model that the server would refuse is not written, and what was there stays.
+TEST_F(Files, WriteTestedModelLeavesTheOldFileWhereTheServerWouldRefuse) {
+  synthetic::Truth truth;
+  truth.noise = 0.01;
+  v1alpha1::Model model = FitModel(synthetic::MakeRequest(synthetic::SmallCampaign(truth, {24})));
+  const std::string path = Write("m.model", "old");
+  const auto refuses = [&](const char* why) {
+    try {
+      WriteTestedModel(path, model);
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("m.model: not written"), HasSubstr(why)));
+    }
+    std::ifstream file(path);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "old") << why;
+  };
+  const v1alpha1::Model good = model;
+  model.mutable_golden(3)->set_value(kFx, 1 + model.golden(3).value(kFx));
+  refuses("golden[3]");
+  model = good;
+  model.clear_golden();
+  refuses("golden");
+  model = good;
+  model.mutable_domain()->set_load_max_n(-1);
+  refuses("load");
+  model = good;
+  (*model.mutable_bekker()->mutable_values())["c1"] = std::nan("");
+  refuses("c1");
+  const std::string digest = WriteTestedModel(path, good);
+  EXPECT_EQ(records::ReadModelFile(path).digest, digest);
 }
 
 TEST(Json, EscapesAndKeepsNaN) {

@@ -50,13 +50,9 @@ TEST(HardCases, TablesOfAnySoilKnowWhereTheLoadIsTooLarge) {
       for (const double angle : {0.0, 0.4, 1.1, 1.5}) {
         const VelocityState v = FromSlip(slip, angle, 0.1);
         for (double load = 20; load < 5000; load *= 1.3) {
-          double f_z = 0;
-          std::uint32_t flags = 0;
-          ResponsesView out;
-          out.flags = {&flags, 1};
-          out.output[kFz].value = {&f_z, 1};
-          model.Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}, {}, {}, {}, {}},
-                         out);
+          const WheelAnswer tabulated = AnswerOf(model, v, load);
+          const double f_z = tabulated.value[kFz];
+          const std::uint32_t flags = tabulated.flags;
           const WheelAnswer exact = law.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
           ASSERT_TRUE(std::isfinite(f_z));
           ASSERT_GE(f_z, 0);

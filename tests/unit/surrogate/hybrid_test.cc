@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "surrogate/models/state_batch.h"
 #include "tests/unit/count_allocations.h"
 
 namespace grouser::surrogate {
@@ -90,40 +91,14 @@ HybridModel MakeHybridModel(double size = 0.02, double distance = 0.1) {
           MakeUncertainty()};
 }
 
-// Buffers of a batch with everything asked for.
-struct Batch {
-  explicit Batch(std::size_t n)
-      : v_x(n, 0.1),
-        v_y(n, 0),
-        rim(n, 0.1),
-        load(n, 24),
-        pitch(n, 0),
-        roll(n, 0),
-        yaw(n, 0),
-        pass(n, 1),
-        flags(n, 99),
-        slip(n),
-        angle(n) {
-    for (auto& output : outputs) {
-      for (auto& part : output) part.assign(n, -7);
-    }
+// Everything asked for but gradients, the context given.
+struct Batch : StateBatch {
+  explicit Batch(std::size_t n) : StateBatch(n, {kValue, kSdFit, kSdPatch, kLow, kHigh}) {
+    for (std::size_t i = 0; i < n; ++i) Set(i, 0.1, 0, 0.1, 24);
+    slope_pitch = slope_roll = yaw_rate = std::vector<double>(n, 0.0);
+    pass_number.assign(n, 1);
+    slip = attack_angle = part[kFx][kValue];
   }
-  WheelStatesView In() const { return {v_x, v_y, rim, load, pitch, roll, yaw, pass}; }
-  ResponsesView Out() {
-    ResponsesView view;
-    for (int o = 0; o < kOutputs; ++o) {
-      auto& p = outputs[o];
-      view.output[o] = {p[0], p[1], p[2], p[3], p[4], {}, {}, {}, {}};
-    }
-    view.flags = flags;
-    view.slip = slip;
-    view.attack_angle = angle;
-    return view;
-  }
-  std::vector<double> v_x, v_y, rim, load, pitch, roll, yaw;
-  std::vector<std::uint32_t> pass, flags;
-  std::vector<double> slip, angle;
-  std::array<std::array<std::vector<double>, 5>, kOutputs> outputs;
 };
 
 TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
@@ -131,28 +106,30 @@ TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
   Batch b(12);
   b.v_x[1] = kNaN;
   b.v_y[2] = kInf;
-  b.rim[3] = -kInf;
-  b.load[4] = 0;
+  b.rim_speed[3] = -kInf;
+  b.load[4] = -1e-300;
   b.load[5] = -24;
   b.load[6] = kNaN;
-  b.pitch[7] = kNaN;
-  b.yaw[8] = kInf;
+  b.slope_pitch[7] = kNaN;
+  b.yaw_rate[8] = kInf;
   b.v_x[9] = b.v_y[9] = std::numeric_limits<double>::max();  // hypot overflows
   model.Evaluate(b.In(), b.Out());
   for (const std::size_t i : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
     EXPECT_EQ(b.flags[i], kInvalid) << i;
-    for (const auto& output : b.outputs) {
-      for (const auto& part : output) EXPECT_TRUE(std::isnan(part[i])) << i;
+    for (const auto& output : b.part) {
+      for (const auto& part : output) {
+        if (!part.empty()) EXPECT_TRUE(std::isnan(part[i])) << i;
+      }
     }
   }
   for (const std::size_t i : {0, 10, 11}) {
     EXPECT_EQ(b.flags[i], kFormUnknown) << i;
     for (int o = 0; o < kOutputs; ++o) {
-      const auto& p = b.outputs[o];
+      const auto& p = b.part[o];
       EXPECT_TRUE(std::isfinite(p[0][i]));
       EXPECT_LT(p[3][i], p[0][i]);
       EXPECT_GT(p[4][i], p[0][i]);
-      EXPECT_EQ(p[0][i], b.outputs[o][0][0]);
+      EXPECT_EQ(p[0][i], b.part[o][0][0]);
     }
   }
 }
@@ -180,23 +157,23 @@ TEST(Hybrid, IntervalsGrowBeyondTheBox) {
 TEST(Hybrid, FlagsSayWhatTheModelDoesNotCover) {
   const HybridModel model = MakeHybridModel(0.001);
   Batch b(12);
-  b.v_x[0] = b.rim[0] = 0;          // static
+  b.v_x[0] = b.rim_speed[0] = 0;    // static
   b.v_x[1] = 0.01, b.v_y[1] = 0.1;  // beyond 60 degrees
   b.load[2] = 50;                   // above the training loads
   b.load[3] = 5;
-  b.v_x[4] = b.rim[4] = 3;  // Froude number 14
-  b.pitch[5] = 0.1;
-  b.pass[6] = 2;
-  b.yaw[7] = 0.2;
-  b.load[8] = 1e5;                   // nothing carries this
-  b.v_x[9] = 0.05, b.rim[9] = -0.1;  // counter-rotating, rim the faster
-  b.pass[10] = 0;                    // not given
+  b.v_x[4] = b.rim_speed[4] = 3;  // Froude number 14
+  b.slope_pitch[5] = 0.1;
+  b.pass_number[6] = 2;
+  b.yaw_rate[7] = 0.2;
+  b.load[8] = 1e5;                         // nothing carries this
+  b.v_x[9] = 0.05, b.rim_speed[9] = -0.1;  // counter-rotating, rim the faster
+  b.pass_number[10] = 0;                   // not given
   model.Evaluate(b.In(), b.Out());
   const auto has = [&](std::size_t i, Flag flag) { return (b.flags[i] & flag) != 0; };
   EXPECT_TRUE(has(0, kStatic));
-  for (const Output o : {kFx, kFy, kTorque, kMz}) EXPECT_EQ(b.outputs[o][0][0], 0);
-  EXPECT_NEAR(b.outputs[kFz][0][0], 24, 1e-5);
-  EXPECT_GT(b.outputs[kSinkage][0][0], 0);
+  for (const Output o : {kFx, kFy, kTorque, kMz}) EXPECT_EQ(b.part[o][0][0], 0);
+  EXPECT_NEAR(b.part[kFz][0][0], 24, 1e-5);
+  EXPECT_GT(b.part[kSinkage][0][0], 0);
   EXPECT_TRUE(has(1, kExtrapolated));
   EXPECT_TRUE(has(2, kExtrapolated));
   EXPECT_TRUE(has(3, kExtrapolated));
@@ -208,7 +185,7 @@ TEST(Hybrid, FlagsSayWhatTheModelDoesNotCover) {
   EXPECT_TRUE(has(9, kExtrapolated));
   EXPECT_EQ(b.flags[10], kFormUnknown);
   EXPECT_EQ(b.flags[11], kFormUnknown);
-  for (const auto& output : b.outputs) {
+  for (const auto& output : b.part) {
     for (const auto& part : output) {
       for (const double x : part) EXPECT_TRUE(std::isfinite(x));
     }
@@ -278,7 +255,7 @@ TEST(Hybrid, EvaluationAllocatesNothing) {
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     b.v_x[i] = any(random);
     b.v_y[i] = any(random);
-    b.rim[i] = any(random);
+    b.rim_speed[i] = any(random);
     b.load[i] = i % 17 == 0 ? -1 : 24;
   }
   const WheelStatesView in = b.In();
@@ -292,14 +269,11 @@ TEST(Hybrid, EvaluationAllocatesNothing) {
 
 TEST(Hybrid, EmptySpansAreNotWritten) {
   const HybridModel model = MakeHybridModel();
-  const std::vector<double> v_x{0.1}, v_y{0}, rim{0.1}, load{24};
-  std::vector<double> f_x(1);
-  std::vector<std::uint32_t> flags(1);
-  ResponsesView out;
-  out.flags = flags;
-  out.output[kFx].value = f_x;
-  model.Evaluate({v_x, v_y, rim, load, {}, {}, {}, {}}, out);
-  EXPECT_EQ(f_x[0], model.EvaluateOne(0.1, 0, 0.1, 24).value[kFx]);
+  StateBatch b(1, {});
+  b.Set(0, 0.1, 0, 0.1, 24);
+  b.part[kFx][kValue] = {0};
+  model.Evaluate(b.In(), b.Out());
+  EXPECT_EQ(b.part[kFx][kValue][0], model.EvaluateOne(0.1, 0, 0.1, 24).value[kFx]);
 }
 
 TEST(Hybrid, PrintsItsSpeed) {  // a figure for the log, no limit
@@ -310,13 +284,13 @@ TEST(Hybrid, PrintsItsSpeed) {  // a figure for the log, no limit
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     b.v_x[i] = std::fabs(any(random));
     b.v_y[i] = any(random);
-    b.rim[i] = std::fabs(any(random));
+    b.rim_speed[i] = std::fabs(any(random));
   }
   const std::clock_t start = std::clock();
   model.Evaluate(b.In(), b.Out());
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   std::printf("hybrid: %.0f ns of processor time per state, batch 10000\n", seconds * 1e5);
-  EXPECT_EQ(std::count(b.flags.begin(), b.flags.end(), 99u), 0);
+  EXPECT_EQ(std::count(b.flags.begin(), b.flags.end(), ~std::uint32_t{0}), 0);
 }
 
 TEST(ResidualTable, InterpolatesItsNodesAndFadesSmoothly) {

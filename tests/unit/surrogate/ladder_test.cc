@@ -205,7 +205,7 @@ TEST_F(PairTest, BadSummariesAreRefusedWithTheirName) {
 }
 
 TEST_F(PairTest, IsClimbedFromItsFiles) {
-  FitPair((folder_ / "pair").string(), "test", [](const std::string&) {});
+  FitPair((folder_ / "pair").string(), "test", false, [](const std::string&) {});
   const auto pairs = FindPairs(folder_.string());
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].name, "pair");

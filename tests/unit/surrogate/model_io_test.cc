@@ -39,18 +39,12 @@ v1alpha1::Model MakeMessage() {
 TEST(MakeModel, ReproducesThePartsItWasMadeFrom) {
   const v1alpha1::Model message = MakeMessage();
   const auto model = MakeModel(message);
-  const std::vector<double> v_x{0.1}, v_y{0.02}, rim{0.12}, load{20};
-  std::vector<double> sinkage(1);
-  std::vector<std::uint32_t> flags(1);
-  ResponsesView out;
-  out.flags = flags;
-  out.output[kSinkage].value = sinkage;
-  model->Evaluate({v_x, v_y, rim, load, {}, {}, {}, {}}, out);
+  const double sinkage = AnswerOf(*model, {0.1, 0.02, 0.12}, 20).value[kSinkage];
   const double physics =
       BekkerModel(BekkerParameters{}, {0.0625, 0.05}).Solve(0.1, 0.02, 0.12, 20).value[kSinkage];
   const double whole = physics + 0.01 * 0.0625;
   EXPECT_NEAR(MakeHybrid(message).EvaluateOne(0.1, 0.02, 0.12, 20).value[kSinkage], whole, 1e-12);
-  EXPECT_NEAR(sinkage[0], whole, 1e-4 * whole);  // by its table
+  EXPECT_NEAR(sinkage, whole, 1e-4 * whole);  // by its table
   v1alpha1::Model back;
   ASSERT_TRUE(back.ParseFromString(message.SerializeAsString()));
   EXPECT_NO_THROW(MakeModel(back));
@@ -72,15 +66,9 @@ TEST(SetGoldenVectors, KeepsClearOfOverloads) {
   EXPECT_GT(lighter, 0);
   const auto tabulated = MakeModel(soft);  // as the server's self-test does
   for (const v1alpha1::GoldenVector& g : soft.golden()) {
-    double pull = 0;
-    std::uint32_t flags = 0;
-    const double v_x = g.v_x_m_per_s(), v_y = g.v_y_m_per_s(), rim = g.rim_speed_m_per_s();
-    const double load = g.load_n();
-    ResponsesView out;
-    out.flags = {&flags, 1};
-    out.output[kFx].value = {&pull, 1};
-    tabulated->Evaluate({{&v_x, 1}, {&v_y, 1}, {&rim, 1}, {&load, 1}, {}, {}, {}, {}}, out);
-    EXPECT_NEAR(pull, g.value(kFx), tabulated->Tolerance() * load);
+    const VelocityState motion{g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s()};
+    const double pull = AnswerOf(*tabulated, motion, g.load_n()).value[kFx];
+    EXPECT_NEAR(pull, g.value(kFx), tabulated->Tolerance() * g.load_n());
   }
 }
 

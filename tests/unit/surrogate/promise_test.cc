@@ -14,6 +14,7 @@
 #include "surrogate/model_io/cascade_rung.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/models/cascade.h"
+#include "surrogate/models/state_batch.h"
 #include "tests/unit/records/throws.h"
 
 namespace grouser::surrogate {
@@ -47,7 +48,7 @@ void ExpectKept(const Promise& promise) {
     const int fewest = FewestWithin(row.met);
     for (int o = 0; o < kOutputs; ++o) {
       if (!row.judged[o]) continue;
-      EXPECT_GE(row.within[o], fewest) << kOutputNames[o] << " of " << row.met;
+      EXPECT_GE(row.within[o], fewest) << kOutputFields[o].name << " of " << row.met;
     }
     EXPECT_GE(row.all_within, fewest);
   }
@@ -108,36 +109,25 @@ struct Pair {
   std::unique_ptr<const Cascade> cascade;
 };
 
-/// n states inside the hull, where slips are possible.
-struct States {
-  explicit States(std::size_t n, const HullBox& box) {
+/// n states inside the hull, where slips are possible, and who answered them.
+struct States : StateBatch {
+  explicit States(std::size_t n, const HullBox& box) : StateBatch(n, {}), rung(n) {
+    part[kFx][kValue].resize(n);
     std::mt19937_64 random(5);
     const auto draw = [&](double a, double b) {
       return std::uniform_real_distribution<double>(a, b)(random);
     };
-    while (load.size() < n) {
+    for (std::size_t i = 0; i < n;) {
       const VelocityState v =
           FromSlip(draw(-1, box.slip_max), draw(0, box.attack_angle_max_rad), 0.1);
-      if (std::isnan(v.v_x)) continue;
-      v_x.push_back(v.v_x);
-      v_y.push_back(v.v_y);
-      rim.push_back(v.rim_speed);
-      load.push_back(draw(box.load_min_n, box.load_max_n));
+      if (!std::isnan(v.v_x)) Set(i++, v, draw(box.load_min_n, box.load_max_n));
     }
-    flags.resize(n);
-    rung.resize(n);
-    value.resize(n);
   }
   void Ask(const Cascade& cascade, const Demand& demand, std::size_t first, std::size_t n) {
-    const auto cut = [&](std::vector<double>& x) { return std::span(x).subspan(first, n); };
-    ResponsesView out;
-    out.flags = std::span(flags).subspan(first, n);
-    out.output[kFx].value = cut(value);
-    cascade.Evaluate({cut(v_x), cut(v_y), cut(rim), cut(load), {}, {}, {}, {}}, demand, out,
-                     std::span(rung).subspan(first, n), nullptr);
+    cascade.Evaluate(In(first, n), demand, Out(first, n), std::span(rung).subspan(first, n),
+                     nullptr);
   }
-  std::vector<double> v_x, v_y, rim, load, value;
-  std::vector<std::uint32_t> flags, rung;
+  std::vector<std::uint32_t> rung;
 };
 
 TEST(PromiseOfThePair, LooseIsNeverUnmetInsideTheHullAndTinyAlwaysIs) {
@@ -173,7 +163,7 @@ TEST(PromiseOfThePair, AnswersDoNotDependOnTheBatch) {
     for (std::size_t i = 0; i < 1000 / size * size; ++i) {
       ASSERT_EQ(one.rung[i], all.rung[i]) << i;
       ASSERT_EQ(one.flags[i], all.flags[i]) << i;
-      ASSERT_EQ(one.value[i], all.value[i]) << i;
+      ASSERT_EQ(one.part[kFx][kValue][i], all.part[kFx][kValue][i]) << i;
       ++used[all.rung[i]];
     }
   }

@@ -13,14 +13,7 @@ namespace grouser::surrogate {
 namespace {
 
 using testing::Anywhere;
-using testing::Batch;
 using testing::InsideHull;
-using testing::kFit;
-using testing::kHigh;
-using testing::kLow;
-using testing::kPatch;
-using testing::kSlopes;
-using testing::kValue;
 using testing::ScaleOf;
 using testing::Shipped;
 
@@ -29,18 +22,18 @@ using testing::Shipped;
 TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
   const HybridModel& model = Shipped();
   ASSERT_TRUE(model.tabulated());
-  Batch b = InsideHull(model.hull(), 20000, 1);
+  StateBatch b = InsideHull(model.hull(), 20000, 1);
   model.Evaluate(b.In(), b.Out());
   std::array<std::vector<double>, kOutputs> errors;
   int other_flags = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
     other_flags += exact.flags != b.flags[i];
     for (int o = 0; o < kOutputs; ++o) {
       const auto& p = b.part[o];
       errors[o].push_back(std::fabs(p[kValue][i] - exact.value[o]) / exact.sd_patch[o]);
-      EXPECT_NEAR(p[kFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
-      EXPECT_NEAR(p[kPatch][i], exact.sd_patch[o], 1e-6 * exact.sd_patch[o]);
+      EXPECT_NEAR(p[kSdFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
+      EXPECT_NEAR(p[kSdPatch][i], exact.sd_patch[o], 1e-6 * exact.sd_patch[o]);
       EXPECT_NEAR(p[kHigh][i] - p[kValue][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
       EXPECT_NEAR(p[kValue][i] - p[kLow][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
     }
@@ -49,8 +42,8 @@ TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
   EXPECT_LE(other_flags, 10);  // at the faces themselves
   for (int o = 0; o < kOutputs; ++o) {
     std::sort(errors[o].begin(), errors[o].end());
-    EXPECT_LT(errors[o][errors[o].size() * 99 / 100], 0.1) << kOutputNames[o];
-    EXPECT_LT(errors[o].back(), 0.6) << kOutputNames[o];
+    EXPECT_LT(errors[o][errors[o].size() * 99 / 100], 0.1) << kOutputFields[o].name;
+    EXPECT_LT(errors[o].back(), 0.6) << kOutputFields[o].name;
   }
 }
 
@@ -59,13 +52,13 @@ TEST(ResponseTable, IntervalsOfWheelsThatPloughGrowAsTheLawSays) {
   for (int o = 0; o < kOutputs; ++o) message.add_sd_ploughing(0.5 * o);
   HybridModel model = MakeHybrid(message);
   model.Tabulate();
-  Batch b = InsideHull(model.hull(), 2000, 3);
+  StateBatch b = InsideHull(model.hull(), 2000, 3);
   model.Evaluate(b.In(), b.Out());
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
-    const double most = std::max(std::hypot(b.v_x[i], b.v_y[i]), std::fabs(b.rim[i]));
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
+    const double most = std::max(std::hypot(b.v_x[i], b.v_y[i]), std::fabs(b.rim_speed[i]));
     const double forward = std::fabs(b.v_x[i]) / most, y = b.v_y[i] / most;
-    const double rim = (b.v_x[i] < 0 ? -b.rim[i] : b.rim[i]) / most;
+    const double rim = (b.v_x[i] < 0 ? -b.rim_speed[i] : b.rim_speed[i]) / most;
     const double brake = std::max(0.0, forward - rim), plane = std::hypot(forward, rim);
     for (int o = 0; o < kOutputs; ++o) {
       const auto& p = b.part[o];
@@ -74,9 +67,9 @@ TEST(ResponseTable, IntervalsOfWheelsThatPloughGrowAsTheLawSays) {
       const double middle = o == kSinkage ? 1
                                           : b.load[i] / std::sqrt(message.domain().load_min_n() *
                                                                   message.domain().load_max_n());
-      EXPECT_NEAR(p[kPatch][i], grown * middle * message.sd_patch(o), 1e-5 * p[kPatch][i]);
-      EXPECT_NEAR(exact.sd_patch[o], p[kPatch][i], 1e-5 * p[kPatch][i]);
-      EXPECT_NEAR(p[kFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
+      EXPECT_NEAR(p[kSdPatch][i], grown * middle * message.sd_patch(o), 1e-5 * p[kSdPatch][i]);
+      EXPECT_NEAR(exact.sd_patch[o], p[kSdPatch][i], 1e-5 * p[kSdPatch][i]);
+      EXPECT_NEAR(p[kSdFit][i], exact.sd_fit[o], 2e-3 * exact.sd_fit[o]);
       EXPECT_NEAR(p[kHigh][i] - p[kValue][i], exact.half_width[o], 2e-3 * exact.half_width[o]);
     }
   }
@@ -87,7 +80,7 @@ TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
   const v1alpha1::Model message = testing::ShippedMessage();
   EXPECT_EQ(MakeHybrid(message).Tolerance(), 0);  // without its table: the law itself
   const HybridModel& model = Shipped();
-  Batch b(static_cast<std::size_t>(message.golden_size()));
+  StateBatch b(static_cast<std::size_t>(message.golden_size()));
   for (int i = 0; i < message.golden_size(); ++i) {
     const auto& g = message.golden(i);
     b.Set(i, g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
@@ -97,18 +90,18 @@ TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
     for (int o = 0; o < kOutputs; ++o) {
       EXPECT_NEAR(b.part[o][kValue][i], message.golden(i).value(o),
                   model.Tolerance() * ScaleOf(o, b.load[i]))
-          << kOutputNames[o] << " " << i;
+          << kOutputFields[o].name << " " << i;
     }
   }
 }
 
 TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
   const HybridModel& model = Shipped();
-  Batch b = Anywhere(4000, 2);
+  StateBatch b = Anywhere(4000, 2);
   model.Evaluate(b.In(), b.Out());
   int without_equilibrium = 0, other_flags = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
     other_flags += exact.flags != b.flags[i];
     EXPECT_EQ(exact.flags & kNoEquilibrium, b.flags[i] & kNoEquilibrium) << i;
     without_equilibrium += (b.flags[i] & kNoEquilibrium) != 0;
@@ -131,7 +124,7 @@ TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
 TEST(ResponseTable, IsContinuousInTheLoad) {
   const HybridModel& model = Shipped();
   const auto largest_jump = [&](std::size_t steps, double x, double y, double u) {
-    Batch b(steps + 1);
+    StateBatch b(steps + 1);
     for (std::size_t i = 0; i <= steps; ++i) {
       b.Set(i, x, y, u, std::pow(300.0, static_cast<double>(i) / static_cast<double>(steps)));
     }
@@ -163,16 +156,16 @@ TEST(ResponseTable, IsContinuousInTheLoad) {
 // Central differences of the answers themselves, by v_x, v_y, rim speed, load.
 TEST(ResponseTable, GradientsAreThoseOfTheAnswers) {
   const HybridModel& model = Shipped();
-  Batch b = InsideHull(model.hull(), 2000, 3);
+  StateBatch b = InsideHull(model.hull(), 2000, 3);
   model.Evaluate(b.In(), b.Out());
-  const std::vector<double>* inputs[4] = {&b.v_x, &b.v_y, &b.rim, &b.load};
+  const std::vector<double>* inputs[4] = {&b.v_x, &b.v_y, &b.rim_speed, &b.load};
   std::array<std::array<double, 4>, kOutputs> size{};
   for (int axis = 0; axis < 4; ++axis) {
-    Batch low = b, high = b;
-    std::vector<double>* moved[2][4] = {{&low.v_x, &low.v_y, &low.rim, &low.load},
-                                        {&high.v_x, &high.v_y, &high.rim, &high.load}};
+    StateBatch low = b, high = b;
+    std::vector<double>* moved[2][4] = {{&low.v_x, &low.v_y, &low.rim_speed, &low.load},
+                                        {&high.v_x, &high.v_y, &high.rim_speed, &high.load}};
     for (std::size_t i = 0; i < b.load.size(); ++i) {
-      const double speed = std::max(std::fabs(b.rim[i]), std::hypot(b.v_x[i], b.v_y[i]));
+      const double speed = std::max(std::fabs(b.rim_speed[i]), std::hypot(b.v_x[i], b.v_y[i]));
       const double step = 1e-3 * (axis == 3 ? b.load[i] : speed);
       (*moved[0][axis])[i] = (*inputs[axis])[i] - step;
       (*moved[1][axis])[i] = (*inputs[axis])[i] + step;
@@ -183,28 +176,28 @@ TEST(ResponseTable, GradientsAreThoseOfTheAnswers) {
       const double width = (*moved[1][axis])[i] - (*moved[0][axis])[i];
       for (int o = 0; o < kOutputs; ++o) {
         const double difference = (high.part[o][kValue][i] - low.part[o][kValue][i]) / width;
-        const double slope = b.part[o][kSlopes + axis][i];
+        const double slope = b.part[o][kDvX + axis][i];
         const double scale = ScaleOf(o, b.load[i]) * 2e-3 / width;  // for a change by M or load
         EXPECT_NEAR(slope, difference, 2e-3 * scale + 5e-3 * std::fabs(difference))
-            << kOutputNames[o] << " by " << axis << " at " << i;
+            << kOutputFields[o].name << " by " << axis << " at " << i;
         size[o][axis] = std::max(size[o][axis], std::fabs(slope) / scale);
       }
     }
   }
   for (const Output o : {kFx, kFy, kTorque, kMz, kSinkage}) {  // something was compared
-    for (int axis = 0; axis < 4; ++axis) EXPECT_GT(size[o][axis], 0.02) << kOutputNames[o];
+    for (int axis = 0; axis < 4; ++axis) EXPECT_GT(size[o][axis], 0.02) << kOutputFields[o].name;
   }
 }
 
 TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
   const HybridModel& model = Shipped();
-  Batch b = Anywhere(1003, 4), left = b, back = b;
+  StateBatch b = Anywhere(1003, 4), left = b, back = b;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     left.v_y[i] = -b.v_y[i];
     back.v_x[i] = -b.v_x[i];
-    back.rim[i] = -b.rim[i];
+    back.rim_speed[i] = -b.rim_speed[i];
   }
-  for (Batch* batch : {&b, &left, &back}) model.Evaluate(batch->In(), batch->Out());
+  for (StateBatch* batch : {&b, &left, &back}) model.Evaluate(batch->In(), batch->Out());
   for (int o = 0; o < kOutputs; ++o) {
     const auto parity = ResidualTable::ParityOf(o);
     const int by_left[4] = {parity.y, -parity.y, parity.y, parity.y};
@@ -213,13 +206,13 @@ TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
     for (std::size_t i = 0; i < b.load.size(); ++i) {
       EXPECT_EQ(l[kValue][i], parity.y * p[kValue][i]);
       EXPECT_EQ(r[kValue][i], parity.x * p[kValue][i]);
-      for (const int part : {kFit, kPatch}) {
+      for (const int part : {kSdFit, kSdPatch}) {
         EXPECT_EQ(l[part][i], p[part][i]);
         EXPECT_EQ(r[part][i], p[part][i]);
       }
       for (int a = 0; a < 4; ++a) {
-        EXPECT_EQ(l[kSlopes + a][i], by_left[a] * p[kSlopes + a][i]) << i << " " << a;
-        EXPECT_EQ(r[kSlopes + a][i], by_back[a] * p[kSlopes + a][i]) << i << " " << a;
+        EXPECT_EQ(l[kDvX + a][i], by_left[a] * p[kDvX + a][i]) << i << " " << a;
+        EXPECT_EQ(r[kDvX + a][i], by_back[a] * p[kDvX + a][i]) << i << " " << a;
       }
     }
   }
@@ -227,14 +220,14 @@ TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
 
 TEST(ResponseTable, StraightAheadAndSidewaysTheMirroredOutputsVanish) {
   const HybridModel& model = Shipped();
-  Batch b(2);
+  StateBatch b(2);
   b.Set(0, 0.1, 0, 0.13, 24);
   b.Set(1, 0, -0.1, 0, 24);
   model.Evaluate(b.In(), b.Out());
   for (const Output o : {kFy, kMz}) EXPECT_EQ(b.part[o][kValue][0], 0);
   for (const Output o : {kFx, kTorque}) EXPECT_EQ(b.part[o][kValue][1], 0);
-  for (const Output o : {kFx, kTorque, kFz, kSinkage}) EXPECT_EQ(b.part[o][kSlopes + 1][0], 0);
-  EXPECT_LT(b.part[kFy][kSlopes + 1][0], 0);  // the side pushes back
+  for (const Output o : {kFx, kTorque, kFz, kSinkage}) EXPECT_EQ(b.part[o][kDvX + 1][0], 0);
+  EXPECT_LT(b.part[kFy][kDvX + 1][0], 0);  // the side pushes back
 }
 
 // At the pole, v_x = rim = 0, slopes come from differences, a little away from
@@ -243,7 +236,7 @@ TEST(ResponseTable, StraightAheadAndSidewaysTheMirroredOutputsVanish) {
 // has slopes.
 TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
   const HybridModel& model = Shipped();
-  Batch b(4);
+  StateBatch b(4);
   b.Set(0, 0, 0.1, 0, 24);
   b.Set(1, 2e-4, 0.1, 0, 24);
   b.Set(2, 0, 0.1, 2e-4, 24);
@@ -252,15 +245,15 @@ TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
   for (int o = 0; o < kOutputs; ++o) {
     const double scale = ScaleOf(o, 24) / 0.1;
     for (int a = 0; a < 3; ++a) {
-      const double pole = b.part[o][kSlopes + a][0];
-      EXPECT_NEAR(b.part[o][kSlopes + a][1], pole, 0.04 * scale) << kOutputNames[o] << a;
-      EXPECT_NEAR(b.part[o][kSlopes + a][2], pole, 0.04 * scale) << kOutputNames[o] << a;
-      EXPECT_EQ(b.part[o][kSlopes + a][3], 0);
+      const double pole = b.part[o][kDvX + a][0];
+      EXPECT_NEAR(b.part[o][kDvX + a][1], pole, 0.04 * scale) << kOutputFields[o].name << a;
+      EXPECT_NEAR(b.part[o][kDvX + a][2], pole, 0.04 * scale) << kOutputFields[o].name << a;
+      EXPECT_EQ(b.part[o][kDvX + a][3], 0);
     }
   }
-  EXPECT_LT(b.part[kFx][kSlopes][0], -0.5 * 24 / 0.1);  // resists v_x
-  EXPECT_NEAR(b.part[kFz][kSlopes + 3][3], 1, 1e-4);
-  EXPECT_GT(b.part[kSinkage][kSlopes + 3][3], 0);
+  EXPECT_LT(b.part[kFx][kDvX][0], -0.5 * 24 / 0.1);  // resists v_x
+  EXPECT_NEAR(b.part[kFz][kDvX + 3][3], 1, 1e-4);
+  EXPECT_GT(b.part[kSinkage][kDvX + 3][3], 0);
 }
 
 // A wheel that many loads from `lightest` to 40 N sink beyond any equilibrium.
@@ -281,16 +274,16 @@ HybridModel OnSoftSoil(double k_phi, double lightest) {
 TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
   const HybridModel model = OnSoftSoil(4e4, 2);
   ASSERT_TRUE(model.tabulated());
-  Batch b = InsideHull(model.hull(), 4000, 11);
+  StateBatch b = InsideHull(model.hull(), 4000, 11);
   model.Evaluate(b.In(), b.Out());
   int lost = 0, clear = 0, off = 0;
   double worst = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const WheelAnswer exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
-    const double most =
-        model.physics()
-            .AtSinkage(ToCanonical(b.v_x[i], b.v_y[i], b.rim[i]), model.physics().max_sinkage())
-            .value[kFz];
+    const WheelAnswer exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
+    const double most = model.physics()
+                            .AtSinkage(ToCanonical(b.v_x[i], b.v_y[i], b.rim_speed[i]),
+                                       model.physics().max_sinkage())
+                            .value[kFz];
     const double margin = std::log(std::max(most, 1e-30) / b.load[i]);
     if (std::fabs(margin) > 0.01) {
       ASSERT_EQ((b.flags[i] & kNoEquilibrium) != 0, margin < 0) << i;
@@ -316,15 +309,15 @@ TEST(ResponseTable, KnowsTheLargestLoadWithAnEquilibrium) {
 // What the soil carries has slopes of its own: f_z follows it, not the load.
 TEST(ResponseTable, BeyondTheLargestLoadVerticalForceStays) {
   const HybridModel model = OnSoftSoil(1e4, 10);
-  Batch b(2);
+  StateBatch b(2);
   b.Set(0, 0.07, 0.02, 0.1, 30);
   b.Set(1, 0.07, 0.02, 0.1, 31);
   model.Evaluate(b.In(), b.Out());
   ASSERT_TRUE(b.flags[0] & kNoEquilibrium);
   EXPECT_TRUE(b.flags[0] & kExtrapolated);
   EXPECT_NEAR(b.part[kFz][kValue][0], b.part[kFz][kValue][1], 1e-3);
-  EXPECT_NEAR(b.part[kFz][kSlopes + 3][0], 0, 1e-3);
-  EXPECT_NE(b.part[kFz][kSlopes][0], 0);
+  EXPECT_NEAR(b.part[kFz][kDvX + 3][0], 0, 1e-3);
+  EXPECT_NE(b.part[kFz][kDvX][0], 0);
 }
 
 }  // namespace

@@ -30,6 +30,20 @@ BekkerModel::Answer AtSlip(const BekkerModel& model, double slip, double load) {
   return model.Solve(v.v_x, v.v_y, v.rim_speed, load);
 }
 
+// What a table says, or "accepted", with one row after the shipped header.
+std::string SaidOf(const std::string& rows, bool accept_unusual = false) {
+  std::ifstream file(GROUSER_SOILS);
+  std::string text, line;
+  while (text.find("soil,n,") == std::string::npos && std::getline(file, line)) text += line + "\n";
+  std::istringstream table(text + rows);
+  try {
+    ReadSoils(table, "t.csv", accept_unusual);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
 TEST(Soils, TheTableIsReadInSiWithItsSources) {
   const std::vector<Soil> soils = Table();
   EXPECT_EQ(soils.size(), 30u);
@@ -47,18 +61,7 @@ TEST(Soils, TheTableIsReadInSiWithItsSources) {
 }
 
 TEST(Soils, ABadTableIsRefusedByLine) {
-  std::ifstream file(GROUSER_SOILS);
-  std::string text, line;
-  while (text.find("soil,n,") == std::string::npos && std::getline(file, line)) text += line + "\n";
-  const auto message = [&](const std::string& row) {
-    std::istringstream table(text + row);
-    try {
-      ReadSoils(table, "t.csv");
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
+  const auto message = [](const std::string& row) { return SaidOf(row); };
   EXPECT_EQ(message("a,1,0,800,0,30,,,sand,here\n"), "accepted");
   EXPECT_EQ(message("a,x,0,800,0,30,,,sand,here\n"), "t.csv:5: n: x, expected a number");
   EXPECT_EQ(message("a,1,0,,0,30,,,sand,here\n"),
@@ -67,6 +70,51 @@ TEST(Soils, ABadTableIsRefusedByLine) {
             "t.csv:5: kind: mud, expected sand, loam, clay or snow");
   EXPECT_EQ(message("a,1\n"), "t.csv:5: 2 columns, expected 10");
   EXPECT_EQ(message(""), "t.csv: no soil, expected a table of them");
+}
+
+// Whatever the flag says: no soil is so, or the unit is another.
+TEST(Soils, WrongUnitsAndImpossibleSoilsAreRefusedByCell) {
+  const struct {
+    const char *row, *said;
+  } kCases[] = {
+      {"a,1.1,0,1528430,1,28,1500,10,sand,h\n",  // N for kN
+       "t.csv:5: k_phi_kN_per_m_n_plus_2: 1528430, expected 0 to 100000: N for kN?"},
+      {"a,1.1,15600,2407,1,28,1500,10,sand,h\n",
+       "t.csv:5: k_c_kN_per_m_n_plus_1: 15600, expected -10000 to 10000: N for kN?"},
+      {"a,1.1,0,1528,1040,28,1500,10,sand,h\n",
+       "t.csv:5: cohesion_kPa: 1040, expected 0 to 500: Pa for kPa?"},
+      {"a,1.1,0,1528,1,0.49,1500,10,sand,h\n",
+       "t.csv:5: friction_angle_deg: 0.49, expected 0 or 1.6 to 70: radians?"},
+      {"a,1.1,0,1528,1,28,0,10,sand,h\n", "t.csv:5: density_kg_per_m3: 0, expected 30 to 4000"},
+      {"a,1.1,0,1528,1,28,1.6,10,sand,h\n",
+       "t.csv:5: density_kg_per_m3: 1.6, expected 30 to 4000: g/cm^3?"},
+      {"a,1.1,0,1528,1,28,1500,10000,sand,h\n",  // K = 10 m
+       "t.csv:5: shear_modulus_K_mm: 10000, expected 0.1 to 500: m for mm, or mm for m?"},
+      {"a,1.1,0,1528,1,28,1500,0.01,sand,h\n",
+       "t.csv:5: shear_modulus_K_mm: 0.01, expected 0.1 to 500: m for mm, or mm for m?"},
+      {"a,1.1,0,1528,-1,28,1500,10,sand,h\n", "t.csv:5: cohesion_kPa: -1, expected 0 to 500"},
+      {"a,1.1,0,0,1,28,1500,10,sand,h\n",
+       "t.csv:5: k_phi_kN_per_m_n_plus_2: 0, expected a positive number, or one for k_c"},
+      {"a,1.1,0,800,0,0,1500,10,sand,h\n",
+       "t.csv:5: friction_angle_deg: 0 with cohesion 0, expected a soil that bears shear"},
+      {",1.1,0,800,0,30,1500,10,sand,h\n", "t.csv:5: soil: empty, expected a name"},
+      {"a,1,0,800,0,30,,,sand,h\nb,1,0,800,0,30,,,sand,h\na,1,0,900,0,30,,,sand,h\n",
+       "t.csv:7: soil: a is in line 5 already, expected each name once"},
+  };
+  for (const auto& c : kCases) EXPECT_EQ(SaidOf(c.row, true), c.said);
+}
+
+TEST(Soils, WhatNoPublishedSoilHasNeedsAcceptUnusual) {
+  const std::string odd = "a,1.1,0,20000,1,28,1500,10,sand,h\n";
+  EXPECT_EQ(
+      SaidOf(odd),
+      "t.csv:5: k_phi_kN_per_m_n_plus_2: 20000, expected 10 to 10000 as published soils have; "
+      "--accept-unusual takes it");
+  EXPECT_EQ(SaidOf(odd, true), "accepted");
+  EXPECT_EQ(SaidOf("a,1.1,990,1528430,1,28,1500,10,sand,h\n"),  // what is impossible is said first
+            "t.csv:5: k_phi_kN_per_m_n_plus_2: 1528430, expected 0 to 100000: N for kN?");
+  EXPECT_EQ(SaidOf("a,1.1,0,0,20,0,1500,10,clay,h\n", true),
+            "t.csv:5: k_phi_kN_per_m_n_plus_2: 0, expected a positive number, or one for k_c");
 }
 
 // A rover wheel and an off-road wheel, on every soil, without any fit.

@@ -11,12 +11,7 @@ namespace grouser::surrogate {
 namespace {
 
 using testing::Anywhere;
-using testing::Batch;
 using testing::InsideHull;
-using testing::kHigh;
-using testing::kLow;
-using testing::kSlopes;
-using testing::kValue;
 using testing::ScaleOf;
 
 constexpr double kGravity = 9.81, kRadius = 0.0625;
@@ -76,17 +71,17 @@ const HybridModel& Fast() {
 }
 
 /// Inside the hull, at speeds up to a Froude number of 2.
-Batch AtManySpeeds(const HybridModel& model, std::size_t n, unsigned seed) {
-  Batch b = InsideHull(model.hull(), n, seed);
+StateBatch AtManySpeeds(const HybridModel& model, std::size_t n, unsigned seed) {
+  StateBatch b = InsideHull(model.hull(), n, seed);
   for (std::size_t i = 0; i < n; ++i) {
     const double factor = 0.1 + 5 * static_cast<double>(i) / static_cast<double>(n);
-    for (auto* v : {&b.v_x, &b.v_y, &b.rim}) (*v)[i] *= factor;
+    for (auto* v : {&b.v_x, &b.v_y, &b.rim_speed}) (*v)[i] *= factor;
   }
   return b;
 }
 
-double FroudeOf(const Batch& b, std::size_t i) {
-  const double m = std::max(std::fabs(b.rim[i]), std::hypot(b.v_x[i], b.v_y[i]));
+double FroudeOf(const StateBatch& b, std::size_t i) {
+  const double m = std::max(std::fabs(b.rim_speed[i]), std::hypot(b.v_x[i], b.v_y[i]));
   return m * m / (kGravity * kRadius);
 }
 
@@ -104,7 +99,7 @@ TEST(SpeedAxis, TheAnswerGoesWithTheFroudeNumberAndStopsAtItsEnd) {
       // 2e-4: the rate's own table.
       EXPECT_NEAR(at.value[o] - reference.value[o], u * RateAt(o, ToChart(state)) * ScaleOf(o, 20),
                   2e-4 * ScaleOf(o, 20))
-          << kOutputNames[o] << " at " << froude;
+          << kOutputFields[o].name << " at " << froude;
     }
     EXPECT_EQ((at.flags & kRate) != 0, froude > 1.6);
   }
@@ -112,12 +107,12 @@ TEST(SpeedAxis, TheAnswerGoesWithTheFroudeNumberAndStopsAtItsEnd) {
 
 TEST(SpeedAxis, TheTableIsTheScalarLaw) {
   const HybridModel& model = Fast();
-  Batch b = AtManySpeeds(model, 10000, 1);
+  StateBatch b = AtManySpeeds(model, 10000, 1);
   model.Evaluate(b.In(), b.Out());
   std::array<std::vector<double>, kOutputs> errors;
   int fast = 0, other_flags = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const auto exact = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
     fast += FroudeOf(b, i) > kAxis.high;
     other_flags += exact.flags != b.flags[i];
     for (int o = 0; o < kOutputs; ++o) {
@@ -131,20 +126,20 @@ TEST(SpeedAxis, TheTableIsTheScalarLaw) {
   EXPECT_LE(other_flags, 10);
   for (int o = 0; o < kOutputs; ++o) {
     std::sort(errors[o].begin(), errors[o].end());
-    EXPECT_LT(errors[o][errors[o].size() * 99 / 100], 0.1) << kOutputNames[o];
+    EXPECT_LT(errors[o][errors[o].size() * 99 / 100], 0.1) << kOutputFields[o].name;
   }
 }
 
 TEST(SpeedAxis, GradientsAreThoseOfTheAnswers) {
   const HybridModel& model = Fast();
-  Batch b = AtManySpeeds(model, 2000, 3);
+  StateBatch b = AtManySpeeds(model, 2000, 3);
   model.Evaluate(b.In(), b.Out());
-  const std::vector<double>* inputs[3] = {&b.v_x, &b.v_y, &b.rim};
+  const std::vector<double>* inputs[3] = {&b.v_x, &b.v_y, &b.rim_speed};
   int compared = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    Batch low = b, high = b;
-    std::vector<double>* moved[2][3] = {{&low.v_x, &low.v_y, &low.rim},
-                                        {&high.v_x, &high.v_y, &high.rim}};
+    StateBatch low = b, high = b;
+    std::vector<double>* moved[2][3] = {{&low.v_x, &low.v_y, &low.rim_speed},
+                                        {&high.v_x, &high.v_y, &high.rim_speed}};
     std::vector<double> width(b.load.size());
     for (std::size_t i = 0; i < b.load.size(); ++i) {
       const double step = 1e-3 * SpeedOf(FroudeOf(b, i));
@@ -155,7 +150,7 @@ TEST(SpeedAxis, GradientsAreThoseOfTheAnswers) {
     model.Evaluate(low.In(), low.Out());
     model.Evaluate(high.In(), high.Out());
     for (std::size_t i = 0; i < b.load.size(); ++i) {
-      const double hub = std::hypot(b.v_x[i], b.v_y[i]), rim = std::fabs(b.rim[i]);
+      const double hub = std::hypot(b.v_x[i], b.v_y[i]), rim = std::fabs(b.rim_speed[i]);
       // Not across the creases: |r w| = V, the end of the axis.
       if (std::fabs(hub - rim) < 3e-3 * std::max(hub, rim)) continue;
       if (std::fabs(FroudeOf(b, i) / kAxis.high - 1) < 0.01) continue;
@@ -163,9 +158,9 @@ TEST(SpeedAxis, GradientsAreThoseOfTheAnswers) {
       for (int o = 0; o < kOutputs; ++o) {
         const double difference = (high.part[o][kValue][i] - low.part[o][kValue][i]) / width[i];
         const double scale = ScaleOf(o, b.load[i]) * 2e-3 / width[i];
-        EXPECT_NEAR(b.part[o][kSlopes + axis][i], difference,
+        EXPECT_NEAR(b.part[o][kDvX + axis][i], difference,
                     2e-3 * scale + 5e-3 * std::fabs(difference))
-            << kOutputNames[o] << " by " << axis << " at " << i;
+            << kOutputFields[o].name << " by " << axis << " at " << i;
       }
     }
   }
@@ -175,16 +170,16 @@ TEST(SpeedAxis, GradientsAreThoseOfTheAnswers) {
 TEST(SpeedAxis, InstructionSetsGiveTheSameBitsAndBatchesTheirStates) {
   HybridModel model = MakeHybrid(FastMessage());
   model.Tabulate();
-  Batch best = AtManySpeeds(model, 1003, 5);
+  StateBatch best = AtManySpeeds(model, 1003, 5);
   model.Evaluate(best.In(), best.Out());
   ASSERT_TRUE(model.SelectIsa("baseline"));
-  Batch base = AtManySpeeds(model, 1003, 5);
+  StateBatch base = AtManySpeeds(model, 1003, 5);
   model.Evaluate(base.In(), base.Out());
   EXPECT_EQ(base.part, best.part);
   EXPECT_EQ(base.flags, best.flags);
   for (const std::size_t i : {std::size_t{0}, std::size_t{500}, std::size_t{1002}}) {
-    Batch one(1);
-    one.Set(0, best.v_x[i], best.v_y[i], best.rim[i], best.load[i]);
+    StateBatch one(1);
+    one.Set(0, best.v_x[i], best.v_y[i], best.rim_speed[i], best.load[i]);
     model.Evaluate(one.In(), one.Out());
     for (int o = 0; o < kOutputs; ++o) {
       for (std::size_t p = 0; p < one.part[o].size(); ++p) {
@@ -199,7 +194,7 @@ TEST(SpeedAxis, BeyondItsEndAnswersHoldAndWiden) {
   const double near = SpeedOf(1.59) / std::hypot(1, 0.2);
   double last = 0;
   for (const double factor : {1.0, 1.05, 1.5, 3.0, 100.0, 1e20, 1e90, 1e140}) {
-    Batch b(1);
+    StateBatch b(1);
     const double m = factor * near;
     b.Set(0, m, 0.2 * m, 0.8 * m, 20);
     model.Evaluate(b.In(), b.Out());

@@ -9,42 +9,9 @@
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hybrid.h"
+#include "surrogate/models/state_batch.h"
 
 namespace grouser::surrogate::testing {
-
-inline constexpr int kValue = 0, kFit = 1, kPatch = 2, kLow = 3, kHigh = 4, kSlopes = 5;
-inline constexpr int kParts = 9;  // four slopes
-
-/// Buffers of a batch with everything asked for, echoes and gradients as well.
-struct Batch {
-  explicit Batch(std::size_t n) : v_x(n), v_y(n), rim(n), load(n), flags(n), slip(n), angle(n) {
-    for (auto& output : part) {
-      for (auto& values : output) values.assign(n, -7);
-    }
-  }
-  WheelStatesView In() const { return {v_x, v_y, rim, load, {}, {}, {}, {}}; }
-  ResponsesView Out() {
-    ResponsesView view;
-    for (int o = 0; o < kOutputs; ++o) {
-      auto& p = part[o];
-      view.output[o] = {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]};
-    }
-    view.flags = flags;
-    view.slip = slip;
-    view.attack_angle = angle;
-    return view;
-  }
-  void Set(std::size_t i, double x, double y, double u, double n) {
-    v_x[i] = x;
-    v_y[i] = y;
-    rim[i] = u;
-    load[i] = n;
-  }
-  std::vector<double> v_x, v_y, rim, load;
-  std::vector<std::uint32_t> flags;
-  std::vector<double> slip, angle;
-  std::array<std::array<std::vector<double>, kParts>, kOutputs> part;
-};
 
 inline v1alpha1::Model ShippedMessage() {
   return records::ReadModelFile(GROUSER_SHIPPED "/cmu-smooth-62.5.model").model;
@@ -61,8 +28,8 @@ inline const HybridModel& Shipped() {
 }
 
 /// Random states inside the hull box, at any mirror.
-inline Batch InsideHull(const HullBox& hull, std::size_t n, unsigned seed) {
-  Batch b(n);
+inline StateBatch InsideHull(const HullBox& hull, std::size_t n, unsigned seed) {
+  StateBatch b(n);
   std::mt19937_64 random(seed);
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
@@ -79,8 +46,8 @@ inline Batch InsideHull(const HullBox& hull, std::size_t n, unsigned seed) {
 }
 
 /// Random states anywhere, loads 0.02 to 400 N.
-inline Batch Anywhere(std::size_t n, unsigned seed) {
-  Batch b(n);
+inline StateBatch Anywhere(std::size_t n, unsigned seed) {
+  StateBatch b(n);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> any(0, 0.1);
   std::uniform_real_distribution<double> log_load(std::log(0.02), std::log(400.0));
@@ -90,11 +57,7 @@ inline Batch Anywhere(std::size_t n, unsigned seed) {
   return b;
 }
 
-/// What counts as 1 when an output is compared.
-inline double ScaleOf(int output, double load) {
-  constexpr double kRadius = 0.0625;
-  if (output == kSinkage) return kRadius;
-  return output == kTorque || output == kMz ? load * kRadius : load;
-}
+/// OutputScale for the shipped wheel.
+inline double ScaleOf(int output, double load) { return OutputScale(output, load, 0.0625); }
 
 }  // namespace grouser::surrogate::testing
