@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <numbers>
 #include <stdexcept>
 
 #include "clients/cli/commands.h"
@@ -17,8 +16,6 @@ namespace grouser::cli {
 namespace {
 
 using client::Milliseconds;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 struct QueryOptions {
   std::string model;

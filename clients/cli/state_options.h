@@ -1,11 +1,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <numbers>
 #include <vector>
 
 #include "grouser/v1alpha1/state.pb.h"
 
 namespace grouser::cli {
+
+inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Wheel states on the command line, in one of two forms: slip and attack
 /// angle, or velocities. Lists have one length; a single value stands for all.

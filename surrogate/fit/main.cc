@@ -45,7 +45,7 @@ void Print(const std::string& text) {
   if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
 }
 
-void Log(const std::string& text) { fmt::print(stderr, "grouser-fit: {}\n", text); }
+void Say(const std::string& text) { fmt::print(stderr, "grouser-fit: {}\n", text); }
 
 std::string Reference(const records::LoadedModel& loaded) {
   return loaded.model.name() + "@sha256:" + loaded.digest;
@@ -71,17 +71,17 @@ std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& m
 
 void LogNotes(const std::vector<std::string>& notes) {
   constexpr std::size_t kShown = 3;
-  for (std::size_t i = 0; i < notes.size() && i < kShown; ++i) Log(notes[i]);
-  if (notes.size() > kShown) Log(fmt::format("and {} more such", notes.size() - kShown));
+  for (std::size_t i = 0; i < notes.size() && i < kShown; ++i) Say(notes[i]);
+  if (notes.size() > kShown) Say(fmt::format("and {} more such", notes.size() - kShown));
 }
 
 int FitAndWrite(FitRequest request, const Arguments& a) {
   LogNotes(request.set.notes);
-  request.progress = Log;
+  request.progress = Say;
   request.command = a.command;
   const v1alpha1::Model model = FitModel(request);
   const std::string digest = WriteUninterrupted(a.out, model);
-  Log("wrote " + a.out);
+  Say("wrote " + a.out);
   Print(a.json ? ModelJson(model, digest) : ModelText(model, digest));
   return kOk;
 }
@@ -111,7 +111,7 @@ int Summarise(const Arguments& a) {
   const TrainingSet set = ReadAll(a.run_dirs);
   LogNotes(set.notes);
   WriteSummary(a.out, set);
-  Log(fmt::format("wrote {}: {} runs, {} planned and not there", a.out, set.runs.size(),
+  Say(fmt::format("wrote {}: {} runs, {} planned and not there", a.out, set.runs.size(),
                   set.notes.size()));
   return kOk;
 }
@@ -294,10 +294,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;
   } catch (const std::invalid_argument& error) {
-    Log(error.what());
+    Say(error.what());
     return kUsage;
   } catch (const std::exception& error) {
-    Log(error.what());
+    Say(error.what());
     return kFailed;
   }
 }

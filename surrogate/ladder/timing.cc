@@ -40,6 +40,4 @@ double TimeOfModel(const WheelModel& model, const std::vector<Row>& states, doub
   return TimeOf([&] { model.Evaluate(batch.In(), batch.Out()); }, kBatch, seconds);
 }
 
-}
-
 }  // namespace grouser::surrogate

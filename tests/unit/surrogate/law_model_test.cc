@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "surrogate/models/hybrid.h"
+#include "surrogate/models/state_batch.h"
 #include "tests/unit/count_allocations.h"
 #include "tests/unit/surrogate/hard_cases.h"
 #include "tests/unit/surrogate/small_wheel.h"
@@ -17,13 +18,6 @@ namespace grouser::surrogate {
 namespace {
 
 using testing::Anywhere;
-using testing::Batch;
-using testing::kHigh;
-using testing::kLow;
-using testing::kParts;
-using testing::kPatch;
-using testing::kSlopes;
-using testing::kValue;
 
 // Soft to hard, cohesive, short of shear, with grousers, and in Reece's form.
 std::vector<BekkerParameters> Soils() {
@@ -59,7 +53,7 @@ HybridModel ByLaw(const BekkerParameters& soil) {
 }
 
 // Braked, towed, driven, locked, turning back, across, at rest.
-Batch Grid() {
+StateBatch Grid() {
   std::vector<std::array<double, 4>> states;
   for (const double x : {-0.2, -1e-3, 0.0, 0.05, 0.2}) {
     for (const double y : {-0.2, -1e-6, 0.0, 0.1}) {
@@ -68,25 +62,25 @@ Batch Grid() {
       }
     }
   }
-  Batch b(states.size());
+  StateBatch b(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     b.Set(i, states[i][0], states[i][1], states[i][2], states[i][3]);
   }
   return b;
 }
 
-void ExpectTheLaw(const HybridModel& model, Batch b) {
+void ExpectTheLaw(const HybridModel& model, StateBatch b) {
   model.Evaluate(b.In(), b.Out());
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const WheelAnswer want = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim[i], b.load[i]);
+    const WheelAnswer want = model.EvaluateOne(b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]);
     ASSERT_EQ(b.flags[i], want.flags) << i;
     for (int o = 0; o < kOutputs; ++o) {
       const auto& p = b.part[o];
-      ASSERT_EQ(p[kValue][i], want.value[o]) << i << " " << kOutputNames[o];
+      ASSERT_EQ(p[kValue][i], want.value[o]) << i << " " << kOutputFields[o].name;
       const double half = want.half_width[o];
       ASSERT_NEAR(p[kHigh][i] - p[kValue][i], half, 1e-5 * half) << i;
       ASSERT_NEAR(p[kValue][i] - p[kLow][i], half, 1e-5 * half) << i;
-      ASSERT_NEAR(p[kPatch][i], want.sd_patch[o], 1e-6 * want.sd_patch[o]) << i;
+      ASSERT_NEAR(p[kSdPatch][i], want.sd_patch[o], 1e-6 * want.sd_patch[o]) << i;
     }
   }
 }
@@ -101,7 +95,7 @@ TEST(LawModel, ABatchIsTheScalarLawAtAHundredThousandStates) {
 }
 
 TEST(LawModel, SaysWhereThereIsNoEquilibrium) {
-  Batch b = Grid();
+  StateBatch b = Grid();
   const HybridModel model = ByLaw(Soils().front());
   model.Evaluate(b.In(), b.Out());
   int lost = 0, deep = 0;
@@ -123,11 +117,11 @@ TEST(LawModel, SaysWhereThereIsNoEquilibrium) {
 
 TEST(LawModel, GradientsAreThoseOfTheLaw) {
   const HybridModel model = ByLaw(Soils()[4]);
-  Batch b = Anywhere(2000, 9);
+  StateBatch b = Anywhere(2000, 9);
   model.Evaluate(b.In(), b.Out());
   int compared = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
-    const double hub = std::hypot(b.v_x[i], b.v_y[i]), rim = std::fabs(b.rim[i]);
+    const double hub = std::hypot(b.v_x[i], b.v_y[i]), rim = std::fabs(b.rim_speed[i]);
     const double speed = std::max(hub, rim);
     if (std::min({std::fabs(hub - rim), rim, std::fabs(b.v_x[i])}) < 1e-3 * speed) continue;
     for (int k = 0; k < kInputs; ++k) {
@@ -135,7 +129,7 @@ TEST(LawModel, GradientsAreThoseOfTheLaw) {
       const double step = 1e-5 * (k == kLoad ? b.load[i] : speed);
       WheelAnswer side[2];
       for (int s = 0; s < 2; ++s) {
-        const double now[kInputs] = {b.v_x[i], b.v_y[i], b.rim[i], b.load[i]};
+        const double now[kInputs] = {b.v_x[i], b.v_y[i], b.rim_speed[i], b.load[i]};
         std::memcpy(at[s], now, sizeof now);
         at[s][k] += s == 0 ? -step : step;
         side[s] = model.EvaluateOne(at[s][kVx], at[s][kVy], at[s][kRimSpeed], at[s][kLoad]);
@@ -144,8 +138,8 @@ TEST(LawModel, GradientsAreThoseOfTheLaw) {
       for (int o = 0; o < kOutputs; ++o) {
         const double want = (side[1].value[o] - side[0].value[o]) / (at[1][k] - at[0][k]);
         const double unit = hard_cases::Scale(o, b.load[i], kWheel.radius_m) * 1e-5 / step;
-        ASSERT_NEAR(b.part[o][kSlopes + k][i], want, 1e-4 * unit + 1e-4 * std::fabs(want))
-            << i << " " << kOutputNames[o] << " by " << k;
+        ASSERT_NEAR(b.part[o][kSlope + k][i], want, 1e-4 * unit + 1e-4 * std::fabs(want))
+            << i << " " << kOutputFields[o].name << " by " << k;
         ++compared;
       }
     }
@@ -155,7 +149,7 @@ TEST(LawModel, GradientsAreThoseOfTheLaw) {
 
 TEST(LawModel, EveryInstructionSetGivesTheSameBits) {
   HybridModel model = ByLaw(Soils()[1]);
-  Batch plain = Anywhere(301, 3), wide = plain;
+  StateBatch plain = Anywhere(301, 3), wide = plain;
   ASSERT_TRUE(model.SelectIsa("baseline"));
   model.Evaluate(plain.In(), plain.Out());
   for (const char* isa : {"avx2", "avx512"}) {
@@ -165,7 +159,7 @@ TEST(LawModel, EveryInstructionSetGivesTheSameBits) {
     for (int o = 0; o < kOutputs; ++o) {
       for (int p = 0; p < kParts; ++p) {
         EXPECT_EQ(std::memcmp(wide.part[o][p].data(), plain.part[o][p].data(), 301 * 8), 0)
-            << isa << " " << kOutputNames[o] << " " << p;
+            << isa << " " << kOutputFields[o].name << " " << p;
       }
     }
   }
@@ -173,7 +167,7 @@ TEST(LawModel, EveryInstructionSetGivesTheSameBits) {
 
 TEST(LawModel, BadStatesHarmNoOtherAndNothingIsAllocated) {
   const HybridModel model = ByLaw(Soils().front());
-  Batch b = Anywhere(100, 4), good = b;
+  StateBatch b = Anywhere(100, 4), good = b;
   model.Evaluate(good.In(), good.Out());
   b.Set(3, std::nan(""), 0, 0, 24);
   b.Set(40, 0.1, 0, 0.1, -1);
