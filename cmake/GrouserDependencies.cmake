@@ -10,9 +10,9 @@ find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
 find_package(CLI11 REQUIRED)
 find_package(spdlog REQUIRED)
+find_package(Boost 1.74 REQUIRED)
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
-  find_package(Boost 1.74 REQUIRED)
   find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib
   find_program(LCM_GEN lcm-gen REQUIRED)
 endif()

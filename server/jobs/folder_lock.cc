@@ -62,26 +62,30 @@ std::vector<pid_t> HoldersOf(const std::string& path) {
   return holders;
 }
 
-UniqueFd LockEvicting(const std::string& path, double timeout_s) {
-  // A sibling that is just being spawned holds a copy of everything until it
-  // executes: gone in an instant, and not to be killed.
-  constexpr auto kPatience = std::chrono::milliseconds(500);
-  const auto start = std::chrono::steady_clock::now();
-  const auto deadline = start + kPatience + std::chrono::duration<double>(timeout_s);
+UniqueFd LockWithin(const std::string& path, double timeout_s) {
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
   for (;;) {
     UniqueFd lock = TryLock(path);
-    if (lock.valid()) return lock;
-    if (std::chrono::steady_clock::now() - start < kPatience) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      continue;
-    }
+    if (lock.valid() || std::chrono::steady_clock::now() > deadline) return lock;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+UniqueFd LockEvicting(const std::string& path, double timeout_s) {
+  UniqueFd lock = LockWithin(path, kSpawnS);  // what is being spawned is not to be killed
+  if (lock.valid()) return lock;
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  for (;;) {
     const auto holders = HoldersOf(path);
     for (const pid_t pid : holders) ::kill(pid, SIGKILL);
+    lock = LockWithin(path, 0.01);
+    if (lock.valid()) return lock;
     if (std::chrono::steady_clock::now() > deadline) {
       throw std::runtime_error(fmt::format("{}: still locked by process {}, expected no worker",
                                            path, fmt::join(holders, " ")));
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
 

@@ -22,7 +22,7 @@ double UnixNow() {
 }
 
 UniqueFd LockState(const std::string& path) {
-  UniqueFd lock = TryLock(path);
+  UniqueFd lock = LockWithin(path, kSpawnS);
   if (!lock.valid()) {
     throw std::runtime_error(path +
                              ": locked, expected no other grouser-jobs on this state folder");

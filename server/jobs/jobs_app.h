@@ -31,7 +31,8 @@ class JobsApp {
   JobsApp(JobsOptions options, boost::asio::io_context& loop);
 
   /// Takes up what an earlier life left, starts workers. Any thread but
-  /// thread(); returns when that is done, throws what went wrong.
+  /// thread(); returns when that is done. A job that cannot be taken up is
+  /// FAILED or tried again later; the others go on.
   void Start();
   /// Refuses requests from now on, stops workers (their jobs stay resumable),
   /// ends watches, then calls `done` on thread(). Any thread.

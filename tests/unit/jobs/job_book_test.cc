@@ -35,7 +35,8 @@ class JobBookTest : public ::testing::Test {
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
-    return book_->Change(id, epoch, [&](JobRow& row) { row.job.set_job_state(state); });
+    const auto edit = [&](JobRow& row) { row.job.set_job_state(state); };
+    return book_->Change(id, epoch, edit).has_value();
   }
 
   template <typename Run>
@@ -93,7 +94,7 @@ TEST_F(JobBookTest, EqualWorkIsJoinedAndCancelledWhenNoneIsLeft) {
   const Job gone = book_->Cancel(id, "b");
   EXPECT_EQ(gone.job_state(), JOB_STATE_CANCELLED);
   EXPECT_EQ(gone.lease_epoch(), 2u) << "a worker's late result must be stale";
-  EXPECT_EQ(book_->FindOpen(id), nullptr);
+  EXPECT_FALSE(book_->FindOpen(id).has_value());
   EXPECT_EQ(book_->Cancel(id, "b").job_state(), JOB_STATE_CANCELLED);
   EXPECT_FALSE(Submit(Request("d")).joined()) << "an ended job is not joined";
 }
