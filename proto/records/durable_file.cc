@@ -84,6 +84,13 @@ void SyncFolder(const std::string& path) {
   if (fsync(fd.get()) != 0 && errno != EINVAL) Fail(folder, "cannot sync folder", errno);
 }
 
+const char* KindOf(mode_t mode) {
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a FIFO";
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
+  return "a special file";
+}
+
 }  // namespace
 
 void WriteFileDurably(const std::string& path, const std::string& bytes) {
@@ -99,12 +106,19 @@ void WriteFileDurably(const std::string& path, const std::string& bytes) {
   SyncFolder(path);
 }
 
-std::string ReadFileBytes(const std::string& path) {
-  Descriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {
+  // O_NONBLOCK: opening a FIFO would wait for a writer.
+  Descriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (fd.get() < 0) Fail(path, "cannot open", errno);
   struct stat info {};
   if (fstat(fd.get(), &info) != 0) Fail(path, "cannot stat", errno);
-  if (!S_ISREG(info.st_mode)) throw std::runtime_error(path + ": not a regular file");
+  if (!S_ISREG(info.st_mode)) {
+    throw std::runtime_error(path + ": not a regular file but " + KindOf(info.st_mode));
+  }
+  if (static_cast<std::uint64_t>(info.st_size) > max_bytes) {
+    throw std::runtime_error(path + ": " + std::to_string(info.st_size) +
+                             " bytes, expected at most " + std::to_string(max_bytes));
+  }
   std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace grouser::records {
@@ -10,8 +11,13 @@ namespace grouser::records {
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";
 
-/// All bytes of a regular file. Throws std::runtime_error "PATH: cause" for a
-/// missing or unreadable one.
-std::string ReadFileBytes(const std::string& path);
+/// What a reader of any file takes: far above the largest bed, and small enough
+/// to be held in memory.
+inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{2} << 30;
+
+/// All bytes of a regular file. Never waits: a FIFO, socket, device or folder is
+/// refused, and so is a file of more than `max_bytes` (a sparse file may claim
+/// more than there is memory). Throws std::runtime_error "PATH: cause".
+std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes = kMaxFileBytes);
 
 }  // namespace grouser::records

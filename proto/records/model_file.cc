@@ -55,7 +55,7 @@ std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model
 }
 
 LoadedModel ReadModelFile(const std::string& path) {
-  const std::string bytes = ReadFileBytes(path);
+  const std::string bytes = ReadFileBytes(path, kMaxModelFileBytes);
   const auto fail = [&path](const std::string& what) {
     throw std::runtime_error(path + ": " + what);
   };

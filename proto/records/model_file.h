@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "grouser/v1alpha1/model.pb.h"
@@ -15,13 +16,17 @@ namespace grouser::records {
 /// and cause.
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model);
 
+/// The models of today have less than 1 MB.
+inline constexpr std::uint64_t kMaxModelFileBytes = std::uint64_t{256} << 20;
+
 struct LoadedModel {
   v1alpha1::Model model;
   std::string digest;
 };
 
 /// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
-/// missing, truncated, corrupted or foreign file.
+/// missing, truncated, corrupted or foreign file, one of more than
+/// kMaxModelFileBytes, and what is no regular file. Never waits.
 LoadedModel ReadModelFile(const std::string& path);
 
 /// Writes any small text or binary file with the same guarantees.
