@@ -4,7 +4,7 @@ find_package(Protobuf MODULE REQUIRED)  # MODULE first, then gRPC CONFIG
 find_package(OpenSSL REQUIRED)          # content hashes
 find_package(HDF5 REQUIRED COMPONENTS C)
 find_package(yaml-cpp REQUIRED)
-find_package(SQLite3 REQUIRED)
+find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder

@@ -1,21 +1,17 @@
 #include "dem_offline/campaign/run_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <google/protobuf/util/json_util.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <utility>
 
 #include "dem_offline/scenes/yaml_section.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
+#include "proto/records/os/file_lock.h"
 
 namespace grouser::campaign {
 namespace {
@@ -36,12 +32,6 @@ void RemoveTemporariesIn(const fs::path& folder, std::chrono::hours older_than) 
 
 }  // namespace
 
-FolderLock::FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-
-FolderLock::~FolderLock() {
-  if (fd_ >= 0) close(fd_);
-}
-
 void RunFolder::Create() const {
   std::error_code error;
   for (const char* name : {"runs", "tiles"}) {
@@ -53,25 +43,15 @@ void RunFolder::Create() const {
   }
 }
 
-FolderLock RunFolder::Lock() const {
+os::UniqueFd RunFolder::Lock() const {
   const std::string path = path_ + "/lock";
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (fd < 0) throw std::runtime_error(fmt::format("{}: {}", path, std::strerror(errno)));
-  FolderLock lock(fd);
-  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) {
-      throw std::runtime_error(fmt::format("{}: cannot lock: {}", path, std::strerror(errno)));
-    }
-    char owner[32] = {};
-    const ssize_t size = pread(fd, owner, sizeof(owner) - 1, 0);
+  os::UniqueFd lock = os::LockWithin(path, os::kSpawnS);
+  if (!lock.valid()) {
     throw std::runtime_error(
         fmt::format("{}: in use by another campaign run (process {}); wait for it, stop it, or "
                     "choose another --out",
-                    path_, size > 0 ? owner : "unknown"));
+                    path_, fmt::join(os::HoldersOf(path), " ")));
   }
-  // Only for the message above: a lost write costs nothing.
-  const std::string owner = std::to_string(getpid());
-  if (ftruncate(fd, 0) == 0 && pwrite(fd, owner.data(), owner.size(), 0) < 0) errno = 0;
   return lock;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "proto/records/os/unique_fd.h"
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
@@ -57,7 +58,7 @@ class JobsApp {
                        const std::string& alias) const;
 
   JobFiles files_;
-  UniqueFd instance_lock_;
+  os::UniqueFd instance_lock_;
   Repository repository_;
   WatchHub hub_;
   JobStore store_;

@@ -3,6 +3,7 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <spdlog/spdlog.h>
+#include <sqlite3.h>
 
 #include <chrono>
 #include <stdexcept>
@@ -27,9 +28,9 @@ grpc::Status StatusOf(const Request& run) {
   } catch (const RequestError& e) {
     return {static_cast<grpc::StatusCode>(e.code()), e.what()};
   } catch (const SqliteError& e) {
-    spdlog::error("{}", e.what());
-    return {e.Full() ? grpc::StatusCode::RESOURCE_EXHAUSTED : grpc::StatusCode::UNAVAILABLE,
-            std::string("nothing was changed: ") + e.what()};
+    spdlog::error("job store: {}", e.what());
+    return {e.getErrorCode() == SQLITE_FULL ? grpc::StatusCode::RESOURCE_EXHAUSTED : grpc::StatusCode::UNAVAILABLE,
+            std::string("nothing was changed: job store: ") + e.what()};
   } catch (const std::exception& e) {
     spdlog::error("{}", e.what());
     return {grpc::StatusCode::INTERNAL, e.what()};

@@ -12,7 +12,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
-#include "server/jobs/folder_lock.h"
+#include "proto/records/os/file_lock.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/scheduler_steps.h"
 
@@ -46,7 +46,7 @@ void Scheduler::Recover() {
 void Scheduler::RecoverJob(const JobRow& row) {
   const std::string& id = row.job.job_id();
   if (IsWorking(row.job.job_state())) {
-    if (std::filesystem::exists(files_.Lock(id))) LockEvicting(files_.Lock(id), kEvictS);
+    if (std::filesystem::exists(files_.Lock(id))) os::LockEvicting(files_.Lock(id), kEvictS);
     spdlog::info("{}: was {} when the jobs program ended; queued again", id,
                  ShortName(row.job.job_state()));
     book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", false);
@@ -98,7 +98,7 @@ void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double 
   command.folder = files_.Folder(job.job_id());
   command.stdout_path = files_.Output(job, stage, "stdout");
   command.log_path = files_.Output(job, stage, "log");
-  command.lock = LockEvicting(files_.Lock(job.job_id()), kEvictS);
+  command.lock = os::LockEvicting(files_.Lock(job.job_id()), kEvictS);
   command.limits = options_.limits;
   command.timeout_s = timeout_s;
   const std::string id = job.job_id();
@@ -215,11 +215,10 @@ void Scheduler::AcceptRun(const JobRow& row, const FinishedRun& run) {
 }
 
 void Scheduler::AcceptCandidate(const JobRow& row, const std::string& message) {
-  const auto accepted =
-      book_.Change(row.job.job_id(), row.job.lease_epoch(), [&](JobRow& changed) {
-        changed.job.set_job_state(v1alpha1::JOB_STATE_VALIDATING);
-        changed.job.set_message(message);
-      });
+  const auto accepted = book_.Change(row.job.job_id(), row.job.lease_epoch(), [&](JobRow& changed) {
+    changed.job.set_job_state(v1alpha1::JOB_STATE_VALIDATING);
+    changed.job.set_message(message);
+  });
   if (accepted) LaunchGate(*accepted);
 }
 
@@ -250,9 +249,8 @@ std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
   const auto row = book_.FindOpen(job_id);
   if (!row) throw std::logic_error(job_id + ": has ended, expected a job that awaits promotion");
   const auto& move = row->pending;
-  const AliasMove moved =
-      repository_.SetAlias(ModelName(row->job), move.alias(), row->job.candidate_digest(),
-                           move.who(), move.why());
+  const AliasMove moved = repository_.SetAlias(ModelName(row->job), move.alias(),
+                                               row->job.candidate_digest(), move.who(), move.why());
   book_.Change(job_id, row->job.lease_epoch(), [&](JobRow& changed) {
     if (move.alias() != "candidate") {
       changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
@@ -302,7 +300,7 @@ void Scheduler::Guarded(const std::string& job_id, std::uint64_t epoch,
       EndAbnormally(job_id, epoch, e.what(), Retry::kOnce);
     }
   } catch (const SqliteError& e) {
-    spdlog::error("{}: {}; next try in {} s", job_id, e.what(), options_.retry_s);
+    spdlog::error("{}: job store: {}; next try in {} s", job_id, e.what(), options_.retry_s);
     thread_.PostAfter(options_.retry_s, [this, job_id, epoch, step = std::move(step)] {
       if (stopping_ || active_.contains(job_id)) return;
       Guarded(job_id, epoch, step);

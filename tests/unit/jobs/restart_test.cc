@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -11,12 +12,14 @@
 
 #include "server/jobs/job_state.h"
 #include "server/jobs/jobs_app.h"
+#include "server/jobs/request_error.h"
 #include "tests/unit/jobs/fake_workers.h"
 
 namespace grouser::server {
 namespace {
 
 using namespace v1alpha1;  // NOLINT: states by name
+using ::testing::HasSubstr;
 using testing::Request;
 
 enum class Fault { kNone, kKillBefore, kKillAfter, kRefuse };
@@ -79,8 +82,8 @@ class Life {
     }
   }
 
-  std::string Submit() {
-    return Ask([](JobsApp& app) { return app.Submit(Request("a")).job().job_id(); });
+  std::string Submit(const SubmitRefinementRequest& request = Request("a")) {
+    return Ask([&](JobsApp& app) { return app.Submit(request).job().job_id(); });
   }
   void Await(const std::string& job_id, JobState state) {
     GetJobRequest request;
@@ -95,17 +98,23 @@ class Life {
                                ShortName(job.job_state()) + ": " + job.message());
     }
   }
+  /// Until nothing more is done at it.
+  void AwaitEnd(const std::string& job_id) {
+    GetJobRequest request;
+    request.set_job_id(job_id);
+    testing::Eventually([&] {
+      const auto state = Ask([&](JobsApp& app) { return app.Get(request).job().job_state(); });
+      return HasEnded(state) || state == JOB_STATE_AWAITING_PROMOTION;
+    });
+  }
   void Promote(const std::string& job_id) {
     PromoteRequest request;
     request.set_job_id(job_id);
     Ask([&](JobsApp& app) { return app.Promote(request, "a tester"); });
   }
-  /// As SIGTERM; a second one does nothing.
-  void BeginStop() {
-    app_.Stop([this] { loop_.stop(); });
-  }
+  /// As SIGTERM.
   void Stop() {
-    BeginStop();
+    app_.Stop([this] { loop_.stop(); });
     thread_.join();
   }
 
@@ -128,6 +137,7 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     options.state_dir = state_;
     options.shipped_dir = shipped_;
     options.scheduler.bin_dir = bin_;
+    options.scheduler.workers = workers_;
     options.scheduler.limits.memory_bytes = 0;
     options.scheduler.retry_s = 0.01;
     return options;
@@ -168,8 +178,7 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     const int status = InProcess(Fault::kNone, 0, ToTheEnd);
     ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
     ASSERT_EQ(WEXITSTATUS(status), 0);
-    JobStore store(state_ + "/jobs/jobs.sqlite");
-    const auto jobs = store.List(10);
+    const auto jobs = StoredJobs();
     ASSERT_EQ(jobs.size(), 1u);
     EXPECT_EQ(ShortName(jobs[0].job_state()), "DONE") << jobs[0].message();
     const Repository repository(state_, shipped_);
@@ -179,6 +188,8 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     EXPECT_EQ(promotions, 1);
     EXPECT_LE(DemStarts().size(), 2u);
   }
+
+  std::vector<Job> StoredJobs() const { return JobStore(state_ + "/jobs/jobs.sqlite").List(10); }
 
   /// Forgets all but the fakes.
   void Clear() {
@@ -200,7 +211,8 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
 
   /// A fault at the first commit, the second, ... until a life makes fewer, of
   /// which there must be `least`. `before`: an earlier life.
-  void AtEveryCommit(Fault fault, int least, const std::function<void()>& before = [] {}) {
+  void AtEveryCommit(
+      Fault fault, int least, const std::function<void()>& before = [] {}) {
     for (int at = 1;; ++at) {
       SCOPED_TRACE(at);
       before();
@@ -221,6 +233,7 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     }
   }
 
+  int workers_ = 1;
   static constexpr int kNotReached = 20, kRefusedAtStart = 21;
 };
 
@@ -230,13 +243,9 @@ constexpr int kCommits = 9;
 // QUEUED again, and all from RUNNING on.
 constexpr int kCommitsOfSecondLife = 8;
 
-TEST_F(RestartTest, AfterAKillJustBeforeAnyCommit) {
-  AtEveryCommit(Fault::kKillBefore, kCommits);
-}
+TEST_F(RestartTest, AfterAKillJustBeforeAnyCommit) { AtEveryCommit(Fault::kKillBefore, kCommits); }
 
-TEST_F(RestartTest, AfterAKillRightAfterAnyCommit) {
-  AtEveryCommit(Fault::kKillAfter, kCommits);
-}
+TEST_F(RestartTest, AfterAKillRightAfterAnyCommit) { AtEveryCommit(Fault::kKillAfter, kCommits); }
 
 TEST_F(RestartTest, AfterARefusedWrite) { AtEveryCommit(Fault::kRefuse, kCommits); }
 
@@ -253,7 +262,8 @@ TEST_F(RestartTest, AfterAStopOrAKillInEveryState) {
     JobState state;
     const char* held;  ///< file of bin_ that keeps a worker at it
   };
-  for (const auto& [state, held] : {Boundary{JOB_STATE_QUEUED, ""}, {JOB_STATE_RUNNING, "hold.run"},
+  for (const auto& [state, held] : {Boundary{JOB_STATE_QUEUED, ""},
+                                    {JOB_STATE_RUNNING, "hold.run"},
                                     {JOB_STATE_FITTING, "hold.refit"},
                                     {JOB_STATE_VALIDATING, "hold.gate"},
                                     {JOB_STATE_AWAITING_PROMOTION, ""}}) {
@@ -261,21 +271,92 @@ TEST_F(RestartTest, AfterAStopOrAKillInEveryState) {
       SCOPED_TRACE(ShortName(state) + (stop ? " stopped" : " killed"));
       const std::string hold = bin_ + "/" + (*held ? held : "hold.none");
       testing::WriteText(hold, "");
+      workers_ = state == JOB_STATE_QUEUED ? 0 : 1;
       const int status = InProcess(Fault::kNone, 0, [&](Life& life) {
-        const std::string id = life.Ask([&](JobsApp& app) {
-          const std::string job = app.Submit(Request("a")).job().job_id();
-          if (state == JOB_STATE_QUEUED && stop) life.BeginStop();  // before it is started
-          return job;
-        });
-        if (state != JOB_STATE_QUEUED) life.Await(id, state);
+        const std::string id = life.Submit();
+        life.Await(id, state);
         if (!stop) ::kill(::getpid(), SIGKILL);
       });
       ASSERT_TRUE(stop ? WIFEXITED(status) && WEXITSTATUS(status) == 0 : WIFSIGNALED(status));
       std::filesystem::remove(hold);
+      workers_ = 1;
       ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
       Clear();
     }
   }
+}
+
+// "dem.1.log" and "run.h5": the run is tried again; "lock": the job fails by name.
+TEST_F(RestartTest, WhatStandsInAJobFilesPlaceStopsNoOtherJob) {
+  for (const char* name : {"lock", "dem.1.log", "run.h5", "candidate.model"}) {
+    for (const bool fifo : {true, false}) {
+      SCOPED_TRACE(std::string(name) + (fifo ? ": a FIFO" : ": a folder"));
+      workers_ = 0;
+      ASSERT_EQ(InProcess(Fault::kNone, 0, [](Life& life) { life.Submit(); }), 0);
+      workers_ = 1;
+      const std::string id = StoredJobs().at(0).job_id();
+      const std::string path = state_ + "/jobs/" + id + "/" + name;
+      std::filesystem::create_directories(fifo ? state_ + "/jobs/" + id : path + "/kept");
+      if (fifo) {
+        ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+      }
+      ASSERT_EQ(InProcess(Fault::kNone, 0,
+                          [&](Life& life) {
+                            const std::string other = life.Submit(Request("b", 0.2));
+                            life.AwaitEnd(id);
+                            life.AwaitEnd(other);
+                          }),
+                0);
+      Job planted, other;
+      for (const Job& job : StoredJobs()) (job.job_id() == id ? planted : other) = job;
+      EXPECT_THAT(other.message(), HasSubstr("another spec")) << "it ran";
+      if (std::string(name) == "lock") {
+        EXPECT_EQ(ShortName(planted.job_state()), "FAILED");
+        EXPECT_THAT(planted.message(), HasSubstr(path));
+      } else {
+        EXPECT_EQ(ShortName(planted.job_state()), "AWAITING_PROMOTION") << planted.message();
+      }
+      EXPECT_NE(std::filesystem::exists(path + ".damaged"),
+                fifo ? std::filesystem::is_fifo(path) : std::filesystem::exists(path + "/kept"))
+          << "nothing is deleted";
+      Clear();
+    }
+  }
+}
+
+TEST_F(RestartTest, ADamagedAliasFileDelaysTheMoveAlone) {
+  testing::WriteText(bin_ + "/hold.gate", "");
+  ASSERT_EQ(InProcess(Fault::kNone, 0,
+                      [](Life& life) { life.Await(life.Submit(), JOB_STATE_VALIDATING); }),
+            0);
+  std::filesystem::remove(bin_ + "/hold.gate");
+  const std::string aliases = state_ + "/models/aliases.json";
+  testing::WriteText(aliases, "{ no aliases");
+  ASSERT_EQ(InProcess(Fault::kNone, 0,
+                      [&](Life& life) {
+                        SubmitRefinementRequest other = Request("b", 0.2);
+                        try {
+                          life.Submit(other);
+                          throw std::logic_error("a name was resolved without aliases");
+                        } catch (const RequestError& e) {
+                          if (std::string(e.what()).find(aliases) == std::string::npos) throw;
+                        }
+                        other.set_model("cmu-smooth-62.5@sha256:" + base_digest_);
+                        life.AwaitEnd(life.Submit(other));  // a digest needs no aliases
+                        const std::string id = StoredJobs().back().job_id();
+                        life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+                        if (testing::ReadText(aliases) != "{ no aliases")
+                          throw std::logic_error("overwritten");
+                        std::filesystem::remove(aliases);  // as a person does
+                        const Repository repository(state_, shipped_);
+                        if (!testing::Eventually([&] {
+                              return repository.ReadAliases().by_model["cmu-smooth-62.5"].contains(
+                                  "candidate");
+                            })) {
+                          throw std::logic_error("the alias was not moved");
+                        }
+                      }),
+            0);
 }
 
 }  // namespace

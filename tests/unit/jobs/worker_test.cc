@@ -9,7 +9,7 @@
 #include <fstream>
 #include <optional>
 
-#include "server/jobs/folder_lock.h"
+#include "proto/records/os/file_lock.h"
 #include "server/jobs/worker_log.h"
 #include "server/jobs/worker_pool.h"
 #include "tests/unit/jobs/fake_workers.h"
@@ -17,6 +17,10 @@
 namespace grouser::server {
 namespace {
 
+using os::HoldersOf;
+using os::LockEvicting;
+using os::TryLock;
+using os::UniqueFd;
 using testing::Eventually;
 using ::testing::HasSubstr;
 using testing::IsDead;

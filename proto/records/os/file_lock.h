@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/unique_fd.h"
+#include "proto/records/os/unique_fd.h"
 
-namespace grouser::server {
+namespace grouser::os {
 
 /// flock(2) on a lock file, made where missing. The lock belongs to the open
 /// file: it lasts while any process holds a copy of the descriptor. A job's
@@ -33,4 +33,4 @@ std::vector<pid_t> HoldersOf(const std::string& path);
 /// where they outlive `timeout_s`.
 UniqueFd LockEvicting(const std::string& path, double timeout_s);
 
-}  // namespace grouser::server
+}  // namespace grouser::os
