@@ -9,6 +9,7 @@ find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
 find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(Boost 1.74 REQUIRED)
 if(GROUSER_SERVICES)

@@ -6,9 +6,6 @@
 
 #include "dem_offline/campaign/stop_signals.h"
 
-namespace google::protobuf {
-class Message;
-}
 namespace grouser::v1alpha1 {
 class RunRecord;
 }
@@ -29,8 +26,5 @@ void AddBenchCommand(CLI::App& app, Action* action);
 
 /// A record for people, on stdout: status, means, broken size rules.
 void PrintRecord(const v1alpha1::RunRecord& record);
-
-/// A message as JSON, proto field names, all primitive fields.
-std::string ToJson(const google::protobuf::Message& message);
 
 }  // namespace grouser::campaign

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,6 +9,7 @@
 
 #include "dem_offline/scenes/yaml_section.h"
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
 
@@ -37,8 +37,8 @@ void RunFolder::Create() const {
   for (const char* name : {"runs", "tiles"}) {
     fs::create_directories(fs::path(path_) / name, error);
     if (error) {
-      throw std::runtime_error(fmt::format("{}/{}: cannot create: {}", path_, name,
-                                           error.message()));
+      throw std::runtime_error(
+          fmt::format("{}/{}: cannot create: {}", path_, name, error.message()));
     }
   }
 }
@@ -69,24 +69,17 @@ v1alpha1::Campaign RunFolder::ReadCampaign() const {
   if (!HasCampaign()) {
     throw InputError(path + ": no such file; expected a folder made by 'grouser-dem campaign run'");
   }
-  v1alpha1::Campaign campaign;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage(records::ReadFileBytes(path), &campaign);
-  if (!status.ok()) {
-    throw InputError(fmt::format("{}: not a campaign: {}", path, status.ToString()));
+  try {
+    v1alpha1::Campaign campaign;
+    records::FromJson(records::ReadFileBytes(path), path, &campaign);
+    return campaign;
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
   }
-  return campaign;
 }
 
 void RunFolder::WriteCampaign(const v1alpha1::Campaign& campaign) const {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  options.add_whitespace = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(campaign, &json, options);
-  if (!status.ok()) throw std::runtime_error("campaign to JSON: " + status.ToString());
-  records::WriteFileDurably(path_ + "/campaign.json", json);
+  records::WriteFileDurably(path_ + "/campaign.json", records::ToJson(campaign, /*indented=*/true));
 }
 
 std::string RunFolder::RunPath(const std::string& run_id) const {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
 #include "server/jobs/job_state.h"
@@ -117,7 +118,7 @@ void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double 
 
 void Scheduler::LaunchRun(const JobRow& row) {
   const std::string& id = row.job.job_id();
-  records::WriteFileDurably(files_.Spec(id), SpecJson(row.spec));
+  records::WriteFileDurably(files_.Spec(id), records::ToJson(row.spec, /*indented=*/true));
   Launch(row,
          {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
           files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json", "--device",

@@ -1,6 +1,5 @@
 #include "server/jobs/scheduler_steps.h"
 
-#include <google/protobuf/util/json_util.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -58,17 +57,6 @@ bool CandidateIsThere(const JobFiles& files, const JobRow& row) {
                  os::SetAside(path));
     return false;
   }
-}
-
-std::string SpecJson(const v1alpha1::WheelTestSpec& spec) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  options.add_whitespace = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(spec, &json, options);
-  if (!status.ok()) throw std::runtime_error("spec: " + status.ToString());
-  return json;
 }
 
 std::string WhyNotSteady(const v1alpha1::RunRecord& record) {

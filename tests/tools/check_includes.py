@@ -48,7 +48,7 @@ RULES = {
                      r"|proto/records/model_file\.h|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/models/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+    "clients": (r"clients/|surrogate/models/|proto/records/message_json\.h|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),

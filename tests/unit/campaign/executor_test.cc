@@ -376,7 +376,7 @@ TEST(RunFolderTest, ForeignFoldersAreInputErrors) {
   EXPECT_THROW(RunFolder(folder / "none").RunFiles(), InputError);
   records::WriteFileDurably(folder / "campaign.json", "{]");
   EXPECT_THAT(MessageOf([&] { RunFolder(folder / ".").ReadCampaign(); }),
-              HasSubstr("not a campaign"));
+              HasSubstr("not a grouser.v1alpha1.Campaign"));
 }
 
 TEST(Progress, TimesForPeople) {
