@@ -136,7 +136,7 @@ TEST(GateOutput, IsParsedStrictly) {
 }
 
 TEST(SpecJson, NamesFieldsAsTheProtoDoes) {
-  const std::string json = records::ToJson(BuildSpec(BaseModel(), Request("a")));
+  const std::string json = records::ToJson(BuildSpec(BaseModel(), Request("a")), true);
   EXPECT_THAT(json, HasSubstr("\"attack_angle_rad\": 0.3"));
   EXPECT_THAT(json, HasSubstr("\"drawbar_n\": 0"));
 }
