@@ -4,15 +4,16 @@ find_package(Protobuf MODULE REQUIRED)  # MODULE first, then gRPC CONFIG
 find_package(OpenSSL REQUIRED)          # content hashes
 find_package(HDF5 REQUIRED COMPONENTS C)
 find_package(yaml-cpp REQUIRED)
-find_package(SQLite3 REQUIRED)
+find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
 find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
 find_package(spdlog REQUIRED)
+find_package(Boost 1.74 REQUIRED)
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
-  find_package(Boost 1.74 REQUIRED)
   find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib
   find_program(LCM_GEN lcm-gen REQUIRED)
 endif()

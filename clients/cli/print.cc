@@ -1,11 +1,11 @@
 #include "clients/cli/print.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <limits>
 #include <numbers>
-#include <stdexcept>
+
+#include "proto/records/message_json.h"
 
 namespace grouser::cli {
 namespace {
@@ -59,14 +59,7 @@ std::array<const v1alpha1::OutputArray*, surrogate::kOutputs> OutputsOf(
 }
 
 void PrintJson(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = true;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
-  if (!status.ok()) throw std::runtime_error("JSON: " + status.ToString());
-  fmt::print("{}", text);
+  fmt::print("{}", records::ToJson(message, /*indented=*/true));
 }
 
 std::string FlagNames(std::uint32_t flags) {

@@ -12,6 +12,7 @@
 #include "dem_offline/campaign/executor.h"
 #include "dem_offline/campaign/run_folder.h"
 #include "dem_offline/campaign/run_index.h"
+#include "proto/records/message_json.h"
 
 namespace grouser::campaign {
 namespace {
@@ -33,7 +34,7 @@ struct CampaignArguments {
 
 void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
   if (json) {
-    fmt::print("{}\n", ToJson(status));
+    fmt::print("{}\n", records::ToJson(status));
     return;
   }
   fmt::print(
@@ -118,7 +119,7 @@ int List(const CampaignArguments& arguments) {
     } else if (found != runs.end()) {
       v1alpha1::RunSummary summary = found->second.summary;
       summary.set_role(planned.role());
-      json += (json.empty() ? "" : ",\n ") + ToJson(summary);
+      json += (json.empty() ? "" : ",\n ") + records::ToJson(summary);
     }
   }
   if (arguments.json) fmt::print("[{}]\n", json);

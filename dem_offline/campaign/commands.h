@@ -7,9 +7,6 @@
 #include "dem_offline/campaign/stop_signals.h"
 #include "dem_offline/engine/rig/work.h"
 
-namespace google::protobuf {
-class Message;
-}
 namespace grouser::v1alpha1 {
 class RunRecord;
 }
@@ -33,8 +30,5 @@ void AddMemoryLimit(CLI::App& command, dem::WorkLimits* limits);
 
 /// A record for people, on stdout: status, means, broken size rules.
 void PrintRecord(const v1alpha1::RunRecord& record);
-
-/// A message as JSON, proto field names, all primitive fields.
-std::string ToJson(const google::protobuf::Message& message);
 
 }  // namespace grouser::campaign

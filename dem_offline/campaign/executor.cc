@@ -22,6 +22,7 @@
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/run_identity.h"
 #include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/os/regular_file.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -226,9 +227,12 @@ std::optional<v1alpha1::RunStatus> FinishedStatus(const RunFolder& folder, const
   try {
     const auto record = records::ReadRunFile(path).record;
     if (record.run_id() == id) return record.status();
-    progress.Say(fmt::format("{}: holds run {}; running {} again", path, record.run_id(), id));
+    // DEM takes minutes, and a rename cannot replace a folder: done before, not after.
+    progress.Say(fmt::format("{}: holds run {}; set aside as {}, running {} again", path,
+                             record.run_id(), os::SetAside(path), id));
   } catch (const std::exception& error) {
-    progress.Say(fmt::format("{}; running it again", error.what()));
+    progress.Say(
+        fmt::format("{}; set aside as {}, running it again", error.what(), os::SetAside(path)));
   }
   return std::nullopt;
 }
@@ -253,7 +257,7 @@ v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
   std::list<Task> tasks = PlanTasks(campaign, backend);
   const RunFolder folder(options.folder);
   folder.Create();
-  const FolderLock lock = folder.Lock();
+  const os::UniqueFd lock = folder.Lock();
   ClaimFolder(folder, campaign);
   std::vector<v1alpha1::RunStatus> finished;
   tasks.remove_if([&](const Task& task) {

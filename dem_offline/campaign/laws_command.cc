@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "dem_offline/campaign/commands.h"
 #include "dem_offline/engine/laws/settings.h"
@@ -18,16 +19,14 @@ In a scene file:
               cohesion: capillary, capillary: {surface_tension_n_per_m: 0.072}})";
 
 int PrintJson() {
-  std::string out;
+  using Json = nlohmann::ordered_json;
+  Json out = Json::array();
   for (const dem::LawEntry& law : dem::Menu()) {
-    std::string settings;
-    for (const auto& s : law.settings) {
-      settings += fmt::format("{}\"{}\": {}", settings.empty() ? "" : ", ", s.name, s.value);
-    }
-    out += fmt::format("{}{{\"slot\": \"{}\", \"name\": \"{}\", \"settings\": {{{}}}}}",
-                       out.empty() ? "" : ",\n ", law.slot, law.name, settings);
+    Json settings = Json::object();
+    for (const auto& s : law.settings) settings[s.name] = s.value;
+    out.push_back({{"slot", law.slot}, {"name", law.name}, {"settings", settings}});
   }
-  fmt::print("[{}]\n", out);
+  fmt::print("{}\n", out.dump(1));
   return 0;
 }
 
@@ -51,9 +50,8 @@ void AddLawsCommand(CLI::App& app, Action* action) {
   CLI::App* laws = app.add_subcommand("laws", "The contact laws that a scene may name");
   laws->footer(kLawsExamples);
   laws->add_flag("--json", *json, "As a JSON array on stdout");
-  laws->callback([=] {
-    *action = [json](const StopSignals&) { return *json ? PrintJson() : PrintTable(); };
-  });
+  laws->callback(
+      [=] { *action = [json](const StopSignals&) { return *json ? PrintJson() : PrintTable(); }; });
 }
 
 }  // namespace grouser::campaign

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -11,16 +10,6 @@
 #include "dem_offline/scenes/yaml_section.h"
 
 namespace grouser::campaign {
-
-std::string ToJson(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
-  if (!status.ok()) throw std::runtime_error("message to JSON: " + status.ToString());
-  return json;
-}
 
 namespace {
 

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -18,6 +17,7 @@
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/scene_yaml.h"
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -40,17 +40,11 @@ struct RunArguments {
 };
 
 v1alpha1::WheelTestSpec SpecFromJson(const std::string& path) {
-  std::string text;
+  v1alpha1::WheelTestSpec spec;
   try {
-    text = records::ReadFileBytes(path);
+    records::FromJson(records::ReadFileBytes(path), path, &spec);
   } catch (const std::exception& error) {
     throw InputError(error.what());
-  }
-  v1alpha1::WheelTestSpec spec;
-  const auto status = google::protobuf::util::JsonStringToMessage(text, &spec);
-  if (!status.ok()) {
-    throw InputError(fmt::format("{}: not a grouser.v1alpha1.WheelTestSpec in JSON: {}", path,
-                                 std::string(status.message())));
   }
   if (spec.state().speed_m_per_s() != 0) {
     throw InputError(
@@ -151,7 +145,7 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
     records::WriteRunFile(arguments.out, *file);
     printer.End();
     if (arguments.json) {
-      fmt::print("{}\n", ToJson(file->record));
+      fmt::print("{}\n", records::ToJson(file->record));
     } else {
       PrintRecord(file->record);
     }

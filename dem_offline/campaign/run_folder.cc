@@ -1,21 +1,17 @@
 #include "dem_offline/campaign/run_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
-#include <sys/file.h>
-#include <unistd.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <utility>
 
 #include "dem_offline/scenes/yaml_section.h"
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
+#include "proto/records/os/file_lock.h"
 
 namespace grouser::campaign {
 namespace {
@@ -36,42 +32,26 @@ void RemoveTemporariesIn(const fs::path& folder, std::chrono::hours older_than) 
 
 }  // namespace
 
-FolderLock::FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-
-FolderLock::~FolderLock() {
-  if (fd_ >= 0) close(fd_);
-}
-
 void RunFolder::Create() const {
   std::error_code error;
   for (const char* name : {"runs", "tiles"}) {
     fs::create_directories(fs::path(path_) / name, error);
     if (error) {
-      throw std::runtime_error(fmt::format("{}/{}: cannot create: {}", path_, name,
-                                           error.message()));
+      throw std::runtime_error(
+          fmt::format("{}/{}: cannot create: {}", path_, name, error.message()));
     }
   }
 }
 
-FolderLock RunFolder::Lock() const {
+os::UniqueFd RunFolder::Lock() const {
   const std::string path = path_ + "/lock";
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (fd < 0) throw std::runtime_error(fmt::format("{}: {}", path, std::strerror(errno)));
-  FolderLock lock(fd);
-  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) {
-      throw std::runtime_error(fmt::format("{}: cannot lock: {}", path, std::strerror(errno)));
-    }
-    char owner[32] = {};
-    const ssize_t size = pread(fd, owner, sizeof(owner) - 1, 0);
+  os::UniqueFd lock = os::LockWithin(path, os::kSpawnS);
+  if (!lock.valid()) {
     throw std::runtime_error(
         fmt::format("{}: in use by another campaign run (process {}); wait for it, stop it, or "
                     "choose another --out",
-                    path_, size > 0 ? owner : "unknown"));
+                    path_, fmt::join(os::HoldersOf(path), " ")));
   }
-  // Only for the message above: a lost write costs nothing.
-  const std::string owner = std::to_string(getpid());
-  if (ftruncate(fd, 0) == 0 && pwrite(fd, owner.data(), owner.size(), 0) < 0) errno = 0;
   return lock;
 }
 
@@ -89,24 +69,17 @@ v1alpha1::Campaign RunFolder::ReadCampaign() const {
   if (!HasCampaign()) {
     throw InputError(path + ": no such file; expected a folder made by 'grouser-dem campaign run'");
   }
-  v1alpha1::Campaign campaign;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage(records::ReadFileBytes(path), &campaign);
-  if (!status.ok()) {
-    throw InputError(fmt::format("{}: not a campaign: {}", path, status.ToString()));
+  try {
+    v1alpha1::Campaign campaign;
+    records::FromJson(records::ReadFileBytes(path), path, &campaign);
+    return campaign;
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
   }
-  return campaign;
 }
 
 void RunFolder::WriteCampaign(const v1alpha1::Campaign& campaign) const {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  options.add_whitespace = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(campaign, &json, options);
-  if (!status.ok()) throw std::runtime_error("campaign to JSON: " + status.ToString());
-  records::WriteFileDurably(path_ + "/campaign.json", json);
+  records::WriteFileDurably(path_ + "/campaign.json", records::ToJson(campaign, /*indented=*/true));
 }
 
 std::string RunFolder::RunPath(const std::string& run_id) const {

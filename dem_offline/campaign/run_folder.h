@@ -5,21 +5,9 @@
 #include <vector>
 
 #include "grouser/v1alpha1/campaign.pb.h"
+#include "proto/records/os/unique_fd.h"
 
 namespace grouser::campaign {
-
-/// Holds the lock of a campaign folder; lets go when destroyed (or killed: the
-/// kernel drops an flock with its process).
-class FolderLock {
- public:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  FolderLock(FolderLock&& other) noexcept;
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock();
-
- private:
-  int fd_;
-};
 
 /// The layout of a campaign folder: campaign.json, runs/RUNID.run.h5,
 /// tiles/KEY.tile.h5, index.sqlite, lock.
@@ -31,7 +19,7 @@ class RunFolder {
   void Create() const;
   /// One campaign run at a time. Throws std::runtime_error "PATH: in use by
   /// process N ..." when another process holds the lock.
-  FolderLock Lock() const;
+  os::UniqueFd Lock() const;
   /// Removes what killed writers left behind. Only under the lock.
   void RemoveTemporaries() const;
 

@@ -9,11 +9,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <memory>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "proto/records/os/regular_file.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -32,80 +32,93 @@ constexpr char kTable[] =
     " f_x REAL, f_x_se REAL, f_y REAL, f_y_se REAL, f_z REAL, f_z_se REAL, torque REAL,"
     " torque_se REAL, m_z REAL, m_z_se REAL, sinkage REAL, sinkage_se REAL)";
 
-using Statement = std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)>;
-
-// The file is no index, or an old or broken one: it may be thrown away.
+// The file is no index, or an old or broken one: it may be set aside.
 struct UnusableIndex : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-Statement Prepare(sqlite3* db, const std::string& sql) {
-  sqlite3_stmt* statement = nullptr;
-  // On failure the statement stays null, and the caller says what it was for.
-  sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr);
-  return {statement, sqlite3_finalize};
-}
-
-void BindText(const Statement& statement, int at, const std::string& text) {
-  sqlite3_bind_text(statement.get(), at, text.c_str(), -1, SQLITE_TRANSIENT);
-}
-
-std::string TextOf(const Statement& statement, int column) {
-  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement.get(), column));
-  return text ? text : "";
-}
-
-// SQLite stores NaN as NULL.
-double NumberOf(const Statement& statement, int column) {
-  return sqlite3_column_type(statement.get(), column) == SQLITE_NULL
-             ? kNan
-             : sqlite3_column_double(statement.get(), column);
-}
-
-void ReadStat(const std::string& path, IndexedRun* run) {
+// What tells that a file was changed: size and time.
+std::string StampOf(const std::string& path) {
   struct stat info {};
-  if (stat(path.c_str(), &info) != 0) return;
-  run->file_size = info.st_size;
-  run->file_mtime_ns = info.st_mtim.tv_sec * 1'000'000'000LL + info.st_mtim.tv_nsec;
+  if (stat(path.c_str(), &info) != 0) return "";
+  return fmt::format("{} {}", info.st_size,
+                     info.st_mtim.tv_sec * 1'000'000'000LL + info.st_mtim.tv_nsec);
 }
 
-std::string StatText(const IndexedRun& run) {
-  return fmt::format("{} {}", run.file_size, run.file_mtime_ns);
-}
-
-IndexedRun RowOf(const Statement& row) {
+IndexedRun RowOf(SQLite::Statement& row) {
+  const auto number = [&row](int column) { return os::NumberOf(row.getColumn(column)); };
   IndexedRun run;
   auto& summary = run.summary;
-  summary.set_run_id(TextOf(row, 0));
-  summary.set_file(TextOf(row, 1));
-  summary.set_sha256(TextOf(row, 2));
-  summary.set_status(static_cast<v1alpha1::RunStatus>(sqlite3_column_int(row.get(), 3)));
-  run.reason = TextOf(row, 4);
-  summary.set_slip(NumberOf(row, 5));
-  summary.set_attack_angle_rad(NumberOf(row, 6));
-  summary.set_load_n(NumberOf(row, 7));
-  summary.set_speed_m_per_s(NumberOf(row, 8));
-  summary.set_seed(static_cast<std::uint64_t>(sqlite3_column_int64(row.get(), 9)));
-  summary.set_travel_m(NumberOf(row, 10));
-  run.wall_s = NumberOf(row, 11);
-  const std::string stat = TextOf(row, 12);
-  const std::size_t space = stat.find(' ');
-  if (space != std::string::npos) {
-    run.file_size = std::stoll(stat.substr(0, space));
-    run.file_mtime_ns = std::stoll(stat.substr(space + 1));
-  }
+  summary.set_run_id(row.getColumn(0).getString());
+  summary.set_file(row.getColumn(1).getString());
+  summary.set_sha256(row.getColumn(2).getString());
+  summary.set_status(static_cast<v1alpha1::RunStatus>(row.getColumn(3).getInt()));
+  run.reason = row.getColumn(4).getString();
+  summary.set_slip(number(5));
+  summary.set_attack_angle_rad(number(6));
+  summary.set_load_n(number(7));
+  summary.set_speed_m_per_s(number(8));
+  summary.set_seed(static_cast<std::uint64_t>(row.getColumn(9).getInt64()));
+  summary.set_travel_m(number(10));
+  run.wall_s = number(11);
+  run.stamp = row.getColumn(12).getString();
   for (int i = 0; i < 6; ++i) {
-    summary.add_mean(NumberOf(row, kFirstMean + 2 * i));
-    summary.add_standard_error(NumberOf(row, kFirstMean + 2 * i + 1));
+    summary.add_mean(number(kFirstMean + 2 * i));
+    summary.add_standard_error(number(kFirstMean + 2 * i + 1));
   }
   return run;
+}
+
+SQLite::Database OpenIndex(const std::string& path) {
+  constexpr int kBusyMs = 10'000;
+  try {
+    SQLite::Database db = os::OpenDatabase(path, kBusyMs);
+    if (sqlite3_db_readonly(db.getHandle(), "main") == 1) {
+      throw std::runtime_error(path + ": cannot be written");
+    }
+    if (db.execAndGet("PRAGMA quick_check(1)").getString() != "ok") {
+      throw UnusableIndex(path + ": damaged index");
+    }
+    const int found = db.execAndGet("PRAGMA user_version").getInt();
+    if (found != 0 && found != kSchema) {
+      throw UnusableIndex(fmt::format("{}: index of schema {}, expected {}", path, found, kSchema));
+    }
+    db.exec(kTable);
+    db.exec(fmt::format("PRAGMA user_version={}", kSchema));
+    return db;
+  } catch (const SQLite::Exception& error) {
+    const int code = error.getErrorCode();
+    if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) throw UnusableIndex(error.what());
+    throw;
+  }
+}
+
+// An index that cannot be used is set aside; where the folder cannot be written,
+// the index lives in memory.
+SQLite::Database OpenOrReplace(const std::string& path) {
+  namespace fs = std::filesystem;
+  try {
+    if (fs::exists(path) && !fs::is_regular_file(path)) {
+      spdlog::warn("{}: not a regular file; set aside as {}", path, os::SetAside(path));
+    }
+    try {
+      return OpenIndex(path);
+    } catch (const UnusableIndex& error) {
+      spdlog::warn("{}; set aside as {}; rebuilding the index", error.what(), os::SetAside(path));
+      fs::remove(path + "-journal");  // of the file that was set aside: would damage the new one
+      return OpenIndex(path);
+    }
+  } catch (const std::exception& error) {
+    spdlog::debug("{}; keeping the index in memory", error.what());
+    return OpenIndex(":memory:");
+  }
 }
 
 }  // namespace
 
 IndexedRun IndexRunFile(const std::string& path) {
   IndexedRun run;
-  ReadStat(path, &run);
+  run.stamp = StampOf(path);  // before it is read: a later change is then seen
   const auto record = records::ReadRunFile(path).record;
   auto& summary = run.summary;
   summary.set_run_id(record.run_id());
@@ -133,132 +146,69 @@ IndexedRun IndexRunFile(const std::string& path) {
   return run;
 }
 
-RunIndex::RunIndex(const RunFolder& folder) : folder_(folder) {
-  try {
-    Open(folder_.IndexPath());
-  } catch (const UnusableIndex& error) {
-    spdlog::warn("{}; rebuilding the index", error.what());
-    std::error_code ignored;
-    std::filesystem::remove(folder_.IndexPath(), ignored);
-    std::filesystem::remove(folder_.IndexPath() + "-journal", ignored);
-    Open(folder_.IndexPath());
-  } catch (const std::exception& error) {
-    spdlog::debug("{}; keeping the index in memory", error.what());
-    Open(":memory:");
-  }
-}
-
-RunIndex::~RunIndex() { sqlite3_close(db_); }
-
-void RunIndex::Fail(const std::string& what) const {
-  const std::string text = fmt::format("{}: {}: {}", path_, what, sqlite3_errmsg(db_));
-  const int code = sqlite3_errcode(db_);
-  if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) throw UnusableIndex(text);
-  throw std::runtime_error(text);
-}
-
-void RunIndex::Execute(const char* sql) const {
-  if (sqlite3_exec(db_, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail("index error");
-}
-
-void RunIndex::Open(const std::string& path) {
-  sqlite3_close(std::exchange(db_, nullptr));
-  path_ = path;
-  if (sqlite3_open(path.c_str(), &db_) != SQLITE_OK) Fail("cannot open the index");
-  if (sqlite3_db_readonly(db_, "main") == 1) {
-    throw std::runtime_error(path + ": cannot be written");
-  }
-  sqlite3_busy_timeout(db_, 10'000);
-  Execute("PRAGMA journal_mode=DELETE");
-  Execute("PRAGMA synchronous=EXTRA");
-  const Statement check = Prepare(db_, "PRAGMA quick_check(1)");
-  if (!check || sqlite3_step(check.get()) != SQLITE_ROW) Fail("cannot check the index");
-  if (TextOf(check, 0) != "ok") throw UnusableIndex(path + ": damaged index");
-  const Statement version = Prepare(db_, "PRAGMA user_version");
-  if (!version || sqlite3_step(version.get()) != SQLITE_ROW) Fail("cannot read the index");
-  const int found = sqlite3_column_int(version.get(), 0);
-  if (found != 0 && found != kSchema) {
-    throw UnusableIndex(fmt::format("{}: index of schema {}, expected {}", path, found, kSchema));
-  }
-  Execute(kTable);
-  Execute(fmt::format("PRAGMA user_version={}", kSchema).c_str());
-}
+RunIndex::RunIndex(const RunFolder& folder)
+    : folder_(folder), db_(OpenOrReplace(folder_.IndexPath())) {}
 
 void RunIndex::Put(const IndexedRun& run) {
   std::string places = "?";
   for (int i = 1; i < kColumns; ++i) places += ",?";
-  const Statement insert =
-      Prepare(db_, "INSERT OR REPLACE INTO runs VALUES (" + places + ")");
-  if (!insert) Fail("cannot write the index");
+  SQLite::Statement insert(db_, "INSERT OR REPLACE INTO runs VALUES (" + places + ")");
   const auto& summary = run.summary;
-  BindText(insert, 1, summary.run_id());
-  BindText(insert, 2, summary.file());
-  BindText(insert, 3, summary.sha256());
-  sqlite3_bind_int(insert.get(), 4, summary.status());
-  BindText(insert, 5, run.reason);
-  sqlite3_bind_double(insert.get(), 6, summary.slip());
-  sqlite3_bind_double(insert.get(), 7, summary.attack_angle_rad());
-  sqlite3_bind_double(insert.get(), 8, summary.load_n());
-  sqlite3_bind_double(insert.get(), 9, summary.speed_m_per_s());
-  sqlite3_bind_int64(insert.get(), 10, static_cast<std::int64_t>(summary.seed()));
-  sqlite3_bind_double(insert.get(), 11, summary.travel_m());
-  sqlite3_bind_double(insert.get(), 12, run.wall_s);
-  BindText(insert, 13, StatText(run));
+  SQLite::bind(insert, summary.run_id(), summary.file(), summary.sha256(),
+               static_cast<int>(summary.status()), run.reason, summary.slip(),
+               summary.attack_angle_rad(), summary.load_n(), summary.speed_m_per_s(),
+               static_cast<std::int64_t>(summary.seed()), summary.travel_m(), run.wall_s,
+               run.stamp);
   for (int i = 0; i < 6; ++i) {
-    sqlite3_bind_double(insert.get(), kFirstMean + 2 * i + 1, summary.mean(i));
-    sqlite3_bind_double(insert.get(), kFirstMean + 2 * i + 2, summary.standard_error(i));
+    insert.bind(kFirstMean + 2 * i + 1, summary.mean(i));
+    insert.bind(kFirstMean + 2 * i + 2, summary.standard_error(i));
   }
-  if (sqlite3_step(insert.get()) != SQLITE_DONE) Fail("cannot write the index");
+  insert.exec();
 }
 
 std::map<std::string, std::string> RunIndex::Refresh() {
   std::map<std::string, std::string> unreadable;
-  std::map<std::string, std::string> known;  // file -> size and time
-  for (const auto& [id, run] : All()) known[run.summary.file()] = StatText(run);
+  std::map<std::string, std::string> known;  // file -> stamp
+  for (const auto& [id, run] : All()) known[run.summary.file()] = run.stamp;
   std::set<std::string> present;
   for (const std::string& name : folder_.RunFiles()) {
     const std::string path = folder_.path() + "/runs/" + name;
     present.insert(name);
-    IndexedRun now;
-    ReadStat(path, &now);
     const auto found = known.find(name);
-    if (found != known.end() && found->second == StatText(now)) continue;
+    if (found != known.end() && found->second == StampOf(path)) continue;
     try {
       Put(IndexRunFile(path));
+    } catch (const SQLite::Exception&) {
+      throw;
     } catch (const std::exception& error) {
       unreadable[name] = error.what();
       present.erase(name);
     }
   }
-  for (const auto& [file, stat] : known) {
+  for (const auto& [file, stamp] : known) {
     if (present.count(file)) continue;
-    const Statement erase = Prepare(db_, "DELETE FROM runs WHERE file = ?");
-    if (!erase) Fail("cannot write the index");
-    BindText(erase, 1, file);
-    if (sqlite3_step(erase.get()) != SQLITE_DONE) Fail("cannot write the index");
+    SQLite::Statement erase(db_, "DELETE FROM runs WHERE file = ?");
+    erase.bind(1, file);
+    erase.exec();
   }
   return unreadable;
 }
 
-std::map<std::string, IndexedRun> RunIndex::All() const {
+std::map<std::string, IndexedRun> RunIndex::All() {
   std::map<std::string, IndexedRun> runs;
-  const Statement select = Prepare(db_, "SELECT * FROM runs");
-  if (!select) Fail("cannot read the index");
-  int code = SQLITE_ROW;
-  while ((code = sqlite3_step(select.get())) == SQLITE_ROW) {
+  SQLite::Statement select(db_, "SELECT * FROM runs");
+  while (select.executeStep()) {
     IndexedRun run = RowOf(select);
     runs[run.summary.run_id()] = std::move(run);
   }
-  if (code != SQLITE_DONE) Fail("cannot read the index");
   return runs;
 }
 
 std::map<std::string, std::string> RunIndex::Rebuild(const RunFolder& folder) {
   folder.RunFiles();  // throws before anything is removed
-  std::error_code ignored;
-  std::filesystem::remove(folder.IndexPath(), ignored);
-  std::filesystem::remove(folder.IndexPath() + "-journal", ignored);
-  return RunIndex(folder).Refresh();
+  RunIndex index(folder);
+  index.db_.exec("DELETE FROM runs");
+  return index.Refresh();
 }
 
 }  // namespace grouser::campaign

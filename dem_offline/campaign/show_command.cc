@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dem_offline/campaign/commands.h"
+#include "proto/records/message_json.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -23,7 +24,7 @@ int Show(const ShowArguments& arguments) {
   for (const auto& file : arguments.files) {
     const auto record = records::ReadRunFile(file).record;
     if (arguments.json) {
-      json += (json.empty() ? "" : ",\n ") + ToJson(record);
+      json += (json.empty() ? "" : ",\n ") + records::ToJson(record);
     } else {
       fmt::print("{}: ", file);
       PrintRecord(record);
@@ -55,9 +56,7 @@ void AddShowCommand(CLI::App& app, Action* action) {
   show->footer(kShowExamples);
   show->add_option("files", arguments->files, "Run files (*.run.h5)")->required();
   show->add_flag("--json", arguments->json, "The records as a JSON array on stdout");
-  show->callback([=] {
-    *action = [arguments](const StopSignals&) { return Show(*arguments); };
-  });
+  show->callback([=] { *action = [arguments](const StopSignals&) { return Show(*arguments); }; });
 }
 
 }  // namespace grouser::campaign

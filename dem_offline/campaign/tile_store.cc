@@ -7,6 +7,7 @@
 
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/run_identity.h"
+#include "proto/records/os/regular_file.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -50,7 +51,8 @@ std::shared_ptr<const StoredTile> TileStore::LoadOrPrepare(const std::string& ke
     stored->sha256 = records::Sha256OfFile(path);
     return stored;
   } catch (const std::exception& error) {
-    spdlog::warn("{}; settling this tile again", error.what());
+    spdlog::warn("{}; set aside as {}, settling this tile again", error.what(),
+                 os::SetAside(path));
   }
   return Prepare(spec, key, progress);
 }

@@ -23,7 +23,7 @@ struct Stopped {};
 
 /// Settled tiles by key (TileKey), in memory and as FOLDER/KEY.tile.h5. Each is
 /// prepared once, by the first who asks; others wait for it. An unreadable
-/// tile file is replaced. Thread-safe.
+/// tile file is set aside. Thread-safe.
 class TileStore {
  public:
   /// Creates `folder` if need be. An empty name keeps tiles in memory only.

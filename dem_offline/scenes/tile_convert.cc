@@ -1,9 +1,9 @@
 #include <google/protobuf/struct.pb.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <stdexcept>
 
 #include "dem_offline/scenes/engine_convert.h"
+#include "proto/records/message_json.h"
 
 namespace grouser::campaign {
 namespace {
@@ -64,11 +64,7 @@ std::string MetaJson(const std::string& tile_key, const dem::Tile& tile) {
   google::protobuf::Struct meta;
   (*meta.mutable_fields())["tile_key"].set_string_value(tile_key);
   (*meta.mutable_fields())["grains"].set_number_value(static_cast<double>(tile.radius_m.size()));
-  std::string json;
-  if (!google::protobuf::util::MessageToJsonString(meta, &json).ok()) {
-    throw std::runtime_error("tile meta to JSON failed");
-  }
-  return json;
+  return records::ToJson(meta);
 }
 
 }  // namespace
@@ -96,9 +92,7 @@ records::TileFile ToTileFile(const dem::Tile& tile, const std::string& tile_key)
 dem::Tile ToTile(const records::TileFile& file, const std::string& tile_key,
                  const std::string& path) {
   google::protobuf::Struct meta;
-  if (!google::protobuf::util::JsonStringToMessage(file.meta_json, &meta).ok()) {
-    Fail(path, "tile meta is not JSON");
-  }
+  records::FromJson(file.meta_json, path + ": tile meta", &meta);
   const auto key = meta.fields().find("tile_key");
   if (key == meta.fields().end() || key->second.string_value() != tile_key) {
     Fail(path, "holds another tile than " + tile_key);

@@ -1,11 +1,10 @@
 #include "proto/records/run_file.h"
 
-#include <google/protobuf/util/json_util.h>
-
 #include <stdexcept>
 #include <utility>
 
 #include "proto/records/hdf5_file.h"
+#include "proto/records/message_json.h"
 
 namespace grouser::records {
 namespace {
@@ -76,13 +75,7 @@ std::string RecordJson(v1alpha1::RunRecord record) {
     record.mutable_stress()->clear_shear_axial_pa();
   }
   if (record.has_surface()) record.mutable_surface()->clear_height_m();
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(record, &json, options);
-  if (!status.ok()) throw std::runtime_error("run record to JSON: " + status.ToString());
-  return json;
+  return ToJson(record);
 }
 
 // What a person or a plotting script asks for first, without parsing JSON.
@@ -132,11 +125,7 @@ RunFile ReadRunFile(const std::string& path) {
   const H5Image file = H5Image::Open(path);
   file.CheckFormat(kFormat, kSchema);
   RunFile run;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage(file.ReadText("record_json"), &run.record);
-  if (!status.ok()) {
-    throw std::runtime_error(path + ": record_json is not a RunRecord: " + status.ToString());
-  }
+  FromJson(file.ReadText("record_json"), path + ": record_json", &run.record);
   if (run.record.experiment_case() == v1alpha1::RunRecord::EXPERIMENT_NOT_SET) {
     throw std::runtime_error(path + ": holds no experiment that this version knows");
   }

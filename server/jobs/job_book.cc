@@ -47,15 +47,16 @@ JobRow* JobBook::Find(const std::string& job_id) {
   return found == open_.end() ? nullptr : &*found;
 }
 
-const JobRow* JobBook::FindOpen(const std::string& job_id) const {
-  return const_cast<JobBook*>(this)->Find(job_id);
+std::optional<JobRow> JobBook::FindOpen(const std::string& job_id) const {
+  const JobRow* row = const_cast<JobBook*>(this)->Find(job_id);
+  return row == nullptr ? std::nullopt : std::optional(*row);
 }
 
-const JobRow* JobBook::NextQueued() const {
+std::optional<JobRow> JobBook::NextQueued() const {
   for (const JobRow& row : open_) {
-    if (row.job.job_state() == v1alpha1::JOB_STATE_QUEUED) return &row;
+    if (row.job.job_state() == v1alpha1::JOB_STATE_QUEUED) return row;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 std::size_t JobBook::CountQueued() const {
@@ -170,9 +171,9 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
     throw RequestError(RequestCode::kNotFound, "request_id: '" + request_id +
                                                    "' has no subscription to job '" + job_id + "'");
   }
-  const JobRow* open = Find(job_id);
-  if (open == nullptr || request->withdrawn) return now;
-  JobRow row = *open;
+  auto open = FindOpen(job_id);
+  if (!open || request->withdrawn) return now;
+  JobRow& row = *open;
   const std::uint64_t held = row.job.lease_epoch();
   row.job.set_subscribers(store_.CountSubscribers(job_id) - 1);
   if (row.job.subscribers() == 0) {
@@ -190,26 +191,25 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
   return result;
 }
 
-bool JobBook::Change(const std::string& job_id, std::uint64_t epoch,
-                     const std::function<void(JobRow&)>& edit, Publish publish) {
-  const JobRow* open = Find(job_id);
-  if (open == nullptr || open->job.lease_epoch() != epoch) return false;
-  JobRow row = *open;
-  edit(row);
-  const auto from = open->job.job_state();
-  const auto to = row.job.job_state();
+std::optional<JobRow> JobBook::Change(const std::string& job_id, std::uint64_t epoch,
+                                      const std::function<void(JobRow&)>& edit, Publish publish) {
+  auto row = FindOpen(job_id);
+  if (!row || row->job.lease_epoch() != epoch) return std::nullopt;
+  const auto from = row->job.job_state();
+  edit(*row);
+  const auto to = row->job.job_state();
   if (from != to) {
     if (!MayMove(from, to)) {
       throw std::logic_error("job " + job_id + ": " + ShortName(from) + " to " + ShortName(to) +
                              " is no move of the state machine");
     }
-    row.job.set_progress(0);
-    row.job.set_eta_s(kUnknown);
+    row->job.set_progress(0);
+    row->job.set_eta_s(kUnknown);
   }
-  Touch(row);
-  if (!store_.Save(row, epoch)) return false;
-  Adopt(std::move(row), publish);
-  return true;
+  Touch(*row);
+  if (!store_.Save(*row, epoch)) return std::nullopt;
+  Adopt(*row, publish);
+  return row;
 }
 
 bool JobBook::Progress(const std::string& job_id, std::uint64_t epoch, double fraction,
@@ -228,13 +228,14 @@ bool JobBook::Progress(const std::string& job_id, std::uint64_t epoch, double fr
 
 bool JobBook::Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
                       bool retry) {
-  return Change(job_id, epoch, [&](JobRow& row) {
+  const auto queued = Change(job_id, epoch, [&](JobRow& row) {
     row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
     row.job.set_message(message);
     row.job.set_lease_epoch(epoch + 1);
     row.job.set_revision(row.job.revision() + kRevisionLeap);
     if (retry) ++row.retries;
   });
+  return queued.has_value();
 }
 
 }  // namespace grouser::server

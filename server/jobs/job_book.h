@@ -46,19 +46,22 @@ class JobBook {
   /// RequestError(kNotFound).
   v1alpha1::Job Cancel(const std::string& job_id, const std::string& request_id);
 
-  /// The oldest QUEUED job, or null.
-  const JobRow* NextQueued() const;
-  /// An open job, or null.
-  const JobRow* FindOpen(const std::string& job_id) const;
-  const std::vector<JobRow>& open() const { return open_; }
+  // Rows are handed out as copies: every change replaces the book's own row,
+  // and a reference to it would outlive what it refers to.
+  /// The oldest QUEUED job.
+  std::optional<JobRow> NextQueued() const;
+  std::optional<JobRow> FindOpen(const std::string& job_id) const;
+  /// All open jobs, oldest first.
+  std::vector<JobRow> Open() const { return open_; }
 
   enum class Publish { kYes, kNo };
-  /// Applies `edit` to an open job under the lease `epoch`. False, and nothing
-  /// happens, where the job has ended or its lease has another epoch: a stale
-  /// worker's result. Throws std::logic_error for a move that the state
-  /// machine does not have.
-  bool Change(const std::string& job_id, std::uint64_t epoch,
-              const std::function<void(JobRow&)>& edit, Publish publish = Publish::kYes);
+  /// Applies `edit` to an open job under the lease `epoch`. Returns the row as
+  /// it is now; nothing, and nothing happens, where the job has ended or its
+  /// lease has another epoch: a stale worker's result. Throws std::logic_error
+  /// for a move that the state machine does not have.
+  std::optional<JobRow> Change(const std::string& job_id, std::uint64_t epoch,
+                               const std::function<void(JobRow&)>& edit,
+                               Publish publish = Publish::kYes);
 
   /// Progress of the running stage, in memory and to listeners only.
   bool Progress(const std::string& job_id, std::uint64_t epoch, double fraction, double eta_s,

@@ -11,6 +11,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
+#include "proto/records/os/regular_file.h"
 #include "proto/records/run_file.h"
 #include "server/jobs/refinement_spec.h"
 
@@ -61,7 +62,7 @@ FinishedRun PublishRun(const JobFiles& files, const JobRow& row) {
   try {
     if (std::filesystem::exists(target)) return ReadFinishedRun(target, row.spec);
   } catch (const std::exception& e) {
-    spdlog::warn("{}; it is replaced", e.what());
+    spdlog::warn("{}; it is set aside as {}", e.what(), os::SetAside(target));
   }
   records::WriteFileDurably(target, records::ReadFileBytes(made));
   return ReadFinishedRun(target, row.spec);

@@ -1,9 +1,22 @@
 #include "server/jobs/job_store.h"
 
+#include <spdlog/spdlog.h>
+
 #include <stdexcept>
+#include <utility>
 
 namespace grouser::server {
 namespace {
+
+/// Takes the write lock at once; rolls back unless committed.
+struct Transaction : SQLite::Transaction {
+  explicit Transaction(SQLite::Database& db)
+      : SQLite::Transaction(db, SQLite::TransactionBehavior::IMMEDIATE) {}
+};
+
+struct DamagedRow : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 constexpr char kSchema[] = R"sql(
 CREATE TABLE jobs (
@@ -28,156 +41,167 @@ CREATE TABLE requests (
 CREATE INDEX requests_job ON requests (job_id);
 )sql";
 
-constexpr char kColumns[] = "join_key, retries, job, spec, pending";
+constexpr char kColumns[] = "join_key, retries, job, spec, pending, job_id, state, lease_epoch";
 
-/// Columns as in kColumns.
-JobRow ReadRow(const Statement& row, const std::string& path) {
+std::string Bytes(SQLite::Statement& row, int column) { return row.getColumn(column).getString(); }
+
+std::int64_t Signed(std::uint64_t number) { return static_cast<std::int64_t>(number); }
+
+void BindBlob(SQLite::Statement& statement, int index, const google::protobuf::Message& message) {
+  const std::string bytes = message.SerializeAsString();
+  statement.bind(index, bytes.data(), static_cast<int>(bytes.size()));  // SQLite copies them
+}
+
+/// Columns as in kColumns. Throws DamagedRow.
+JobRow ReadRow(SQLite::Statement& row, const std::string& path) {
   JobRow out;
-  out.join_key = row.ColumnBytes(0);
-  out.retries = static_cast<int>(row.ColumnInt(1));
-  if (!out.job.ParseFromString(row.ColumnBytes(2)) ||
-      !out.spec.ParseFromString(row.ColumnBytes(3)) ||
-      !out.pending.ParseFromString(row.ColumnBytes(4))) {
-    throw std::runtime_error(path + ": a job row is damaged, expected serialised messages");
+  out.join_key = Bytes(row, 0);
+  out.retries = row.getColumn(1).getInt();
+  const std::string id = Bytes(row, 5);
+  // Bytes that are lost may leave messages that parse: the columns must agree.
+  if (!out.job.ParseFromString(Bytes(row, 2)) || !out.spec.ParseFromString(Bytes(row, 3)) ||
+      !out.pending.ParseFromString(Bytes(row, 4)) || out.job.job_id() != id ||
+      out.job.job_state() != row.getColumn(6).getInt64() ||
+      Signed(out.job.lease_epoch()) != row.getColumn(7).getInt64()) {
+    throw DamagedRow(path + ": the row of job '" + id +
+                     "' is damaged, expected serialised messages that agree with its columns");
   }
   return out;
 }
 
 }  // namespace
 
-JobStore::JobStore(const std::string& path) : db_(path) { Migrate(); }
+JobStore::JobStore(const std::string& path) : db_(os::OpenDatabase(path)) { Migrate(); }
 
 void JobStore::Migrate() {
-  std::int64_t version = 0;
-  {
-    Statement query(db_, "PRAGMA user_version");
-    if (query.Step()) version = query.ColumnInt(0);
-  }
+  const int version = db_.execAndGet("PRAGMA user_version").getInt();
   if (version == kSchemaVersion) return;
   if (version != 0) {
-    throw std::runtime_error(db_.path() + ": schema version " + std::to_string(version) +
+    throw std::runtime_error(Path() + ": schema version " + std::to_string(version) +
                              ", expected " + std::to_string(kSchemaVersion) +
                              " (made by another Grouser version)");
   }
   Transaction transaction(db_);
-  db_.Exec(kSchema);
-  db_.Exec("PRAGMA user_version=" + std::to_string(kSchemaVersion));
-  transaction.Commit();
+  db_.exec(kSchema);
+  db_.exec("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  transaction.commit();
 }
 
 void JobStore::Insert(const JobRow& row, const RequestRow& request) {
   Transaction transaction(db_);
-  Statement(db_,
-            "INSERT INTO jobs (job_id, join_key, state, lease_epoch, retries, job, spec, pending)"
-            " VALUES (?,?,?,?,?,?,?,?)")
-      .Text(1, row.job.job_id())
-      .Text(2, row.join_key)
-      .Int(3, row.job.job_state())
-      .Int(4, static_cast<std::int64_t>(row.job.lease_epoch()))
-      .Int(5, row.retries)
-      .Blob(6, row.job.SerializeAsString())
-      .Blob(7, row.spec.SerializeAsString())
-      .Blob(8, row.pending.SerializeAsString())
-      .Step();
+  SQLite::Statement insert(
+      db_,
+      "INSERT INTO jobs (job_id, join_key, state, lease_epoch, retries, job, spec, pending)"
+      " VALUES (?,?,?,?,?,?,?,?)");
+  SQLite::bind(insert, row.job.job_id(), row.join_key, static_cast<int>(row.job.job_state()),
+               Signed(row.job.lease_epoch()), row.retries);
+  BindBlob(insert, 6, row.job);
+  BindBlob(insert, 7, row.spec);
+  BindBlob(insert, 8, row.pending);
+  insert.exec();
   InsertRequest(request);
-  transaction.Commit();
+  transaction.commit();
 }
 
 void JobStore::InsertRequest(const RequestRow& request) {
-  Statement(db_, "INSERT INTO requests VALUES (?,?,?,?,?)")
-      .Text(1, request.request_id)
-      .Text(2, request.job_id)
-      .Text(3, request.content)
-      .Int(4, request.joined)
-      .Int(5, request.withdrawn)
-      .Step();
+  SQLite::Statement insert(db_, "INSERT INTO requests VALUES (?,?,?,?,?)");
+  SQLite::bind(insert, request.request_id, request.job_id, request.content,
+               static_cast<int>(request.joined), static_cast<int>(request.withdrawn));
+  insert.exec();
 }
 
 bool JobStore::Update(const JobRow& row, std::uint64_t held_epoch) {
-  Statement(db_,
-            "UPDATE jobs SET state=?, lease_epoch=?, retries=?, job=?, pending=?"
-            " WHERE job_id=? AND lease_epoch=?")
-      .Int(1, row.job.job_state())
-      .Int(2, static_cast<std::int64_t>(row.job.lease_epoch()))
-      .Int(3, row.retries)
-      .Blob(4, row.job.SerializeAsString())
-      .Blob(5, row.pending.SerializeAsString())
-      .Text(6, row.job.job_id())
-      .Int(7, static_cast<std::int64_t>(held_epoch))
-      .Step();
-  return db_.Changes() == 1;
+  SQLite::Statement update(
+      db_,
+      "UPDATE jobs SET state=?1, lease_epoch=?2, retries=?3, job=?5, pending=?6"
+      " WHERE job_id=?4 AND lease_epoch=?7");
+  SQLite::bind(update, static_cast<int>(row.job.job_state()), Signed(row.job.lease_epoch()),
+               row.retries, row.job.job_id());
+  BindBlob(update, 5, row.job);
+  BindBlob(update, 6, row.pending);
+  update.bind(7, Signed(held_epoch));
+  return update.exec() == 1;
 }
 
 void JobStore::Join(const JobRow& row, const RequestRow& request) {
   Transaction transaction(db_);
   if (!Update(row, row.job.lease_epoch())) {
-    throw std::runtime_error(db_.path() + ": job " + row.job.job_id() +
+    throw std::runtime_error(Path() + ": job " + row.job.job_id() +
                              " is not stored under its lease epoch");
   }
   InsertRequest(request);
-  transaction.Commit();
+  transaction.commit();
 }
 
 bool JobStore::Withdraw(const JobRow& row, std::uint64_t held_epoch,
                         const std::string& request_id) {
   Transaction transaction(db_);
   if (!Update(row, held_epoch)) return false;
-  Statement(db_, "UPDATE requests SET withdrawn=1 WHERE request_id=?").Text(1, request_id).Step();
-  transaction.Commit();
+  SQLite::Statement update(db_, "UPDATE requests SET withdrawn=1 WHERE request_id=?");
+  update.bind(1, request_id);
+  update.exec();
+  transaction.commit();
   return true;
 }
 
 bool JobStore::Save(const JobRow& row, std::uint64_t held_epoch) {
   Transaction transaction(db_);
   if (!Update(row, held_epoch)) return false;
-  transaction.Commit();
+  transaction.commit();
   return true;
 }
 
 std::optional<RequestRow> JobStore::FindRequest(const std::string& request_id) {
-  Statement query(db_,
-                  "SELECT job_id, content, joined, withdrawn FROM requests WHERE request_id=?");
-  query.Text(1, request_id);
-  if (!query.Step()) return std::nullopt;
-  return RequestRow{request_id, query.ColumnBytes(0), query.ColumnBytes(1), query.ColumnInt(2) != 0,
-                    query.ColumnInt(3) != 0};
+  SQLite::Statement query(
+      db_, "SELECT job_id, content, joined, withdrawn FROM requests WHERE request_id=?");
+  query.bind(1, request_id);
+  if (!query.executeStep()) return std::nullopt;
+  return RequestRow{request_id, Bytes(query, 0), Bytes(query, 1), query.getColumn(2).getInt() != 0,
+                    query.getColumn(3).getInt() != 0};
 }
 
 std::optional<JobRow> JobStore::Find(const std::string& job_id) {
-  Statement query(db_, std::string("SELECT ") + kColumns + " FROM jobs WHERE job_id=?");
-  query.Text(1, job_id);
-  if (!query.Step()) return std::nullopt;
-  return ReadRow(query, db_.path());
+  SQLite::Statement query(db_, std::string("SELECT ") + kColumns + " FROM jobs WHERE job_id=?");
+  query.bind(1, job_id);
+  if (!query.executeStep()) return std::nullopt;
+  return ReadRow(query, Path());
 }
 
 std::uint32_t JobStore::CountSubscribers(const std::string& job_id) {
-  Statement query(db_, "SELECT COUNT(*) FROM requests WHERE job_id=? AND withdrawn=0");
-  query.Text(1, job_id);
-  query.Step();
-  return static_cast<std::uint32_t>(query.ColumnInt(0));
+  SQLite::Statement query(db_, "SELECT COUNT(*) FROM requests WHERE job_id=? AND withdrawn=0");
+  query.bind(1, job_id);
+  query.executeStep();
+  return query.getColumn(0).getUInt();
+}
+
+std::vector<JobRow> JobStore::ReadRows(SQLite::Statement& query) const {
+  std::vector<JobRow> rows;
+  while (query.executeStep()) {
+    try {
+      rows.push_back(ReadRow(query, Path()));
+    } catch (const DamagedRow& e) {
+      spdlog::error("{}; it is passed over, and stays as it is", e.what());
+    }
+  }
+  return rows;
 }
 
 std::vector<JobRow> JobStore::LoadOpen() {
   using v1alpha1::JobState;
-  Statement query(db_, std::string("SELECT ") + kColumns +
-                           " FROM jobs WHERE state NOT IN (?,?,?) ORDER BY seq");
-  query.Int(1, JobState::JOB_STATE_DONE)
-      .Int(2, JobState::JOB_STATE_FAILED)
-      .Int(3, JobState::JOB_STATE_CANCELLED);
-  std::vector<JobRow> rows;
-  while (query.Step()) rows.push_back(ReadRow(query, db_.path()));
-  return rows;
+  SQLite::Statement query(db_, std::string("SELECT ") + kColumns +
+                                   " FROM jobs WHERE state NOT IN (?,?,?) ORDER BY seq");
+  SQLite::bind(query, static_cast<int>(JobState::JOB_STATE_DONE),
+               static_cast<int>(JobState::JOB_STATE_FAILED),
+               static_cast<int>(JobState::JOB_STATE_CANCELLED));
+  return ReadRows(query);
 }
 
 std::vector<v1alpha1::Job> JobStore::List(std::uint32_t limit) {
-  Statement query(db_, "SELECT job FROM jobs ORDER BY seq DESC LIMIT ?");
-  query.Int(1, limit);
+  SQLite::Statement query(
+      db_, std::string("SELECT ") + kColumns + " FROM jobs ORDER BY seq DESC LIMIT ?");
+  query.bind(1, limit);
   std::vector<v1alpha1::Job> jobs;
-  while (query.Step()) {
-    if (!jobs.emplace_back().ParseFromString(query.ColumnBytes(0))) {
-      throw std::runtime_error(db_.path() + ": a job row is damaged");
-    }
-  }
+  for (auto& row : ReadRows(query)) jobs.push_back(std::move(row.job));
   return jobs;
 }
 

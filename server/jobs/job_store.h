@@ -6,9 +6,12 @@
 #include <vector>
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
-#include "server/jobs/sqlite.h"
+#include "proto/records/os/database.h"
 
 namespace grouser::server {
+
+/// A statement of the store, or the disk below it, failed.
+using SqliteError = SQLite::Exception;
 
 /// A job as it is kept: the public message, and what only this program needs.
 struct JobRow {
@@ -51,6 +54,8 @@ class JobStore {
   std::optional<JobRow> Find(const std::string& job_id);
   /// Subscriptions of a job that were not withdrawn.
   std::uint32_t CountSubscribers(const std::string& job_id);
+  // One damaged row must not stop the others: the two below name it in the log
+  // and pass it over; Find throws std::runtime_error.
   /// All that have not ended, oldest first.
   std::vector<JobRow> LoadOpen();
   /// Newest first.
@@ -60,10 +65,13 @@ class JobStore {
 
  private:
   void Migrate();
+  std::vector<JobRow> ReadRows(SQLite::Statement& query) const;
   void InsertRequest(const RequestRow& request);
   bool Update(const JobRow& row, std::uint64_t held_epoch);
 
-  Database db_;
+  std::string Path() const { return db_.getFilename(); }
+
+  SQLite::Database db_;
 };
 
 }  // namespace grouser::server

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "proto/records/model_file.h"
+#include "proto/records/os/file_lock.h"
 #include "server/core/model_reference.h"
-#include "server/jobs/folder_lock.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
@@ -21,8 +21,8 @@ double UnixNow() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-UniqueFd LockState(const std::string& path) {
-  UniqueFd lock = TryLock(path);
+os::UniqueFd LockState(const std::string& path) {
+  os::UniqueFd lock = os::LockWithin(path, os::kSpawnS);
   if (!lock.valid()) {
     throw std::runtime_error(path +
                              ": locked, expected no other grouser-jobs on this state folder");
@@ -86,6 +86,8 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(
     entry = repository_.Resolve(request.model());
   } catch (const std::out_of_range& e) {
     throw RequestError(RequestCode::kNotFound, e.what());
+  } catch (const std::runtime_error& e) {
+    Precondition(e.what());  // the alias file is damaged; a digest needs none
   }
   const auto loaded = records::ReadModelFile(entry.path);
   const auto spec = BuildSpec(loaded.model, request);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "proto/records/os/unique_fd.h"
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
@@ -31,7 +32,8 @@ class JobsApp {
   JobsApp(JobsOptions options, boost::asio::io_context& loop);
 
   /// Takes up what an earlier life left, starts workers. Any thread but
-  /// thread(); returns when that is done, throws what went wrong.
+  /// thread(); returns when that is done. A job that cannot be taken up is
+  /// FAILED or tried again later; the others go on.
   void Start();
   /// Refuses requests from now on, stops workers (their jobs stay resumable),
   /// ends watches, then calls `done` on thread(). Any thread.
@@ -56,7 +58,7 @@ class JobsApp {
                        const std::string& alias) const;
 
   JobFiles files_;
-  UniqueFd instance_lock_;
+  os::UniqueFd instance_lock_;
   Repository repository_;
   WatchHub hub_;
   JobStore store_;

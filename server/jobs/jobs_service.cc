@@ -1,6 +1,7 @@
 #include "server/jobs/jobs_service.h"
 
 #include <spdlog/spdlog.h>
+#include <sqlite3.h>
 
 #include <stdexcept>
 
@@ -21,9 +22,10 @@ Status StatusOf(const Request& run) {
   } catch (const StatusError& e) {
     return e.status();
   } catch (const SqliteError& e) {
-    spdlog::error("{}", e.what());
-    return {e.Full() ? StatusCode::kResourceExhausted : StatusCode::kUnavailable,
-            std::string("nothing was changed: ") + e.what()};
+    spdlog::error("job store: {}", e.what());
+    return {e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted
+                                            : StatusCode::kUnavailable,
+            std::string("nothing was changed: job store: ") + e.what()};
   } catch (const std::exception& e) {
     spdlog::error("{}", e.what());
     return {StatusCode::kInternal, e.what()};

@@ -4,22 +4,24 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
-#include "server/jobs/folder_lock.h"
+#include "proto/records/os/file_lock.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/scheduler_steps.h"
 
 namespace grouser::server {
 namespace {
 
-constexpr double kRetryStoreS = 5.0;
 constexpr double kEvictS = 10.0;
+constexpr double kLongestRetryS = 300.0;
 
 double SteadyNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -37,43 +39,47 @@ Scheduler::Scheduler(SchedulerOptions options, const JobFiles& files, JobBook& b
       thread_(thread) {}
 
 void Scheduler::Recover() {
-  const std::vector<JobRow> rows = book_.open();  // a copy: requeueing changes the book's
-  for (const JobRow& row : rows) {
-    const std::string& id = row.job.job_id();
-    if (IsWorking(row.job.job_state())) {
-      if (std::filesystem::exists(files_.Lock(id))) LockEvicting(files_.Lock(id), kEvictS);
-      spdlog::info("{}: was {} when the jobs program ended; queued again", id,
-                   ShortName(row.job.job_state()));
-      book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", false);
-    }
-    if (!row.pending.job_id().empty()) RetryPendingMove(id);
+  for (const JobRow& row : book_.Open()) {
+    Guarded(row.job.job_id(), row.job.lease_epoch(), [this, row] { RecoverJob(row); });
   }
+}
+
+void Scheduler::RecoverJob(const JobRow& row) {
+  const std::string& id = row.job.job_id();
+  if (IsWorking(row.job.job_state())) {
+    if (std::filesystem::exists(files_.Lock(id))) os::LockEvicting(files_.Lock(id), kEvictS);
+    spdlog::info("{}: was {} when the jobs program ended; queued again", id,
+                 ShortName(row.job.job_state()));
+    book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", false);
+  }
+  if (!row.pending.job_id().empty()) RetryPendingMove(id, options_.retry_s);
 }
 
 void Scheduler::Kick() {
   while (!stopping_ && static_cast<int>(active_.size()) < options_.workers) {
-    const JobRow* next = book_.NextQueued();
-    if (next == nullptr) return;
-    const std::string id = next->job.job_id();
+    const auto next = book_.NextQueued();
+    if (!next) return;
+    const std::string& id = next->job.job_id();
     const std::uint64_t epoch = next->job.lease_epoch();
     Guarded(id, epoch, [this, id] { Continue(id); });
     // The store failed: the guard tries again later, and so does this.
-    const JobRow* same = book_.NextQueued();
-    if (same != nullptr && same->job.job_id() == id && same->job.lease_epoch() == epoch) return;
+    const auto same = book_.NextQueued();
+    if (same && same->job.job_id() == id && same->job.lease_epoch() == epoch) return;
   }
 }
 
 void Scheduler::Continue(const std::string& job_id) {
-  const JobRow* open = book_.FindOpen(job_id);
-  if (stopping_ || open == nullptr || active_.contains(job_id)) return;
+  auto open = book_.FindOpen(job_id);
+  if (stopping_ || !open || active_.contains(job_id)) return;
   if (open->job.job_state() == v1alpha1::JOB_STATE_QUEUED) {
-    book_.Change(job_id, open->job.lease_epoch(), [](JobRow& row) {
+    open = book_.Change(job_id, open->job.lease_epoch(), [](JobRow& row) {
       row.job.set_job_state(v1alpha1::JOB_STATE_RUNNING);
       row.job.set_message("starting");
     });
+    if (!open) return;
     std::filesystem::create_directories(files_.Folder(job_id));
   }
-  const JobRow row = *book_.FindOpen(job_id);
+  const JobRow& row = *open;
   if (row.job.job_state() == v1alpha1::JOB_STATE_FITTING) LaunchFit(row);
   if (row.job.job_state() == v1alpha1::JOB_STATE_VALIDATING) LaunchGate(row);
   if (row.job.job_state() != v1alpha1::JOB_STATE_RUNNING) return;
@@ -93,7 +99,7 @@ void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double 
   command.folder = files_.Folder(job.job_id());
   command.stdout_path = files_.Output(job, stage, "stdout");
   command.log_path = files_.Output(job, stage, "log");
-  command.lock = LockEvicting(files_.Lock(job.job_id()), kEvictS);
+  command.lock = os::LockEvicting(files_.Lock(job.job_id()), kEvictS);
   command.limits = options_.limits;
   command.timeout_s = timeout_s;
   const std::string id = job.job_id();
@@ -112,7 +118,7 @@ void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double 
 
 void Scheduler::LaunchRun(const JobRow& row) {
   const std::string& id = row.job.job_id();
-  records::WriteFileDurably(files_.Spec(id), SpecJson(row.spec));
+  records::WriteFileDurably(files_.Spec(id), records::ToJson(row.spec, /*indented=*/true));
   Launch(row,
          {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
           files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json", "--device",
@@ -164,13 +170,13 @@ void Scheduler::OnEnd(const Ended& ended) {
 
 void Scheduler::Conclude(const Ended& ended) {
   const auto& [id, epoch, stage, end] = ended;
-  const JobRow* open = book_.FindOpen(id);
-  if (open == nullptr || open->job.lease_epoch() != epoch) {
+  const auto open = book_.FindOpen(id);
+  if (!open || open->job.lease_epoch() != epoch) {
     spdlog::info("{}: a worker of epoch {} {}; its lease is over, nothing is taken from it", id,
                  epoch, end.Text());
     return;
   }
-  const JobRow row = *open;
+  const JobRow& row = *open;
   if (row.job.job_state() != stage) {
     Continue(id);  // concluded before, but what came next could not be stored then
     return;
@@ -195,26 +201,26 @@ void Scheduler::Conclude(const Ended& ended) {
 void Scheduler::AcceptRun(const JobRow& row, const FinishedRun& run) {
   const std::string& id = row.job.job_id();
   const bool steady = run.record.status() == v1alpha1::RUN_STATUS_STEADY;
-  book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
+  const auto accepted = book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
     changed.job.set_run_file(run.file);
     changed.job.set_run_sha256(run.sha256);
     *changed.job.mutable_run() = run.record;
     changed.job.set_job_state(steady ? v1alpha1::JOB_STATE_FITTING : v1alpha1::JOB_STATE_FAILED);
     changed.job.set_message(steady ? "fitting with the new run" : WhyNotSteady(run.record));
   });
+  if (!accepted) return;  // its lease was taken away meanwhile
   // The published file and the row stand: the worker's own copy has served.
   std::error_code ignored;
   std::filesystem::remove(files_.WorkerRun(id), ignored);
-  if (steady) LaunchFit(*book_.FindOpen(id));
+  if (steady) LaunchFit(*accepted);
 }
 
 void Scheduler::AcceptCandidate(const JobRow& row, const std::string& message) {
-  const std::string& id = row.job.job_id();
-  book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
+  const auto accepted = book_.Change(row.job.job_id(), row.job.lease_epoch(), [&](JobRow& changed) {
     changed.job.set_job_state(v1alpha1::JOB_STATE_VALIDATING);
     changed.job.set_message(message);
   });
-  LaunchGate(*book_.FindOpen(id));
+  if (accepted) LaunchGate(*accepted);
 }
 
 void Scheduler::ConcludeGate(const JobRow& row) {
@@ -237,15 +243,16 @@ void Scheduler::ConcludeGate(const JobRow& row) {
         changed.pending.set_why("refinement " + id);
       },
       JobBook::Publish::kNo);
-  RetryPendingMove(id);
+  RetryPendingMove(id, options_.retry_s);
 }
 
 std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
-  const JobRow row = *book_.FindOpen(job_id);
-  const auto& move = row.pending;
-  const AliasMove moved = repository_.SetAlias(ModelName(row.job), move.alias(),
-                                               row.job.candidate_digest(), move.who(), move.why());
-  book_.Change(job_id, row.job.lease_epoch(), [&](JobRow& changed) {
+  const auto row = book_.FindOpen(job_id);
+  if (!row) throw std::logic_error(job_id + ": has ended, expected a job that awaits promotion");
+  const auto& move = row->pending;
+  const AliasMove moved = repository_.SetAlias(ModelName(row->job), move.alias(),
+                                               row->job.candidate_digest(), move.who(), move.why());
+  book_.Change(job_id, row->job.lease_epoch(), [&](JobRow& changed) {
     if (move.alias() != "candidate") {
       changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
       changed.job.set_message(fmt::format("promoted to {} by {}", move.alias(), move.who()));
@@ -255,21 +262,23 @@ std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
   return moved.generation;
 }
 
-void Scheduler::RetryPendingMove(const std::string& job_id) {
-  const JobRow* row = book_.FindOpen(job_id);
-  if (row == nullptr || row->pending.job_id().empty()) return;
+void Scheduler::RetryPendingMove(const std::string& job_id, double retry_s) {
+  const auto row = book_.FindOpen(job_id);
+  if (!row || row->pending.job_id().empty()) return;
   try {
     FinishPendingMove(job_id);
   } catch (const std::exception& e) {
-    spdlog::error("{}: alias not moved yet: {}; next try in {} s", job_id, e.what(), kRetryStoreS);
-    thread_.PostAfter(kRetryStoreS, [this, job_id] { RetryPendingMove(job_id); });
+    spdlog::error("{}: alias not moved yet: {}; next try in {} s", job_id, e.what(), retry_s);
+    // An alias file that stays damaged must not fill the log.
+    const double then_s = std::min(2 * retry_s, kLongestRetryS);
+    thread_.PostAfter(retry_s, [this, job_id, then_s] { RetryPendingMove(job_id, then_s); });
   }
 }
 
 void Scheduler::EndAbnormally(const std::string& job_id, std::uint64_t epoch,
                               const std::string& why, Retry retry) {
-  const JobRow* row = book_.FindOpen(job_id);
-  if (row == nullptr || row->job.lease_epoch() != epoch) return;
+  const auto row = book_.FindOpen(job_id);
+  if (!row || row->job.lease_epoch() != epoch) return;
   spdlog::warn("{}: {}", job_id, why);
   if (retry == Retry::kOnce && row->retries < 1 && IsWorking(row->job.job_state())) {
     book_.Requeue(job_id, epoch, "trying once more: " + why, true);
@@ -292,8 +301,8 @@ void Scheduler::Guarded(const std::string& job_id, std::uint64_t epoch,
       EndAbnormally(job_id, epoch, e.what(), Retry::kOnce);
     }
   } catch (const SqliteError& e) {
-    spdlog::error("{}: {}; next try in {} s", job_id, e.what(), kRetryStoreS);
-    thread_.PostAfter(kRetryStoreS, [this, job_id, epoch, step = std::move(step)] {
+    spdlog::error("{}: job store: {}; next try in {} s", job_id, e.what(), options_.retry_s);
+    thread_.PostAfter(options_.retry_s, [this, job_id, epoch, step = std::move(step)] {
       if (stopping_ || active_.contains(job_id)) return;
       Guarded(job_id, epoch, step);
       Kick();
@@ -308,8 +317,7 @@ void Scheduler::StopWorker(const std::string& job_id) {
 void Scheduler::Stop(std::function<void()> done) {
   stopping_ = true;
   stopped_ = std::move(done);
-  const std::vector<JobRow> rows = book_.open();
-  for (const JobRow& row : rows) {
+  for (const JobRow& row : book_.Open()) {
     if (!IsWorking(row.job.job_state())) continue;
     try {
       book_.Requeue(row.job.job_id(), row.job.lease_epoch(),

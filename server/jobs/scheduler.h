@@ -19,6 +19,7 @@ struct SchedulerOptions {
   WorkerLimits limits;
   double dem_timeout_s = 6 * 3600;
   double fit_timeout_s = 3600;
+  double retry_s = 5;  ///< until a step that the store refused is tried again
 };
 
 /// Carries jobs through their stages, each a worker process:
@@ -77,7 +78,8 @@ class Scheduler {
   void AcceptCandidate(const JobRow& row, const std::string& message);
   void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
                      Retry retry);
-  void RetryPendingMove(const std::string& job_id);
+  void RetryPendingMove(const std::string& job_id, double retry_s);
+  void RecoverJob(const JobRow& row);
 
   /// Runs a step of a job. A store that fails (full disk) leaves the job as it
   /// was: the step is tried again later. Any other error ends the job.

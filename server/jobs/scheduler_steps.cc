@@ -1,11 +1,12 @@
 #include "server/jobs/scheduler_steps.h"
 
-#include <google/protobuf/util/json_util.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+
+#include "proto/records/os/regular_file.h"
 
 namespace grouser::server {
 
@@ -24,6 +25,7 @@ StageNames NamesOf(v1alpha1::JobState state) {
 
 std::optional<FinishedRun> AdoptableRun(const JobFiles& files, const JobRow& row) {
   const v1alpha1::Job& job = row.job;
+  const std::string left = files.WorkerRun(job.job_id());
   std::optional<FinishedRun> run;
   try {
     if (!job.run_sha256().empty()) {
@@ -32,11 +34,12 @@ std::optional<FinishedRun> AdoptableRun(const JobFiles& files, const JobRow& row
         throw std::runtime_error(files.Run(job.run_file()) +
                                  ": is not the file that the job's row names");
       }
-    } else if (std::filesystem::exists(files.WorkerRun(job.job_id()))) {
+    } else if (std::filesystem::exists(left)) {
       run = PublishRun(files, row);
     }
   } catch (const std::exception& e) {
     spdlog::warn("{}: {}; it is run again", job.job_id(), e.what());
+    if (std::filesystem::exists(left)) os::SetAside(left);
     return std::nullopt;
   }
   if (run && run->record.status() == v1alpha1::RUN_STATUS_FAILED) return std::nullopt;
@@ -50,20 +53,10 @@ bool CandidateIsThere(const JobFiles& files, const JobRow& row) {
     CheckCandidate(path, row.job);
     return true;
   } catch (const std::exception& e) {
-    spdlog::warn("{}: {}; it is fitted again", row.job.job_id(), e.what());
+    spdlog::warn("{}: {}; it is set aside as {} and fitted again", row.job.job_id(), e.what(),
+                 os::SetAside(path));
     return false;
   }
-}
-
-std::string SpecJson(const v1alpha1::WheelTestSpec& spec) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  options.add_whitespace = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(spec, &json, options);
-  if (!status.ok()) throw std::runtime_error("spec: " + status.ToString());
-  return json;
 }
 
 std::string WhyNotSteady(const v1alpha1::RunRecord& record) {

@@ -25,9 +25,6 @@ std::optional<FinishedRun> AdoptableRun(const JobFiles& files, const JobRow& row
 /// nobody saw.
 bool CandidateIsThere(const JobFiles& files, const JobRow& row);
 
-/// JSON of a spec, as grouser-dem run --spec reads it.
-std::string SpecJson(const v1alpha1::WheelTestSpec& spec);
-
 std::string WhyNotSteady(const v1alpha1::RunRecord& record);
 /// "candidate passes the gate", or which checks it fails.
 std::string GateMessage(const v1alpha1::Job& job);

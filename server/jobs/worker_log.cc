@@ -1,10 +1,15 @@
 #include "server/jobs/worker_log.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <sstream>
 #include <vector>
+
+#include "proto/records/os/regular_file.h"
 
 namespace grouser::server {
 namespace {
@@ -53,11 +58,18 @@ std::optional<ProgressLine> ProgressTail::Poll() {
 }
 
 std::string LastWords(const std::string& log_path, std::size_t most) {
-  std::ifstream in(log_path, std::ios::binary | std::ios::ate);
-  if (!in) return "";
-  constexpr std::streamoff kLook = 16384;
-  const std::streamoff size = in.tellg();
-  in.seekg(std::max<std::streamoff>(0, size - kLook));
+  constexpr off_t kLook = 16384;
+  std::string tail(kLook, '\0');
+  try {
+    // Not by a stream: opening a FIFO that stands in the log's place would wait.
+    const os::UniqueFd fd = os::OpenRegular(log_path, O_RDONLY);
+    const off_t size = ::lseek(fd.get(), 0, SEEK_END);
+    const ssize_t n = ::pread(fd.get(), tail.data(), tail.size(), std::max<off_t>(0, size - kLook));
+    tail.resize(static_cast<std::size_t>(std::max<ssize_t>(0, n)));
+  } catch (const std::exception&) {
+    return "";
+  }
+  std::istringstream in(tail);
   std::string text;
   for (std::string line; std::getline(in, line);) {
     if (line.empty() || line.starts_with(kWord)) continue;

@@ -14,8 +14,14 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/records/os/regular_file.h"
+
 namespace grouser::server {
 namespace {
+
+using os::UniqueFd;
+
+constexpr int kOutput = O_WRONLY | O_CREAT | O_TRUNC;
 
 /// All that the child needs, made before the fork: between fork and exec only
 /// async-signal-safe calls are allowed (another thread may hold any lock).
@@ -72,12 +78,6 @@ void ResetSignals() {
   ::_exit(127);
 }
 
-UniqueFd OpenOutput(const std::string& path) {
-  UniqueFd fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-  if (!fd.valid()) throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno));
-  return fd;
-}
-
 /// Zero when the pipe closed by exec, else the child's errno.
 int ReadReport(int fd) {
   int cause = 0;
@@ -98,8 +98,8 @@ std::string WorkerEnd::Text() const {
 }
 
 WorkerProcess WorkerProcess::Spawn(WorkerCommand command) {
-  const UniqueFd out = OpenOutput(command.stdout_path);
-  const UniqueFd log = OpenOutput(command.log_path);
+  const UniqueFd out = os::OpenRegular(command.stdout_path, kOutput);
+  const UniqueFd log = os::OpenRegular(command.log_path, kOutput);
   UniqueFd in = command.lock.valid() ? UniqueFd(::fcntl(command.lock.get(), F_DUPFD_CLOEXEC, 3))
                                      : UniqueFd(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   int ends[2];

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/unique_fd.h"
+#include "proto/records/os/unique_fd.h"
 
 namespace grouser::server {
 
@@ -20,7 +20,7 @@ struct WorkerCommand {
   std::vector<std::string> argv;  ///< argv[0]: path of the program
   std::string folder;             ///< working directory
   std::string stdout_path, log_path;
-  UniqueFd lock;  ///< of the job folder; becomes its standard input
+  os::UniqueFd lock;  ///< of the job folder; becomes its standard input
   WorkerLimits limits;
   double timeout_s = 0;  ///< 0: none
 };
@@ -59,11 +59,11 @@ class WorkerProcess {
   WorkerEnd Reap();
 
  private:
-  WorkerProcess(pid_t pid, UniqueFd pidfd, UniqueFd lock)
+  WorkerProcess(pid_t pid, os::UniqueFd pidfd, os::UniqueFd lock)
       : pid_(pid), pidfd_(std::move(pidfd)), lock_(std::move(lock)) {}
 
   pid_t pid_ = -1;
-  UniqueFd pidfd_, lock_;
+  os::UniqueFd pidfd_, lock_;
   bool reaped_ = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 namespace grouser::surrogate {
 
@@ -43,22 +44,9 @@ Json& Json::Value(int value) { return Raw(std::to_string(value)); }
 Json& Json::Value(bool value) { return Raw(value ? "true" : "false"); }
 
 Json& Json::Value(const std::string& value) {
-  Separate();
-  text_ += '"';
-  for (const char c : value) {
-    if (c == '"' || c == '\\') {
-      text_ += '\\';
-      text_ += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      char buffer[8];
-      std::snprintf(buffer, sizeof buffer, "\\u%04x", c);
-      text_ += buffer;
-    } else {
-      text_ += c;
-    }
-  }
-  text_ += '"';
-  return *this;
+  // Bytes that are no UTF-8 are replaced: the text stays JSON.
+  const nlohmann::json text = value;
+  return Raw(text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 Json& Json::Raw(const std::string& json) {

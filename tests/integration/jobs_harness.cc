@@ -2,54 +2,9 @@
 
 #include <signal.h>
 
-#include <fstream>
-
-#include "proto/records/model_file.h"
-#include "proto/records/run_file.h"
 #include "server/jobs/job_state.h"
-#include "server/jobs/refinement_spec.h"
 
 namespace grouser::server::testing {
-namespace {
-
-constexpr char kFindOut[] =
-    "#!/bin/sh\nbin=$(dirname \"$0\"); verb=$1; p=; out=\n"
-    "for a in \"$@\"; do [ \"$p\" = --out ] && out=$a; p=$a; done\n";
-
-constexpr char kDem[] = R"sh(
-echo $$ >> "$bin/dem.started"
-echo "progress 0.25 settling" >&2
-while [ ! -e "$bin/dem.go" ]; do sleep 0.02; done
-cp "$bin/prepared.run.h5" "$out.part.$$" && mv "$out.part.$$" "$out"
-echo '{}'
-)sh";
-
-constexpr char kFit[] = R"sh(
-case $verb in
-  refit) cp "$bin/prepared.model" "$out.part" && mv "$out.part" "$out" ;;
-  gate) cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")" ;;
-  *) exit 2 ;;
-esac
-)sh";
-
-}  // namespace
-
-bool IsDead(pid_t pid) {
-  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
-  const std::string text((std::istreambuf_iterator<char>(stat)), {});
-  const auto paren = text.rfind(')');
-  return paren == std::string::npos || text.substr(paren + 2, 1) == "Z";
-}
-
-JobsTest::JobsTest() {
-  for (const auto& folder : {state_, shipped_, bin_}) std::filesystem::create_directory(folder);
-  base_digest_ = records::WriteModelFile(shipped_ + "/base.model", BaseModel());
-  Fake("grouser-dem", kDem);
-  Fake("grouser-fit", kFit);
-  WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":true,"detail":"fine"}])");
-  WriteText(bin_ + "/gate.exit", "0");
-}
-
 JobsTest::~JobsTest() {
   if (HasFailure()) std::fprintf(stderr, "--- log of grouser-jobs\n%s---\n", JobsLog().c_str());
   if (jobs_ != nullptr) StopJobs(SIGKILL);
@@ -57,30 +12,6 @@ JobsTest::~JobsTest() {
     if (!IsDead(pid)) ::kill(-pid, SIGKILL);  // only after a failure
   }
 }
-
-void JobsTest::Fake(const std::string& program, const std::string& script) {
-  WriteScript(bin_ + "/" + program, kFindOut + script);
-}
-
-void JobsTest::Prepare(const v1alpha1::SubmitRefinementRequest& request,
-                       v1alpha1::RunStatus status) {
-  records::RunFile run;
-  *run.record.mutable_spec() = BuildSpec(BaseModel(), request);
-  run.record.set_run_id("0123456789abcdef");
-  run.record.set_status(status);
-  if (status != v1alpha1::RUN_STATUS_STEADY) run.record.set_reason("it drifts");
-  auto* mean = run.record.add_outputs();
-  mean->set_name("f_x");
-  mean->set_mean(1.5);
-  records::WriteRunFile(bin_ + "/prepared.run.h5", run);
-  v1alpha1::Model candidate = BaseModel();
-  auto* provenance = candidate.mutable_provenance();
-  provenance->set_base_digest(base_digest_);
-  provenance->add_runs()->set_sha256(records::Sha256OfFile(bin_ + "/prepared.run.h5"));
-  records::WriteModelFile(bin_ + "/prepared.model", candidate);
-}
-
-void JobsTest::LetDemGo() { WriteText(bin_ + "/dem.go", ""); }
 
 void JobsTest::StartJobs(const std::vector<std::string>& more) {
   const std::string port_file = dir_ / "port";
@@ -120,13 +51,6 @@ WorkerEnd JobsTest::StopJobs(int signal) {
   const WorkerEnd end = jobs_->Reap();
   jobs_.reset();
   return end;
-}
-
-std::vector<pid_t> JobsTest::DemStarts() const {
-  std::ifstream in(bin_ + "/dem.started");
-  std::vector<pid_t> pids;
-  for (pid_t pid; in >> pid;) pids.push_back(pid);
-  return pids;
 }
 
 std::string JobsTest::JobsLog() const { return ReadText(dir_ / "jobs.log"); }

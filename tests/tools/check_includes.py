@@ -29,17 +29,17 @@ MACHINE = re.compile(
     r"(immintrin|x86intrin|pthread|sched|unistd|time|signal|fenv|stdint|stddef|math)\.h"
     r"|(sys|linux)/\w+\.h|cuda\w*\.h|cooperative_groups\.h|cub/.*|thrust/.*|cuda/.*")
 
-HEAVY = r"hdf5|H5|sqlite3|ceres/|openturns|yaml-cpp/"
+HEAVY = r"hdf5|H5|sqlite3|SQLiteCpp/|ceres/|openturns|yaml-cpp/"
 # folder: (own headers it may include, third-party headers it may not include;
 # None: only the standard library and the machine). The longest folder counts.
 RULES = {
-    "proto": (r"proto/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|sqlite3|ceres/|yaml-cpp/"),
+    "proto": (r"proto/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|ceres/|yaml-cpp/"),
     "proto/lcm": (r"proto/lcm/", r"grpc|lcm/|boost/|google/|" + HEAVY),
     "dem_offline": (r"dem_offline/|proto/records/|grouser/v1alpha1/(?!\w*service)",
                     r"grpc|lcm/|ceres/|openturns"),
     "dem_offline/engine": (r"dem_offline/engine/", None),
     "surrogate": (r"surrogate/|proto/records/|grouser/v1alpha1/(?!\w*service)",
-                  r"grpc|lcm/|sqlite3"),
+                  r"grpc|lcm/|sqlite3|SQLiteCpp/"),
     "surrogate/models": (r"surrogate/models/", None),
     "surrogate/model_io": (r"surrogate/(models|model_io)/|proto/records/model_file\.h"
                            r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/"),
@@ -51,7 +51,8 @@ RULES = {
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/models/|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+    "clients": (r"clients/|surrogate/models/|proto/lcm/|proto/records/message_json\.h"
+                r"|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),
@@ -61,6 +62,9 @@ RULES = {
 }
 # Only the owner of the run files' format names HDF5.
 HDF5_FILES = re.compile(r"proto/records/(run_file|tile_file|hdf5_file)\.(h|cc)")
+
+# Only this opens databases for everybody; their owners then speak SQL.
+SQLITE_FILES = re.compile(r"proto/records/os/database\.(h|cc)")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]', re.M)
 IMPORT = re.compile(r'^\s*import\s+(?:public\s+)?"([^"]+)"', re.M)
@@ -84,6 +88,8 @@ def check_include(path, bracket, header):
         return f"may include the standard library alone, not <{header}>"
     if re.match(r"hdf5|H5", header) and path.startswith("proto/"):
         return None if HDF5_FILES.fullmatch(path) else f"may not include <{header}>"
+    if re.match(r"sqlite3|SQLiteCpp/", header) and path.startswith("proto/"):
+        return None if SQLITE_FILES.fullmatch(path) else f"may not include <{header}>"
     return f"may not include <{header}>" if re.match(forbidden, header) else None
 
 
@@ -142,6 +148,7 @@ BAD = {
     "proto/lcm/a.cc": "#include <lcm/lcm.h>\n",
     "proto/records/a.cc": "#include \"server/core/status.h\"\n",
     "proto/records/model_file.cc": "#include <hdf5.h>\n",
+    "proto/records/run_file.cc": "#include <sqlite3.h>\n",
     "proto/grouser/v1alpha1/a.proto": "import \"server/a.proto\";\n",
     "clients/cpp/a.cc": "#include \"server/core/status.h\"\n",
     "clients/cpp/b.h": "int x;\n",

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -123,6 +124,43 @@ TEST_F(ExecutorTest, DamagedRunAndTileFilesAreMadeAgain) {
   EXPECT_EQ(log_.runs, 5);
   EXPECT_EQ(log_.tiles, 2);
   ExpectOnlyWholeFiles(campaign);
+}
+
+TEST_F(ExecutorTest, WhatStandsInAFilesPlaceIsSetAsideAndTheRestGoesOn) {
+  const auto campaign = SomeCampaign(4, 2);
+  Run(campaign);
+  const RunFolder folder(Path());
+  std::vector<std::string> in_the_way;  // a FIFO, a folder that holds something, in turn
+  const auto replace = [&](const std::string& path) {
+    std::filesystem::remove(path);
+    if (in_the_way.size() % 2 == 0) {
+      ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    } else {
+      std::filesystem::create_directories(path + "/kept");
+    }
+    in_the_way.push_back(path);
+  };
+  replace(folder.RunPath(campaign.runs(0).run_id()));
+  replace(folder.RunPath(campaign.runs(1).run_id()));
+  std::vector<std::string> tiles;
+  for (const auto& tile : std::filesystem::directory_iterator(folder.TileFolder())) {
+    tiles.push_back(tile.path().string());
+  }
+  for (const auto& tile : tiles) replace(tile);
+  for (int round = 0; round < 2; ++round) {
+    replace(folder.IndexPath());
+    ASSERT_EQ(mkfifo(folder.RunPath("zz" + std::to_string(round)).c_str(), 0600), 0);
+    EXPECT_EQ(Run(campaign).done(), 4u);
+    EXPECT_EQ(log_.runs, 6);
+    EXPECT_EQ(log_.tiles, 4);
+    EXPECT_EQ(RunIndex(folder).All().size(), 4u);
+  }
+  EXPECT_TRUE(std::filesystem::is_fifo(folder.RunPath("zz0"))) << "not ours: left where it is";
+  for (const auto& path : in_the_way) {
+    EXPECT_TRUE(std::filesystem::is_regular_file(path)) << path;
+    EXPECT_TRUE(std::filesystem::exists(path + ".damaged")) << path;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder.IndexPath() + ".damaged-2/kept"));
 }
 
 TEST_F(ExecutorTest, AnotherRunsFileUnderThisNameIsNotTaken) {
@@ -282,7 +320,7 @@ TEST_F(ExecutorTest, AFolderInUseAndAnotherCampaignsFolderAreRefused) {
   auto campaign = SomeCampaign(1);
   Run(campaign);
   {
-    const FolderLock lock = RunFolder(Path()).Lock();
+    const os::UniqueFd lock = RunFolder(Path()).Lock();
     EXPECT_THAT(MessageOf([&] { Run(campaign); }),
                 HasSubstr("in use by another campaign run (process " + std::to_string(getpid())));
   }
@@ -338,7 +376,7 @@ TEST(RunFolderTest, ForeignFoldersAreInputErrors) {
   EXPECT_THROW(RunFolder(folder / "none").RunFiles(), InputError);
   records::WriteFileDurably(folder / "campaign.json", "{]");
   EXPECT_THAT(MessageOf([&] { RunFolder(folder / ".").ReadCampaign(); }),
-              HasSubstr("not a campaign"));
+              HasSubstr("not a grouser.v1alpha1.Campaign"));
 }
 
 TEST(Progress, TimesForPeople) {

@@ -35,7 +35,8 @@ class JobBookTest : public ::testing::Test {
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
-    return book_->Change(id, epoch, [&](JobRow& row) { row.job.set_job_state(state); });
+    const auto edit = [&](JobRow& row) { row.job.set_job_state(state); };
+    return book_->Change(id, epoch, edit).has_value();
   }
 
   template <typename Run>
@@ -93,7 +94,7 @@ TEST_F(JobBookTest, EqualWorkIsJoinedAndCancelledWhenNoneIsLeft) {
   const Job gone = book_->Cancel(id, "b");
   EXPECT_EQ(gone.job_state(), JOB_STATE_CANCELLED);
   EXPECT_EQ(gone.lease_epoch(), 2u) << "a worker's late result must be stale";
-  EXPECT_EQ(book_->FindOpen(id), nullptr);
+  EXPECT_FALSE(book_->FindOpen(id).has_value());
   EXPECT_EQ(book_->Cancel(id, "b").job_state(), JOB_STATE_CANCELLED);
   EXPECT_FALSE(Submit(Request("d")).joined()) << "an ended job is not joined";
 }
@@ -213,22 +214,40 @@ TEST_F(JobBookTest, AFailedStoreChangesNothing) {
   const std::string id = Submit(Request("a")).job().job_id();
   // A second connection that holds the database makes every write fail, as a
   // full disk does.
-  Database other(dir_ / "jobs.sqlite");
-  other.Exec("BEGIN EXCLUSIVE");
+  SQLite::Database other(dir_ / "jobs.sqlite", SQLite::OPEN_READWRITE);
+  other.exec("BEGIN EXCLUSIVE");
   const std::size_t heard = heard_.size();
   EXPECT_THROW(MoveTo(id, 1, JOB_STATE_RUNNING), SqliteError);
   EXPECT_EQ(book_->FindOpen(id)->job.job_state(), JOB_STATE_QUEUED);
   EXPECT_EQ(heard_.size(), heard);
-  other.Exec("ROLLBACK");
+  other.exec("ROLLBACK");
   EXPECT_TRUE(MoveTo(id, 1, JOB_STATE_RUNNING));
+}
+
+TEST_F(JobBookTest, OneDamagedRowIsPassedOverAndKept) {
+  const std::string damages[] = {"job=x'00ff'",     "job=x''", "spec=x'00ff'",
+                                 "pending=x'00ff'", "state=4", "lease_epoch=9"};
+  for (std::size_t i = 0; i <= std::size(damages); ++i) {
+    const std::string name = std::to_string(i);
+    const std::string id = Submit(Request(name, 0.1 * static_cast<double>(i))).job().job_id();
+    if (i == std::size(damages)) break;  // the last one stays whole
+    SQLite::Database(dir_ / "jobs.sqlite", SQLite::OPEN_READWRITE)
+        .exec("UPDATE jobs SET " + damages[i] + " WHERE job_id='" + id + "'");
+    Reopen();
+    EXPECT_FALSE(book_->FindOpen(id).has_value()) << damages[i];
+    EXPECT_THAT([&] { book_->Get(id); },
+                ::testing::ThrowsMessage<std::runtime_error>(::testing::HasSubstr(id)));
+  }
+  Reopen();
+  EXPECT_EQ(book_->Open().size(), 1u);
+  EXPECT_EQ(book_->List(100).size(), 1u);
+  SQLite::Database db(dir_ / "jobs.sqlite");
+  EXPECT_EQ(db.execAndGet("SELECT COUNT(*) FROM jobs").getInt(), 1 + int(std::size(damages)));
 }
 
 TEST(JobStoreTest, RefusesAForeignSchemaAndAForeignFile) {
   testing::TempDir dir;
-  {
-    Database db(dir / "newer.sqlite");
-    db.Exec("PRAGMA user_version=99");
-  }
+  { os::OpenDatabase(dir / "newer.sqlite").exec("PRAGMA user_version=99"); }
   EXPECT_THROW(JobStore(dir / "newer.sqlite"), std::runtime_error);
   testing::WriteText(dir / "text.sqlite", std::string(4096, 'x'));
   EXPECT_THROW(JobStore(dir / "text.sqlite"), SqliteError);
@@ -236,13 +255,9 @@ TEST(JobStoreTest, RefusesAForeignSchemaAndAForeignFile) {
 
 TEST(JobStoreTest, CommitsWithRollbackJournalAndExtraSync) {
   testing::TempDir dir;
-  Database db(dir / "a.sqlite");
-  Statement sync(db, "PRAGMA synchronous");
-  ASSERT_TRUE(sync.Step());
-  EXPECT_EQ(sync.ColumnInt(0), 3);  // EXTRA
-  Statement journal(db, "PRAGMA journal_mode");
-  ASSERT_TRUE(journal.Step());
-  EXPECT_EQ(journal.ColumnBytes(0), "delete");
+  auto db = os::OpenDatabase(dir / "a.sqlite");
+  EXPECT_EQ(db.execAndGet("PRAGMA synchronous").getInt(), 3);  // EXTRA
+  EXPECT_EQ(db.execAndGet("PRAGMA journal_mode").getString(), "delete");
 }
 
 TEST(JobStateTest, OnlyTheDrawnMovesExist) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
 #include "server/jobs/refinement_spec.h"
@@ -135,7 +136,7 @@ TEST(GateOutput, IsParsedStrictly) {
 }
 
 TEST(SpecJson, NamesFieldsAsTheProtoDoes) {
-  const std::string json = SpecJson(BuildSpec(BaseModel(), Request("a")));
+  const std::string json = records::ToJson(BuildSpec(BaseModel(), Request("a")), true);
   EXPECT_THAT(json, HasSubstr("\"attack_angle_rad\": 0.3"));
   EXPECT_THAT(json, HasSubstr("\"drawbar_n\": 0"));
 }

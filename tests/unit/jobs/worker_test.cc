@@ -9,16 +9,21 @@
 #include <fstream>
 #include <optional>
 
-#include "server/jobs/folder_lock.h"
+#include "proto/records/os/file_lock.h"
 #include "server/jobs/worker_log.h"
 #include "server/jobs/worker_pool.h"
-#include "tests/unit/jobs/jobs_fixtures.h"
+#include "tests/unit/jobs/fake_workers.h"
 
 namespace grouser::server {
 namespace {
 
+using os::HoldersOf;
+using os::LockEvicting;
+using os::TryLock;
+using os::UniqueFd;
 using testing::Eventually;
 using ::testing::HasSubstr;
+using testing::IsDead;
 using testing::ReadText;
 using testing::TempDir;
 using testing::WriteText;
@@ -30,14 +35,6 @@ WorkerCommand Sh(const TempDir& dir, const std::string& script) {
   command.stdout_path = dir / "stdout";
   command.log_path = dir / "log";
   return command;
-}
-
-/// Gone or a zombie: runs no more.
-bool IsDead(pid_t pid) {
-  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
-  std::string text((std::istreambuf_iterator<char>(stat)), {});
-  const auto paren = text.rfind(')');
-  return paren == std::string::npos || text.substr(paren + 2, 1) == "Z";
 }
 
 pid_t PidIn(const std::string& path) {

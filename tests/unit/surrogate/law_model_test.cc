@@ -138,7 +138,7 @@ TEST(LawModel, GradientsAreThoseOfTheLaw) {
       for (int o = 0; o < kOutputs; ++o) {
         const double want = (side[1].value[o] - side[0].value[o]) / (at[1][k] - at[0][k]);
         const double unit = hard_cases::Scale(o, b.load[i], kWheel.radius_m) * 1e-5 / step;
-        ASSERT_NEAR(b.part[o][kSlope + k][i], want, 1e-4 * unit + 1e-4 * std::fabs(want))
+        ASSERT_NEAR(b.part[o][kDvX + k][i], want, 1e-4 * unit + 1e-4 * std::fabs(want))
             << i << " " << kOutputFields[o].name << " by " << k;
         ++compared;
       }

@@ -1,4 +1,4 @@
-#include "server/jobs/folder_lock.h"
+#include "proto/records/os/file_lock.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
@@ -15,7 +16,9 @@
 #include <stdexcept>
 #include <thread>
 
-namespace grouser::server {
+#include "proto/records/os/regular_file.h"
+
+namespace grouser::os {
 namespace {
 
 namespace fs = std::filesystem;
@@ -36,8 +39,7 @@ bool HasOpen(const fs::path& process, const struct stat& file) {
 }  // namespace
 
 UniqueFd TryLock(const std::string& path) {
-  UniqueFd fd(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (!fd.valid()) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
+  UniqueFd fd = OpenRegular(path, O_RDWR | O_CREAT);
   while (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return UniqueFd();
     if (errno != EINTR) {
@@ -56,33 +58,37 @@ std::vector<pid_t> HoldersOf(const std::string& path) {
     const std::string name = it->path().filename().string();
     pid_t pid = 0;
     const auto [rest, bad] = std::from_chars(name.data(), name.data() + name.size(), pid);
-    if (bad != std::errc() || rest != name.data() + name.size() || pid == ::getpid()) continue;
+    if (bad != std::errc() || rest != name.data() + name.size()) continue;
     if (HasOpen(it->path(), file)) holders.push_back(pid);
   }
   return holders;
 }
 
-UniqueFd LockEvicting(const std::string& path, double timeout_s) {
-  // A sibling that is just being spawned holds a copy of everything until it
-  // executes: gone in an instant, and not to be killed.
-  constexpr auto kPatience = std::chrono::milliseconds(500);
-  const auto start = std::chrono::steady_clock::now();
-  const auto deadline = start + kPatience + std::chrono::duration<double>(timeout_s);
+UniqueFd LockWithin(const std::string& path, double timeout_s) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
   for (;;) {
     UniqueFd lock = TryLock(path);
-    if (lock.valid()) return lock;
-    if (std::chrono::steady_clock::now() - start < kPatience) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      continue;
-    }
-    const auto holders = HoldersOf(path);
-    for (const pid_t pid : holders) ::kill(pid, SIGKILL);
-    if (std::chrono::steady_clock::now() > deadline) {
-      throw std::runtime_error(fmt::format("{}: still locked by process {}, expected no worker",
-                                           path, fmt::join(holders, " ")));
-    }
+    if (lock.valid() || std::chrono::steady_clock::now() > deadline) return lock;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
 
-}  // namespace grouser::server
+UniqueFd LockEvicting(const std::string& path, double timeout_s) {
+  UniqueFd lock = LockWithin(path, kSpawnS);  // what is being spawned is not to be killed
+  if (lock.valid()) return lock;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  for (;;) {
+    const auto holders = HoldersOf(path);
+    for (const pid_t pid : holders) {
+      if (pid != ::getpid()) ::kill(pid, SIGKILL);
+    }
+    lock = LockWithin(path, 0.01);
+    if (lock.valid()) return lock;
+    if (std::chrono::steady_clock::now() > deadline) {
+      throw std::runtime_error(fmt::format("{}: still locked by process {}, expected no worker",
+                                           path, fmt::join(holders, " ")));
+    }
+  }
+}
+
+}  // namespace grouser::os

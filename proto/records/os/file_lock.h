@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/unique_fd.h"
+#include "proto/records/os/unique_fd.h"
 
-namespace grouser::server {
+namespace grouser::os {
 
 /// flock(2) on a lock file, made where missing. The lock belongs to the open
 /// file: it lasts while any process holds a copy of the descriptor. A job's
@@ -18,6 +18,13 @@ namespace grouser::server {
 /// where the file cannot be made.
 UniqueFd TryLock(const std::string& path);
 
+/// A process that is just being spawned holds a copy of every descriptor until
+/// it executes: a lock that is free but for such a one comes free within this.
+inline constexpr double kSpawnS = 0.5;
+
+/// As TryLock, tried for `timeout_s`.
+UniqueFd LockWithin(const std::string& path, double timeout_s);
+
 /// Processes that have the file open (of those that /proc lets us see).
 std::vector<pid_t> HoldersOf(const std::string& path);
 
@@ -26,4 +33,4 @@ std::vector<pid_t> HoldersOf(const std::string& path);
 /// where they outlive `timeout_s`.
 UniqueFd LockEvicting(const std::string& path, double timeout_s);
 
-}  // namespace grouser::server
+}  // namespace grouser::os

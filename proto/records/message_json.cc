@@ -1,0 +1,29 @@
+#include "proto/records/message_json.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <stdexcept>
+
+namespace grouser::records {
+
+std::string ToJson(const google::protobuf::Message& message, bool indented) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  options.add_whitespace = indented;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
+  if (!status.ok()) throw std::runtime_error(message.GetTypeName() + ": " + status.ToString());
+  return json;
+}
+
+void FromJson(const std::string& json, const std::string& where,
+              google::protobuf::Message* message) {
+  const auto status = google::protobuf::util::JsonStringToMessage(json, message);
+  if (!status.ok()) {
+    throw std::runtime_error(where + ": not a " + message->GetTypeName() +
+                             " in JSON: " + status.ToString());
+  }
+}
+
+}  // namespace grouser::records

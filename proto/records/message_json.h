@@ -1,0 +1,19 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <string>
+
+namespace grouser::records {
+
+/// A message as JSON: field names as in the .proto file, all primitive fields,
+/// NaN as "NaN". `indented`: over several lines. Throws std::runtime_error (a
+/// text that is not UTF-8).
+std::string ToJson(const google::protobuf::Message& message, bool indented = false);
+
+/// Reads what ToJson writes. `where` names the source in the error:
+/// std::runtime_error "WHERE: not a TYPE in JSON: cause". Unknown keys are errors.
+void FromJson(const std::string& json, const std::string& where,
+              google::protobuf::Message* message);
+
+}  // namespace grouser::records

@@ -1,0 +1,45 @@
+#include "proto/records/os/regular_file.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace grouser::os {
+namespace {
+
+[[noreturn]] void Fail(const std::string& path, const std::string& what) {
+  throw std::runtime_error(path + ": " + what + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+UniqueFd OpenRegular(const std::string& path, int flags) {
+  // O_NONBLOCK: opening a FIFO would wait for its other end. O_TRUNC has no
+  // effect on what is refused below.
+  UniqueFd fd(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0666));
+  if (!fd.valid()) Fail(path, "cannot be opened");
+  struct stat info {};
+  if (::fstat(fd.get(), &info) != 0) Fail(path, "cannot be looked at");
+  if (!S_ISREG(info.st_mode)) {
+    throw std::runtime_error(path + ": expected a regular file, got something else");
+  }
+  return fd;
+}
+
+std::string SetAside(const std::string& path) {
+  for (int attempt = 1; attempt < 1000; ++attempt) {
+    const std::string aside =
+        path + ".damaged" + (attempt == 1 ? "" : "-" + std::to_string(attempt));
+    if (::renameat2(AT_FDCWD, path.c_str(), AT_FDCWD, aside.c_str(), RENAME_NOREPLACE) == 0) {
+      return aside;
+    }
+    if (errno != EEXIST) break;
+  }
+  Fail(path, "cannot be set aside");
+}
+
+}  // namespace grouser::os

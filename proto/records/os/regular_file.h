@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "proto/records/os/unique_fd.h"
+
+namespace grouser::os {
+
+/// open(2) of a regular file, with O_CLOEXEC added and mode 0666. Never waits:
+/// a FIFO, socket, device or folder of that name is refused. Throws
+/// std::runtime_error "PATH: cause".
+UniqueFd OpenRegular(const std::string& path, int flags);
+
+/// Renames what is in the way (a damaged file, a folder or FIFO of a file's
+/// name) to PATH.damaged, or PATH.damaged-2 and so on where that is taken:
+/// nothing is deleted. Returns the new name. Throws std::runtime_error.
+std::string SetAside(const std::string& path);
+
+}  // namespace grouser::os

@@ -1,0 +1,79 @@
+#include "tests/unit/jobs/fake_workers.h"
+
+#include "proto/records/model_file.h"
+#include "proto/records/run_file.h"
+#include "server/jobs/refinement_spec.h"
+
+namespace grouser::server::testing {
+namespace {
+
+constexpr char kFindOut[] =
+    "#!/bin/sh\nbin=$(dirname \"$0\"); verb=$1; p=; out=\n"
+    "for a in \"$@\"; do [ \"$p\" = --out ] && out=$a; p=$a; done\n";
+
+constexpr char kDem[] = R"sh(
+echo $$ >> "$bin/dem.started"
+echo "progress 0.25 settling" >&2
+while [ ! -e "$bin/dem.go" ] || [ -e "$bin/hold.run" ]; do sleep 0.02; done
+cp "$bin/prepared.run.h5" "$out.part.$$" && mv "$out.part.$$" "$out"
+echo '{}'
+)sh";
+
+constexpr char kFit[] = R"sh(
+while [ -e "$bin/hold.$verb" ]; do sleep 0.02; done
+case $verb in
+  refit) cp "$bin/prepared.model" "$out.part" && mv "$out.part" "$out" ;;
+  gate) cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")" ;;
+  *) exit 2 ;;
+esac
+)sh";
+
+}  // namespace
+
+bool IsDead(pid_t pid) {
+  const std::string text = ReadText("/proc/" + std::to_string(pid) + "/stat");
+  const auto paren = text.rfind(')');
+  return paren == std::string::npos || text.substr(paren + 2, 1) == "Z";
+}
+
+FakeWorkers::FakeWorkers() {
+  for (const auto& folder : {state_, shipped_, bin_}) std::filesystem::create_directory(folder);
+  base_digest_ = records::WriteModelFile(shipped_ + "/base.model", BaseModel());
+  Fake("grouser-dem", kDem);
+  Fake("grouser-fit", kFit);
+  WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":true,"detail":"fine"}])");
+  WriteText(bin_ + "/gate.exit", "0");
+}
+
+void FakeWorkers::Fake(const std::string& program, const std::string& script) {
+  WriteScript(bin_ + "/" + program, kFindOut + script);
+}
+
+void FakeWorkers::Prepare(const v1alpha1::SubmitRefinementRequest& request,
+                          v1alpha1::RunStatus status) {
+  records::RunFile run;
+  *run.record.mutable_spec() = BuildSpec(BaseModel(), request);
+  run.record.set_run_id("0123456789abcdef");
+  run.record.set_status(status);
+  if (status != v1alpha1::RUN_STATUS_STEADY) run.record.set_reason("it drifts");
+  auto* mean = run.record.add_outputs();
+  mean->set_name("f_x");
+  mean->set_mean(1.5);
+  records::WriteRunFile(bin_ + "/prepared.run.h5", run);
+  v1alpha1::Model candidate = BaseModel();
+  auto* provenance = candidate.mutable_provenance();
+  provenance->set_base_digest(base_digest_);
+  provenance->add_runs()->set_sha256(records::Sha256OfFile(bin_ + "/prepared.run.h5"));
+  records::WriteModelFile(bin_ + "/prepared.model", candidate);
+}
+
+void FakeWorkers::LetDemGo() { WriteText(bin_ + "/dem.go", ""); }
+
+std::vector<pid_t> FakeWorkers::DemStarts() const {
+  std::ifstream in(bin_ + "/dem.started");
+  std::vector<pid_t> pids;
+  for (pid_t pid; in >> pid;) pids.push_back(pid);
+  return pids;
+}
+
+}  // namespace grouser::server::testing

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/unit/jobs/jobs_fixtures.h"
+
+namespace grouser::server::testing {
+
+/// A state folder, a folder with a shipped model, and a folder of fake workers:
+/// shell scripts that hand out prepared files when told to. They are steered by
+/// files in bin_:
+///   dem.go       grouser-dem run waits for it
+///   dem.started  its process id, one line a start
+///   hold.run, hold.refit, hold.gate   while there, that worker waits
+///   gate.json, gate.exit    what grouser-fit gate prints and returns
+class FakeWorkers {
+ public:
+  FakeWorkers();
+
+  /// The run that the fake DEM hands out for a request, and the candidate of
+  /// that run that the fake fitter hands out.
+  void Prepare(const v1alpha1::SubmitRefinementRequest& request,
+               v1alpha1::RunStatus status = v1alpha1::RUN_STATUS_STEADY);
+  /// Replaces a fake: a shell script, with $out set to the value of --out.
+  void Fake(const std::string& program, const std::string& script);
+  void LetDemGo();
+  /// Process ids of the DEM workers started so far.
+  std::vector<pid_t> DemStarts() const;
+
+  TempDir dir_;
+  const std::string state_ = dir_ / "state", shipped_ = dir_ / "shipped", bin_ = dir_ / "bin";
+  std::string base_digest_;
+};
+
+/// Gone or a zombie: runs no more.
+bool IsDead(pid_t pid);
+
+}  // namespace grouser::server::testing

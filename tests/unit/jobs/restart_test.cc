@@ -1,0 +1,363 @@
+// Whatever moment ends the jobs program (a stop, a kill, a store that refuses a
+// write), the next start carries every job on to its end.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <functional>
+#include <future>
+
+#include "server/jobs/job_state.h"
+#include "server/jobs/jobs_app.h"
+#include "server/jobs/request_error.h"
+#include "tests/unit/jobs/fake_workers.h"
+
+namespace grouser::server {
+namespace {
+
+using namespace v1alpha1;  // NOLINT: states by name
+using ::testing::HasSubstr;
+using testing::Request;
+
+enum class Fault { kNone, kKillBefore, kKillAfter, kRefuse };
+
+/// What happens to the store's commits of this process; counted from 1.
+struct Plan {
+  Fault fault = Fault::kNone;
+  int at = 0;
+  int seen = 0;
+};
+Plan plan;  // NOLINT: SQLite's automatic extensions take no context
+
+int OnCommit(void*) {
+  if (++plan.seen != plan.at) return 0;
+  if (plan.fault == Fault::kKillBefore) ::kill(::getpid(), SIGKILL);
+  return plan.fault == Fault::kRefuse ? 1 : 0;
+}
+
+int OnStatementEnd(unsigned, void*, void* statement, void*) {
+  const std::string sql = sqlite3_sql(static_cast<sqlite3_stmt*>(statement));
+  if (plan.fault == Fault::kKillAfter && plan.seen == plan.at && sql.starts_with("COMMIT")) {
+    ::kill(::getpid(), SIGKILL);
+  }
+  return 0;
+}
+
+int OnOpen(sqlite3* db, const char**, const sqlite3_api_routines*) {
+  sqlite3_commit_hook(db, OnCommit, nullptr);
+  return sqlite3_trace_v2(db, SQLITE_TRACE_PROFILE, OnStatementEnd, nullptr);
+}
+
+/// grouser-jobs without gRPC: the app, its event loop, a client that asks.
+class Life {
+ public:
+  explicit Life(const JobsOptions& options)
+      : guard_(boost::asio::make_work_guard(loop_)),
+        app_(options, loop_),
+        thread_([this] { loop_.run(); }) {
+    app_.Start();
+  }
+
+  /// Runs `request` where requests run. A client tries again after an error of
+  /// the store.
+  template <typename Run>
+  auto Ask(Run request) {
+    for (;;) {
+      std::promise<decltype(request(app_))> answer;
+      app_.thread().Post([&] {
+        try {
+          answer.set_value(request(app_));
+        } catch (...) {
+          answer.set_exception(std::current_exception());
+        }
+      });
+      try {
+        return answer.get_future().get();
+      } catch (const SqliteError&) {
+        continue;
+      }
+    }
+  }
+
+  std::string Submit(const SubmitRefinementRequest& request = Request("a")) {
+    return Ask([&](JobsApp& app) { return app.Submit(request).job().job_id(); });
+  }
+  void Await(const std::string& job_id, JobState state) {
+    GetJobRequest request;
+    request.set_job_id(job_id);
+    Job job;
+    const bool there = testing::Eventually([&] {
+      job = Ask([&](JobsApp& app) { return app.Get(request).job(); });
+      return job.job_state() == state || HasEnded(job.job_state());
+    });
+    if (!there || (job.job_state() != state && job.job_state() != JOB_STATE_DONE)) {
+      throw std::runtime_error("waiting for " + ShortName(state) + ", job is " +
+                               ShortName(job.job_state()) + ": " + job.message());
+    }
+  }
+  /// Until nothing more is done at it.
+  void AwaitEnd(const std::string& job_id) {
+    GetJobRequest request;
+    request.set_job_id(job_id);
+    testing::Eventually([&] {
+      const auto state = Ask([&](JobsApp& app) { return app.Get(request).job().job_state(); });
+      return HasEnded(state) || state == JOB_STATE_AWAITING_PROMOTION;
+    });
+  }
+  void Promote(const std::string& job_id) {
+    PromoteRequest request;
+    request.set_job_id(job_id);
+    Ask([&](JobsApp& app) { return app.Promote(request, "a tester"); });
+  }
+  /// As SIGTERM.
+  void Stop() {
+    app_.Stop([this] { loop_.stop(); });
+    thread_.join();
+  }
+
+ private:
+  boost::asio::io_context loop_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
+  JobsApp app_;
+  std::thread thread_;
+};
+
+class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
+ protected:
+  RestartTest() {
+    Prepare(Request("a"));
+    LetDemGo();
+  }
+
+  JobsOptions Options() const {
+    JobsOptions options;
+    options.state_dir = state_;
+    options.shipped_dir = shipped_;
+    options.scheduler.bin_dir = bin_;
+    options.scheduler.workers = workers_;
+    options.scheduler.limits.memory_bytes = 0;
+    options.scheduler.retry_s = 0.01;
+    return options;
+  }
+
+  /// One life of the program in a process of its own, so that it can be killed
+  /// and what it breaks ends nothing else. Returns what waitpid tells.
+  int InProcess(Fault fault, int at, const std::function<void(Life&)>& live) {
+    const pid_t pid = ::fork();
+    if (pid == 0) {
+      plan = {fault, at};
+      sqlite3_auto_extension(reinterpret_cast<void (*)()>(OnOpen));
+      try {
+        Life life(Options());
+        live(life);
+        life.Stop();
+        ::_exit(plan.fault != Fault::kNone && plan.seen < plan.at ? kNotReached : 0);
+      } catch (const SqliteError& e) {
+        ::_exit(kRefusedAtStart);
+      } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        ::_exit(1);
+      }
+    }
+    int status = 0;
+    ::waitpid(pid, &status, 0);
+    return status;
+  }
+
+  static void ToTheEnd(Life& life) {
+    const std::string id = life.Submit();
+    life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+    life.Promote(id);
+  }
+
+  /// The next start must end the job, whatever went before.
+  void ExpectTheNextLifeEndsIt() {
+    const int status = InProcess(Fault::kNone, 0, ToTheEnd);
+    ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+    ASSERT_EQ(WEXITSTATUS(status), 0);
+    const auto jobs = StoredJobs();
+    ASSERT_EQ(jobs.size(), 1u);
+    EXPECT_EQ(ShortName(jobs[0].job_state()), "DONE") << jobs[0].message();
+    const Repository repository(state_, shipped_);
+    EXPECT_EQ(repository.Resolve("cmu-smooth-62.5").digest, jobs[0].candidate_digest());
+    int promotions = 0;
+    for (const auto& move : repository.ReadAliases().history) promotions += move.alias == "stable";
+    EXPECT_EQ(promotions, 1);
+    EXPECT_LE(DemStarts().size(), 2u);
+  }
+
+  std::vector<Job> StoredJobs() const { return JobStore(state_ + "/jobs/jobs.sqlite").List(10); }
+
+  /// Forgets all but the fakes.
+  void Clear() {
+    for (const auto& entry : std::filesystem::directory_iterator(state_)) {
+      std::filesystem::remove_all(entry.path());
+    }
+    std::filesystem::remove(bin_ + "/dem.started");
+  }
+
+  /// A life that ends while the candidate is validated.
+  void KilledWhileValidating() {
+    testing::WriteText(bin_ + "/hold.gate", "");
+    InProcess(Fault::kNone, 0, [&](Life& life) {
+      life.Await(life.Submit(), JOB_STATE_VALIDATING);
+      ::kill(::getpid(), SIGKILL);
+    });
+    std::filesystem::remove(bin_ + "/hold.gate");
+  }
+
+  /// A fault at the first commit, the second, ... until a life makes fewer, of
+  /// which there must be `least`. `before`: an earlier life.
+  void AtEveryCommit(
+      Fault fault, int least, const std::function<void()>& before = [] {}) {
+    for (int at = 1;; ++at) {
+      SCOPED_TRACE(at);
+      before();
+      const int status = InProcess(fault, at, ToTheEnd);
+      if (WIFEXITED(status) && WEXITSTATUS(status) == kNotReached) {
+        EXPECT_GT(at, least);
+        return;
+      }
+      if (fault != Fault::kRefuse) {
+        ASSERT_TRUE(WIFSIGNALED(status)) << WEXITSTATUS(status);
+        ASSERT_EQ(WTERMSIG(status), SIGKILL);
+      } else {
+        ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+        ASSERT_THAT(WEXITSTATUS(status), ::testing::AnyOf(0, kRefusedAtStart));
+      }
+      ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
+      Clear();
+    }
+  }
+
+  int workers_ = 1;
+  static constexpr int kNotReached = 20, kRefusedAtStart = 21;
+};
+
+// Schema, submission, RUNNING, FITTING, VALIDATING, AWAITING_PROMOTION, alias candidate moved,
+// promotion decided, DONE.
+constexpr int kCommits = 9;
+// QUEUED again, and all from RUNNING on.
+constexpr int kCommitsOfSecondLife = 8;
+
+TEST_F(RestartTest, AfterAKillJustBeforeAnyCommit) { AtEveryCommit(Fault::kKillBefore, kCommits); }
+
+TEST_F(RestartTest, AfterAKillRightAfterAnyCommit) { AtEveryCommit(Fault::kKillAfter, kCommits); }
+
+TEST_F(RestartTest, AfterARefusedWrite) { AtEveryCommit(Fault::kRefuse, kCommits); }
+
+TEST_F(RestartTest, AfterAKillAndThenAnother) {
+  AtEveryCommit(Fault::kKillAfter, kCommitsOfSecondLife, [this] { KilledWhileValidating(); });
+}
+
+TEST_F(RestartTest, AfterAKillAndThenARefusedWrite) {
+  AtEveryCommit(Fault::kRefuse, kCommitsOfSecondLife, [this] { KilledWhileValidating(); });
+}
+
+TEST_F(RestartTest, AfterAStopOrAKillInEveryState) {
+  struct Boundary {
+    JobState state;
+    const char* held;  ///< file of bin_ that keeps a worker at it
+  };
+  for (const auto& [state, held] : {Boundary{JOB_STATE_QUEUED, ""},
+                                    {JOB_STATE_RUNNING, "hold.run"},
+                                    {JOB_STATE_FITTING, "hold.refit"},
+                                    {JOB_STATE_VALIDATING, "hold.gate"},
+                                    {JOB_STATE_AWAITING_PROMOTION, ""}}) {
+    for (const bool stop : {true, false}) {
+      SCOPED_TRACE(ShortName(state) + (stop ? " stopped" : " killed"));
+      const std::string hold = bin_ + "/" + (*held ? held : "hold.none");
+      testing::WriteText(hold, "");
+      workers_ = state == JOB_STATE_QUEUED ? 0 : 1;
+      const int status = InProcess(Fault::kNone, 0, [&](Life& life) {
+        const std::string id = life.Submit();
+        life.Await(id, state);
+        if (!stop) ::kill(::getpid(), SIGKILL);
+      });
+      ASSERT_TRUE(stop ? WIFEXITED(status) && WEXITSTATUS(status) == 0 : WIFSIGNALED(status));
+      std::filesystem::remove(hold);
+      workers_ = 1;
+      ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
+      Clear();
+    }
+  }
+}
+
+// "dem.1.log" and "run.h5": the run is tried again; "lock": the job fails by name.
+TEST_F(RestartTest, WhatStandsInAJobFilesPlaceStopsNoOtherJob) {
+  for (const char* name : {"lock", "dem.1.log", "run.h5", "candidate.model"}) {
+    for (const bool fifo : {true, false}) {
+      SCOPED_TRACE(std::string(name) + (fifo ? ": a FIFO" : ": a folder"));
+      workers_ = 0;
+      ASSERT_EQ(InProcess(Fault::kNone, 0, [](Life& life) { life.Submit(); }), 0);
+      workers_ = 1;
+      const std::string id = StoredJobs().at(0).job_id();
+      const std::string path = state_ + "/jobs/" + id + "/" + name;
+      std::filesystem::create_directories(fifo ? state_ + "/jobs/" + id : path + "/kept");
+      if (fifo) {
+        ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+      }
+      ASSERT_EQ(InProcess(Fault::kNone, 0,
+                          [&](Life& life) {
+                            const std::string other = life.Submit(Request("b", 0.2));
+                            life.AwaitEnd(id);
+                            life.AwaitEnd(other);
+                          }),
+                0);
+      Job planted, other;
+      for (const Job& job : StoredJobs()) (job.job_id() == id ? planted : other) = job;
+      EXPECT_THAT(other.message(), HasSubstr("another spec")) << "it ran";
+      if (std::string(name) == "lock") {
+        EXPECT_EQ(ShortName(planted.job_state()), "FAILED");
+        EXPECT_THAT(planted.message(), HasSubstr(path));
+      } else {
+        EXPECT_EQ(ShortName(planted.job_state()), "AWAITING_PROMOTION") << planted.message();
+      }
+      EXPECT_NE(std::filesystem::exists(path + ".damaged"),
+                fifo ? std::filesystem::is_fifo(path) : std::filesystem::exists(path + "/kept"))
+          << "nothing is deleted";
+      Clear();
+    }
+  }
+}
+
+TEST_F(RestartTest, ADamagedAliasFileDelaysTheMoveAlone) {
+  testing::WriteText(bin_ + "/hold.gate", "");
+  ASSERT_EQ(InProcess(Fault::kNone, 0,
+                      [](Life& life) { life.Await(life.Submit(), JOB_STATE_VALIDATING); }),
+            0);
+  std::filesystem::remove(bin_ + "/hold.gate");
+  const std::string aliases = state_ + "/models/aliases.json";
+  testing::WriteText(aliases, "{ no aliases");
+  ASSERT_EQ(InProcess(Fault::kNone, 0,
+                      [&](Life& life) {
+                        SubmitRefinementRequest other = Request("b", 0.2);
+                        try {
+                          life.Submit(other);
+                          throw std::logic_error("a name was resolved without aliases");
+                        } catch (const RequestError& e) {
+                          if (std::string(e.what()).find(aliases) == std::string::npos) throw;
+                        }
+                        other.set_model("cmu-smooth-62.5@sha256:" + base_digest_);
+                        life.AwaitEnd(life.Submit(other));  // a digest needs no aliases
+                        const std::string id = StoredJobs().back().job_id();
+                        life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+                        if (testing::ReadText(aliases) != "{ no aliases")
+                          throw std::logic_error("overwritten");
+                        std::filesystem::remove(aliases);  // as a person does
+                        const Repository repository(state_, shipped_);
+                        if (!testing::Eventually([&] {
+                              return repository.ReadAliases().by_model["cmu-smooth-62.5"].contains(
+                                  "candidate");
+                            })) {
+                          throw std::logic_error("the alias was not moved");
+                        }
+                      }),
+            0);
+}
+
+}  // namespace
+}  // namespace grouser::server
