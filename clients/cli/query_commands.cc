@@ -18,8 +18,6 @@ namespace {
 
 using client::Milliseconds;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-
 struct QueryOptions {
   std::string model;
   StateOptions states;
@@ -40,7 +38,8 @@ std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
   }
   if (!states.has_slip()) return "expected finite velocities";
   return fmt::format("slip {:.4g} at attack angle {:.4g} deg, which no velocities have",
-                     states.slip().slip(i), states.slip().attack_angle_rad(i) / kRadPerDeg);
+                     states.slip().slip(i),
+                     states.slip().attack_angle_rad(i) * 180.0 / std::numbers::pi);
 }
 
 /// kExitOk where at least one state was answered; else says on stderr why not.
@@ -120,8 +119,7 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
   *r->mutable_velocity() = states.velocity();
   *r->mutable_flags() = {in.flags.begin(), in.flags.end()};
   *r->mutable_slip()->mutable_slip() = {in.slip.begin(), in.slip.end()};
-  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(),
-                                                    in.attack_angle.end()};
+  *r->mutable_slip()->mutable_attack_angle_rad() = {in.attack_angle.begin(), in.attack_angle.end()};
   const auto copy = [](const grouser_lcm::wheel_output_t& from, v1alpha1::OutputArray* to) {
     *to->mutable_value() = {from.value.begin(), from.value.end()};
     *to->mutable_sd_fit() = {from.sd_fit.begin(), from.sd_fit.end()};
@@ -161,9 +159,10 @@ int RunLcmQuery(const Common& common, const LcmOptions& options) {
   client::LcmClient client(options.url);
   const auto answer = client.Query(&query, Milliseconds(common.deadline_ms));
   if (!answer) {
-    throw std::runtime_error(fmt::format("lcm: no answer within {} ms; is grouser-server running "
-                                         "with LCM on this URL?",
-                                         common.deadline_ms));
+    throw std::runtime_error(
+        fmt::format("lcm: no answer within {} ms; is grouser-server running "
+                    "with LCM on this URL?",
+                    common.deadline_ms));
   }
   const auto response = FromLcm(*answer, states);
   common.json ? PrintJson(response) : PrintLcm(response);

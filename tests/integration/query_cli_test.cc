@@ -81,8 +81,7 @@ TEST_F(QueryCliTest, ModelsAndHealth) {
   EXPECT_THAT(Client({"models"}).out, AllOf(HasSubstr("sand@sha256:"), HasSubstr("stable")));
   v1alpha1::ListModelsResponse listing;
   ASSERT_TRUE(
-      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing)
-          .ok());
+      google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing).ok());
   EXPECT_EQ(listing.models_size(), 1);
   const auto health = Client({"health"});
   EXPECT_EQ(health.code, 0);
