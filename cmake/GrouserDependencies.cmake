@@ -12,6 +12,10 @@ find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(Boost 1.74 REQUIRED)
+# Boost 1.74 Asio uses std::exchange without including its header (C++20).
+add_library(grouser_asio INTERFACE)
+target_compile_options(grouser_asio INTERFACE "SHELL:-include utility")
+target_link_libraries(grouser_asio INTERFACE Boost::headers Threads::Threads)
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
   find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib

@@ -37,7 +37,8 @@ std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
   }
   if (!states.has_slip()) return "expected finite velocities";
   return fmt::format("slip {:.4g} at attack angle {:.4g} deg, which no velocities have",
-                     states.slip().slip(i), states.slip().attack_angle_rad(i) / kRadPerDeg);
+                     states.slip().slip(i),
+                     states.slip().attack_angle_rad(i) * 180.0 / std::numbers::pi);
 }
 
 /// kExitOk where at least one state was answered; else says on stderr why not.

@@ -90,7 +90,7 @@ Status CheckClosure(v1alpha1::Closure closure) {
       // Inverting the mean response would leave the intervals wrong: they are
       // fitted at a given load.
       return Status::InvalidArgument("states.closure: " + v1alpha1::Closure_Name(closure) +
-                                          " is not supported, expected CLOSURE_LOAD");
+                                     " is not supported, expected CLOSURE_LOAD");
     default:
       return Status::InvalidArgument(
           fmt::format("states.closure: {} is unknown, expected CLOSURE_LOAD", int{closure}));
@@ -282,9 +282,9 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
 }
 
 Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
-                     const v1alpha1::WheelStates& states, bool values_only,
-                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
-                     const v1alpha1::Demand& demand, Climb* climb) {
+                const v1alpha1::WheelStates& states, bool values_only,
+                const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
+                const v1alpha1::Demand& demand, Climb* climb) {
   *answered_by = nullptr;
   const ServedModel* model = nullptr;
   surrogate::Demand wanted;

@@ -46,9 +46,9 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
 /// Resolve, validate, evaluate. On failure `responses` is left empty. An empty
 /// demand is none: *climb (which may be null then) has no ladder.
 Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
-                     const v1alpha1::WheelStates& states, bool values_only,
-                     const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
-                     const v1alpha1::Demand& demand = v1alpha1::Demand::default_instance(),
-                     Climb* climb = nullptr);
+                const v1alpha1::WheelStates& states, bool values_only,
+                const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
+                const v1alpha1::Demand& demand = v1alpha1::Demand::default_instance(),
+                Climb* climb = nullptr);
 
 }  // namespace grouser::server

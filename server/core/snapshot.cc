@@ -135,7 +135,7 @@ Status Snapshot::Unknown(std::string_view reference, const char* why) const {
     }
   }
   return Status::NotFound(fmt::format("model: {} {}; known: {}", Quote(reference), why,
-                                           known.empty() ? "none" : known));
+                                      known.empty() ? "none" : known));
 }
 
 }  // namespace grouser::server

@@ -100,13 +100,14 @@ GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGa
   listener_->Start();
   thread_ = std::jthread([this] { loop_.run(); });
   if (options_.probe_s > 0) {
-    probe_.emplace(Reachable(listener_->address()), std::chrono::duration<double>(options_.probe_s),
-                   [this] { return listener_->full(); },
-                   [on_unreachable = std::move(on_unreachable)] {
-                     spdlog::critical("grpc: new clients cannot reach this program: it ends");
-                     ::alarm(kLastResortS);
-                     on_unreachable();
-                   });
+    probe_.emplace(
+        Reachable(listener_->address()), std::chrono::duration<double>(options_.probe_s),
+        [this] { return listener_->full(); },
+        [on_unreachable = std::move(on_unreachable)] {
+          spdlog::critical("grpc: new clients cannot reach this program: it ends");
+          ::alarm(kLastResortS);
+          on_unreachable();
+        });
   }
 }
 

@@ -42,7 +42,7 @@ std::pair<dev_t, ino_t> IdentityOf(const std::string& path) {
 }
 
 int PortOf(const asio::generic::stream_protocol::endpoint& endpoint) {
-  sockaddr_in address {};  // the port of sockaddr_in6 stands at the same place
+  sockaddr_in address{};  // the port of sockaddr_in6 stands at the same place
   std::memcpy(&address, endpoint.data(), sizeof address);
   return ntohs(address.sin_port);
 }
@@ -172,7 +172,8 @@ Listener::Accepted Listener::AcceptOne(Acceptor& acceptor) {
     WarnFull("the largest number of connections is open");
     return Accepted::kNoRoom;
   }
-  const int fd = ::accept4(acceptor.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  const int fd =
+      ::accept4(acceptor.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (fd < 0) {
     // These but the first concern one client that has gone already.
     if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED && errno != EPROTO) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <utility>  // before Asio: 1.74 under C++20
-
 #include <atomic>
 #include <boost/asio/basic_socket_acceptor.hpp>
 #include <boost/asio/generic/stream_protocol.hpp>
@@ -11,6 +9,7 @@
 #include <functional>
 #include <list>
 #include <string>
+#include <utility>
 
 #include "server/net/address.h"
 #include "server/net/connection_table.h"

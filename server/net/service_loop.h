@@ -1,7 +1,5 @@
 #pragma once
 
-#include <utility>  // before Asio: 1.74 under C++20
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <functional>

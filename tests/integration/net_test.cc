@@ -23,9 +23,9 @@
 namespace grouser {
 namespace {
 
+using client::Milliseconds;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using client::Milliseconds;
 
 /// A connection that says nothing, or just enough to be an HTTP/2 client.
 int Connect(const std::string& address, bool speaks) {
@@ -146,8 +146,7 @@ TEST(Sigterm, EveryMessageOfAStreamThatWasSentBeforeIsAnswered) {
 
 /// No call may end otherwise than answered or UNAVAILABLE, and the last ones
 /// with that.
-void ExpectCleanEnd(testing::ServerProcess& server,
-                    const std::function<grpc::StatusCode()>& call) {
+void ExpectCleanEnd(testing::ServerProcess& server, const std::function<grpc::StatusCode()>& call) {
   std::map<std::string, int> counts;
   {
     Hammer hammer(call);

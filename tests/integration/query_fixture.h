@@ -50,8 +50,7 @@ Finished RunProgram(const std::string& name, const std::vector<std::string>& arg
 class ServerProcess {
  public:
   /// Throws std::runtime_error with its stderr when it does not get ready.
-  explicit ServerProcess(const std::string& state_dir,
-                         std::vector<std::string> more = {"--no-lcm"},
+  explicit ServerProcess(const std::string& state_dir, std::vector<std::string> more = {"--no-lcm"},
                          const std::string& program = "grouser-server", int descriptors = 0);
   const std::string& address() const { return address_; }
   Program& program() { return program_; }

@@ -31,14 +31,14 @@ void Tell(const Climb& climb, v1alpha1::EvaluateWheelsResponse* response) {
 }  // namespace
 
 Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
-                   v1alpha1::EvaluateWheelsResponse* response) {
+              v1alpha1::EvaluateWheelsResponse* response) {
   const auto start = std::chrono::steady_clock::now();
   const auto snapshot = store.Current();
   const ServedModel* model = nullptr;
   Climb climb;
   climb.rung_of.Swap(response->mutable_rung());  // its memory is reused
   Status status = Evaluate(*snapshot, request.model(), request.states(), request.values_only(),
-                                &model, response->mutable_responses(), request.demand(), &climb);
+                           &model, response->mutable_responses(), request.demand(), &climb);
   climb.rung_of.Swap(response->mutable_rung());
   response->clear_rungs();
   response->clear_refinement();

@@ -8,7 +8,7 @@ namespace grouser::server {
 /// Answers one request from the current snapshot. The reused `response` is
 /// overwritten; on failure its error field says why as well, in band.
 Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
-                   v1alpha1::EvaluateWheelsResponse* response);
+              v1alpha1::EvaluateWheelsResponse* response);
 
 /// Models of the current snapshot with their aliases.
 void DescribeModels(const SnapshotStore& store, v1alpha1::ListModelsResponse* response);

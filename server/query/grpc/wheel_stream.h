@@ -13,10 +13,9 @@ namespace grouser::server {
 /// One StreamWheels call. A bad message is answered in band and does not end
 /// the stream. Bounded: one request is read ahead while one answer is written,
 /// so a client that does not read holds two answers, no more. Deletes itself.
-class WheelStream final
-    : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest,
-                                     v1alpha1::EvaluateWheelsResponse>,
-      public DrainableStream {
+class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest,
+                                                         v1alpha1::EvaluateWheelsResponse>,
+                          public DrainableStream {
  public:
   WheelStream(const SnapshotStore& store, CallGate& gate);
 
@@ -26,7 +25,7 @@ class WheelStream final
   void BeginDrain() override;
 
  private:
-  void WriteNext();  // needs mutex_
+  void WriteNext();                             // needs mutex_
   void FinishOnce(const grpc::Status& status);  // needs mutex_
 
   const SnapshotStore& store_;
@@ -34,7 +33,7 @@ class WheelStream final
   v1alpha1::EvaluateWheelsRequest request_;  // owned by the reading side
   v1alpha1::EvaluateWheelsResponse responses_[2];
 
-  std::mutex mutex_;  // reactions may run at the same time
+  std::mutex mutex_;        // reactions may run at the same time
   int next_ = 0;            // response that the next answer goes to
   bool answering_ = false;  // responses_[next_] is being filled
   bool answered_ = false;   // responses_[next_] waits to be written

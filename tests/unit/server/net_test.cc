@@ -1,5 +1,3 @@
-#include <utility>  // before Asio: 1.74 under C++20
-
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,16 +31,16 @@ std::string RefusalOf(const std::string& text) {
 }
 
 TEST(AddressTest, RefusesByName) {
-  for (const std::string text :
-       {"", "localhost", ":50151", "host:", "host:x", "host:65536", "h:-1", "::1:5", "unix:",
-        "h:1x", "[]:1"}) {
+  for (const std::string text : {"", "localhost", ":50151", "host:", "host:x", "host:65536", "h:-1",
+                                 "::1:5", "unix:", "h:1x", "[]:1"}) {
     EXPECT_THAT(RefusalOf(text), AllOf(HasSubstr("'" + text + "'"), HasSubstr("HOST:PORT")));
   }
   EXPECT_THAT(RefusalOf("unix:" + std::string(108, 'x')), HasSubstr("1 to 107 bytes"));
 }
 
 TEST(AddressTest, ReadsAllForms) {
-  for (const char* text : {"127.0.0.1:0", "[::1]:50151", "0.0.0.0:65535", "unix:/a/b", "unix:rel"}) {
+  for (const char* text :
+       {"127.0.0.1:0", "[::1]:50151", "0.0.0.0:65535", "unix:/a/b", "unix:rel"}) {
     EXPECT_EQ(ParseAddress(text).Text(), text);
   }
   EXPECT_EQ(ParseAddress("unix:///run/x").path, "/run/x");
