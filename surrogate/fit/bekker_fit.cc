@@ -129,7 +129,7 @@ Solved<T> Solve(const Problem& problem, const BekkerModel& model, const Canonica
   const BekkerLaw<double>& plain = model.law();
   const BekkerRules& rules = RulesOfBekker();
   const auto search = bekker::Balance(
-      plain, bekker::MakeMotion(plain, state.forward, state.lateral, state.rim), load, rules);
+      plain, bekker::MakeMotion(plain, state.forward, state.lateral, state.rim), load, rules, true);
   const BekkerParameters& p = model.parameters();
   Solved<T> s;
   s.law = bekker::MakeLaw<T>([&](auto member) { return ParameterOf<T>(problem, p, member); },

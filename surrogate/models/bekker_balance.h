@@ -3,21 +3,21 @@
 #include "surrogate/models/bekker_lanes.h"
 
 /// The load balance of BekkerModel and its answers, for a double or a pack of
-/// states. Two Newton steps with few points land near it; a bracketed search ends
-/// within 1e-4 of the load, one more Newton step and a linear correction of every
-/// output leave less than 1e-10 of it.
+/// states. Two Newton steps with few points land near it; a bracketed search on all
+/// outputs follows, and the line through its last two points ends at the load.
 namespace grouser::surrogate::bekker {
 
 inline constexpr int kMostSteps = 100;
-inline constexpr double kNear = 1e-4;    // |ln(F_z/load)| from where Newton is exact enough
-inline constexpr double kExact = 1e-10;  // the same where the slope is not to be trusted
+inline constexpr double kExact = 1e-10;  // |ln(F_z/load)| that is none
 
 /// The search in ln theta_f, on ln(F_z/load), which is nearly a straight line.
 template <class V>
 struct Search {
-  V theta, low, high, f_low, f_high;  // bracket; 0: not yet known
-  Mask<V> settled, overload;
+  V theta, low, high, f_low, f_high;    // bracket; 0: not yet known
+  V slope, last_u, last_f;              // of ln(F_z/load), and where it was before
+  Mask<V> settled, overload, straight;  // straight: the line ends it
   V steps;
+  Forces<V> here, before;  // at theta, and at the step before
 };
 
 template <class V>
@@ -25,63 +25,73 @@ GROUSER_INLINE V LogRatio(V f_z, V load) {
   return Log(Max(f_z / load, Set<V>(1e-12)));
 }
 
-/// d ln F_z/d ln theta_f, and whether it makes sense; else that of a uniform profile.
+/// A slope that makes sense, else that of a uniform profile.
 template <class V>
-struct LogSlope {
-  V slope;
-  Mask<V> sound;
-};
-template <class V>
-GROUSER_INLINE LogSlope<V> SlopeOf(const BekkerLaw<double>& a, const Dual<V, 1>& f_z, V theta) {
-  const V slope = f_z.d[0] * theta / Max(f_z.v, Set<V>(1e-300));
-  const Mask<V> sound = (slope > 0.2) & (slope < 50);
-  return {Select(sound, slope, Set<V>(2 * a.n + 1)), sound};
+GROUSER_INLINE V SoundSlope(const BekkerLaw<double>& a, V slope) {
+  return Select((slope > 0.2) & (slope < 50), slope, Set<V>(2 * a.n + 1));
 }
 
+/// Starts a search from the law of a uniform profile, b k (z/S)^n sqrt(2 r z) times
+/// kProfile, bettered by two Newton steps.
 template <class V>
-GROUSER_INLINE V FirstAngle(const BekkerLaw<double>& a, const Motion<V>& m, V load,
-                            const BekkerRules& rules) {
-  // F_z of a uniform profile, b k (z/S)^n sqrt(2 r z) times kProfile.
+GROUSER_INLINE Search<V> Begin(const BekkerLaw<double>& a, const Motion<V>& m, V load,
+                               const BekkerRules& rules) {
   constexpr double kProfile = 0.7;
   const V stiffness =
       Log(Set<V>(kProfile * a.width)) + 0.5 * Log(Set<V>(2 * a.radius)) + a.log_modulus;
   const V log_z = (Log(load) - stiffness - m.log_ease) * (1 / (a.n + 0.5));
   const V z = Exp(Min(Max(log_z, Set<V>(-200)), Set<V>(200)));
-  V theta = Min(Sqrt(2.0 * z * (1 / a.radius)), Set<V>(a.theta_max));
+  Search<V> s{};
+  s.theta = Min(Sqrt(2.0 * z * (1 / a.radius)), Set<V>(a.theta_max));
   for (const QuadratureRule& rule : rules.first) {
-    const Dual<V, 1> f_z = VerticalForce(a, m, Dual<V, 1>{theta, {Set<V>(1)}}, rule);
-    const V step = -LogRatio(f_z.v, load) / SlopeOf(a, f_z, theta).slope;
-    theta = theta * Exp(Min(Max(step, Set<V>(-10)), Set<V>(0.25)));
-    theta = Min(theta, Set<V>(a.theta_max));
+    const Dual<V, 1> f_z = VerticalForce(a, m, Dual<V, 1>{s.theta, {Set<V>(1)}}, rule);
+    s.slope = SoundSlope<V>(a, f_z.d[0] * s.theta / Max(f_z.v, Set<V>(1e-300)));
+    const V step = -LogRatio(f_z.v, load) / s.slope;
+    s.theta = s.theta * Exp(Min(Max(step, Set<V>(-10)), Set<V>(0.25)));
+    s.theta = Min(s.theta, Set<V>(a.theta_max));
   }
-  return theta;
+  return s;
 }
 
 /// One step of the lanes that are not settled.
 template <class V>
 GROUSER_INLINE void Step(const BekkerLaw<double>& a, const Motion<V>& m, V load,
-                         const QuadratureRule& rule, int count, Search<V>* s) {
-  const Dual<V, 1> f_z = VerticalForce(a, m, Dual<V, 1>{s->theta, {Set<V>(1)}}, rule);
-  const LogSlope<V> rise = SlopeOf(a, f_z, s->theta);
-  const V f = LogRatio(f_z.v, load), most = Set<V>(a.theta_max);
+                         const QuadratureRule& rule, bool sideways, int count, Search<V>* s) {
+  const Forces<V> at = AllForces(a, m, s->theta, rule, sideways);
+  const V f = LogRatio(at.of[kFz], load), u = Log(s->theta), most = Set<V>(a.theta_max);
   const Mask<V> open = !s->settled, below = f < 0, above = !below;
+  for (int o = 0; o < kOutputs; ++o) {
+    s->before.of[o] = Select(open, s->here.of[o], s->before.of[o]);
+    s->here.of[o] = Select(open, at.of[o], s->here.of[o]);
+  }
   s->low = Select(open & below, s->theta, s->low);
   s->f_low = Select(open & below, f, s->f_low);
   s->high = Select(open & above, s->theta, s->high);
   s->f_high = Select(open & above, f, s->f_high);
   s->steps = Select(open, s->steps + 1.0, s->steps);
+  // Between the last two points all is straight to second order.
+  const V last = count > 0 ? s->last_f : Set<V>(1e300);
+  const Mask<V> straight = open & (s->theta < most) & (Abs(last) < 1e-3) &
+                           (Abs(f) < 0.1 * Abs(last)) & (Abs(f) * Abs(last) < kExact);
   const Mask<V> over = open & (s->low >= most) & (f < -kExact);
   const Mask<V> closed = (s->high > 0) & (s->low > 0) & (s->high - s->low <= 1e-15 * s->high);
-  const Mask<V> near = rise.sound & (Abs(f) <= kNear) & (s->theta < most);
+  const Mask<V> stays = open & ((Abs(f) <= kExact) | over | closed | straight);
   s->overload = s->overload | over;
-  const Mask<V> stays = open & ((Abs(f) <= kExact) | over | closed);
+  s->straight = s->straight | straight;
+  if (count > 0) {
+    const V way = u - s->last_u;
+    const V secant = (f - s->last_f) / Select(Abs(way) > 0, way, Set<V>(1));
+    s->slope = Select(secant > 0.2, Min(secant, Set<V>(50)), s->slope);
+  }
+  s->last_u = u;
+  s->last_f = f;
 
   // At most a factor 1.6 in sinkage a step upwards: the first crossing is the balance.
   // Where F_z hardly grows, longer and longer steps bracket it.
   const Mask<V> no_high = s->high <= 0, no_low = s->low <= 0, both = !(no_high | no_low);
-  const double longer = count < 4 ? 1 : count < 60 ? static_cast<double>(1ll << (count - 3)) : 1e18;
+  const double longer = count < 6 ? 1 : count < 60 ? static_cast<double>(1ll << (count - 5)) : 1e18;
   const V stride = Select(both, Set<V>(1), Set<V>(longer));
-  const V step = Min(Max(-f * stride / rise.slope, Set<V>(-10)), Set<V>(0.235));
+  const V step = Min(Max(-f * stride / s->slope, Set<V>(-10)), Set<V>(0.235));
   V next = s->theta * Exp(step);
   next = Select(no_high, Min(next, most), next);
   next = Select(no_low & (next >= s->high), 0.5 * s->high, next);
@@ -93,21 +103,27 @@ GROUSER_INLINE void Step(const BekkerLaw<double>& a, const Motion<V>& m, V load,
     const V ratio = Select(both, s->high / s->low, Set<V>(1));
     next = Select(replace, s->low * Exp(share * Log(ratio)), next);
   }
-  // One that is near takes Newton's own step, and is there.
-  const V newton = Min(s->theta * Exp(-f / rise.slope), most);
-  s->theta = Select(open & !stays, Select(near, newton, next), s->theta);
-  s->settled = s->settled | stays | near;
+  s->theta = Select(open & !stays, next, s->theta);
+  s->settled = s->settled | stays;
 }
 
 template <class V>
 GROUSER_INLINE Search<V> Balance(const BekkerLaw<double>& a, const Motion<V>& m, V load,
-                                 const BekkerRules& rules) {
-  Search<V> s{};
-  s.theta = FirstAngle(a, m, load, rules);
+                                 const BekkerRules& rules, bool sideways) {
+  Search<V> s = Begin(a, m, load, rules);
   for (int count = 0; count < kMostSteps && Any<V>(!s.settled); ++count) {
-    Step(a, m, load, rules.full, count, &s);
+    Step(a, m, load, rules.full, sideways, count, &s);
   }
   return s;
+}
+
+/// Output o where the search ends.
+template <class V>
+GROUSER_INLINE V Ended(const BekkerLaw<double>& a, const Search<V>& s, int o, V load) {
+  const V here = s.here.of[kFz], way = here - s.before.of[kFz];
+  const V share = Select(s.straight, (load - here) / Select(s.straight, way, Set<V>(1)), V{});
+  const V value = s.here.of[o] + (s.here.of[o] - s.before.of[o]) * share;
+  return o == kSinkage ? Select(s.overload, Set<V>(kMostSinkage * a.radius), value) : value;
 }
 
 /// What forces at theta, with derivatives in N directions and then with theta_f,
@@ -139,7 +155,6 @@ GROUSER_INLINE Equilibrium<V, N> Close(const BekkerLaw<double>& a, const Forces<
     }
     e.by_load[o] = at.d[N] * per_newton;
   }
-  e.of[kSinkage].v = Select(s.overload, Set<V>(kMostSinkage * a.radius), e.of[kSinkage].v);
   return e;
 }
 
@@ -174,45 +189,37 @@ GROUSER_INLINE Kinematics<T> Canonicalise(V v_x, V v_y, V rim) {
   return k;
 }
 
-/// What is written of an output: its value, and where N > 0 its gradient.
-template <class V, int N>
-GROUSER_INLINE void Write(const Kinematics<Dual<V, N + 1>>& k, const Equilibrium<V, N>& e,
-                          const Search<V>& s, StateBlock* block, int at) {
-  const V one = Set<V>(1);
-  const V sign[kOutputs] = {k.sign_x, k.sign_y, one, k.sign_x, k.sign_x * k.sign_y, one};
-  const V turn[kOutputs] = {k.mirror_x, k.mirror_y, one, k.mirror_x, k.mirror_x * k.mirror_y, one};
-  for (int o = 0; o < kOutputs; ++o) {
-    Store(&block->value[o][at], e.of[o].v * sign[o] + 0.0);
-    for (int i = 0; i < N; ++i) {
-      Store(&block->gradient[o][i][at], e.of[o].d[i] * turn[o] + 0.0);
-    }
-    if (N > 0) Store(&block->gradient[o][N][at], e.by_load[o] * sign[o] + 0.0);
-  }
-  Store(&block->overload[at], Select(s.overload, one, V{}));
-  Store(&block->steps[at], s.steps);
-}
-
 /// Solves the lanes of a block from `at`, as many as V has.
 template <class V, bool kGradients>
 GROUSER_INLINE void SolveLanes(const BekkerLaw<double>& a, const BekkerRules& rules,
                                StateBlock* block, int at) {
-  constexpr int kDirections = kGradients ? kInputs - 1 : 0;
-  using T = Dual<V, kDirections + 1>;  // the last: theta_f
   const V load = Load<V>(&block->load[at]), v_x = Load<V>(&block->v_x[at]);
   const V v_y = Load<V>(&block->v_y[at]), rim = Load<V>(&block->rim_speed[at]);
-  const Kinematics<V> plain = Canonicalise<V>(v_x, v_y, rim);
-  const Motion<V> motion = MakeMotion(a, plain.p, plain.y, plain.q);
-  const Search<V> s = Balance(a, motion, load, rules);
-  const T theta = Seed<T>(s.theta, kDirections, Set<V>(1));
+  const Kinematics<V> k = Canonicalise<V>(v_x, v_y, rim);
+  const bool sideways = Any<V>((v_y < 0) | (v_y > 0));
+  const Search<V> s = Balance(a, MakeMotion(a, k.p, k.y, k.q), load, rules, sideways);
+  const V one = Set<V>(1);
+  const V sign[kOutputs] = {k.sign_x, k.sign_y, one, k.sign_x, k.sign_x * k.sign_y, one};
+  for (int o = 0; o < kOutputs; ++o) {
+    Store(&block->value[o][at], Ended(a, s, o, load) * sign[o] + 0.0);
+  }
+  Store(&block->overload[at], Select(s.overload, one, V{}));
+  Store(&block->steps[at], s.steps);
   if constexpr (kGradients) {
-    const Kinematics<T> k = Canonicalise<T>(v_x, v_y, rim);
-    const auto f = AllForces(a, MakeMotion(a, k.p, k.y, k.q), theta, rules.full, true);
-    Write(k, Close<kDirections>(a, f, s, load), s, block, at);
-  } else {
-    const bool sideways = Any<V>((v_y < 0) | (v_y > 0));
-    const auto f = AllForces(a, motion, theta, rules.full, sideways);
-    const Kinematics<T> k{{}, {}, {}, plain.sign_x, plain.sign_y, plain.mirror_x, plain.mirror_y};
-    Write(k, Close<kDirections>(a, f, s, load), s, block, at);
+    constexpr int kDirections = kInputs - 1;
+    using T = Dual<V, kDirections + 1>;  // the last: theta_f
+    const Kinematics<T> moved = Canonicalise<T>(v_x, v_y, rim);
+    const auto forces = AllForces(a, MakeMotion(a, moved.p, moved.y, moved.q),
+                                  Seed<T>(s.theta, kDirections, one), rules.full, true);
+    const auto e = Close<kDirections>(a, forces, s, load);
+    const V turn[kOutputs] = {k.mirror_x, k.mirror_y, one, k.mirror_x, k.mirror_x * k.mirror_y,
+                              one};
+    for (int o = 0; o < kOutputs; ++o) {
+      for (int i = 0; i < kDirections; ++i) {
+        Store(&block->gradient[o][i][at], e.of[o].d[i] * turn[o] + 0.0);
+      }
+      Store(&block->gradient[o][kLoad][at], e.by_load[o] * sign[o] + 0.0);
+    }
   }
 }
 

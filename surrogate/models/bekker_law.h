@@ -189,13 +189,20 @@ GROUSER_INLINE void AddPoint(const BekkerLaw<P>& a, const Contact<T, M>& c, cons
 template <bool kAll, class P, class T, class M>
 GROUSER_INLINE Sums<T> Integrate(const BekkerLaw<P>& a, const Contact<T, M>& c,
                                  const QuadratureRule& rule, bool sideways) {
+  constexpr int kSome = 16;  // points between which a processor overlaps short loops
   Sums<T> front{}, rear{};
+  Pressure<T> at[kSome];
   const T to_front = c.entry - c.peak, to_rear = c.exit + c.peak;
-  for (int i = 0; i < rule.points; ++i) {
-    const double node = rule.node[i], weight = rule.weight[i];
-    const Pressure<T> at = PressureAt(a, c, node);
-    AddPoint<kAll>(a, c, at, T(c.entry - to_front * node), weight, sideways, &front);
-    AddPoint<kAll>(a, c, at, T(to_rear * node - c.exit), weight, sideways, &rear);
+  for (int first = 0; first < rule.points; first += kSome) {
+    const int count = rule.points - first < kSome ? rule.points - first : kSome;
+    const double *node = rule.node + first, *weight = rule.weight + first;
+    for (int i = 0; i < count; ++i) at[i] = PressureAt(a, c, node[i]);
+    for (int i = 0; i < count; ++i) {
+      AddPoint<kAll>(a, c, at[i], T(c.entry - to_front * node[i]), weight[i], sideways, &front);
+    }
+    for (int i = 0; i < count; ++i) {
+      AddPoint<kAll>(a, c, at[i], T(to_rear * node[i] - c.exit), weight[i], sideways, &rear);
+    }
   }
   for (int o = 0; o < 5; ++o) {
     if (kAll || o == kFz) front.of[o] = to_front * front.of[o] + to_rear * rear.of[o];
