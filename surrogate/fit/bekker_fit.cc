@@ -154,7 +154,7 @@ Solved<T> Solve(const Problem& problem, const BekkerModel& model, const Canonica
 }
 
 // Residuals, and where they have derivatives rows of the Jacobian.
-struct Residuals {
+struct ResidualRows {
   double* value;
   double* jacobian;
 
@@ -170,7 +170,7 @@ struct RowResidual {
   const Row* row;
 
   template <class T>
-  void Compute(const double* x, Residuals to) const {
+  void Compute(const double* x, ResidualRows to) const {
     const BekkerModel model(problem->Parameters(x), problem->wheel);
     const Canonical state = ToCanonical(row->motion.v_x, row->motion.v_y, row->motion.rim_speed);
     const Solved<T> solved = Solve<T>(*problem, model, state, row->load_n);
@@ -192,7 +192,7 @@ struct StressResidual {
   const RowProfile* own;
 
   template <class T>
-  void Compute(const double* x, Residuals to) const {
+  void Compute(const double* x, ResidualRows to) const {
     const BekkerModel model(problem->Parameters(x), problem->wheel);
     const Solved<T> solved = Solve<T>(*problem, model, own->state, own->row->load_n);
     const auto contact = bekker::MakeContact(solved.law, solved.motion, solved.theta_f);
@@ -223,7 +223,7 @@ struct PriorResidual {
   const Problem* problem;
 
   template <class T>
-  void Compute(const double* x, Residuals to) const {
+  void Compute(const double* x, ResidualRows to) const {
     for (int i = 1; i < kCoordinates; ++i) {
       const Coordinate& c = problem->coordinates[i];
       to.Put(i - 1, (Seed<T>(x[i], i, 1) - c.center) * (1 / c.sd));
