@@ -62,13 +62,14 @@ struct RimStress {
 /// against v_x and through the axle.
 ///
 /// Balance: b r int(sigma cos theta + tau_t sin theta) dtheta = load, by a
-/// bracketed search on z in (0, 1.2 r], to 1e-10 of the load (bekker_balance.h). A
+/// bracketed search on z in (0, 1.2 r], to 1e-9 of the load (bekker_balance.h). A
 /// load that even 1.2 r does not carry gives the answer there and no_equilibrium.
 ///
 /// The integrals are sums over 16 Gauss-Legendre points a branch; against
-/// Points::kFine, over the load: half of random states within 5e-6, 99 of 100 within
-/// 1e-4 (2e-4 where K < 0.02 r), the worst, straight braked wheels whose shear turns
-/// round within the contact, 2e-4 (K > 0.08 r), 7e-4, 8e-3 (K < 0.02 r).
+/// Points::kFine, over the load: half of random states within 5e-6 (n 0.6 to 1.3 and
+/// K > 0.1 r: 2e-5), 99 of 100 within 1e-4 (2e-4 where K < 0.02 r), the worst, straight
+/// braked wheels whose shear turns round within the contact, 2e-4 (K > 0.08 r), 7e-4,
+/// 8e-3 (K < 0.02 r).
 ///
 /// The equations stand once, in bekker_law.h, for doubles, for packs of states and for
 /// derivatives. Solve and SolveBatch give the same bits, on every instruction set.

@@ -69,20 +69,19 @@ GROUSER_INLINE void Step(const BekkerLaw<double>& a, const Motion<V>& m, V load,
   s->high = Select(open & above, s->theta, s->high);
   s->f_high = Select(open & above, f, s->f_high);
   s->steps = Select(open, s->steps + 1.0, s->steps);
-  // Between the last two points all is straight to second order.
-  const V last = count > 0 ? s->last_f : Set<V>(1e300);
+  // Between the last two points all is straight to second order, unless the shear
+  // turned round between them: then the slope is another than the one they came by.
+  const V way = u - s->last_u, last = count > 0 ? s->last_f : Set<V>(1e300);
+  const V secant = (f - s->last_f) / Select((way < 0) | (way > 0), way, Set<V>(1));
   const Mask<V> straight = open & (s->theta < most) & (Abs(last) < 1e-3) &
-                           (Abs(f) < 0.1 * Abs(last)) & (Abs(f) * Abs(last) < kExact);
+                           (Abs(f) < 0.1 * Abs(last)) & (Abs(f) * Abs(last) < 0.1 * kExact) &
+                           (Abs(secant - s->slope) < 0.1 * s->slope);
   const Mask<V> over = open & (s->low >= most) & (f < -kExact);
   const Mask<V> closed = (s->high > 0) & (s->low > 0) & (s->high - s->low <= 1e-15 * s->high);
   const Mask<V> stays = open & ((Abs(f) <= kExact) | over | closed | straight);
   s->overload = s->overload | over;
   s->straight = s->straight | straight;
-  if (count > 0) {
-    const V way = u - s->last_u;
-    const V secant = (f - s->last_f) / Select(Abs(way) > 0, way, Set<V>(1));
-    s->slope = Select(secant > 0.2, Min(secant, Set<V>(50)), s->slope);
-  }
+  if (count > 0) s->slope = Select(secant > 0.2, Min(secant, Set<V>(50)), s->slope);
   s->last_u = u;
   s->last_f = f;
 

@@ -116,7 +116,7 @@ TEST(Batch, GivesTheScalarCodesForcesAtItsOwnSinkageAndBalancesTheLoad) {
       if (r.no_equilibrium[i]) {
         EXPECT_LT(want[kFz], s.load[i]);
       } else {
-        ASSERT_NEAR(want[kFz] / s.load[i], 1, 1e-10) << i;
+        ASSERT_NEAR(want[kFz] / s.load[i], 1, 1e-9) << i;
       }
       for (int o = 0; o < kOutputs; ++o) {
         ASSERT_NEAR(r.value[o][i], want[o], 1e-9 * Scale(o, s.load[i])) << i << " " << o;
@@ -157,9 +157,9 @@ TEST(Batch, AgreesWithAFineQuadrature) {
       errors.push_back(error);
     }
     std::sort(errors.begin(), errors.end());
-    EXPECT_LT(errors[errors.size() / 2], 5e-6);
+    EXPECT_LT(errors[errors.size() / 2], 3e-5);
     EXPECT_LT(errors[errors.size() * 99 / 100], 1e-4);
-    EXPECT_LT(errors.back(), 1e-3);
+    EXPECT_LT(errors.back(), 1e-4);
   }
 }
 
@@ -197,7 +197,7 @@ TEST(Batch, GradientsAgreeWithCentralDifferences) {
         for (int o = 0; o < kOutputs; ++o) {
           const double want = (more.value[o][i] - less.value[o][i]) / (2 * step[i]);
           const double unit = Scale(o, s.load[i]) * 1e-5 / step[i];  // of output per input
-          ASSERT_NEAR(r.gradient[o][input][i], want, 2e-5 * unit + 3e-5 * std::fabs(want))
+          ASSERT_NEAR(r.gradient[o][input][i], want, 1e-4 * unit + 1e-4 * std::fabs(want))
               << "output " << o << " input " << input << " state " << i << ": " << s.v_x[i] << " "
               << s.v_y[i] << " " << s.rim[i] << " " << s.load[i];
           ++compared;

@@ -106,10 +106,10 @@ TEST(LawModel, SaysWhereThereIsNoEquilibrium) {
       EXPECT_EQ(sinkage, model.physics().max_sinkage());
       EXPECT_LT(b.part[kFz][kValue][i], b.load[i]);
     } else {
-      EXPECT_NEAR(b.part[kFz][kValue][i] / b.load[i], 1, 1e-12);
+      EXPECT_NEAR(b.part[kFz][kValue][i] / b.load[i], 1, 1e-9);
     }
     deep += sinkage > 0.7 * kWheel.radius_m;
-    if (sinkage > 0.7 * kWheel.radius_m) EXPECT_NE(b.flags[i] & kExtrapolated, 0u);
+    EXPECT_TRUE(sinkage <= 0.7 * kWheel.radius_m || (b.flags[i] & kExtrapolated) != 0);
   }
   EXPECT_GT(lost, 10);
   EXPECT_GT(deep, lost);
