@@ -14,6 +14,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "server/net/descriptor_limit.h"
+
 namespace grouser::server {
 namespace {
 
@@ -58,6 +60,7 @@ void ResetSignals() {
   ::setpriority(PRIO_PROCESS, 0, plan.nice);
   const struct rlimit no_core { 0, 0 };
   ::setrlimit(RLIMIT_CORE, &no_core);
+  RestoreDescriptorLimit();
   if (plan.memory != 0) {
     const struct rlimit memory { plan.memory, plan.memory };
     ok = ok && ::setrlimit(RLIMIT_AS, &memory) == 0;

@@ -1,22 +1,21 @@
 #include "server/net/descriptor_limit.h"
 
-#include <pthread.h>
 #include <sys/resource.h>
+
+#include <atomic>
 
 namespace grouser::server {
 namespace {
 
-struct rlimit former {};  // read by children, which share no other state
-
-void RestoreInChild() { ::setrlimit(RLIMIT_NOFILE, &former); }
+struct rlimit former {};
+std::atomic<bool> raised{false};  // `former` is set
 
 std::size_t Raise() {
   ::getrlimit(RLIMIT_NOFILE, &former);
-  struct rlimit raised = former;
-  raised.rlim_cur = raised.rlim_max;
-  if (::setrlimit(RLIMIT_NOFILE, &raised) != 0) return former.rlim_cur;
-  ::pthread_atfork(nullptr, nullptr, RestoreInChild);
-  return raised.rlim_cur;
+  const struct rlimit wanted { former.rlim_max, former.rlim_max };
+  if (::setrlimit(RLIMIT_NOFILE, &wanted) != 0) return former.rlim_cur;
+  raised = true;
+  return wanted.rlim_cur;
 }
 
 }  // namespace
@@ -24,6 +23,10 @@ std::size_t Raise() {
 std::size_t RaiseDescriptorLimit() {
   static const std::size_t limit = Raise();
   return limit;
+}
+
+void RestoreDescriptorLimit() noexcept {
+  if (raised) ::setrlimit(RLIMIT_NOFILE, &former);
 }
 
 }  // namespace grouser::server
