@@ -14,6 +14,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/records/os/descriptor_limit.h"
 #include "proto/records/os/regular_file.h"
 
 namespace grouser::server {
@@ -64,6 +65,7 @@ void ResetSignals() {
   ::setpriority(PRIO_PROCESS, 0, plan.nice);
   const struct rlimit no_core { 0, 0 };
   ::setrlimit(RLIMIT_CORE, &no_core);
+  os::RestoreDescriptorLimit();
   if (plan.memory != 0) {
     const struct rlimit memory { plan.memory, plan.memory };
     ok = ok && ::setrlimit(RLIMIT_AS, &memory) == 0;

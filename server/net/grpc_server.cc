@@ -11,7 +11,7 @@
 #include <boost/asio/post.hpp>
 #include <stdexcept>
 
-#include "server/net/descriptor_limit.h"
+#include "proto/records/os/descriptor_limit.h"
 
 namespace grouser::server {
 namespace {
@@ -56,7 +56,7 @@ void SetLimits(grpc::ServerBuilder& builder, const NetOptions& options) {
 }
 
 std::size_t MostConnections(const NetOptions& options) {
-  const std::size_t limit = RaiseDescriptorLimit();
+  const std::size_t limit = os::RaiseDescriptorLimit();
   const std::size_t room = limit - std::min(kReservedDescriptors, limit / 2);
   const auto wanted = static_cast<std::size_t>(options.max_connections);
   if (wanted > room) {

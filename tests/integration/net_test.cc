@@ -36,7 +36,9 @@ int Connect(const std::string& address, bool speaks) {
   to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.find(':') + 1))));
   EXPECT_EQ(::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
   const std::string preface("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", 33);
-  if (speaks) EXPECT_EQ(::send(fd, preface.data(), preface.size(), 0), 33);
+  if (speaks) {
+    EXPECT_EQ(::send(fd, preface.data(), preface.size(), 0), 33);
+  }
   return fd;
 }
 

@@ -46,7 +46,7 @@ RULES = {
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/(model|durable)_file\.h|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
-    "server/net": (r"server/(core|net)/|proto/records/model_file\.h", HEAVY + "|lcm/"),
+    "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|os/)", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query)/|surrogate/(models|model_io|vehicle)/"
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
