@@ -19,7 +19,7 @@ In a scene file:
 
 int PrintJson() {
   std::string out;
-  for (const dem::LawEntry& law : dem::Menu()) {
+  for (const dem::LawEntry& law : dem::LawRegistry()) {
     std::string settings;
     for (const auto& s : law.settings) {
       settings += fmt::format("{}\"{}\": {}", settings.empty() ? "" : ", ", s.name, s.value);
@@ -33,7 +33,7 @@ int PrintJson() {
 
 int PrintTable() {
   fmt::print("{:12} {:22} settings (default)\n", "slot", "law");
-  for (const dem::LawEntry& law : dem::Menu()) {
+  for (const dem::LawEntry& law : dem::LawRegistry()) {
     std::string settings;
     for (const auto& s : law.settings) {
       settings += fmt::format("{}{} ({:g})", settings.empty() ? "" : ", ", s.name, s.value);
@@ -51,9 +51,8 @@ void AddLawsCommand(CLI::App& app, Action* action) {
   CLI::App* laws = app.add_subcommand("laws", "The contact laws that a scene may name");
   laws->footer(kLawsExamples);
   laws->add_flag("--json", *json, "As a JSON array on stdout");
-  laws->callback([=] {
-    *action = [json](const StopSignals&) { return *json ? PrintJson() : PrintTable(); };
-  });
+  laws->callback(
+      [=] { *action = [json](const StopSignals&) { return *json ? PrintJson() : PrintTable(); }; });
 }
 
 }  // namespace grouser::campaign

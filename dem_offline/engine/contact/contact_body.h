@@ -38,8 +38,9 @@ GROUSER_HD Separation Separate(std::int32_t dx, std::int32_t dy, std::int32_t dz
   s.dz = static_cast<float>(dz) * q[2];
   s.d2 = s.dx * s.dx + s.dy * s.dy + s.dz * s.dz;
   s.reach = reach;
-  const float far = kRange ? reach + range : reach;
-  s.touch = s.d2 > 0.0f ? s.d2 < far * far : false;  // 0: padding, a pair of a grain with itself
+  const float limit = kRange ? reach + range : reach;
+  s.touch =
+      s.d2 > 0.0f ? s.d2 < limit * limit : false;  // 0: padding, a pair of a grain with itself
   return s;
 }
 
@@ -113,8 +114,9 @@ struct ContactEnergy {
 /// words: the history as the first side sees it; cleared where there is no
 /// contact.
 template <class Law>
-GROUSER_HD ContactLoads Meet(const Law& law, const Side& i, const Side& j, const Separation& s,
-                             float range, float dt, float* words, ContactEnergy* energy) {
+GROUSER_HD ContactLoads EvaluateContact(const Law& law, const Side& i, const Side& j,
+                                        const Separation& s, float range, float dt, float* words,
+                                        ContactEnergy* energy) {
   const ContactGeometry g = GeometryOf<Law::kRange>(i, j, s, range);
   const int count = law.Words();
   float other[Law::kMostWords];
@@ -139,9 +141,9 @@ GROUSER_HD ContactLoads Meet(const Law& law, const Side& i, const Side& j, const
           Keep(touch, 1.0f)};
 }
 
-/// A recipe, one material.
+/// A compiled law combination, one material.
 template <class R>
-struct OneRecipe {
+struct OneCombination {
   static constexpr bool kRange = R::kHasRange;
   static constexpr int kMostWords = R::kWords;
   typename R::Params params;

@@ -31,10 +31,10 @@ struct PoseBody {
   }
 };
 
-/// The laws of a world: a recipe of the menu, or any.
+/// The laws of a world: a compiled law combination, or any.
 template <class R>
-struct RecipeOf {
-  using Law = OneRecipe<R>;
+struct CombinationOf {
+  using Law = OneCombination<R>;
   static GROUSER_HD Law Of(const EnsembleView& v, std::int32_t world) {
     return {R::From(v.ParamsOf(world)[0])};
   }

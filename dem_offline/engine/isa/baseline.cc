@@ -5,7 +5,7 @@
 #include "dem_offline/engine/world/drift_kernel.inl"
 
 namespace grouser::dem::isa_baseline {
-Kernels All(int recipe, bool energy) {
-  return {Choose(recipe, energy, Recipes{}), SumTiles, DriftTiles};
+Kernels All(int combination, bool energy) {
+  return {Choose(combination, energy, CompiledCombinations{}), SumTiles, DriftTiles};
 }
 }  // namespace grouser::dem::isa_baseline
