@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/disc_union.h"
-#include "dem_offline/engine/bodies/vec3d.h"
+#include "dem_offline/engine/core/vec3d.h"
 
 namespace grouser::dem {
 namespace {

@@ -2,9 +2,10 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/contact/frame.h"
+#include "dem_offline/engine/core/energy_sums.h"
+#include "dem_offline/engine/core/frame.h"
+#include "dem_offline/engine/core/grain.h"
 #include "dem_offline/engine/laws/generic.h"
-#include "dem_offline/engine/world/grain.h"
 
 // What one contact does to its two grains: the body that SIMD loops, a CUDA
 // thread and the one-thread emulation share. Plain functions of plain numbers.
@@ -97,20 +98,6 @@ struct ContactLoads {
   Vec3f force, on_first, on_second;  ///< force on the first [N]; moments on both [N m]
   float deepest, touching;           ///< overlap [m]; 1 or 0
 };
-/// Its energy [J]; zero where there is none, but for what a neck that breaks costs.
-struct ContactEnergy {
-  float stored, normal, tangent, slip, rolling, plastic, cohesion;
-  GROUSER_HD void Add(const ContactEnergy& o) {
-    stored += o.stored;
-    normal += o.normal;
-    tangent += o.tangent;
-    slip += o.slip;
-    rolling += o.rolling;
-    plastic += o.plastic;
-    cohesion += o.cohesion;
-  }
-};
-
 /// words: the history as the first side sees it; cleared where there is no
 /// contact.
 template <class Law>

@@ -80,8 +80,8 @@ GROUSER_HD void BlockForces(const PairView& v, const Law& law, const Lanes& i, c
     on_j.touching[l] = c.touching;
     if (kEnergy) {
       energy.stored[l] += e.stored;
-      energy.normal[l] += e.normal;
-      energy.tangent[l] += e.tangent;
+      energy.normal[l] += e.normal_damping;
+      energy.tangent[l] += e.tangent_damping;
       energy.slip[l] += e.slip;
       energy.rolling[l] += e.rolling;
       energy.plastic[l] += e.plastic;

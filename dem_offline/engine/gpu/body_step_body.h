@@ -93,7 +93,7 @@ struct SumRun {
       if (k >= b.count[b.turn]) break;
       for (int s = 0; s < v.touches[entry]; ++s) {
         const TouchRecord& r = v.records[b.first_slot + k * b.per_grain + s];
-        sum.energy.Add(ToDouble(r.energy));
+        sum.energy.Add(r.energy);
         if (r.active) sum.wrench.Add(r.force, r.moment);
       }
     }

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "dem_offline/engine/bodies/mesh.h"
-#include "dem_offline/engine/contact/displacement_bound.h"
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/displacement_bound.h"
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem::gpu {

@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "dem_offline/engine/contact/contact_body.h"
+#include "dem_offline/engine/core/drift_kernel.h"
 #include "dem_offline/engine/world/clump_body.h"
-#include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/sort_key.h"
 #include "dem_offline/engine/world/touch_body.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dem_offline/engine/contact/displacement_bound.h"
+#include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/gpu/ensemble_view.h"
 
 // Index bodies of the lists. All do nothing for worlds whose lists still last.

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/gpu/clump_step_body.h"
 #include "dem_offline/engine/gpu/wheel_body.h"
-#include "dem_offline/engine/world/drift_body.h"
 
 // Index bodies of the step itself.
 
@@ -90,7 +90,7 @@ struct SumTile {
     if (!w.energy || (starting ? s.started != 0 || s.overflow : Waits(s))) return;
     EnergySums sum;
     for (std::int64_t i = tile * kTile; i < (tile + 1) * kTile && i < w.first + w.count; ++i) {
-      sum.Add(ToDouble(v.grain_energy[i]));
+      sum.Add(v.grain_energy[i]);
     }
     v.tile_energy[tile].AddStep(sum);
     if (starting) v.tile_energy[tile] = SumBody::Stored(sum);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "dem_offline/engine/contact/pair_kernel.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
 
 namespace grouser::dem {
 

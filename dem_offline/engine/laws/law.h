@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // What every contact law sees and says. A law is a struct without state:
 //   static constexpr const char* kName       name in files and messages

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dem_offline/engine/core/math.h"
 #include "dem_offline/engine/laws/material.h"
-#include "dem_offline/engine/laws/math.h"
 
 namespace grouser::dem {
 

@@ -49,7 +49,7 @@ void BodyPass::TouchEntry(World& w, BodyEntry& b, int number, const TouchView& v
                  &slots.clear[k], &w.loads_[i], record, &sums.tunnelled);
   for (int s = 0; s < n; ++s) {
     const TouchRecord& r = record[s];
-    sums.energy.Add(ToDouble(r.energy));
+    sums.energy.Add(r.energy);
     if (!r.active) continue;
     sums.wrench.Add(r.force, r.moment);
     if (w.parts_->sink) w.parts_->sink({number, r.point, r.force, r.key, r.rim});

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/energy_sums.h"
 #include "dem_offline/engine/world/clump_body.h"
-#include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/rigid_body.h"
 
 namespace grouser::dem {

@@ -1,5 +1,5 @@
 // Kick and drift of a World's grains, and the start of its leapfrog.
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {

@@ -2,7 +2,7 @@
 
 #include "dem_offline/engine/bodies/shape_body.h"
 #include "dem_offline/engine/contact/contact_body.h"
-#include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/core/energy_sums.h"
 #include "dem_offline/engine/world/body_view.h"
 
 // The contacts of one grain with one body: the index body that all back ends
@@ -37,10 +37,6 @@ struct TouchRecord {
   bool rim, active;
   ContactEnergy energy;
 };
-
-GROUSER_HD EnergySums ToDouble(const ContactEnergy& e) {
-  return {e.stored, e.normal, e.tangent, e.slip, e.rolling, e.plastic, e.cohesion};
-}
 
 GROUSER_HD Vec3f ToFloat(const Vec3d& a) {
   return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/contact/displacement_bound.h"
+#include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/world/parts.h"
 

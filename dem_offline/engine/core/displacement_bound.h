@@ -1,7 +1,7 @@
 #pragma once
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/frame.h"
 
 // How far each grain may move before the inner list must be pruned again. Shared by all
 // back ends.

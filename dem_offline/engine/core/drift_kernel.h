@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/core/grain.h"
 
 namespace grouser::dem {
 

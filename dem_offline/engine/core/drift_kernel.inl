@@ -2,7 +2,7 @@
 // (v m | w kind) and (x y z r), and stays in them: turning tiles into lanes and
 // back costs more than the arithmetic. Instantiates nothing from the standard
 // library.
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/drift_body.h"
 
 namespace grouser::dem::GROUSER_ISA_NS {
 namespace {

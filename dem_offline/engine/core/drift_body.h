@@ -1,7 +1,7 @@
 #pragma once
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/frame.h"
 
 // Kick and drift of one grain in plain floats, for back ends whose lanes are
 // threads; and the arithmetic that the vectors of drift_kernel.inl share with
