@@ -48,7 +48,7 @@ word_lint() {
   LINT_FAILED=''
   lint_step format xargs -0 clang-format "${mode[@]}" < <(lint_sources)
   lint_step shell shellcheck -x grouser cmake/frontdoor/*.sh
-  for check in includes docs; do
+  for check in includes docs words; do
     lint_step "$check" "$PYTHON" "tests/tools/check_$check.py" "$GROUSER_ROOT"
   done
   [ -z "$since" ] || lint_step tidy tidy_changed "$since"

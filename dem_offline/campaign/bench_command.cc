@@ -28,7 +28,7 @@ void AddBenchCommand(CLI::App& app, Action* action) {
   bench->add_option("--cores", o->cores, "Threads, of one world or one a world")
       ->capture_default_str();
   bench->add_option("--device", o->device, "cpu, cuda, or emulated")->capture_default_str();
-  bench->add_option("--order", o->order, "Of the grains handed over: sorted or shuffled")
+  bench->add_option("--order", o->order, "Of the grains given to the engine: sorted or shuffled")
       ->capture_default_str();
   bench->add_option("--worlds", o->worlds, "Worlds at a time")->capture_default_str();
   bench->add_option("--tangential", o->laws.tangential, "Tangential law of the contacts")

@@ -21,7 +21,7 @@ In a scene file:
 int PrintJson() {
   using Json = nlohmann::ordered_json;
   Json out = Json::array();
-  for (const dem::LawEntry& law : dem::Menu()) {
+  for (const dem::LawEntry& law : dem::LawRegistry()) {
     Json settings = Json::object();
     for (const auto& s : law.settings) settings[s.name] = s.value;
     out.push_back({{"slot", law.slot}, {"name", law.name}, {"settings", settings}});
@@ -32,7 +32,7 @@ int PrintJson() {
 
 int PrintTable() {
   fmt::print("{:12} {:22} settings (default)\n", "slot", "law");
-  for (const dem::LawEntry& law : dem::Menu()) {
+  for (const dem::LawEntry& law : dem::LawRegistry()) {
     std::string settings;
     for (const auto& s : law.settings) {
       settings += fmt::format("{}{} ({:g})", settings.empty() ? "" : ", ", s.name, s.value);

@@ -14,7 +14,7 @@ std::vector<int> ScheduleOrder(const v1alpha1::Campaign& campaign);
 
 /// Expected length of a run, in arbitrary units. Runs stop when their standard
 /// error is met, so the noisy ones are long: large slip, large attack angle
-/// (the wheel ploughs), low load (the target is relative to the load). Only an
+/// (the wheel bulldozes), low load (the target is relative to the load). Only an
 /// order; nothing depends on its numbers.
 double ExpectedLength(const v1alpha1::TestState& state);
 

@@ -26,7 +26,7 @@ void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
 /// Settings of single laws stand under the law's name.
 template <class Message>
 void ReadSettings(YamlSection& contact, Message* out) {
-  for (const dem::LawEntry& law : dem::Menu()) {
+  for (const dem::LawEntry& law : dem::LawRegistry()) {
     if (law.settings.empty() || !contact.Has(law.name)) continue;
     YamlSection section = contact.Section(law.name);
     for (const dem::NamedSetting& known : law.settings) {

@@ -60,6 +60,10 @@ RULES = {
     "clients/in_process/grouser": (r"grouser/model\.h", None),
     "clients/in_process/example": (r"grouser/model\.h|\w+\.h", None),
 }
+# The engine's folders from below: each includes its own and those before it.
+ENGINE = "dem_offline/engine/"
+ENGINE_LAYERS = ["core", "laws", "bodies", "contact", "isa", "world", "rig", "gpu", "bench", "verify",
+                 "gpu/check", "tools"]
 # Only the owner of the run files' format names HDF5.
 HDF5_FILES = re.compile(r"proto/records/(run_file|tile_file|hdf5_file)\.(h|cc)")
 
@@ -77,9 +81,19 @@ def rule_for(path):
     return RULES[max(folders, key=len)] if folders else None
 
 
+def layer_of(path):
+    """Number of the engine's layer that holds `path`; None outside of the engine's folders."""
+    held = [l for l in ENGINE_LAYERS if path.startswith(ENGINE + l + "/")]
+    return ENGINE_LAYERS.index(max(held, key=len)) if held else None
+
+
 def check_include(path, bracket, header):
     """What is wrong with one include of `path`, or None."""
     own, forbidden = rule_for(path)
+    layer = layer_of(path)
+    if bracket == '"' and layer is not None:
+        below = layer_of(header)
+        return None if below is not None and below <= layer else f'may not include "{header}"'
     if bracket == '"':
         return None if re.match(own, header) else f'may not include "{header}"'
     if header in STANDARD or MACHINE.fullmatch(header):
@@ -129,12 +143,19 @@ def check_tree(root):
 
 GOOD = {
     "dem_offline/engine/a.h": "#pragma once\n#include <vector>\n#include \"dem_offline/engine/b.h\"\n",
+    "dem_offline/engine/core/a.cc": "#include \"dem_offline/engine/core/a.h\"\n",
+    "dem_offline/engine/gpu/check/a.cc": "#include \"dem_offline/engine/bench/a.h\"\n",
+    "dem_offline/engine/world/a.cc": "#include \"dem_offline/engine/contact/a.h\"\n",
     "server/query/a.cc": "#include <grpcpp/server.h>\n#include \"server/core/evaluator.h\"\n",
     "tests/unit/a.cc": "#include \"dem_offline/x.h\"\n#include \"server/core/x.h\"\n",
 }
 BAD = {
     "dem_offline/engine/a.cc": "#include <yaml-cpp/yaml.h>\n",
     "dem_offline/engine/b.cc": "#include \"grouser/v1alpha1/run.pb.h\"\n",
+    "dem_offline/engine/core/b.h": "#pragma once\n#include \"dem_offline/engine/laws/a.h\"\n",
+    "dem_offline/engine/contact/b.cc": "#include \"dem_offline/engine/world/a.h\"\n",
+    "dem_offline/engine/gpu/b.cc": "#include \"dem_offline/engine/bench/a.h\"\n",
+    "dem_offline/engine/rig/b.cc": "#include \"proto/records/run_file.h\"\n",
     "dem_offline/campaign/a.cc": "#include \"surrogate/models/wheel_model.h\"\n",
     "surrogate/models/a.cc": "#include \"grouser/v1alpha1/model.pb.h\"\n",
     "surrogate/fit/a.cc": "#include \"dem_offline/engine/rig/wheel_test.h\"\n",

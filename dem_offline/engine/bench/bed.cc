@@ -33,11 +33,11 @@ class Random {
   std::uint64_t state_;
 };
 
-double MeanVolume(const BedRecipe& r) {
+double MeanVolume(const BedSource& r) {
   return M_PI / 6 * std::pow(r.mean_diameter_m, 3) * (1 + r.spread * r.spread);
 }
 
-void SizeBox(const BedRecipe& r, Bed* bed) {
+void SizeBox(const BedSource& r, Bed* bed) {
   const double bulk = static_cast<double>(r.grains) * MeanVolume(r) / kSolidFraction;
   const double depth = std::min(kMostDepth * r.mean_diameter_m, std::cbrt(bulk));
   bed->length_m = r.length_m > 0 ? r.length_m : std::sqrt(bulk / depth);
@@ -45,7 +45,7 @@ void SizeBox(const BedRecipe& r, Bed* bed) {
 }
 
 /// A jittered lattice, just wide enough that nothing touches.
-std::vector<GrainState> Loose(const BedRecipe& r, const Bed& bed) {
+std::vector<GrainState> Loose(const BedSource& r, const Bed& bed) {
   Random random(r.seed);
   const double largest = r.mean_diameter_m * (1 + r.spread), pitch = 1.02 * largest;
   const int nx = std::max(1, static_cast<int>(bed.length_m / pitch)),
@@ -71,7 +71,7 @@ std::vector<GrainState> Loose(const BedRecipe& r, const Bed& bed) {
 }
 
 /// Kinetic energy over m g d.
-double Restlessness(const World& world, const BedRecipe& r) {
+double Restlessness(const World& world, const BedSource& r) {
   double mass = 0;
   for (const Grain& g : world.grains()) mass += g.id >= 0 ? g.mass : 0;
   return world.KineticEnergy() / (mass * r.gravity_m_per_s2 * r.mean_diameter_m);
@@ -84,7 +84,7 @@ struct Rest {
 /// Runs with drag until at rest, then stops all.
 void Settle(const Rest& rest, Bed* bed) {
   Bed slick = *bed;
-  slick.recipe.friction = bed->recipe.preparation_friction;
+  slick.source.friction = bed->source.preparation_friction;
   World world(BenchConfig(slick, 1), BenchContents(slick));
   world.SetDrag(1 - bed->dt_s / rest.drag_s);
   const auto least = std::llround(rest.least_s / bed->dt_s);
@@ -93,7 +93,7 @@ void Settle(const Rest& rest, Bed* bed) {
   for (std::int64_t s = 0; s < most && !quiet; s += 100) {
     const StepFault fault = world.Run(100);
     if (fault != StepFault::kNone) throw std::runtime_error(std::string("bed: ") + Explain(fault));
-    quiet = s >= least && Restlessness(world, bed->recipe) < rest.restlessness;
+    quiet = s >= least && Restlessness(world, bed->source) < rest.restlessness;
   }
   if (!quiet) {
     throw std::runtime_error("bed: still moving after " + std::to_string(rest.most_s) + " s");
@@ -111,21 +111,21 @@ std::int64_t Bed::free_grains() const {
   return std::count_if(grains.begin(), grains.end(), [](const GrainState& g) { return !g.glued; });
 }
 
-ContactModel BenchContacts(const BedRecipe& r, const BenchLaws& laws) {
+ContactModel BenchContacts(const BedSource& r, const BenchLaws& laws) {
   ContactModel model(LawsByName("hertz_restitution", laws.tangential, laws.rolling, "none"));
   const Elastic sand = {r.youngs_modulus_pa, r.poisson_ratio};
-  const Interface surfaces = {.restitution = r.restitution,
-                              .friction = r.friction,
-                              .rolling_friction = r.rolling_friction,
-                              .rolling_damping = r.rolling_damping};
+  const ContactProperties surfaces = {.restitution = r.restitution,
+                                      .friction = r.friction,
+                                      .rolling_friction = r.rolling_friction,
+                                      .rolling_damping = r.rolling_damping};
   model.AddMaterial(sand);
   model.AddMaterial(sand);
-  for (const int other : {0, 1}) model.SetInterface(0, other, surfaces);
-  model.SetInterface(1, 1, surfaces);
+  for (const int other : {0, 1}) model.SetContactProperties(0, other, surfaces);
+  model.SetContactProperties(1, 1, surfaces);
   return model;
 }
 
-double BenchStep(const BedRecipe& r) {
+double BenchStep(const BedSource& r) {
   return r.rayleigh_fraction * RayleighTime(0.5 * r.mean_diameter_m * (1 - r.spread),
                                             r.density_kg_per_m3, r.youngs_modulus_pa,
                                             r.poisson_ratio);
@@ -134,10 +134,10 @@ double BenchStep(const BedRecipe& r) {
 WorldConfig BenchConfig(const Bed& bed, int threads, const BenchLaws& laws) {
   WorldConfig c;
   // The span holds what is poured loosely, twice as high as the bed.
-  c.frame = {bed.length_m, bed.width_m, 256 * bed.recipe.mean_diameter_m};
-  c.gravity_m_per_s2 = {0, 0, bed.kind == "shear" ? 0.0 : -bed.recipe.gravity_m_per_s2};
+  c.frame = {bed.length_m, bed.width_m, 256 * bed.source.mean_diameter_m};
+  c.gravity_m_per_s2 = {0, 0, bed.kind == "shear" ? 0.0 : -bed.source.gravity_m_per_s2};
   c.dt_s = bed.dt_s;
-  c.contacts = BenchContacts(bed.recipe, laws);
+  c.contacts = BenchContacts(bed.source, laws);
   c.threads = threads;
   return c;
 }
@@ -153,11 +153,11 @@ Contents BenchContents(const Bed& bed) {
   return in;
 }
 
-Bed MakeBed(const BedRecipe& r) {
+Bed MakeBed(const BedSource& r) {
   if (r.grains < 100) throw std::invalid_argument("particles: expected at least 100");
   Bed bed;
   bed.kind = "bed";
-  bed.recipe = r;
+  bed.source = r;
   bed.dt_s = BenchStep(r);
   SizeBox(r, &bed);
   bed.grains = Loose(r, bed);
@@ -177,7 +177,7 @@ Bed MakeBed(const BedRecipe& r) {
 }
 
 void SortInSpace(Bed& bed) {
-  const double cell = 3 * bed.recipe.mean_diameter_m;
+  const double cell = 3 * bed.source.mean_diameter_m;
   const auto key = [&](const GrainState& g) {
     return std::array{static_cast<int>(g.x_m / cell), static_cast<int>(g.y_m / cell),
                       static_cast<int>(g.z_m / cell)};

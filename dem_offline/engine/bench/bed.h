@@ -13,7 +13,7 @@ namespace grouser::dem::bench {
 /// How a bed is made: radii uniform in mean (1 +- spread), periodic in x and y,
 /// a floor at z = 0. The numbers are those of coarse sand, softened so that the
 /// deepest overlaps (99 %) are about 1 % of a radius.
-struct BedRecipe {
+struct BedSource {
   std::int64_t grains = 20000;
   double mean_diameter_m = 0.002;
   double spread = 0.2;  ///< of the radius over its mean [-], < 1
@@ -39,12 +39,12 @@ struct Bed {
   double height_m = 0;  ///< of the volume over which stresses are averaged
   double dt_s = 0;
   double shear_rate_per_s = 0;       ///< "shear" only
-  BedRecipe recipe;                  ///< it was made by
+  BedSource source;                  ///< it was made by
   std::vector<GrainState> grains;    ///< glued ones: the plates of "shear"
   std::int64_t free_grains() const;  ///< those that move by themselves
 };
 
-/// Laws of the menu, by name.
+/// Names of laws in the registry.
 struct BenchLaws {
   std::string tangential = "mindlin";  ///< LIGGGHTS's is "mindlin_displacement"
   std::string rolling = "epsd";        ///< or "constant_torque", "none"
@@ -52,14 +52,14 @@ struct BenchLaws {
 
 /// Grains of one material; floor and wheel of the same, so that a peer needs no
 /// rigid material.
-ContactModel BenchContacts(const BedRecipe& recipe, const BenchLaws& laws = {});
-double BenchStep(const BedRecipe& recipe);  ///< [s]
+ContactModel BenchContacts(const BedSource& source, const BenchLaws& laws = {});
+double BenchStep(const BedSource& source);  ///< [s]
 
 /// Poured and at rest, in spatial order. Deterministic. Contact histories are
 /// not part of a bed: it has been let settle without them again and again, so
 /// that it stays quiet when somebody starts from positions alone. Throws
 /// std::runtime_error when it does not come to rest.
-Bed MakeBed(const BedRecipe& recipe);
+Bed MakeBed(const BedSource& source);
 
 /// Cell by cell, as a simulation that sorts its grains would have them.
 void SortInSpace(Bed& bed);

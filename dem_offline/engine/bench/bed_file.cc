@@ -14,7 +14,7 @@ namespace {
 constexpr char kColumns[] = "x_m,y_m,z_m,radius_m,mass_kg,v_x,v_y,v_z,w_x,w_y,w_z,glued";
 
 std::vector<std::pair<const char*, double*>> Numbers(Bed& bed) {
-  BedRecipe& r = bed.recipe;
+  BedSource& r = bed.source;
   return {{"length_m", &bed.length_m},
           {"width_m", &bed.width_m},
           {"height_m", &bed.height_m},
@@ -39,7 +39,7 @@ void ReadSetting(const char* line, Bed& bed) {
   if (std::sscanf(line, "# %63[^=]=%63s", name, value) != 2) return;
   const std::string key = name;
   if (key == "kind") bed.kind = value;
-  if (key == "seed") bed.recipe.seed = std::stoull(value);
+  if (key == "seed") bed.source.seed = std::stoull(value);
   for (const auto& [number, at] : Numbers(bed)) {
     if (key == number) *at = std::stod(value);
   }
@@ -53,7 +53,7 @@ void SaveBed(const Bed& bed, const std::string& path) {
   File file = OpenFile(part, "w");
   Bed copy = bed;
   std::fprintf(file.get(), "# kind=%s\n# seed=%llu\n", bed.kind.c_str(),
-               static_cast<unsigned long long>(bed.recipe.seed));
+               static_cast<unsigned long long>(bed.source.seed));
   for (const auto& [name, at] : Numbers(copy)) std::fprintf(file.get(), "# %s=%.17g\n", name, *at);
   std::fprintf(file.get(), "%s\n", kColumns);
   for (const GrainState& g : bed.grains) {
@@ -88,14 +88,14 @@ Bed LoadBed(const std::string& path) {
                                   &g.w_x, &g.w_y, &g.w_z, &glued);
       if (got != 12) throw std::runtime_error(path + ": bad line: " + line);
       g.glued = glued != 0;
-      g.density_kg_per_m3 = bed.recipe.density_kg_per_m3;
+      g.density_kg_per_m3 = bed.source.density_kg_per_m3;
       bed.grains.push_back(g);
     }
   }
   if (bed.grains.empty() || bed.kind.empty() || !(bed.dt_s > 0)) {
     throw std::runtime_error(path + ": not a bed of grouser-engine-bench");
   }
-  bed.recipe.grains = static_cast<std::int64_t>(bed.grains.size());
+  bed.source.grains = static_cast<std::int64_t>(bed.grains.size());
   return bed;
 }
 

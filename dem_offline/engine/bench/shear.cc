@@ -48,7 +48,7 @@ class Plates {
 };
 
 void Glue(double lowest, double highest, Bed* bed) {
-  const double plate = kPlate * bed->recipe.mean_diameter_m;
+  const double plate = kPlate * bed->source.mean_diameter_m;
   const double half = 0.5 * bed->shear_rate_per_s * bed->height_m;
   for (GrainState& g : bed->grains) {
     const bool low = g.z_m<lowest + plate, high = g.z_m> highest - plate;
@@ -69,11 +69,11 @@ double HighSide(const Bed& bed) {
 
 }  // namespace
 
-Bed MakeShearBed(const BedRecipe& recipe, double inertial_number, double stress_pa) {
-  Bed bed = MakeBed(recipe);
+Bed MakeShearBed(const BedSource& source, double inertial_number, double stress_pa) {
+  Bed bed = MakeBed(source);
   bed.kind = "shear";
-  const double d = recipe.mean_diameter_m;
-  bed.shear_rate_per_s = inertial_number / d * std::sqrt(stress_pa / recipe.density_kg_per_m3);
+  const double d = source.mean_diameter_m;
+  bed.shear_rate_per_s = inertial_number / d * std::sqrt(stress_pa / source.density_kg_per_m3);
   const double highest = HighSide(bed);
   bed.height_m = highest - 2 * kPlate * d;
   Glue(0, highest, &bed);

@@ -158,8 +158,8 @@ WheelVerdict Judge(const Series& series, double from_s, double to_s) {
   return VerdictOf(series, window);
 }
 
-Bed MakeWheelBed(const BedRecipe& recipe) {
-  BedRecipe r = recipe;
+Bed MakeWheelBed(const BedSource& source) {
+  BedSource r = source;
   r.length_m = kBedLength;
   r.width_m = kBedWidth;
   Bed bed = MakeBed(r);
@@ -191,7 +191,7 @@ Tile TileOf(const Bed& bed) {
 }
 
 WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBench& bench) {
-  const BedRecipe& r = bed.recipe;
+  const BedSource& r = bed.source;
   WheelTestSpec spec;
   spec.soil.density_kg_per_m3 = r.density_kg_per_m3;
   spec.soil.youngs_modulus_pa = r.youngs_modulus_pa;
@@ -216,7 +216,7 @@ WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBen
   spec.rig.bed_depth_m = bed.height_m;
   spec.rig.speed_m_per_s = bench.speed_m_per_s;
   spec.rig.max_time_s = bench.longest_s;
-  if (options.scene == "needed") spec.rig.scene = OnlyWhatIsNeeded();
+  if (options.scene == "needed") spec.rig.scene = ReducedDomain();
   return spec;
 }
 

@@ -37,7 +37,7 @@ WheelVerdict Judge(const Series& series, double from_s, double to_s);
 Tile TileOf(const Bed& bed);
 WheelTestSpec SpecOf(const BenchOptions& options, const Bed& bed, const WheelBench& bench);
 /// A bed for the wheel: coarse grains, 0.28 m x 0.20 m, cut flat.
-Bed MakeWheelBed(const BedRecipe& recipe);
+Bed MakeWheelBed(const BedSource& source);
 
 /// One run until the rule stops it (or longest_s); appends to the result's
 /// rates, and fills its phases and `wheel`.

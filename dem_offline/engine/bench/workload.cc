@@ -115,8 +115,8 @@ void RunOnce(const Bed& bed, BenchResult* out) {
 }  // namespace
 
 std::vector<BenchPhase> PhasesOf(const Phases& p) {
-  return {{"search", p.search_s}, {"refresh", p.refresh_s}, {"pairs", p.pairs_s},
-          {"sum", p.sum_s},       {"drift", p.drift_s},     {"bodies", p.bodies_s}};
+  return {{"search", p.search_s}, {"refresh", p.prune_s}, {"pairs", p.pairs_s},
+          {"sum", p.sum_s},       {"drift", p.drift_s},   {"bodies", p.bodies_s}};
 }
 
 double Now() {
@@ -178,25 +178,25 @@ Bed OpenBed(const BenchOptions& o) {
     Expect(bed.kind == o.workload, "bed", o.bed + " is a '" + bed.kind + "'",
            "the workload's kind");
     // A wheel's bed has been cut: it has fewer than were poured.
-    Expect((o.workload == "wheel" || bed.recipe.grains == o.particles) && bed.recipe.seed == o.seed,
+    Expect((o.workload == "wheel" || bed.source.grains == o.particles) && bed.source.seed == o.seed,
            "bed",
-           o.bed + " has " + std::to_string(bed.recipe.grains) + " grains of seed " +
-               std::to_string(bed.recipe.seed),
+           o.bed + " has " + std::to_string(bed.source.grains) + " grains of seed " +
+               std::to_string(bed.source.seed),
            "those of --particles and --seed");
     Expect(
-        bed.recipe.preparation_friction == o.preparation_friction, "bed",
-        o.bed + " was poured with a friction of " + std::to_string(bed.recipe.preparation_friction),
+        bed.source.preparation_friction == o.preparation_friction, "bed",
+        o.bed + " was poured with a friction of " + std::to_string(bed.source.preparation_friction),
         "that of --preparation-friction");
   } else {
-    BedRecipe recipe;
-    recipe.grains = o.particles;
-    recipe.seed = o.seed;
-    recipe.preparation_friction = o.preparation_friction;
+    BedSource source;
+    source.grains = o.particles;
+    source.seed = o.seed;
+    source.preparation_friction = o.preparation_friction;
     if (o.workload == "wheel") {
-      recipe.mean_diameter_m = kWheelGrain;
-      bed = MakeWheelBed(recipe);
+      source.mean_diameter_m = kWheelGrain;
+      bed = MakeWheelBed(source);
     } else {
-      bed = o.workload == "shear" ? MakeShearBed(recipe) : MakeBed(recipe);
+      bed = o.workload == "shear" ? MakeShearBed(source) : MakeBed(source);
     }
     if (!o.bed.empty()) SaveBed(bed, o.bed);
   }
@@ -224,8 +224,8 @@ BenchResult RunBench(const BenchOptions& options) {
     }
   }
   if (bed.kind == "shear") {
-    out.inertial_number = bed.shear_rate_per_s * bed.recipe.mean_diameter_m *
-                          std::sqrt(bed.recipe.density_kg_per_m3 / out.physics.stress_zz_pa);
+    out.inertial_number = bed.shear_rate_per_s * bed.source.mean_diameter_m *
+                          std::sqrt(bed.source.density_kg_per_m3 / out.physics.stress_zz_pa);
   }
   return out;
 }

@@ -22,7 +22,7 @@ struct BenchOptions {
   int cores = 1;
   std::string device = "cpu";  ///< "cuda", or "emulated": its bodies on one CPU thread
   BenchLaws laws;
-  std::string order = "sorted";  ///< or "shuffled": of the grains handed to the engine
+  std::string order = "sorted";  ///< or "shuffled": of the grains given to the engine
   int worlds = 1;
   std::int64_t steps = 2000;  ///< timed
   std::int64_t warmup = 200;  ///< untimed, before

@@ -1,15 +1,9 @@
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <cstdint>
-
 #include "dem_offline/engine/bodies/shape.h"
+#include "dem_offline/engine/core/vec3d.h"
 
 namespace grouser::dem {
-
-using Vec3d = std::array<double, 3>;
-using Quatd = std::array<double, 4>;  ///< w, x, y, z; body to world
 
 enum class BodyMotion {
   kFixed,       ///< does not move

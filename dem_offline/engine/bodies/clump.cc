@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/disc_union.h"
-#include "dem_offline/engine/bodies/vec3d.h"
+#include "dem_offline/engine/core/vec3d.h"
 
 namespace grouser::dem {
 namespace {
@@ -53,10 +53,10 @@ class Heights {
       Add(Along(At(i), R(i), {0, 0, 1}), i, i, i);
       Add(Along(At(i), -R(i), {0, 0, 1}), i, i, i);
       for (int j = i + 1; j < n; ++j) {
-        if (!Meet(i, j)) continue;
+        if (!Overlap(i, j)) continue;
         AddPair(i, j);
         for (int k = j + 1; k < n; ++k) {
-          if (Meet(i, k) && Meet(j, k)) AddTriple(i, j, k);
+          if (Overlap(i, k) && Overlap(j, k)) AddTriple(i, j, k);
         }
       }
     }
@@ -68,7 +68,7 @@ class Heights {
   const Vec3d& At(int i) const { return members_[static_cast<std::size_t>(i)].offset_m; }
   double R(int i) const { return members_[static_cast<std::size_t>(i)].radius_m; }
 
-  bool Meet(int i, int j) const {
+  bool Overlap(int i, int j) const {
     const Vec3d d = Sub(At(j), At(i));
     const double apart = std::sqrt(DotD(d, d));
     return apart < R(i) + R(j) && apart > std::abs(R(i) - R(j));

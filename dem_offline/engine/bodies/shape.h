@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 namespace grouser::dem {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dem_offline/engine/bodies/body.h"
+#include <cstdint>
 
 namespace grouser::dem {
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/core/frame.h"
+#include "dem_offline/engine/core/grain.h"
 
 namespace grouser::dem {
 

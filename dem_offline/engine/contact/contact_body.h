@@ -2,9 +2,10 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/contact/frame.h"
+#include "dem_offline/engine/core/energy_sums.h"
+#include "dem_offline/engine/core/frame.h"
+#include "dem_offline/engine/core/grain.h"
 #include "dem_offline/engine/laws/generic.h"
-#include "dem_offline/engine/world/grain.h"
 
 // What one contact does to its two grains: the body that SIMD loops, a CUDA
 // thread and the one-thread emulation share. Plain functions of plain numbers.
@@ -38,8 +39,9 @@ GROUSER_HD Separation Separate(std::int32_t dx, std::int32_t dy, std::int32_t dz
   s.dz = static_cast<float>(dz) * q[2];
   s.d2 = s.dx * s.dx + s.dy * s.dy + s.dz * s.dz;
   s.reach = reach;
-  const float far = kRange ? reach + range : reach;
-  s.touch = s.d2 > 0.0f ? s.d2 < far * far : false;  // 0: padding, a pair of a grain with itself
+  const float limit = kRange ? reach + range : reach;
+  s.touch =
+      s.d2 > 0.0f ? s.d2 < limit * limit : false;  // 0: padding, a pair of a grain with itself
   return s;
 }
 
@@ -96,25 +98,12 @@ struct ContactLoads {
   Vec3f force, on_first, on_second;  ///< force on the first [N]; moments on both [N m]
   float deepest, touching;           ///< overlap [m]; 1 or 0
 };
-/// Its energy [J]; zero where there is none, but for what a neck that breaks costs.
-struct ContactEnergy {
-  float stored, normal, tangent, slip, rolling, plastic, cohesion;
-  GROUSER_HD void Add(const ContactEnergy& o) {
-    stored += o.stored;
-    normal += o.normal;
-    tangent += o.tangent;
-    slip += o.slip;
-    rolling += o.rolling;
-    plastic += o.plastic;
-    cohesion += o.cohesion;
-  }
-};
-
 /// words: the history as the first side sees it; cleared where there is no
 /// contact.
 template <class Law>
-GROUSER_HD ContactLoads Meet(const Law& law, const Side& i, const Side& j, const Separation& s,
-                             float range, float dt, float* words, ContactEnergy* energy) {
+GROUSER_HD ContactLoads EvaluateContact(const Law& law, const Side& i, const Side& j,
+                                        const Separation& s, float range, float dt, float* words,
+                                        ContactEnergy* energy) {
   const ContactGeometry g = GeometryOf<Law::kRange>(i, j, s, range);
   const int count = law.Words();
   float other[Law::kMostWords];
@@ -139,9 +128,9 @@ GROUSER_HD ContactLoads Meet(const Law& law, const Side& i, const Side& j, const
           Keep(touch, 1.0f)};
 }
 
-/// A recipe, one material.
+/// A compiled law combination, one material.
 template <class R>
-struct OneRecipe {
+struct OneCombination {
   static constexpr bool kRange = R::kHasRange;
   static constexpr int kMostWords = R::kWords;
   typename R::Params params;

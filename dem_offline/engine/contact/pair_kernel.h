@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "dem_offline/engine/contact/contact_body.h"
-#include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/core/energy_sums.h"
 
 namespace grouser::dem {
 

@@ -1,7 +1,7 @@
 // The body of the pair kernel, compiled once per instruction set: GROUSER_ISA_NS
 // names the set. Instantiates nothing from the standard library, so that no
 // code of a higher set can leak into the rest of the program. What evaluates a
-// contact is a template argument: a recipe of the menu, or the generic path.
+// contact is a template argument: a compiled law combination, or the generic path.
 #include "dem_offline/engine/contact/lanes.inl"
 
 namespace grouser::dem::GROUSER_ISA_NS {
@@ -59,7 +59,8 @@ GROUSER_HD void BlockForces(const PairView& v, const Law& law, const Lanes& i, c
     float word[Law::kMostWords];
     for (int w = 0; w < words; ++w) word[w] = h[w][l];
     ContactEnergy e;
-    const ContactLoads c = Meet(law, SideAt(i, l), SideAt(j, l), s, v.range, dt, word, &e);
+    const ContactLoads c =
+        EvaluateContact(law, SideAt(i, l), SideAt(j, l), s, v.range, dt, word, &e);
     for (int w = 0; w < words; ++w) h[w][l] = word[w];
     on_i.fx[l] = c.force.x;
     on_i.fy[l] = c.force.y;
@@ -79,8 +80,8 @@ GROUSER_HD void BlockForces(const PairView& v, const Law& law, const Lanes& i, c
     on_j.touching[l] = c.touching;
     if (kEnergy) {
       energy.stored[l] += e.stored;
-      energy.normal[l] += e.normal;
-      energy.tangent[l] += e.tangent;
+      energy.normal[l] += e.normal_damping;
+      energy.tangent[l] += e.tangent_damping;
       energy.slip[l] += e.slip;
       energy.rolling[l] += e.rolling;
       energy.plastic[l] += e.plastic;
@@ -119,7 +120,7 @@ GROUSER_HD void Block(const PairView& v, const Law& law, std::int64_t number, En
 }
 
 template <class R>
-OneRecipe<R> LawOf(const PairView& v, const OneRecipe<R>*) {
+OneCombination<R> LawOf(const PairView& v, const OneCombination<R>*) {
   return {R::From(v.params[0])};
 }
 inline AnyLaws LawOf(const PairView& v, const AnyLaws*) {
@@ -166,10 +167,10 @@ GROUSER_HD void SumGrain(const PairView& v, std::int64_t grain, GrainLoad* loads
 }
 
 template <class... R>
-PairKernelFn Choose(int recipe, bool energy, RecipeList<R...>) {
-  static constexpr PairKernelFn plain[] = {Blocks<OneRecipe<R>, false>...};
-  static constexpr PairKernelFn counted[] = {Blocks<OneRecipe<R>, true>...};
-  return energy ? counted[recipe] : plain[recipe];
+PairKernelFn Choose(int combination, bool energy, CombinationList<R...>) {
+  static constexpr PairKernelFn plain[] = {Blocks<OneCombination<R>, false>...};
+  static constexpr PairKernelFn counted[] = {Blocks<OneCombination<R>, true>...};
+  return energy ? counted[combination] : plain[combination];
 }
 
 }  // namespace

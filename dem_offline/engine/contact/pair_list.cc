@@ -32,9 +32,9 @@ float Distance2(const A& a, const B& b, const std::array<float, 3>& q) {
 }
 
 template <class A, class B>
-bool Near(const A& a, const B& b, const std::array<float, 3>& q, float reach_m) {
-  const float far = a.radius + b.radius + reach_m;
-  return Distance2(a, b, q) < far * far;
+bool Within(const A& a, const B& b, const std::array<float, 3>& q, float reach_m) {
+  const float limit = a.radius + b.radius + reach_m;
+  return Distance2(a, b, q) < limit * limit;
 }
 
 }  // namespace
@@ -59,15 +59,15 @@ void PairList::Build(const std::vector<Grain>& grains, std::int64_t count, const
   vector_words_ = old.vector_words_;
   capacity_ = old.capacity_;
   regrowths_ = old.regrowths_;
-  far_first_.reserve(capacity_);
-  far_second_.reserve(capacity_);
+  outer_first_.reserve(capacity_);
+  outer_second_.reserve(capacity_);
   Search(grains, count, frame, reach_m, excluded);
   if (pairs() > capacity_) {
     if (capacity_ > 0) ++regrowths_;
     capacity_ = pairs() + pairs() / 4 + kLanes;
   }
-  near_of_.assign(pairs(), -1);
-  parked_.assign(pairs() * words_, 0.0f);
+  inner_of_.assign(pairs(), -1);
+  inactive_history_.assign(pairs() * words_, 0.0f);
   OrderSides(grains, frame);
   Carry(old, grains, place_of);
 }
@@ -75,32 +75,32 @@ void PairList::Build(const std::vector<Grain>& grains, std::int64_t count, const
 void PairList::Search(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
                       float reach_m, const Exclusions& excluded) {
   start_.assign(1, 0);
-  far_first_.clear();
-  far_second_.clear();
+  outer_first_.clear();
+  outer_second_.clear();
   if (count == 0) return;
   float largest = 0;
   for (std::int64_t i = 0; i < count; ++i) largest = std::max(largest, grains[i].radius);
   const auto q = frame.Quantum();
   const CellGrid grid(grains, count, frame, 2.0 * largest + reach_m);
   const std::vector<Packed> packed = Pack(grains, grid);
-  std::vector<std::int32_t> awake = {0};  // up to a place of the cells' order
-  awake.reserve(packed.size() + 1);
-  for (const Packed& o : packed) awake.push_back(awake.back() + ((o.kind & kFrozen) == 0));
+  std::vector<std::int32_t> active = {0};  // up to a place of the cells' order
+  active.reserve(packed.size() + 1);
+  for (const Packed& o : packed) active.push_back(active.back() + ((o.kind & kFrozen) == 0));
   for (std::int32_t i = 0; i < count; ++i) {
     const Grain& g = grains[i];
     const bool frozen = (g.kind & kFrozen) != 0;
     grid.ForRunsNear(g, [&](std::int32_t from, std::int32_t to) {
-      if (frozen && awake[from] == awake[to]) return;
+      if (frozen && active[from] == active[to]) return;
       for (std::int32_t k = from; k < to; ++k) {
         const Packed& o = packed[k];
         if (o.place <= i || (frozen && (o.kind & kFrozen) != 0)) continue;
-        if (!Near(g, o, q, reach_m)) continue;
+        if (!Within(g, o, q, reach_m)) continue;
         if (excluded.Has(i, o.place)) continue;
-        far_first_.push_back(i);
-        far_second_.push_back(o.place);
+        outer_first_.push_back(i);
+        outer_second_.push_back(o.place);
       }
     });
-    start_.push_back(static_cast<std::int64_t>(far_second_.size()));
+    start_.push_back(static_cast<std::int64_t>(outer_second_.size()));
   }
 }
 
@@ -113,10 +113,10 @@ void PairList::Carry(const PairList& old, const std::vector<Grain>& grains,
     }
     if (i < 0 || j < 0 || SetHistory(i, j, words)) return;
     if (!(grains[i].kind & grains[j].kind & kFrozen)) return;
-    asleep_.push_back({std::min(i, j), std::max(i, j)});
+    frozen_pairs_.push_back({std::min(i, j), std::max(i, j)});
     for (int w = 0; w < words_; ++w) {
       const bool turn = i > j && (vector_words_ >> w & 1u) != 0;
-      asleep_words_.push_back(turn ? -words[w] : words[w]);
+      frozen_history_.push_back(turn ? -words[w] : words[w]);
     }
   });
 }
@@ -125,7 +125,7 @@ std::int64_t PairList::Find(std::int32_t i, std::int32_t j) const {
   if (i > j) std::swap(i, j);
   if (i + 1 >= static_cast<std::int64_t>(start_.size())) return -1;
   for (std::int64_t p = start_[i]; p < start_[i + 1]; ++p) {
-    if (far_second_[p] == j) return p;
+    if (outer_second_[p] == j) return p;
   }
   return -1;
 }
@@ -136,26 +136,26 @@ bool PairList::SetHistory(std::int32_t grain, std::int32_t partner, const float*
   for (int w = 0; w < words_; ++w) {
     const bool turn = grain > partner && (vector_words_ >> w & 1u) != 0;
     const float value = turn ? -words[w] : words[w];
-    if (near_of_[p] >= 0) {
-      history_[Word(near_of_[p], w)] = value;
+    if (inner_of_[p] >= 0) {
+      history_[Word(inner_of_[p], w)] = value;
     } else {
-      parked_[p * words_ + w] = value;
+      inactive_history_[p * words_ + w] = value;
     }
   }
-  if (near_of_[p] >= 0) blocks_[near_of_[p] / kLanes].touched = 1;
+  if (inner_of_[p] >= 0) blocks_[inner_of_[p] / kLanes].touched = 1;
   return true;
 }
 
 void PairList::Forget() {
-  std::fill(parked_.begin(), parked_.end(), 0.0f);
+  std::fill(inactive_history_.begin(), inactive_history_.end(), 0.0f);
   std::fill(history_.begin(), history_.end(), 0.0f);
 }
 
 bool PairList::Read(std::int64_t pair, float* words) const {
-  const std::int32_t near = near_of_.empty() ? -1 : near_of_[pair];
+  const std::int32_t inner = inner_of_.empty() ? -1 : inner_of_[pair];
   bool alive = false;
   for (int w = 0; w < words_; ++w) {
-    words[w] = near >= 0 ? history_[Word(near, w)] : parked_[pair * words_ + w];
+    words[w] = inner >= 0 ? history_[Word(inner, w)] : inactive_history_[pair * words_ + w];
     alive |= words[w] != 0.0f;
   }
   return alive;
@@ -172,8 +172,8 @@ void PairList::OrderSides(const std::vector<Grain>& grains, const Frame& frame) 
   const auto q = frame.Quantum();
   side_start_.assign(grains.size() + 1, 0);
   for (std::int64_t p = 0; p < pairs(); ++p) {
-    ++side_start_[far_first_[p] + 1];
-    ++side_start_[far_second_[p] + 1];
+    ++side_start_[outer_first_[p] + 1];
+    ++side_start_[outer_second_[p] + 1];
   }
   for (std::size_t g = 0; g < grains.size(); ++g) side_start_[g + 1] += side_start_[g];
   std::vector<std::int32_t> end(side_start_.begin(), side_start_.end() - 1);
@@ -184,58 +184,58 @@ void PairList::OrderSides(const std::vector<Grain>& grains, const Frame& frame) 
     keys[at] = key;
   };
   for (std::int64_t p = 0; p < pairs(); ++p) {
-    const Grain &a = grains[far_first_[p]], &b = grains[far_second_[p]];
+    const Grain &a = grains[outer_first_[p]], &b = grains[outer_second_[p]];
     const float gap = std::sqrt(Distance2(a, b, q)) - (a.radius + b.radius);
     const float dz = std::abs(static_cast<float>(WrapDiff(a.z, b.z)));
     const auto number = static_cast<std::int32_t>(2 * p);
-    insert(far_first_[p], {gap, dz, number});
-    insert(far_second_[p], {gap, dz, number + 1});
+    insert(outer_first_[p], {gap, dz, number});
+    insert(outer_second_[p], {gap, dz, number + 1});
   }
   sides_.resize(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) sides_[k] = keys[k].number;
 }
 
-void PairList::Refresh(const std::vector<Grain>& grains, const std::vector<float>& reaches,
-                       const Frame& frame, float range_m) {
+void PairList::Prune(const std::vector<Grain>& grains, const std::vector<float>& reaches,
+                     const Frame& frame, float range_m) {
   const auto q = frame.Quantum();
-  std::swap(old_near_of_, near_of_);
+  std::swap(old_inner_of_, inner_of_);
   std::swap(old_history_, history_);
-  near_of_.resize(pairs());
+  inner_of_.resize(pairs());
   history_.resize((pairs() + kLanes) / kLanes * kLanes * words_);
-  far_of_.clear();
+  outer_of_.clear();
   for (std::int64_t p = 0; p < pairs(); ++p) {
-    const std::int32_t i = far_first_[p], j = far_second_[p], was = old_near_of_[p];
+    const std::int32_t i = outer_first_[p], j = outer_second_[p], was = old_inner_of_[p];
     const Grain &a = grains[i], &b = grains[j];
-    const float far = reaches[i] + reaches[j] + range_m;
-    const bool near = Distance2(a, b, q) < far * far && (a.kind & b.kind & kFrozen) == 0;
-    const auto now = static_cast<std::int64_t>(far_of_.size());
-    float* const parked = &parked_[p * words_];
-    near_of_[p] = near ? static_cast<std::int32_t>(now) : -1;
-    if (near) far_of_.push_back(static_cast<std::int32_t>(p));
-    if (!near && was < 0) continue;
+    const float limit = reaches[i] + reaches[j] + range_m;
+    const bool inner = Distance2(a, b, q) < limit * limit && (a.kind & b.kind & kFrozen) == 0;
+    const auto now = static_cast<std::int64_t>(outer_of_.size());
+    float* const inactive = &inactive_history_[p * words_];
+    inner_of_[p] = inner ? static_cast<std::int32_t>(now) : -1;
+    if (inner) outer_of_.push_back(static_cast<std::int32_t>(p));
+    if (!inner && was < 0) continue;
     for (int w = 0; w < words_; ++w) {
-      float& to = near ? history_[Word(now, w)] : parked[w];
-      to = was >= 0 ? old_history_[Word(was, w)] : parked[w];
+      float& to = inner ? history_[Word(now, w)] : inactive[w];
+      to = was >= 0 ? old_history_[Word(was, w)] : inactive[w];
     }
   }
   history_.resize(blocks() * words_ * kLanes);
-  for (std::int64_t c = near_pairs(); c < blocks() * kLanes; ++c) {
+  for (std::int64_t c = inner_pairs(); c < blocks() * kLanes; ++c) {
     for (int w = 0; w < words_; ++w) history_[Word(c, w)] = 0.0f;
   }
   FillBlocks(grains.size());
 }
 
 void PairList::FillBlocks(std::size_t grains) {
-  const auto spare = static_cast<std::int32_t>(2 * near_pairs());
+  const auto spare = static_cast<std::int32_t>(2 * inner_pairs());
   records_.resize(spare + 1);  // padding writes past all records that are read
   blocks_.resize(blocks() + kBlocksAhead);
   const auto lanes = static_cast<std::int64_t>(blocks_.size()) * kLanes;
   for (std::int64_t c = 0; c < lanes; ++c) {
     PairBlock& block = blocks_[c / kLanes];
     const auto l = c % kLanes;
-    const bool real = c < near_pairs();
-    block.first[l] = real ? far_first_[far_of_[c]] : 0;
-    block.second[l] = real ? far_second_[far_of_[c]] : 0;
+    const bool real = c < inner_pairs();
+    block.first[l] = real ? outer_first_[outer_of_[c]] : 0;
+    block.second[l] = real ? outer_second_[outer_of_[c]] : 0;
     if (!real) block.first_record[l] = block.second_record[l] = spare;
     block.touched = 1;  // the kernel finds out
   }
@@ -244,7 +244,7 @@ void PairList::FillBlocks(std::size_t grains) {
   for (std::size_t g = 0; g < grains; ++g) {
     record_start_[g] = record;
     for (std::int32_t k = side_start_[g]; k < side_start_[g + 1]; ++k) {
-      const std::int32_t c = near_of_[sides_[k] / 2];
+      const std::int32_t c = inner_of_[sides_[k] / 2];
       if (c < 0) continue;
       PairBlock& block = blocks_[c / kLanes];
       (sides_[k] % 2 == 0 ? block.first_record : block.second_record)[c % kLanes] = record++;

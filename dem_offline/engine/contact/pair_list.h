@@ -17,12 +17,12 @@ struct Exclusions {
   bool Has(std::int32_t i, std::int32_t j) const;
 };
 
-/// Verlet lists in two stages, each pair once, the grain of the lower place
-/// first. The far list comes from a search through cells and lasts long; the
-/// near list, what the kernel evaluates, is filtered from it, in its order, and
-/// renewed whenever a grain came to the end of its leash. The history of
-/// a pair lives with the near list and is parked with the far one where the
-/// pair is not near; both survive every renewal.
+/// Verlet lists in two stages, each pair once, the grain of the lower place first.
+/// The outer list comes from a search through cells and lasts long. The inner list,
+/// which the kernel evaluates, is pruned from it, in its order, whenever a grain has
+/// reached its displacement bound. The history of a pair is kept with the inner list
+/// where the pair is in it, and otherwise, inactive, with the outer list; both survive
+/// every renewal.
 class PairList {
  public:
   /// words: of one contact's history; vector_words: bits of those that change
@@ -31,38 +31,38 @@ class PairList {
   void Configure(int words, unsigned vector_words, std::int64_t capacity);
 
   /// Search: all pairs closer than `reach_m` (surface to surface) but those of
-  /// two frozen grains; the near list is empty until the next Refresh. Where the pairs outgrow
+  /// two frozen grains; the inner list is empty until the next Prune. Where the pairs outgrow
   /// their capacity it is regrown: no history is lost. `place_of`: where the grains of the old list
   /// are now (-1: gone); null: where they were. Throws std::invalid_argument when a period is under
   /// three search radii.
   void Build(const std::vector<Grain>& grains, std::int64_t count, const Frame& frame,
              float reach_m, const Exclusions& excluded = {},
              const std::vector<std::int32_t>* place_of = nullptr);
-  /// Near list: far pairs closer than the reaches of both and `range_m` together
+  /// Inner list: outer pairs closer than the reaches of both and `range_m` together
   /// (centre to centre) that are not both frozen.
-  void Refresh(const std::vector<Grain>& grains, const std::vector<float>& reaches,
-               const Frame& frame, float range_m);
+  void Prune(const std::vector<Grain>& grains, const std::vector<float>& reaches,
+             const Frame& frame, float range_m);
 
-  /// Puts a history, as `grain` sees it, to an existing pair that does not sleep;
-  /// false: no such pair. For use between Build and Refresh.
+  /// Puts a history, as `grain` sees it, to an existing pair of which a grain moves;
+  /// false: no such pair. For use between Build and Prune.
   bool SetHistory(std::int32_t grain, std::int32_t partner, const float* words);
 
-  /// No pair has a history, but for those that sleep.
+  /// No pair has a history, but for those of two frozen grains.
   void Forget();
 
   /// The list's part of what the kernels need.
   void Fill(PairView& view);
-  std::int64_t blocks() const { return (near_pairs() + kLanes - 1) / kLanes; }
+  std::int64_t blocks() const { return (inner_pairs() + kLanes - 1) / kLanes; }
 
   int words() const { return words_; }
-  std::int64_t pairs() const { return static_cast<std::int64_t>(far_second_.size()); }
-  std::int64_t near_pairs() const { return static_cast<std::int64_t>(far_of_.size()); }
+  std::int64_t pairs() const { return static_cast<std::int64_t>(outer_second_.size()); }
+  std::int64_t inner_pairs() const { return static_cast<std::int64_t>(outer_of_.size()); }
   std::uint64_t regrowths() const { return regrowths_; }
-  std::int32_t first(std::int64_t near) const {
-    return blocks_[near / kLanes].first[near % kLanes];
+  std::int32_t first(std::int64_t inner) const {
+    return blocks_[inner / kLanes].first[inner % kLanes];
   }
-  std::int32_t second(std::int64_t near) const {
-    return blocks_[near / kLanes].second[near % kLanes];
+  std::int32_t second(std::int64_t inner) const {
+    return blocks_[inner / kLanes].second[inner % kLanes];
   }
   /// See PairView; all zero where there is no contact.
   const std::vector<float>& history() const { return history_; }
@@ -71,18 +71,18 @@ class PairList {
   void ForEachHistory(F&& f) const {
     float words[kMaxHistoryWords];
     for (std::int64_t p = 0; p < pairs(); ++p) {
-      if (Read(p, words)) f(far_first_[p], far_second_[p], static_cast<const float*>(words));
+      if (Read(p, words)) f(outer_first_[p], outer_second_[p], static_cast<const float*>(words));
     }
-    const float* word = asleep_words_.data();
-    for (const auto& [i, j] : asleep_) {
+    const float* word = frozen_history_.data();
+    for (const auto& [i, j] : frozen_pairs_) {
       f(i, j, word);
       word += words_;
     }
   }
 
  private:
-  std::int64_t Word(std::int64_t near, int w) const {
-    return (near / kLanes * words_ + w) * kLanes + near % kLanes;
+  std::int64_t Word(std::int64_t inner, int w) const {
+    return (inner / kLanes * words_ + w) * kLanes + inner % kLanes;
   }
   bool Read(std::int64_t pair, float* words) const;
   std::int64_t Find(std::int32_t i, std::int32_t j) const;
@@ -97,21 +97,21 @@ class PairList {
   unsigned vector_words_ = 0;
   std::int64_t capacity_ = 0;
   std::uint64_t regrowths_ = 0;
-  // Far pairs, by their first grain.
+  // Outer pairs, by their first grain.
   std::vector<std::int64_t> start_;  ///< [grains + 1]
-  std::vector<std::int32_t> far_first_, far_second_;
-  std::vector<std::int32_t> near_of_;  ///< [pairs] place in the near list; -1: parked
-  std::vector<float> parked_;          ///< [pairs x words]
+  std::vector<std::int32_t> outer_first_, outer_second_;
+  std::vector<std::int32_t> inner_of_;   ///< [pairs] place in the inner list; -1: not in it
+  std::vector<float> inactive_history_;  ///< [pairs x words] of those not in the inner list
   /// 2 x pair, + 1: of its second grain; those of a grain together, by gap.
   std::vector<std::int32_t> sides_;
-  std::vector<std::int32_t> side_start_;             ///< [grains + 1]
-  std::vector<std::array<std::int32_t, 2>> asleep_;  ///< frozen pairs with a history, i < j
-  std::vector<float> asleep_words_;
-  // Near pairs.
-  std::vector<std::int32_t> far_of_;  ///< [near pairs]
+  std::vector<std::int32_t> side_start_;                   ///< [grains + 1]
+  std::vector<std::array<std::int32_t, 2>> frozen_pairs_;  ///< frozen pairs with a history, i < j
+  std::vector<float> frozen_history_;
+  // Inner pairs.
+  std::vector<std::int32_t> outer_of_;  ///< [inner pairs]
   std::vector<PairBlock> blocks_;
   std::vector<float> history_, old_history_;
-  std::vector<std::int32_t> old_near_of_;
+  std::vector<std::int32_t> old_inner_of_;
   std::vector<std::int32_t> record_start_;  ///< [grains + 1]
   std::vector<GrainLoad> records_;
 };

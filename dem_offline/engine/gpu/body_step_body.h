@@ -31,10 +31,10 @@ struct PoseBody {
   }
 };
 
-/// The laws of a world: a recipe of the menu, or any.
+/// The laws of a world: a compiled law combination, or any.
 template <class R>
-struct RecipeOf {
-  using Law = OneRecipe<R>;
+struct CombinationOf {
+  using Law = OneCombination<R>;
   static GROUSER_HD Law Of(const EnsembleView& v, std::int32_t world) {
     return {R::From(v.ParamsOf(world)[0])};
   }
@@ -93,7 +93,7 @@ struct SumRun {
       if (k >= b.count[b.turn]) break;
       for (int s = 0; s < v.touches[entry]; ++s) {
         const TouchRecord& r = v.records[b.first_slot + k * b.per_grain + s];
-        sum.energy.Add(ToDouble(r.energy));
+        sum.energy.Add(r.energy);
         if (r.active) sum.wrench.Add(r.force, r.moment);
       }
     }

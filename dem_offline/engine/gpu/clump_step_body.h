@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/gpu/list_body.h"
-#include "dem_offline/engine/world/drift_body.h"
 
 // Index bodies of clumps.
 

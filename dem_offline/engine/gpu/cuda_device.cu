@@ -43,9 +43,9 @@ class StepGraph {
   StepGraph& operator=(const StepGraph&) = delete;
   ~StepGraph() { Drop(); }
 
-  void Launch(cudaStream_t stream, const EnsembleView& v, int recipe, int steps) {
-    if (!graph_ || recipe != recipe_ || std::memcmp(&v, &view_, sizeof(v)) != 0) {
-      Record(stream, v, recipe);
+  void Launch(cudaStream_t stream, const EnsembleView& v, int combination, int steps) {
+    if (!graph_ || combination != combination_ || std::memcmp(&v, &view_, sizeof(v)) != 0) {
+      Record(stream, v, combination);
     }
     for (int s = 0; s < steps; ++s) Check(cudaGraphLaunch(graph_, stream), "graph launch");
   }
@@ -55,23 +55,23 @@ class StepGraph {
     if (graph_) cudaGraphExecDestroy(graph_);
     graph_ = nullptr;
   }
-  void Record(cudaStream_t stream, const EnsembleView& v, int recipe) {
+  void Record(cudaStream_t stream, const EnsembleView& v, int combination) {
     Drop();
     cudaGraph_t recorded = nullptr;
     Check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
-    WithRecipe(recipe, Recipes{},
-               [&](auto laws) { gpu::Step<decltype(laws)>(Threads{stream}, v); });
+    WithCombination(combination, CompiledCombinations{},
+                    [&](auto laws) { gpu::Step<decltype(laws)>(Threads{stream}, v); });
     Check(cudaStreamEndCapture(stream, &recorded), "end of capture");
     const cudaError_t made = cudaGraphInstantiate(&graph_, recorded, 0);
     cudaGraphDestroy(recorded);
     Check(made, "graph");
     std::memcpy(&view_, &v, sizeof(v));
-    recipe_ = recipe;
+    combination_ = combination;
   }
 
   cudaGraphExec_t graph_ = nullptr;
   EnsembleView view_ = {};
-  int recipe_ = -1;
+  int combination_ = -1;
 };
 
 class Cuda : public Device {
@@ -107,14 +107,14 @@ class Cuda : public Device {
     Check(cudaMemGetInfo(&free, &total), "memory");
     return free;
   }
-  void Start(const EnsembleView& v, int recipe) override {
-    WithRecipe(recipe, Recipes{},
-               [&](auto laws) { gpu::Start<decltype(laws)>(Threads{stream_}, v); });
+  void Start(const EnsembleView& v, int combination) override {
+    WithCombination(combination, CompiledCombinations{},
+                    [&](auto laws) { gpu::Start<decltype(laws)>(Threads{stream_}, v); });
     Check(cudaGetLastError(), "launch");
     Check(cudaStreamSynchronize(stream_), "start");
   }
-  void Steps(const EnsembleView& v, int recipe, int steps) override {
-    step_.Launch(stream_, v, recipe, steps);
+  void Steps(const EnsembleView& v, int combination, int steps) override {
+    step_.Launch(stream_, v, combination, steps);
     Check(cudaStreamSynchronize(stream_), "steps");
   }
   void Sort(const EnsembleView& v, const SortArrays& a) override {

@@ -26,10 +26,10 @@ class Device {
   virtual void Finish() = 0;                  ///< waits for all that was asked for
   virtual std::size_t FreeBytes() const = 0;  ///< that can still be had
   /// Lists where they are stale; of worlds that have not started also forces at
-  /// the present positions, and velocities set back by half a step. recipe: of
-  /// the menu, or -1.
-  virtual void Start(const EnsembleView& v, int recipe) = 0;
-  virtual void Steps(const EnsembleView& v, int recipe, int steps) = 0;
+  /// the present positions, and velocities set back by half a step. combination:
+  /// number of the compiled law combination; -1: the generic path.
+  virtual void Start(const EnsembleView& v, int combination) = 0;
+  virtual void Steps(const EnsembleView& v, int combination, int steps) = 0;
   /// Grains of the wanted worlds in the order of space; see sort_body.h. A start
   /// with EnsembleView::was must follow.
   virtual void Sort(const EnsembleView& v, const SortArrays& a) = 0;

@@ -47,11 +47,12 @@ class Emulated : public Device {
   }
   void Download(void* to, const void* from, std::size_t bytes) override { Upload(to, from, bytes); }
   void Copy(void* to, const void* from, std::size_t bytes) override { Upload(to, from, bytes); }
-  void Start(const EnsembleView& v, int recipe) override {
-    WithRecipe(recipe, Recipes{}, [&](auto laws) { gpu::Start<decltype(laws)>(OneThread{}, v); });
+  void Start(const EnsembleView& v, int combination) override {
+    WithCombination(combination, CompiledCombinations{},
+                    [&](auto laws) { gpu::Start<decltype(laws)>(OneThread{}, v); });
   }
-  void Steps(const EnsembleView& v, int recipe, int steps) override {
-    WithRecipe(recipe, Recipes{}, [&](auto laws) {
+  void Steps(const EnsembleView& v, int combination, int steps) override {
+    WithCombination(combination, CompiledCombinations{}, [&](auto laws) {
       for (int s = 0; s < steps; ++s) gpu::Step<decltype(laws)>(OneThread{}, v);
     });
   }

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "dem_offline/engine/bodies/mesh.h"
-#include "dem_offline/engine/contact/leash_body.h"
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/displacement_bound.h"
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem::gpu {
@@ -42,7 +42,8 @@ void Ensemble::CheckWorld(std::size_t number) const {
   for (const BodyEntry& b : w.parts_->bodies) {
     if (b.body.shape.mesh) Refuse(number, "a mesh, expected parts: not on the device yet");
   }
-  if (w.recipe_ != recipe_) Refuse(number, "kinds of grains, expected as many as world 0 has");
+  if (w.combination_ != combination_)
+    Refuse(number, "kinds of grains, expected as many as world 0 has");
 }
 
 WorldView Ensemble::ViewOfWorld(std::size_t number) const {
@@ -85,7 +86,7 @@ WorldView Ensemble::ViewOfWorld(std::size_t number) const {
 Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const ListSizes& sizes)
     : device_(device), worlds_(worlds) {
   if (worlds_.empty()) throw std::invalid_argument("ensemble: no world, expected one or more");
-  recipe_ = worlds_[0]->recipe_;
+  combination_ = worlds_[0]->combination_;
   words_ = worlds_[0]->config_.contacts.layout().words;
   layout_.sizes = sizes;
   for (std::size_t n = 0; n < worlds_.size(); ++n) {
@@ -145,7 +146,7 @@ void Ensemble::Begin() {
     SendMembers();
     SendTables();
     for (int w = 0; w < size(); ++w) SendWorld(w);
-    device_.Start(View(), recipe_);
+    device_.Start(View(), combination_);
     std::int32_t bits;
     if (!Overflowed(&bits)) return;
     ++regrowths_;
@@ -158,14 +159,14 @@ void Ensemble::Regrow(std::int32_t bits) {
   Layout next = layout_;
   ListSizes& s = next.sizes;
   if (bits & kCellsFull) s.cell_slots = Grown(s.cell_slots);
-  if (bits & kFarFull) {
-    if (s.far_slots >= kMostFar) {
-      throw std::runtime_error("ensemble: a grain has more than " + std::to_string(kMostFar) +
+  if (bits & kOuterFull) {
+    if (s.outer_slots >= kMostOuter) {
+      throw std::runtime_error("ensemble: a grain has more than " + std::to_string(kMostOuter) +
                                " neighbours");
     }
-    s.far_slots = std::min<std::int32_t>(Grown(s.far_slots), kMostFar);
+    s.outer_slots = std::min<std::int32_t>(Grown(s.outer_slots), kMostOuter);
   }
-  if (bits & kNearFull) s.near_slots = Grown(s.near_slots);
+  if (bits & kInnerFull) s.inner_slots = Grown(s.inner_slots);
   if (bits & kBodyFull) {
     for (std::size_t b = 0; b < next.bodies.size(); ++b) {
       if (states_[next.bodies[b].world].overflow & kBodyFull) {
@@ -182,15 +183,15 @@ double Ensemble::BytesPerStep() const {
     const std::int32_t n = views_[w].count;
     grains += n;
     for (const std::int32_t k :
-         memory_.near_count[states_[w].turn].now.Download(layout_.first[w], n)) {
+         memory_.inner_count[states_[w].turn].now.Download(layout_.first[w], n)) {
       listed += k;
     }
   }
   const double word = sizeof(float);
-  // Drift: grain and kinetics both ways, load, leash. Forces: grain, load, count;
+  // Drift: grain and kinetics both ways, load, bound. Forces: grain, load, count;
   // of every listed contact partner, and history both ways.
-  const double per_grain =
-      3 * sizeof(Grain) + 2 * sizeof(Kinetics) + 2 * sizeof(GrainLoad) + sizeof(Leash) + word;
+  const double per_grain = 3 * sizeof(Grain) + 2 * sizeof(Kinetics) + 2 * sizeof(GrainLoad) +
+                           sizeof(DisplacementBound) + word;
   return grains * per_grain + listed * (1 + 2 * words_) * word;
 }
 

@@ -65,7 +65,7 @@ class Ensemble {
   std::int64_t steps(int world) const { return states_[world].steps; }
   StepFault fault(int world) const;
   std::int32_t rebuilds(int world) const { return states_[world].rebuilds; }
-  std::int32_t refreshes(int world) const { return states_[world].refreshes; }
+  std::int32_t prunes(int world) const { return states_[world].prunes; }
   int sorts() const { return sorts_; }
   int regrowths() const { return regrowths_; }  ///< of lists that were too short
   /// Grains and loads of a world as they are now, in the order of its memory.
@@ -88,9 +88,9 @@ class Ensemble {
   void SendMembers();
   void SendClumpOf();
   void SendWorld(int world);
-  void SendLists(int world, const Handover& h);
-  void SendBodies(int world, const Handover& h);
-  BodyRecord RecordOf(std::size_t body, const BodyHandover& h) const;
+  void SendLists(int world, const DeviceState& h);
+  void SendBodies(int world, const DeviceState& h);
+  BodyRecord RecordOf(std::size_t body, const DeviceBodyState& h) const;
   void Begin();
   void Regrow(std::int32_t overflow);
   void Advance();
@@ -112,7 +112,7 @@ class Ensemble {
   std::vector<EnergySums> sent_energy_;    ///< [worlds] when they were sent
   std::vector<ShapeView> shapes_;          ///< [bodies] in the device's memory
   std::vector<std::int64_t> sorted_at_;    ///< [worlds] step of the last sort
-  int recipe_ = -1, words_ = 0, regrowths_ = 0, sorts_ = 0;
+  int combination_ = -1, words_ = 0, regrowths_ = 0, sorts_ = 0;
 };
 
 }  // namespace grouser::dem::gpu

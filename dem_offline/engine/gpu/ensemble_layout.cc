@@ -9,8 +9,8 @@ namespace grouser::dem::gpu {
 void Ensemble::SendShapes() {
   std::vector<Part> parts;
   std::vector<Shape::Ring> rings;
-  for (const BodyHome& home : layout_.bodies) {
-    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+  for (const BodyIndex& index : layout_.bodies) {
+    const Shape& s = worlds_[index.world]->parts_->bodies[index.number].body.shape;
     parts.insert(parts.end(), s.parts.begin(), s.parts.end());
     rings.insert(rings.end(), s.rings.begin(), s.rings.end());
   }
@@ -21,8 +21,8 @@ void Ensemble::SendShapes() {
   memory_.params = Buffer<PairParams>(device_, worlds_.size() * worlds_[0]->params_.size());
   shapes_.clear();
   std::size_t part = 0, ring = 0;
-  for (const BodyHome& home : layout_.bodies) {
-    const Shape& s = worlds_[home.world]->parts_->bodies[home.number].body.shape;
+  for (const BodyIndex& index : layout_.bodies) {
+    const Shape& s = worlds_[index.world]->parts_->bodies[index.number].body.shape;
     shapes_.push_back({memory_.parts.data() + part, memory_.rings.data() + ring,
                        static_cast<std::int32_t>(s.parts.size()),
                        static_cast<std::int32_t>(s.rings.size())});
@@ -81,7 +81,7 @@ void Ensemble::SendTables() {
     v.drift.grains = memory_.grains.now.data() + v.first;
     v.drift.loads = memory_.loads.now.data() + v.first;
     v.drift.kinetics = memory_.kinetics.now.data() + v.first;
-    v.drift.leashes = memory_.leashes.now.data() + v.first;
+    v.drift.bounds = memory_.bounds.now.data() + v.first;
   }
   memory_.worlds.Upload(views);
   memory_.world_of_tile.Upload(WorldOfTile(layout_));
@@ -113,12 +113,12 @@ void Ensemble::Relayout(const Layout& layout) {
   move(fresh.grains.now, memory_.grains.now, 1, 1);
   move(fresh.loads.now, memory_.loads.now, 1, 1);
   move(fresh.kinetics.now, memory_.kinetics.now, 1, 1);
-  move(fresh.leashes.now, memory_.leashes.now, 1, 1);
+  move(fresh.bounds.now, memory_.bounds.now, 1, 1);
   move(fresh.found.now, memory_.found.now, 1, 1);
   fresh.tile_energy.now.Upload(MoveWhole(memory_.tile_energy.now.Download(), old, next));
   move(fresh.reach, memory_.reach, 1, 1);
-  move(fresh.far_count.now, memory_.far_count.now, 1, 1);
-  move(fresh.far_partner.now, memory_.far_partner.now, a.far_slots, b.far_slots);
+  move(fresh.outer_count.now, memory_.outer_count.now, 1, 1);
+  move(fresh.outer_partner.now, memory_.outer_partner.now, a.outer_slots, b.outer_slots);
   std::vector<WorldState> states = memory_.states.now.Download();
   for (WorldState& s : states) s.overflow = 0;
   fresh.states.now.Upload(states);
@@ -133,10 +133,10 @@ void Ensemble::Relayout(const Layout& layout) {
   fresh.clear.now.Upload(
       MoveBodies(memory_.clear.now.Download(), old.first_entry, next.first_entry, 1));
   for (int k = 0; k < 2; ++k) {
-    move(fresh.near_count[k].now, memory_.near_count[k].now, 1, 1);
-    move(fresh.near_partner[k].now, memory_.near_partner[k].now, a.near_slots, b.near_slots);
-    move(fresh.history[k].now, memory_.history[k].now, a.near_slots * words_,
-         b.near_slots * words_);
+    move(fresh.inner_count[k].now, memory_.inner_count[k].now, 1, 1);
+    move(fresh.inner_partner[k].now, memory_.inner_partner[k].now, a.inner_slots, b.inner_slots);
+    move(fresh.history[k].now, memory_.history[k].now, a.inner_slots * words_,
+         b.inner_slots * words_);
     fresh.near_body[k].now.Upload(
         MoveBodies(memory_.near_body[k].now.Download(), old.first_entry, next.first_entry, 1));
     fresh.key[k].now.Upload(
@@ -171,15 +171,15 @@ EnsembleView Ensemble::View() {
   v.grain = m.grains.now.data();
   v.load = m.loads.now.data();
   v.found = m.found.now.data();
-  v.leash = m.leashes.now.data();
+  v.bound = m.bounds.now.data();
   v.reach = m.reach.data();
   v.cell_count = m.cell_count.data();
   v.cell_items = m.cell_items.data();
   v.cell_slots = layout_.sizes.cell_slots;
-  v.far_count = m.far_count.now.data();
-  v.far_partner = m.far_partner.now.data();
-  v.far_slots = layout_.sizes.far_slots;
-  v.near_slots = layout_.sizes.near_slots;
+  v.outer_count = m.outer_count.now.data();
+  v.outer_partner = m.outer_partner.now.data();
+  v.outer_slots = layout_.sizes.outer_slots;
+  v.inner_slots = layout_.sizes.inner_slots;
   v.words = words_;
   v.grain_energy = m.grain_energy.data();
   v.tile_energy = m.tile_energy.now.data();
@@ -210,8 +210,8 @@ EnsembleView Ensemble::View() {
   v.wheels = m.wheels.now.data();  // null: none
   v.stress = m.stress.now.data();
   for (int k = 0; k < 2; ++k) {
-    v.near_count[k] = m.near_count[k].now.data();
-    v.near_partner[k] = m.near_partner[k].now.data();
+    v.inner_count[k] = m.inner_count[k].now.data();
+    v.inner_partner[k] = m.inner_partner[k].now.data();
     v.history[k] = m.history[k].now.data();
     v.near_body[k] = m.near_body[k].now.data();
     v.key[k] = m.key[k].now.data();

@@ -10,10 +10,10 @@ void EnsembleMemory::ForEachKept(F&& f) {
   f(grains);
   f(loads);
   f(kinetics);
-  f(leashes);
+  f(bounds);
   f(found);
-  f(far_count);
-  f(far_partner);
+  f(outer_count);
+  f(outer_partner);
   f(bodies);
   f(clumps);
   f(tile_energy);
@@ -21,8 +21,8 @@ void EnsembleMemory::ForEachKept(F&& f) {
   f(wheels);
   f(stress);
   for (int k = 0; k < 2; ++k) {
-    f(near_count[k]);
-    f(near_partner[k]);
+    f(inner_count[k]);
+    f(inner_partner[k]);
     f(history[k]);
     f(near_body[k]);
     f(key[k]);
@@ -61,10 +61,10 @@ void EnsembleMemory::Allocate(Device& device, const Layout& l, int words) {
   both(grains, n);
   both(loads, n);
   both(kinetics, n);
-  both(leashes, n);
+  both(bounds, n);
   both(found, n);
-  both(far_count, n);
-  both(far_partner, n * s.far_slots);
+  both(outer_count, n);
+  both(outer_partner, n * s.outer_slots);
   one(grain_energy, n);
   for (int k = 0; k < 2; ++k) {
     one(sort_key[k], n);
@@ -78,9 +78,9 @@ void EnsembleMemory::Allocate(Device& device, const Layout& l, int words) {
   both(bodies, static_cast<std::int64_t>(l.bodies.size()));
   both(clear, l.all_entries());
   for (int k = 0; k < 2; ++k) {
-    both(near_count[k], n);
-    both(near_partner[k], n * s.near_slots);
-    both(history[k], n * s.near_slots * words);
+    both(inner_count[k], n);
+    both(inner_partner[k], n * s.inner_slots);
+    both(history[k], n * s.inner_slots * words);
     both(near_body[k], l.all_entries());
     both(key[k], l.slots());
     both(word[k], l.slots() * words);
@@ -94,16 +94,16 @@ MemoryPlan PlanOf(const Layout& l, int words) {
   const auto slots = static_cast<std::size_t>(l.slots());
   const ListSizes& s = l.sizes;
   const std::size_t word = sizeof(float);
-  const std::size_t state =
-      n * (sizeof(Grain) + sizeof(GrainLoad) + sizeof(Kinetics) + sizeof(Leash) + sizeof(Found)) +
-      n / kTile * sizeof(EnergySums);
+  const std::size_t state = n * (sizeof(Grain) + sizeof(GrainLoad) + sizeof(Kinetics) +
+                                 sizeof(DisplacementBound) + sizeof(Found)) +
+                            n / kTile * sizeof(EnergySums);
   const std::size_t bodies =
       l.bodies.size() * sizeof(BodyRecord) + entries * 3 * word + 2 * slots * (1 + words) * word;
   MemoryPlan p;
   const std::size_t sorting = 2 * n * (sizeof(std::uint64_t) + word);
   p.grains = state + sorting + n * (word + sizeof(ContactEnergy)) + n / kTile * word;
-  p.lists = n * (3 + s.far_slots + 2 * s.near_slots) * word;
-  p.histories = 2 * n * s.near_slots * words * word;
+  p.lists = n * (3 + s.outer_slots + 2 * s.inner_slots) * word;
+  p.histories = 2 * n * s.inner_slots * words * word;
   p.cells = cells * (2 + s.cell_slots) * word;
   p.bodies = bodies + entries * word + slots * sizeof(TouchRecord) +
              entries / kRun * (sizeof(RunSum) + word) + 2 * l.body_tiles() * word;

@@ -53,9 +53,9 @@ struct EnsembleMemory {
   Kept<Grain> grains;
   Kept<GrainLoad> loads;
   Kept<Kinetics> kinetics;
-  Kept<Leash> leashes;
+  Kept<DisplacementBound> bounds;
   Kept<Found> found;
-  Kept<std::int32_t> far_count, far_partner, near_count[2], near_partner[2];
+  Kept<std::int32_t> outer_count, outer_partner, inner_count[2], inner_partner[2];
   Kept<float> history[2];
   Kept<BodyRecord> bodies;
   Kept<ClumpRecord> clumps;

@@ -50,7 +50,7 @@ void Ensemble::Advance() {
     }
     if (steps <= 0) return;
     memory_.Checkpoint();
-    device_.Steps(View(), recipe_, static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
+    device_.Steps(View(), combination_, static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
     std::int32_t bits;
     if (!Overflowed(&bits)) continue;
     ++regrowths_;
@@ -83,7 +83,7 @@ void Ensemble::SortDue(const std::vector<std::int64_t>& until, const std::vector
                      m.sort_place[1].data(), m.sort_wanted.data(), m.grains.then.data(),
                      m.loads.then.data(), m.kinetics.then.data()});
     v.was = m.sort_place[1].data();
-    device_.Start(v, recipe_);
+    device_.Start(v, combination_);
     std::int32_t bits;
     if (!Overflowed(&bits)) return;
     ++regrowths_;

@@ -16,7 +16,7 @@ std::int64_t At(std::int64_t i, std::int64_t s, std::int64_t slots) {
 
 /// A world's state out of its World; its lists are to be searched for.
 void Ensemble::SendWorld(int world) {
-  const Handover h = worlds_[world]->HandOver();
+  const DeviceState h = worlds_[world]->ExportState();
   const std::int64_t first = layout_.first[world];
   const auto room = static_cast<std::size_t>(layout_.first[world + 1] - first);
   const auto filled = [room](auto values, const auto& with) {
@@ -54,8 +54,8 @@ void Ensemble::SendWorld(int world) {
   memory_.states.now.Upload(std::vector<WorldState>{s}, world);
 }
 
-/// The pairs with a history as a near list of before the search.
-void Ensemble::SendLists(int world, const Handover& h) {
+/// The pairs with a history, as an inner list of before the search.
+void Ensemble::SendLists(int world, const DeviceState& h) {
   const std::int64_t first = layout_.first[world], room = layout_.first[world + 1] - first;
   std::vector<std::int32_t> count(room, 0);
   for (const auto& p : h.pairs) {
@@ -63,13 +63,13 @@ void Ensemble::SendLists(int world, const Handover& h) {
     ++count[p.second];
   }
   const std::int32_t most = *std::max_element(count.begin(), count.end());
-  if (most > layout_.sizes.near_slots) {
+  if (most > layout_.sizes.inner_slots) {
     Layout next = layout_;
-    next.sizes.near_slots = most;
+    next.sizes.inner_slots = most;
     Relayout(next);
     return SendLists(world, h);
   }
-  const std::int64_t slots = layout_.sizes.near_slots;
+  const std::int64_t slots = layout_.sizes.inner_slots;
   std::vector<std::int32_t> partner(room * slots, 0);
   std::vector<float> history(room * slots * words_, 0.0f);
   std::fill(count.begin(), count.end(), 0);
@@ -84,15 +84,15 @@ void Ensemble::SendLists(int world, const Handover& h) {
       }
     }
   }
-  memory_.near_count[0].now.Upload(count, first);
-  memory_.near_partner[0].now.Upload(partner, first * slots);
+  memory_.inner_count[0].now.Upload(count, first);
+  memory_.inner_partner[0].now.Upload(partner, first * slots);
   memory_.history[0].now.Upload(history, first * slots * words_);
 }
 
-BodyRecord Ensemble::RecordOf(std::size_t number, const BodyHandover& h) const {
-  const BodyHome home = layout_.bodies[number];
-  const World& w = *worlds_[home.world];
-  const BodyEntry& entry = w.parts_->bodies[home.number];
+BodyRecord Ensemble::RecordOf(std::size_t number, const DeviceBodyState& h) const {
+  const BodyIndex index = layout_.bodies[number];
+  const World& w = *worlds_[index.world];
+  const BodyEntry& entry = w.parts_->bodies[index.number];
   BodyRecord b = {};
   b.body = h.body;
   b.track = h.track;
@@ -102,7 +102,7 @@ BodyRecord Ensemble::RecordOf(std::size_t number, const BodyHandover& h) const {
   b.origin_m = w.config_.origin_m;
   b.reach = entry.body.shape.reach;
   b.round = entry.body.shape.round;
-  b.world = home.world;
+  b.world = index.world;
   b.per_grain = layout_.per_grain[number];
   b.capacity = layout_.entries[number];
   b.count[0] = static_cast<std::int32_t>(h.near.size());
@@ -122,9 +122,9 @@ BodyRecord Ensemble::RecordOf(std::size_t number, const BodyHandover& h) const {
   return b;
 }
 
-void Ensemble::SendBodies(int world, const Handover& h) {
+void Ensemble::SendBodies(int world, const DeviceState& h) {
   for (std::size_t k = 0; k < h.bodies.size(); ++k) {
-    const BodyHandover& from = h.bodies[k];
+    const DeviceBodyState& from = h.bodies[k];
     const std::size_t b = IndexOf(world, static_cast<int>(k));
     const auto near = static_cast<std::int32_t>(from.near.size());
     if (near > layout_.entries[b]) {
@@ -143,16 +143,16 @@ void Ensemble::SendBodies(int world, const Handover& h) {
 void Ensemble::Pull(int world) {
   const WorldState& s = states_[world];
   const std::int64_t first = layout_.first[world], room = layout_.first[world + 1] - first;
-  const std::int64_t slots = layout_.sizes.near_slots;
-  Handover h;
+  const std::int64_t slots = layout_.sizes.inner_slots;
+  DeviceState h;
   h.steps = static_cast<std::uint64_t>(s.steps);
   h.started = s.started != 0;
   const std::int32_t count = views_[world].count;
   h.grains = memory_.grains.now.Download(first, count);
   h.loads = memory_.loads.now.Download(first, count);
   h.kinetics = memory_.kinetics.now.Download(first, count);
-  const auto near = memory_.near_count[s.turn].now.Download(first, room);
-  const auto partner = memory_.near_partner[s.turn].now.Download(first * slots, room * slots);
+  const auto near = memory_.inner_count[s.turn].now.Download(first, room);
+  const auto partner = memory_.inner_partner[s.turn].now.Download(first * slots, room * slots);
   const auto history =
       memory_.history[s.turn].now.Download(first * slots * words_, room * slots * words_);
   std::vector<float> word(words_);
@@ -190,7 +190,7 @@ void Ensemble::Pull(int world) {
          memory_.word[r.turn].now.Download(r.first_slot * words_, n * r.per_grain * words_)});
   }
   h.energy.AddStep(since);
-  worlds_[world]->TakeBack(h);
+  worlds_[world]->ImportState(h);
 }
 
 void Ensemble::Push(int world) {
@@ -208,7 +208,7 @@ void Ensemble::Push(int world) {
   SendWorld(world);
   for (;;) {
     memory_.Checkpoint();
-    device_.Start(View(), recipe_);
+    device_.Start(View(), combination_);
     std::int32_t bits;
     if (!Overflowed(&bits)) return;
     ++regrowths_;

@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "dem_offline/engine/contact/contact_body.h"
+#include "dem_offline/engine/core/drift_kernel.h"
 #include "dem_offline/engine/world/clump_body.h"
-#include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/sort_key.h"
 #include "dem_offline/engine/world/touch_body.h"
 
@@ -16,8 +16,8 @@ namespace grouser::dem::gpu {
 /// Grains of one world fill whole tiles; slots of a tile interleave, so that
 /// neighbouring threads touch neighbouring words.
 inline constexpr int kTile = 32;
-/// Far neighbours that one grain can have while they are put in order.
-inline constexpr int kMostFar = 96;
+/// Outer neighbours that one grain can have while they are put in order.
+inline constexpr int kMostOuter = 96;
 /// Grains near a body are summed run by run, as World does.
 inline constexpr int kRun = 64;
 /// Bodies of one world.
@@ -37,7 +37,7 @@ struct WorldView {
   double z_scale;  ///< [cells per quantum]
 };
 
-enum Overflow : std::int32_t { kCellsFull = 1, kFarFull = 2, kNearFull = 4, kBodyFull = 8 };
+enum Overflow : std::int32_t { kCellsFull = 1, kOuterFull = 2, kInnerFull = 4, kBodyFull = 8 };
 /// Beside those of DriftFault: a grain is nearly through a body; a body has left
 /// the frame.
 inline constexpr std::int32_t kThroughBody = 8, kBodyAway = 16;
@@ -46,12 +46,12 @@ inline constexpr std::int32_t kThroughBody = 8, kBodyAway = 16;
 struct WorldState {
   std::int32_t fault;     ///< bits of DriftFault; stays
   std::int32_t halted;    ///< by a fault of a step before
-  std::int32_t stale;     ///< the near list has to be renewed
-  std::int32_t search;    ///< and the far list
+  std::int32_t stale;     ///< the inner list has to be renewed
+  std::int32_t search;    ///< and the outer list
   std::int32_t overflow;  ///< bits of Overflow; stays
-  std::int32_t turn;      ///< which of the two near lists is in use
+  std::int32_t turn;      ///< which of the two inner lists is in use
   std::int32_t started;   ///< velocities are of the half step
-  std::int32_t rebuilds, refreshes;
+  std::int32_t rebuilds, prunes;
   std::int32_t called;        ///< for the host; waits until it has looked
   std::int64_t steps, until;  ///< waits there
 };
@@ -105,15 +105,15 @@ struct EnsembleView {
   Grain* grain;
   GrainLoad* load;
   Found* found;  ///< [grains]
-  Leash* leash;
+  DisplacementBound* bound;
   float* reach;
   std::int32_t *cell_count, *cell_items;  ///< [cells], [cells x cell_slots]
   std::int32_t cell_slots;
-  std::int32_t *far_count, *far_partner;  ///< by gap; places within the world
-  std::int32_t far_slots;
-  std::int32_t *near_count[2], *near_partner[2];
+  std::int32_t *outer_count, *outer_partner;  ///< by gap; places within the world
+  std::int32_t outer_slots;
+  std::int32_t *inner_count[2], *inner_partner[2];
   float* history[2];  ///< [slot x words] as the lower place sees it
-  std::int32_t near_slots, words;
+  std::int32_t inner_slots, words;
   const PairParams* params;  ///< [worlds x materials x materials]
   std::int32_t materials;
   LawChoice laws;

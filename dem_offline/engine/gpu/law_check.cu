@@ -1,5 +1,5 @@
 // grouser-gpu-law-check: drives random contacts through a few steps of every
-// recipe of the menu, and of every legal combination on the generic path, on
+// compiled law combination, and of every legal combination on the generic path, on
 // the device and on the host, from the same headers, and compares. Exit code 0
 // when every force agrees to 1e-5 of the largest of its laws, 1 when not, 2
 // without a GPU.
@@ -18,7 +18,7 @@ using namespace grouser::dem;
 constexpr int kContacts = 1 << 18, kSteps = 8;
 constexpr float kDt = 1e-6f;
 
-/// What evaluates a contact: a recipe, or any laws at run time.
+/// What evaluates a contact: a law combination, or any laws at run time.
 template <class R>
 struct Fixed {
   typename R::Params params;
@@ -81,7 +81,7 @@ bool Ok(cudaError_t e, const char* what) {
 }
 
 PairParams SomeParams(const LawChoice& laws) {
-  Interface f;
+  ContactProperties f;
   f.rolling_friction = 0.3;
   f.surface_energy_j_per_m2 = 0.05;
   return OneMaterial({1e8, 0.3}, f, laws).Table()[0];
@@ -111,12 +111,12 @@ bool Agrees(const std::string& name, const Law& law, int n,
 }
 
 template <class... R>
-bool RecipesAgree(RecipeList<R...>, const std::vector<ContactGeometry>& contacts,
-                  const ContactGeometry* in, Vec3f* out) {
-  int recipe = 0;
+bool CombinationsAgree(CombinationList<R...>, const std::vector<ContactGeometry>& contacts,
+                       const ContactGeometry* in, Vec3f* out) {
+  int combination = 0;
   bool ok = true;
-  ((ok = Agrees(RecipeName(recipe++), Fixed<R>{R::From(SomeParams(ChoiceOf<R>()))}, kContacts,
-                contacts, in, out) &&
+  ((ok = Agrees(CombinationName(combination++), Fixed<R>{R::From(SomeParams(ChoiceOf<R>()))},
+                kContacts, contacts, in, out) &&
          ok),
    ...);
   return ok;
@@ -151,8 +151,8 @@ int main() {
     return 2;
   }
   cudaMemcpy(in, contacts.data(), kContacts * sizeof(ContactGeometry), cudaMemcpyHostToDevice);
-  const bool recipes = RecipesAgree(Recipes{}, contacts, in, out);
-  const bool ok = GenericAgrees(contacts, in, out) && recipes;
+  const bool combinations = CombinationsAgree(CompiledCombinations{}, contacts, in, out);
+  const bool ok = GenericAgrees(contacts, in, out) && combinations;
   cudaFree(in);
   cudaFree(out);
   return ok ? 0 : 1;

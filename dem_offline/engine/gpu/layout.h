@@ -10,11 +10,11 @@ namespace grouser::dem::gpu {
 
 /// Slots of a cell, and of a grain's two lists, to begin with.
 struct ListSizes {
-  std::int32_t cell_slots = 8, far_slots = 24, near_slots = 12;
+  std::int32_t cell_slots = 8, outer_slots = 24, inner_slots = 12;
 };
 
 /// Which world and body of it an ensemble's body is.
-struct BodyHome {
+struct BodyIndex {
   int world = 0, number = 0;
 };
 
@@ -23,7 +23,7 @@ struct Layout {
   ListSizes sizes;
   std::vector<std::int32_t> tiles;             ///< [worlds] room of each
   std::vector<std::int64_t> cells;             ///< [worlds]
-  std::vector<BodyHome> bodies;                ///< by number in their worlds, then by world
+  std::vector<BodyIndex> bodies;               ///< by number in their worlds, then by world
   std::vector<std::int32_t> entries;           ///< [bodies] room for near grains, whole runs
   std::vector<std::int32_t> per_grain;         ///< [bodies]
   std::int64_t clumps = 0, clump_members = 0;  ///< of all worlds

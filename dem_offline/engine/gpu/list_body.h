@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dem_offline/engine/contact/leash_body.h"
+#include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/gpu/ensemble_view.h"
 
 // Index bodies of the lists. All do nothing for worlds whose lists still last.
@@ -57,7 +57,7 @@ GROUSER_HD Member MemberAt(const EnsembleView& v, std::int64_t i) {
   return {w, place < v.worlds[w].count ? static_cast<std::int32_t>(place) : -1};
 }
 
-struct Tie {
+struct BoundDisplacements {
   EnsembleView v;
   bool after_search;
   GROUSER_HD void operator()(std::int64_t i) const {
@@ -66,8 +66,8 @@ struct Tie {
     if (m.place < 0 || !s.stale || s.fault || (after_search && !s.search)) return;
     const WorldView& w = v.worlds[m.world];
     const Found at = v.found[i];
-    if (!TieGrain(v.grain[i], at.x, at.y, at.z, w.drift.quantum, w.half_skin, w.room, &v.leash[i],
-                  &v.reach[i])) {
+    if (!BoundGrain(v.grain[i], at.x, at.y, at.z, w.drift.quantum, w.half_skin, w.room, &v.bound[i],
+                    &v.reach[i])) {
       Raise(&s.search, 1);
     }
   }
@@ -111,7 +111,7 @@ GROUSER_HD float Square(const Grain& a, const Grain& b, const float* q, float* d
 /// All neighbours of a grain within the search reach, by gap, then by height
 /// between the centres: sums in that order depend neither on the place in
 /// memory nor on the order of the cells.
-struct FindFar {
+struct FindOuter {
   EnsembleView v;
   GROUSER_HD void operator()(std::int64_t i) const {
     const Member m = MemberAt(v, i);
@@ -121,8 +121,8 @@ struct FindFar {
     const Grain g = v.grain[i];
     const std::int32_t clump = v.clump_of ? v.clump_of[i] : -1;
     const int cx = CellAlong(g.x, w.nx), cy = CellAlong(g.y, w.ny), cz = CellUp(w, g.z);
-    float gap[kMostFar], up[kMostFar];
-    std::int32_t found[kMostFar];
+    float gap[kMostOuter], up[kMostOuter];
+    std::int32_t found[kMostOuter];
     int n = 0;
     const int low = cz > 0 ? cz - 1 : 0, high = cz + 1 < w.nz ? cz + 1 : w.nz - 1;
     for (int k = 0; k < 9 * (high - low + 1); ++k) {
@@ -138,8 +138,8 @@ struct FindFar {
         const float d2 = Square(g, h, w.drift.quantum, &dz);
         const float sum = g.radius + h.radius, most = sum + w.search_reach;
         if (!(d2 < most * most)) continue;
-        if (n == kMostFar || n == v.far_slots) {
-          Raise(&s.overflow, kFarFull);
+        if (n == kMostOuter || n == v.outer_slots) {
+          Raise(&s.overflow, kOuterFull);
           return;
         }
         const float open = Sqrt(d2) - sum, rise = dz < 0 ? -dz : dz;
@@ -157,14 +157,14 @@ struct FindFar {
         found[at] = j;
       }
     }
-    v.far_count[i] = n;
-    for (int k = 0; k < n; ++k) v.far_partner[EnsembleView::At(i, k, v.far_slots)] = found[k];
+    v.outer_count[i] = n;
+    for (int k = 0; k < n; ++k) v.outer_partner[EnsembleView::At(i, k, v.outer_slots)] = found[k];
   }
 };
 
-/// Far neighbours that can touch while both keep to their leashes; histories
+/// Outer neighbours that can touch while both keep within their displacement bounds; histories
 /// come along from the list before.
-struct FindNear {
+struct PruneInner {
   EnsembleView v;
   GROUSER_HD void operator()(std::int64_t i) const {
     const Member m = MemberAt(v, i);
@@ -173,41 +173,41 @@ struct FindNear {
     const WorldView& w = v.worlds[m.world];
     const std::int32_t was_own = v.was ? v.was[i] : m.place;
     const std::int64_t row = w.first + was_own;
-    const int from = s.turn, to = 1 - s.turn, old = v.near_count[from][row];
+    const int from = s.turn, to = 1 - s.turn, old = v.inner_count[from][row];
     const Grain g = v.grain[i];
     int n = 0;
-    for (int k = 0; k < v.far_count[i]; ++k) {
-      const std::int32_t j = v.far_partner[EnsembleView::At(i, k, v.far_slots)];
+    for (int k = 0; k < v.outer_count[i]; ++k) {
+      const std::int32_t j = v.outer_partner[EnsembleView::At(i, k, v.outer_slots)];
       float dz;
       const float d2 = Square(g, v.grain[w.first + j], w.drift.quantum, &dz);
       // The lower place first: both sides round alike.
       const float own = v.reach[i], its = v.reach[w.first + j];
-      const float far = (m.place < j ? own + its : its + own) + w.range;
-      if (!(d2 < far * far)) continue;
-      if (n == v.near_slots) {
-        Raise(&s.overflow, kNearFull);
+      const float limit = (m.place < j ? own + its : its + own) + w.range;
+      if (!(d2 < limit * limit)) continue;
+      if (n == v.inner_slots) {
+        Raise(&s.overflow, kInnerFull);
         return;
       }
       const std::int32_t was_its = v.was ? v.was[w.first + j] : j;
       const bool swapped = (m.place < j) != (was_own < was_its);
       int was = 0;
       while (was < old &&
-             v.near_partner[from][EnsembleView::At(row, was, v.near_slots)] != was_its) {
+             v.inner_partner[from][EnsembleView::At(row, was, v.inner_slots)] != was_its) {
         ++was;
       }
       for (int word = 0; word < v.words; ++word) {
         float value = 0.0f;
         if (was < old) {
           value =
-              v.history[from][EnsembleView::At(row, was * v.words + word, v.near_slots * v.words)];
+              v.history[from][EnsembleView::At(row, was * v.words + word, v.inner_slots * v.words)];
         }
         if (swapped && (v.layout.vector_words >> word & 1u) != 0) value = -value;
-        v.history[to][EnsembleView::At(i, n * v.words + word, v.near_slots * v.words)] = value;
+        v.history[to][EnsembleView::At(i, n * v.words + word, v.inner_slots * v.words)] = value;
       }
-      v.near_partner[to][EnsembleView::At(i, n, v.near_slots)] = j;
+      v.inner_partner[to][EnsembleView::At(i, n, v.inner_slots)] = j;
       ++n;
     }
-    v.near_count[to][i] = n;
+    v.inner_count[to][i] = n;
   }
 };
 
@@ -219,7 +219,7 @@ struct Settle {
     if (!s.stale || s.fault || s.overflow) return;
     s.turn = 1 - s.turn;
     s.rebuilds += s.search;
-    ++s.refreshes;
+    ++s.prunes;
     s.stale = s.search = 0;
   }
 };

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/gpu/clump_step_body.h"
 #include "dem_offline/engine/gpu/wheel_body.h"
-#include "dem_offline/engine/world/drift_body.h"
 
 // Index bodies of the step itself.
 
@@ -15,10 +15,10 @@ struct Drift {
     WorldState& s = v.states[m.world];
     if (m.place < 0 || s.halted || s.overflow || s.steps >= s.until) return;
     std::int32_t fault = 0;
-    bool far = false;
-    DriftOne(v.worlds[m.world].drift, m.place, &fault, &far);
+    bool beyond = false;
+    DriftOne(v.worlds[m.world].drift, m.place, &fault, &beyond);
     if (fault) Raise(&s.fault, fault);
-    if (far) Raise(&s.stale, 1);
+    if (beyond) Raise(&s.stale, 1);
   }
 };
 
@@ -37,12 +37,12 @@ struct Forces {
     const WorldView& w = v.worlds[m.world];
     const Law law = Laws::Of(v, m.world);
     const Grain own = v.grain[i];
-    const std::int64_t slots = static_cast<std::int64_t>(v.near_slots) * v.words;
+    const std::int64_t slots = static_cast<std::int64_t>(v.inner_slots) * v.words;
     float* const history = v.history[s.turn];
     GrainLoad sum = {};
     ContactEnergy energy = {};
-    for (int k = 0; k < v.near_count[s.turn][i]; ++k) {
-      const std::int32_t j = v.near_partner[s.turn][EnsembleView::At(i, k, v.near_slots)];
+    for (int k = 0; k < v.inner_count[s.turn][i]; ++k) {
+      const std::int32_t j = v.inner_partner[s.turn][EnsembleView::At(i, k, v.inner_slots)];
       const bool first = m.place < j;
       const Grain other = v.grain[w.first + j];
       const Grain &a = first ? own : other, &b = first ? other : own;
@@ -58,7 +58,7 @@ struct Forces {
       if (!alive) continue;
       ContactEnergy one;
       const ContactLoads c =
-          Meet(law, SideOf(a), SideOf(b), apart, w.range, w.drift.dt, word, &one);
+          EvaluateContact(law, SideOf(a), SideOf(b), apart, w.range, w.drift.dt, word, &one);
       if (first) energy.Add(one);
       for (int n = 0; n < law.Words(); ++n) {
         history[EnsembleView::At(i, k * v.words + n, slots)] = word[n];
@@ -90,7 +90,7 @@ struct SumTile {
     if (!w.energy || (starting ? s.started != 0 || s.overflow : Waits(s))) return;
     EnergySums sum;
     for (std::int64_t i = tile * kTile; i < (tile + 1) * kTile && i < w.first + w.count; ++i) {
-      sum.Add(ToDouble(v.grain_energy[i]));
+      sum.Add(v.grain_energy[i]);
     }
     v.tile_energy[tile].AddStep(sum);
     if (starting) v.tile_energy[tile] = SumBody::Stored(sum);
@@ -136,12 +136,12 @@ struct Tick {
 
 template <class Launch>
 void RenewLists(const Launch& launch, const EnsembleView& v) {
-  launch(v.grains, Tie{v, false});
+  launch(v.grains, BoundDisplacements{v, false});
   launch(v.cells, ClearCell{v});
   launch(v.grains, FillCell{v});
-  launch(v.grains, FindFar{v});
-  launch(v.grains, Tie{v, true});
-  launch(v.grains, FindNear{v});
+  launch(v.grains, FindOuter{v});
+  launch(v.grains, BoundDisplacements{v, true});
+  launch(v.grains, PruneInner{v});
   launch(v.body_tiles, CountNear{v});
   launch(v.body_count, ScanNear{v});
   launch(v.body_tiles, ListNear{v});
@@ -192,12 +192,12 @@ void Step(const Launch& launch, const EnsembleView& v) {
   launch(v.world_count, Tick{v});
 }
 
-/// Calls f(laws) for the laws of a recipe of the menu, or of any for -1.
+/// Calls f(laws) for the laws of a compiled combination, or for any laws with -1.
 template <class F, class... R>
-void WithRecipe(int recipe, RecipeList<R...>, F&& f) {
+void WithCombination(int combination, CombinationList<R...>, F&& f) {
   int k = 0;
   bool done = false;
-  ((k++ == recipe ? (f(RecipeOf<R>{}), done = true) : false), ...);
+  ((k++ == combination ? (f(CombinationOf<R>{}), done = true) : false), ...);
   if (!done) f(AnyOf{});
 }
 

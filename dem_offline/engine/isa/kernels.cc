@@ -7,13 +7,13 @@
 namespace grouser::dem {
 
 namespace isa_baseline {
-Kernels All(int recipe, bool energy);
+Kernels All(int combination, bool energy);
 }
 namespace isa_avx2 {
-Kernels All(int recipe, bool energy);
+Kernels All(int combination, bool energy);
 }
 namespace isa_avx512 {
-Kernels All(int recipe, bool energy);
+Kernels All(int combination, bool energy);
 }
 PairKernelFn GenericPairKernel(bool energy);
 
@@ -50,12 +50,12 @@ const char* BestIsa() {
   return best;
 }
 
-Kernels KernelsFor(const char* isa, int recipe, bool energy) {
+Kernels KernelsFor(const char* isa, int combination, bool energy) {
   static const PickFn best = PickFor(BestIsa());  // a step asks twice
   const PickFn pick = isa ? PickFor(isa) : best;
   if (!pick) return {};
-  Kernels out = pick(recipe < 0 ? 0 : recipe, energy);
-  if (recipe < 0) out.pairs = GenericPairKernel(energy);
+  Kernels out = pick(combination < 0 ? 0 : combination, energy);
+  if (combination < 0) out.pairs = GenericPairKernel(energy);
   return out;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "dem_offline/engine/contact/pair_kernel.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
 
 namespace grouser::dem {
 
@@ -12,11 +12,11 @@ struct Kernels {
   DriftKernelFn drift = nullptr;
 };
 
-/// For a recipe of the menu, which reads the parameters of material pair
+/// For a compiled law combination, which reads the parameters of material pair
 /// (0, 0) only, or -1: the generic path. `isa`: "avx512", "avx2", "baseline";
 /// null: the best of this machine, which GROUSER_ISA in the environment can
 /// lower (tests). All null where this machine lacks the set.
-Kernels KernelsFor(const char* isa, int recipe, bool energy);
+Kernels KernelsFor(const char* isa, int combination, bool energy);
 
 /// What KernelsFor(nullptr, ...) takes.
 const char* BestIsa();

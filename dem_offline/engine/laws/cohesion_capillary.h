@@ -48,7 +48,7 @@ struct Capillary {
   };
   static constexpr unsigned kVectorWords = 0;
 
-  static Params Make(const Elastic&, const Elastic&, const Interface&, const Settings& s) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties&, const Settings& s) {
     Require(s.surface_tension_n_per_m >= 0, "surface_tension_n_per_m", s.surface_tension_n_per_m,
             ">= 0");
     Require(s.contact_angle_rad >= 0 && s.contact_angle_rad < 1.5707, "contact_angle_rad",

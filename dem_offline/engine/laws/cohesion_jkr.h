@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dem_offline/engine/core/math.h"
 #include "dem_offline/engine/laws/material.h"
-#include "dem_offline/engine/laws/math.h"
 
 namespace grouser::dem {
 
@@ -37,7 +37,8 @@ struct Jkr {
   };
   static constexpr unsigned kVectorWords = 0;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings&) {
     const double e_star = EffectiveModulus(a, b);
     return {static_cast<float>(e_star),
             static_cast<float>(

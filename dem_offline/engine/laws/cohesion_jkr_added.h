@@ -27,7 +27,7 @@ struct JkrAdded {
   };
   struct History {};
 
-  static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings&) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties& f, const Settings&) {
     return {static_cast<float>(3 * 3.14159265358979323846 * f.surface_energy_j_per_m2)};
   }
   static double Range(const Params&, double, double) { return 0; }

@@ -29,7 +29,7 @@ std::string NameOf(int index) {
 }
 
 template <class List>
-void MakeInto(int index, const Elastic& a, const Elastic& b, const Interface& f,
+void MakeInto(int index, const Elastic& a, const Elastic& b, const ContactProperties& f,
               const LawSettings& settings, PairParams& out) {
   List::Visit(index, [&](auto law) {
     using Law = decltype(law);
@@ -39,7 +39,7 @@ void MakeInto(int index, const Elastic& a, const Elastic& b, const Interface& f,
 }
 
 template <class... R>
-int RecipeOf(const LawChoice& laws, RecipeList<R...>) {
+int CombinationOf(const LawChoice& laws, CombinationList<R...>) {
   int at = 0, found = -1;
   ((ChoiceOf<R>() == laws ? void(found = at++) : void(at++)), ...);
   return found;
@@ -60,14 +60,16 @@ std::string Describe(const LawChoice& laws) {
          ", cohesion=" + NameOf<CohesionLaws>(laws.cohesion);
 }
 
-const char* RecipeName(int recipe) {
+const char* CombinationName(int combination) {
   static constexpr const char* kNames[] = {
       "hertz_mindlin_epsd", "hertz_mindlin", "hertz_mindlin_torque",
       "wheel_testbed",      "atv_wheel",     "shear_cell",
       "shear_cell_simple",  "grouser_wheel", "torsion",
       "hertz_mindlin_peer"};
-  static_assert(sizeof(kNames) / sizeof(kNames[0]) == Recipes::kSize, "a name for each recipe");
-  return recipe >= 0 && recipe < Recipes::kSize ? kNames[recipe] : "generic";
+  static_assert(sizeof(kNames) / sizeof(kNames[0]) == CompiledCombinations::kSize,
+                "a name for each combination");
+  return combination >= 0 && combination < CompiledCombinations::kSize ? kNames[combination]
+                                                                       : "generic";
 }
 
 std::string WhyIllegal(const LawChoice& laws) {
@@ -95,7 +97,9 @@ std::string WhyIllegal(const LawChoice& laws) {
 }
 
 ContactModel::ContactModel(LawChoice laws)
-    : laws_(laws), layout_(LayoutOf(laws)), recipe_(RecipeOf(laws, Recipes{})) {
+    : laws_(laws),
+      layout_(LayoutOf(laws)),
+      combination_(CombinationOf(laws, CompiledCombinations{})) {
   const std::string why = WhyIllegal(laws);
   if (!why.empty()) throw std::invalid_argument("laws: " + why);
   table_.resize(kMostMaterials * kMostMaterials);
@@ -110,7 +114,8 @@ int ContactModel::AddMaterial(const Elastic& material) {
   return materials() - 1;
 }
 
-void ContactModel::SetInterface(int a, int b, const Interface& f, const LawSettings& settings) {
+void ContactModel::SetContactProperties(int a, int b, const ContactProperties& f,
+                                        const LawSettings& settings) {
   Check(f);
   for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, a}}) {
     Entry& e = table_[i * kMostMaterials + j];
@@ -203,7 +208,7 @@ ContactBounds ContactModel::Bounds(const ContactSize& size) const {
   };
   for (int a = 0; a < materials(); ++a) {
     for (int b = a; b < materials(); ++b) {
-      if (!has_interface(a, b)) continue;
+      if (!has_contact_properties(a, b)) continue;
       const ContactBounds here = Bounds(a, b, size);
       raise(most.normal, here.normal);
       raise(most.tangential, here.tangential);
@@ -213,13 +218,13 @@ ContactBounds ContactModel::Bounds(const ContactSize& size) const {
   return most;
 }
 
-ContactModel OneMaterial(const Elastic& grains, const Interface& f, LawChoice laws,
+ContactModel OneMaterial(const Elastic& grains, const ContactProperties& f, LawChoice laws,
                          const LawSettings& settings) {
   ContactModel model(laws);
   const int grain = model.AddMaterial(grains);
   const int rigid = model.AddMaterial({kRigid, 0.0});
-  model.SetInterface(grain, grain, f, settings);
-  model.SetInterface(grain, rigid, f, settings);
+  model.SetContactProperties(grain, grain, f, settings);
+  model.SetContactProperties(grain, rigid, f, settings);
   return model;
 }
 

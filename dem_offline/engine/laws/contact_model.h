@@ -16,8 +16,8 @@ std::string Describe(const LawChoice& laws);
 /// Empty if the laws may stand beside one another, else why not.
 std::string WhyIllegal(const LawChoice& laws);
 
-/// Name of a recipe of the menu; "generic" for -1.
-const char* RecipeName(int recipe);
+/// Name of a compiled law combination; "generic" for -1.
+const char* CombinationName(int combination);
 
 inline constexpr int kMostMaterials = 16;
 
@@ -44,7 +44,8 @@ class ContactModel {
   /// Number of the new material (0, 1, ...). Throws as Check(Elastic) does.
   int AddMaterial(const Elastic& material);
   /// Interface of two materials, both ways round. Throws as the laws' Make do.
-  void SetInterface(int a, int b, const Interface& f, const LawSettings& settings = {});
+  void SetContactProperties(int a, int b, const ContactProperties& f,
+                            const LawSettings& settings = {});
 
   const LawChoice& laws() const { return laws_; }
   const WordLayout& layout() const { return layout_; }
@@ -61,14 +62,14 @@ class ContactModel {
   ContactBounds Bounds(const ContactSize& size) const;
   /// kStepShare of the rolling law.
   double StepShare() const;
-  bool has_interface(int a, int b) const { return table_[a * kMostMaterials + b].set; }
-  /// Number of the specialised recipe of these laws; -1: the generic path.
-  int recipe() const { return recipe_; }
+  bool has_contact_properties(int a, int b) const { return table_[a * kMostMaterials + b].set; }
+  /// Number of the compiled combination of these laws; -1: the generic path.
+  int combination() const { return combination_; }
 
  private:
   LawChoice laws_;
   WordLayout layout_;
-  int recipe_ = -1;
+  int combination_ = -1;
   std::vector<Elastic> materials_;
   struct Entry {
     bool set = false;
@@ -79,7 +80,7 @@ class ContactModel {
 
 /// One material against itself and against a rigid one (number 1), both with
 /// the same interface: the commonest world.
-ContactModel OneMaterial(const Elastic& grains, const Interface& f,
+ContactModel OneMaterial(const Elastic& grains, const ContactProperties& f,
                          LawChoice laws = ChoiceOf<HertzMindlinEpsd>(),
                          const LawSettings& settings = {});
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "dem_offline/engine/laws/menu.h"
+#include "dem_offline/engine/laws/law_registry.h"
 
 namespace grouser::dem {
 
-/// History words of a choice; the same layout as the recipe of these laws.
+/// History words of a choice; the same layout as the combination of these laws.
 struct WordLayout {
   int n = 1, t = 1, r = 1, c = 1, words = 1;
   unsigned vector_words = 0;  ///< bit w: word w changes its sign where the two sides swap
@@ -43,7 +43,7 @@ GROUSER_HD WordLayout LayoutOf(const LawChoice& laws) {
 }
 
 /// Any legal combination, chosen at run time: the same steps in the same order
-/// as Recipe::Evaluate (a test holds the two equal to the bit).
+/// as LawCombination::Evaluate (a test holds the two equal to the bit).
 GROUSER_HD ContactResult EvaluateGeneric(const LawChoice& laws, const WordLayout& at,
                                          const PairParams& p, ContactGeometry g, float* words,
                                          float dt) {

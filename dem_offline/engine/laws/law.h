@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // What every contact law sees and says. A law is a struct without state:
 //   static constexpr const char* kName       name in files and messages
@@ -11,13 +11,13 @@
 //   template <class S, class V> static void Fields(S& s, V&& v)
 //                                            v("name_unit", s.name_unit) for each setting
 //   struct Params {...}                      what Evaluate needs (float), from
-//   static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s)
+//   static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+//                      const Settings& s)
 //   struct History {...}                     floats and Vec3f only; zero: a new contact
-//   static constexpr unsigned kVectorWords   (unless History is empty) bit w: word w belongs to a
-//                                            Vec3f, and changes its sign where i and j swap
-//   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides are
-//   no
-//                                            mirror images, so each is evaluated by itself
+//   static constexpr unsigned kVectorWords   (unless History is empty) bit w: word w is of a
+//                                            Vec3f and changes its sign where i and j swap
+//   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides
+//                                            are no mirror images: each is evaluated by itself
 //   static constexpr unsigned kProvides      (normal laws) bits of Trait
 //   static constexpr unsigned kNeeds         bits of Trait that the normal law must provide
 //   static GROUSER_HD ... Evaluate(...)      see the slot
@@ -37,7 +37,7 @@ struct Elastic {
 };
 
 /// Numbers of a pair of surfaces that several laws share.
-struct Interface {
+struct ContactProperties {
   double restitution = 0.5;            ///< normal, (0, 1]
   double friction = 0.5;               ///< Coulomb mu, >= 0
   double rolling_friction = 0.0;       ///< mu_r, >= 0

@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // Lists of types and what they need at compile time. No law is named here.
 
@@ -26,7 +26,7 @@ inline constexpr int kWordsOf = std::is_empty<typename Law::History>::value
 /// Bits of the words that change their sign where the two sides swap.
 template <class Law>
 GROUSER_HD constexpr unsigned VectorWordsOf() {
-  if constexpr (kWordsOf<Law> > 0) {
+  if constexpr (kWordsOf < Law >> 0) {
     return Law::kVectorWords;
   } else {
     return 0u;

@@ -18,7 +18,7 @@ void Check(const Elastic& m) {
           "in (-1, 0.5]");
 }
 
-void Check(const Interface& f) {
+void Check(const ContactProperties& f) {
   Require(f.restitution > 0 && f.restitution <= 1, "restitution", f.restitution, "in (0, 1]");
   Require(f.friction >= 0, "friction", f.friction, ">= 0");
   Require(f.rolling_friction >= 0, "rolling_friction", f.rolling_friction, ">= 0");
@@ -41,7 +41,9 @@ double EffectiveShearModulus(const Elastic& a, const Elastic& b) {
   return 1 / (compliance(a) + compliance(b));
 }
 
-double RestitutionDamping(double restitution) { return -2 * std::sqrt(5.0 / 6.0) * Beta(restitution); }
+double RestitutionDamping(double restitution) {
+  return -2 * std::sqrt(5.0 / 6.0) * Beta(restitution);
+}
 double LinearDampingRatio(double restitution) { return -Beta(restitution); }
 
 }  // namespace grouser::dem

@@ -7,7 +7,7 @@ namespace grouser::dem {
 /// Throw std::invalid_argument for E <= 0 or nu outside (-1, 0.5]; restitution
 /// outside (0, 1], friction, rolling friction or surface energy < 0.
 void Check(const Elastic& m);
-void Check(const Interface& f);
+void Check(const ContactProperties& f);
 
 /// E* of two bodies [Pa]: 1/E* = sum (1 - nu^2)/E; a rigid partner adds nothing.
 double EffectiveModulus(const Elastic& a, const Elastic& b);

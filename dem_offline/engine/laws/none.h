@@ -14,7 +14,7 @@ struct RollingNone {
   static void Fields(S&, V&&) {}
   struct Params {};
   struct History {};
-  static Params Make(const Elastic&, const Elastic&, const Interface&, const Settings&) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties&, const Settings&) {
     return {};
   }
   static constexpr double kStepShare = 1;
@@ -35,7 +35,7 @@ struct CohesionNone {
   static void Fields(S&, V&&) {}
   struct Params {};
   struct History {};
-  static Params Make(const Elastic&, const Elastic&, const Interface&, const Settings&) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties&, const Settings&) {
     return {};
   }
   static double Range(const Params&, double, double) { return 0; }

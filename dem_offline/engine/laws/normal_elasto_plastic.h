@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dem_offline/engine/core/math.h"
 #include "dem_offline/engine/laws/material.h"
-#include "dem_offline/engine/laws/math.h"
 
 namespace grouser::dem {
 
@@ -44,7 +44,8 @@ struct ElastoPlastic {
   };
   static constexpr unsigned kVectorWords = 0;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface&, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties&,
+                     const Settings& s) {
     Require(s.yield_force_n > 0, "yield_force_n", s.yield_force_n, "> 0");
     Require(s.critical_damping_share >= 0 && s.critical_damping_share <= 2,
             "critical_damping_share", s.critical_damping_share, "in [0, 2]");

@@ -32,7 +32,8 @@ struct HertzRestitution {
   };
   struct History {};
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings& s) {
     const double zeta = s.critical_damping_share;
     Require(zeta <= 2, "critical_damping_share", zeta, "<= 2");
     return {static_cast<float>(EffectiveModulus(a, b)),

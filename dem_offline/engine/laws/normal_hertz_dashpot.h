@@ -10,7 +10,7 @@ namespace grouser::dem {
 /// overlap delta_0 = s R*:
 ///   c = 2 zeta sqrt(k_0 m*),   k_0 = dF/d(delta)(delta_0) = 2 E* R* sqrt(s).
 /// The force jumps to c v at touch; restitution rises with the impact speed
-/// and the Interface's restitution is not used.
+/// and the restitution of the ContactProperties is not used.
 /// Source: damped Hertz spring of Shin et al. 2020 (reference 1, nu_n); the share
 /// at a reference overlap is ours.
 /// Interaction range: overlap > 0. History words: none. Bounds for the time
@@ -37,7 +37,8 @@ struct HertzDashpot {
   };
   struct History {};
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface&, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties&,
+                     const Settings& s) {
     Require(s.damping_n_s_per_m >= 0, "damping_n_s_per_m", s.damping_n_s_per_m, ">= 0");
     Require(s.critical_damping_share >= 0 && s.critical_damping_share <= 2,
             "critical_damping_share", s.critical_damping_share, "in [0, 2]");

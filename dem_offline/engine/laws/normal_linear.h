@@ -37,7 +37,8 @@ struct LinearSpring {
   };
   struct History {};
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings& s) {
     const double zeta = s.critical_damping_share;
     Require(zeta <= 2, "critical_damping_share", zeta, "<= 2");
     Require(s.stiffness_n_per_m >= 0, "stiffness_n_per_m", s.stiffness_n_per_m, ">= 0");

@@ -10,7 +10,7 @@ namespace grouser::dem {
 /// reference overlap delta_0 = s R*:
 ///   beta = 2 zeta sqrt(k_0 m*)/delta_0,   k_0 = dF/d(delta)(delta_0) = 2 E* R* sqrt(s)
 /// The force starts from zero at touch; restitution falls with the impact speed
-/// (1 - e^2 grows as v^(3/5) where it is small) and the Interface's restitution
+/// (1 - e^2 grows as v^(3/5) where it is small) and the restitution of the ContactProperties
 /// is not used.
 /// Source: Oden & Martins, Comput. Methods Appl. Mech. Eng. 52 (1985) 527, as in
 /// McCarthy et al. 2010 (reference 3), eq. 8, version 2 "n". The share at a
@@ -40,7 +40,8 @@ struct HertzOdenMartins {
   };
   struct History {};
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface&, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties&,
+                     const Settings& s) {
     Require(s.damping_kg_per_m_s >= 0, "damping_kg_per_m_s", s.damping_kg_per_m_s, ">= 0");
     Require(s.critical_damping_share >= 0 && s.critical_damping_share <= 2,
             "critical_damping_share", s.critical_damping_share, "in [0, 2]");

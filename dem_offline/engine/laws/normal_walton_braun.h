@@ -33,7 +33,8 @@ struct WaltonBraun {
   };
   static constexpr unsigned kVectorWords = 0;
 
-  static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings& s) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties& f,
+                     const Settings& s) {
     const double k1 = s.loading_stiffness_n_per_m;
     const double given = s.unloading_stiffness_n_per_m;
     Require(k1 > 0, "loading_stiffness_n_per_m", k1, "> 0");

@@ -30,7 +30,7 @@ struct RollingConstant {
   };
   struct History {};
 
-  static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings&) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties& f, const Settings&) {
     return {static_cast<float>(f.rolling_friction)};
   }
 

@@ -33,7 +33,7 @@ struct RollingEpsd {
   };
   static constexpr unsigned kVectorWords = 0b111;
 
-  static Params Make(const Elastic&, const Elastic&, const Interface& f, const Settings&) {
+  static Params Make(const Elastic&, const Elastic&, const ContactProperties& f, const Settings&) {
     return {static_cast<float>(f.rolling_friction), static_cast<float>(f.rolling_damping)};
   }
 

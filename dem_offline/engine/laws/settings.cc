@@ -5,7 +5,7 @@
 namespace grouser::dem {
 namespace {
 
-/// f(slot, law) for every law of the menu.
+/// f(slot, law) for every law of the registry.
 template <class F>
 void ForEachLaw(F&& f) {
   NormalLaws::ForEach([&](auto law) { f("normal", law); });
@@ -41,7 +41,7 @@ void Put(LawSettings& settings, const NamedSetting& named) {
   }
 }
 
-std::vector<LawEntry> Menu() {
+std::vector<LawEntry> LawRegistry() {
   std::vector<LawEntry> out;
   LawSettings defaults;
   ForEachLaw([&](const char* slot, auto law) {
@@ -69,7 +69,7 @@ LawSettings SettingsOf(const ContactChoice& choice, const InterfaceChoice& here)
   return out;
 }
 
-void PutInto(Interface& f, const ContactChoice& choice, const InterfaceChoice& here) {
+void PutInto(ContactProperties& f, const ContactChoice& choice, const InterfaceChoice& here) {
   f.rolling_damping = here.rolling_damping.value_or(choice.rolling_damping);
   f.surface_energy_j_per_m2 = here.surface_energy_j_per_m2.value_or(choice.surface_energy_j_per_m2);
 }

@@ -19,12 +19,12 @@ struct NamedSetting {
 /// laws, or the settings of the law, that there are.
 void Put(LawSettings& settings, const NamedSetting& named);
 
-/// Every law of the menu with its slot and its settings' defaults.
+/// Every law of the registry with its slot and its settings' defaults.
 struct LawEntry {
   std::string slot, name;
   std::vector<NamedSetting> settings;
 };
-std::vector<LawEntry> Menu();
+std::vector<LawEntry> LawRegistry();
 
 /// Numbers of one interface of the grains where they differ from those of the
 /// grains among themselves.
@@ -49,6 +49,6 @@ LawChoice LawsOf(const ContactChoice& choice);
 /// Among the grains, or at an interface whose numbers differ as `here` says.
 LawSettings SettingsOf(const ContactChoice& choice, const InterfaceChoice& here = {});
 /// The same for the numbers that stand in the interface.
-void PutInto(Interface& f, const ContactChoice& choice, const InterfaceChoice& here = {});
+void PutInto(ContactProperties& f, const ContactChoice& choice, const InterfaceChoice& here = {});
 
 }  // namespace grouser::dem

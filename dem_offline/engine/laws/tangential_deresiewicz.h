@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dem_offline/engine/core/math.h"
 #include "dem_offline/engine/laws/material.h"
-#include "dem_offline/engine/laws/math.h"
 
 namespace grouser::dem {
 
@@ -48,7 +48,8 @@ struct MindlinDeresiewicz {
   };
   static constexpr unsigned kVectorWords = 0b111111;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings&) {
     return {static_cast<float>(6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b)),
             static_cast<float>(f.friction)};
   }

@@ -29,7 +29,8 @@ struct MindlinDisplacement {
   };
   static constexpr unsigned kVectorWords = 0b111;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings&) {
     return {static_cast<float>(6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b)),
             static_cast<float>(RestitutionDamping(f.restitution)), static_cast<float>(f.friction)};
   }

@@ -46,7 +46,8 @@ struct KelvinRegularised {
   };
   static constexpr unsigned kVectorWords = 0b111;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings& s) {
     const double stick = s.stick_friction < 0 ? f.friction : s.stick_friction;
     const double slide = s.slide_friction < 0 ? f.friction : s.slide_friction;
     Require(slide <= stick, "slide_friction", slide, "<= stick_friction");

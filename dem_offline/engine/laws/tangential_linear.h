@@ -36,7 +36,8 @@ struct LinearHistory {
   };
   static constexpr unsigned kVectorWords = 0b111;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings& s) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings& s) {
     Require(s.stiffness_ratio >= 0, "stiffness_ratio", s.stiffness_ratio, ">= 0");
     Require(s.critical_damping_share >= 0 && s.critical_damping_share <= 2,
             "critical_damping_share", s.critical_damping_share, "in [0, 2]");

@@ -32,7 +32,8 @@ struct MindlinRescaled {
   };
   static constexpr unsigned kVectorWords = 0b111;
 
-  static Params Make(const Elastic& a, const Elastic& b, const Interface& f, const Settings&) {
+  static Params Make(const Elastic& a, const Elastic& b, const ContactProperties& f,
+                     const Settings&) {
     const double ratio = 6 * EffectiveShearModulus(a, b) / EffectiveModulus(a, b);
     return {static_cast<float>(ratio),
             static_cast<float>(RestitutionDamping(f.restitution) * __builtin_sqrt(ratio)),

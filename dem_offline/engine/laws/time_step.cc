@@ -42,7 +42,7 @@ double PackedLimit(const ContactModel& contacts, double overlap_over_radius, dou
   const auto at_most = [&limit](double step) { limit = std::min(limit, step); };
   for (int a = 0; a < contacts.materials(); ++a) {
     for (int b = a; b < contacts.materials(); ++b) {
-      if (!contacts.has_interface(a, b)) continue;
+      if (!contacts.has_contact_properties(a, b)) continue;
       const ContactBounds body = contacts.Bounds(a, b, AtBody(overlap, radius, mass));
       at_most(LeapfrogLimit(mass, Times(kBodyMode, Fastest(body, radius))));
       at_most(LeapfrogLimit(inertia, body.rolling));

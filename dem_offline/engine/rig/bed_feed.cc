@@ -34,8 +34,8 @@ struct BedFeed::Stretch {
   };
   std::vector<Part> parts;
 
-  std::int32_t PlaceOf(Home home, std::int32_t rank) const {
-    const std::int64_t k = static_cast<std::int64_t>(home.copy) - first_copy;
+  std::int32_t PlaceOf(TilePlace place, std::int32_t rank) const {
+    const std::int64_t k = static_cast<std::int64_t>(place.copy) - first_copy;
     if (k < 0 || k >= static_cast<std::int64_t>(parts.size())) return -1;
     const Part& p = parts[k];
     return rank >= p.low && rank < p.high ? p.base + rank - p.low : -1;
@@ -82,7 +82,7 @@ BedFeed::BedFeed(const Tile& tile, double grain_density_kg_per_m3, int words)
   }
 }
 
-double BedFeed::XOf(Home home) const { return x_[home.grain] + home.copy * length_; }
+double BedFeed::XOf(TilePlace place) const { return x_[place.grain] + place.copy * length_; }
 
 BedPiece BedFeed::Between(double from_m, double to_m) const {
   BedPiece out;
@@ -101,11 +101,11 @@ BedPiece BedFeed::Between(double from_m, double to_m) const {
                                        order_.begin());
     };
     const std::int32_t low = before(from_m), high = std::max(low, before(to_m));
-    stretch.parts.push_back({low, high, static_cast<std::int32_t>(out.homes.size())});
-    for (std::int32_t k = low; k < high; ++k) out.homes.push_back({order_[k], c});
+    stretch.parts.push_back({low, high, static_cast<std::int32_t>(out.tile_places.size())});
+    for (std::int32_t k = low; k < high; ++k) out.tile_places.push_back({order_[k], c});
   }
-  for (std::size_t p = 0; p < out.homes.size(); ++p) {
-    const Home& h = out.homes[p];
+  for (std::size_t p = 0; p < out.tile_places.size(); ++p) {
+    const TilePlace& h = out.tile_places[p];
     GrainState g = {};
     g.x_m = XOf(h);
     g.y_m = (static_cast<std::uint32_t>(tile_.position[3 * h.grain + 1]) + 0.5) * y_quantum_;

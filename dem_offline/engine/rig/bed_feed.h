@@ -9,16 +9,16 @@
 namespace grouser::dem {
 
 /// A grain of the endless bed: which grain of the tile, in which copy of it along x.
-struct Home {
+struct TilePlace {
   std::int32_t grain = -1;
   std::int32_t copy = 0;
-  bool operator==(const Home&) const = default;
+  bool operator==(const TilePlace&) const = default;
 };
 
 /// A contact of the endless bed with at least one grain in a piece. `in_a`, `in_b`: places in the
 /// piece, -1 for the grain that lies outside. `words`: the history, as `a` sees it.
 struct BedTouch {
-  Home a, b;
+  TilePlace a, b;
   std::int32_t in_a = -1, in_b = -1;
   const float* words = nullptr;
 };
@@ -31,9 +31,9 @@ struct FloorTouch {
 
 /// A stretch of the endless bed. Histories point into the tile.
 struct BedPiece {
-  std::vector<GrainState> grains;  ///< x_m runs on and on: a World wraps it
-  std::vector<Home> homes;         ///< of each grain
-  std::vector<BedTouch> touches;   ///< as the tile has them
+  std::vector<GrainState> grains;      ///< x_m runs on and on: a World wraps it
+  std::vector<TilePlace> tile_places;  ///< of each grain
+  std::vector<BedTouch> touches;       ///< as the tile has them
   std::vector<FloorTouch> floor;
 };
 
@@ -51,7 +51,7 @@ class BedFeed {
   BedPiece Between(double from_m, double to_m) const;
 
   double tile_length_m() const { return length_; }
-  double XOf(Home home) const;
+  double XOf(TilePlace place) const;
 
  private:
   struct Link {

@@ -88,7 +88,7 @@ void Freezer::Look(const World& world, const Vec3d& hub_m, double look_s,
   const std::int64_t n = world.count();
   frozen->assign(n, 0);
   const double quiet2 = std::pow(settings_.quiet_m_per_s * look_s, 2);
-  const double wake2 = std::pow(settings_.wake_m_per_s * look_s, 2);
+  const double disturb2 = std::pow(settings_.disturb_m_per_s * look_s, 2);
   Grid grid(world.config().frame, settings_.cell_m);
   for (std::int64_t i = 0; i < n; ++i) {
     const Grain& g = world.grains()[i];
@@ -96,7 +96,7 @@ void Freezer::Look(const World& world, const Vec3d& hub_m, double look_s,
     const double moved2 = Moved2(world, g);
     Seen& s = seen_[g.id];
     s.looks = moved2 <= quiet2 ? static_cast<std::int16_t>(std::min(s.looks + 1, 1000)) : 0;
-    if (moved2 > wake2) grid.Mark(g);
+    if (moved2 > disturb2) grid.Mark(g);
   }
   for (std::int64_t i = 0; i < n; ++i) {
     const Grain& g = world.grains()[i];

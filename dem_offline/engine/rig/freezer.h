@@ -13,16 +13,16 @@ struct FreezerSettings {
   /// Half sizes [m] of the box around the hub, along travel, across, and down
   /// from the hub; grains in it never freeze.
   std::array<double, 3> half_m = {0, 0, 0};
-  double ring = 1.1;         ///< awake grains stay so in the box times this
-  double quiet_m_per_s = 0;  ///< slower, over two looks: may freeze
-  double wake_m_per_s = 0;   ///< an awake grain faster than this wakes its neighbours
-  double cell_m = 0;         ///< neighbours: in the same or an adjoining cell
+  double ring = 1.1;           ///< active grains stay active in the box times this
+  double quiet_m_per_s = 0;    ///< slower, over two looks: may freeze
+  double disturb_m_per_s = 0;  ///< an active grain faster than this makes its neighbours active
+  double cell_m = 0;           ///< neighbours: in the same or an adjoining cell
 };
 
 /// Says which grains rest. Looked at every so many steps, so that equal runs
 /// give equal flags. A grain freezes when it is outside the box, moved less
 /// than `quiet` times the time over each of two looks, and nothing near it
-/// moves; it wakes when the box reaches it or something near it moves. Speeds
+/// moves; it becomes active when the box reaches it or something near it moves. Speeds
 /// are displacements over a look: a grain that trembles in place is quiet.
 class Freezer {
  public:

@@ -16,15 +16,16 @@ inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
   ContactModel model(LawsOf(s.contact));
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
   model.AddMaterial({kRigid, 0.0});
-  Interface f;
+  ContactProperties f;
   f.restitution = s.restitution;
   f.friction = grain_friction;
   f.rolling_friction = s.rolling_friction;
   PutInto(f, s.contact);
-  model.SetInterface(kGrainMaterial, kGrainMaterial, f, SettingsOf(s.contact));
+  model.SetContactProperties(kGrainMaterial, kGrainMaterial, f, SettingsOf(s.contact));
   f.friction = s.friction;
   PutInto(f, s.contact, s.contact.floor);
-  model.SetInterface(kGrainMaterial, kFloorMaterial, f, SettingsOf(s.contact, s.contact.floor));
+  model.SetContactProperties(kGrainMaterial, kFloorMaterial, f,
+                             SettingsOf(s.contact, s.contact.floor));
   return model;
 }
 
@@ -32,12 +33,13 @@ inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
 inline ContactModel RigContacts(const GrainSoil& s, const WheelShape& w) {
   ContactModel model = BedContacts(s, s.friction);
   model.AddMaterial({kRigid, 0.0});
-  Interface f;
+  ContactProperties f;
   f.restitution = w.restitution;
   f.friction = w.friction;
   f.rolling_friction = w.rolling_friction;
   PutInto(f, s.contact, s.contact.wheel);
-  model.SetInterface(kGrainMaterial, kWheelMaterial, f, SettingsOf(s.contact, s.contact.wheel));
+  model.SetContactProperties(kGrainMaterial, kWheelMaterial, f,
+                             SettingsOf(s.contact, s.contact.wheel));
   return model;
 }
 

@@ -27,23 +27,25 @@ int HistoryWords(const WheelTestSpec& spec) {
   return BedContacts(spec.soil, spec.soil.friction).layout().words;
 }
 
-std::int64_t KeyOf(const Home& h) { return (static_cast<std::int64_t>(h.grain) << 32) + h.copy; }
+std::int64_t KeyOf(const TilePlace& h) {
+  return (static_cast<std::int64_t>(h.grain) << 32) + h.copy;
+}
 
 /// The tile's contact histories, written to a new World. A bed of `copies`
 /// tiles that closes on itself has contacts across its ends; 0: it has none.
 void Restore(const BedPiece& piece, int copies, World* world) {
-  std::vector<std::int32_t> place_of(piece.homes.size());  // in memory
+  std::vector<std::int32_t> place_of(piece.tile_places.size());  // in memory
   for (std::int64_t i = 0; i < world->count(); ++i) {
     place_of[world->grains()[i].id] = static_cast<std::int32_t>(i);
   }
-  std::unordered_map<std::int64_t, std::int32_t> by_home;
-  for (std::size_t p = 0; p < piece.homes.size(); ++p) {
-    by_home[KeyOf(piece.homes[p])] = static_cast<std::int32_t>(p);
+  std::unordered_map<std::int64_t, std::int32_t> by_tile_place;
+  for (std::size_t p = 0; p < piece.tile_places.size(); ++p) {
+    by_tile_place[KeyOf(piece.tile_places[p])] = static_cast<std::int32_t>(p);
   }
-  const auto find = [&](std::int32_t in, Home home) {
+  const auto find = [&](std::int32_t in, TilePlace place) {
     if (in >= 0 || copies == 0) return in;
-    home.copy = ((home.copy % copies) + copies) % copies;
-    return by_home.at(KeyOf(home));
+    place.copy = ((place.copy % copies) + copies) % copies;
+    return by_tile_place.at(KeyOf(place));
   };
   for (const BedTouch& t : piece.touches) {
     const std::int32_t a = find(t.in_a, t.a), b = find(t.in_b, t.b);
@@ -122,7 +124,7 @@ RigScene::RigScene(const WheelTestSpec& spec, const Tile& tile, double dt_s)
     const Vec3d half = HalfExtents(spec.wheel, YawOf(spec));
     for (int a = 0; a < 3; ++a) f.half_m[a] = scene.freeze_box * half[a];
     f.quiet_m_per_s = scene.freeze_speed * spec.rig.speed_m_per_s;
-    f.wake_m_per_s = 2 * f.quiet_m_per_s;
+    f.disturb_m_per_s = 2 * f.quiet_m_per_s;
     f.cell_m = 1.1 * diameter_;
     freezer_.emplace(f);
   }
@@ -139,7 +141,7 @@ void RigScene::Open(const BedPiece& piece, double length_m, double dt_s) {
   world_->AddBody(FloorBody(spec_.rig.bed_depth_m));
   Restore(piece, window_ ? 0 : static_cast<int>(std::lround(length_m / feed_.tile_length_m())),
           world_.get());
-  awake_ = world_->count();
+  active_ = world_->count();
 }
 
 void RigScene::Follow(std::uint64_t step, const Vec3d& hub_m) {
@@ -153,7 +155,7 @@ bool RigScene::LookDue(std::uint64_t step) const {
 
 void RigScene::CountSteps(double steps) {
   use_.particle_steps += steps * static_cast<double>(world_->count());
-  use_.awake_particle_steps += steps * static_cast<double>(awake_);
+  use_.active_particle_steps += steps * static_cast<double>(active_);
   use_.deep_particle_steps += steps * static_cast<double>(deep_);
 }
 
@@ -172,13 +174,13 @@ bool RigScene::Look(const Vec3d& hub_m) {
     return false;
   }
   bool other = false;
-  awake_ = deep_ = 0;
+  active_ = deep_ = 0;
   const auto half_depth = static_cast<std::int32_t>(
       -0.5 * spec_.rig.bed_depth_m / TileZSpan(spec_.rig.bed_depth_m) * 4294967296.0);
   for (std::int64_t i = 0; i < world_->count(); ++i) {
     other |= world_->Frozen(i) != (frozen_[i] != 0);
     if (frozen_[i]) continue;
-    ++awake_;
+    ++active_;
     deep_ += world_->grains()[i].z < half_depth;
   }
   if (other) world_->Freeze(frozen_);

@@ -42,7 +42,7 @@ class RigScene {
 
   World& world() { return *world_; }
   double start_x_m() const { return start_x_; }  ///< of the hub
-  /// Before each step: the window follows, grains freeze and wake.
+  /// Before each step: the window follows, grains freeze and become active.
   void Follow(std::uint64_t step, const Vec3d& hub_m);
   /// The same for whoever makes the steps elsewhere: does the scene look at its
   /// grains, is a look due before this step; the look itself (true: something
@@ -68,7 +68,7 @@ class RigScene {
   std::optional<Freezer> freezer_;
   std::unique_ptr<World> world_;
   std::vector<std::uint8_t> frozen_;
-  std::int64_t awake_ = 0, deep_ = 0;
+  std::int64_t active_ = 0, deep_ = 0;
   SceneUse use_;
 };
 

@@ -142,13 +142,13 @@ void ValidateSpec(const WheelTestSpec& spec, const WorkLimits& limits) {
   CheckWork("rig.max_time_s, rig.scene", WorkOf(spec), limits);
 }
 
-SceneSettings EverythingSimulated() {
+SceneSettings FullDomain() {
   SceneSettings s;
   s.bed = SceneBed::kFull;
   return s;
 }
 
-SceneSettings OnlyWhatIsNeeded() {
+SceneSettings ReducedDomain() {
   SceneSettings s;
   s.bed = SceneBed::kWindow;
   s.freeze = true;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 namespace grouser::dem {
 

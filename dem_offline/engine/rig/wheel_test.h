@@ -39,8 +39,8 @@ enum class SceneBed {
   kWindow,    ///< a frame that follows the wheel and is fed with virgin soil in front
 };
 
-/// How much of the bed is worked on. The defaults simulate everything; with
-/// `kWindow`, `freeze` and `largest_step` only what the scene needs.
+/// How much of the bed is simulated. Defaults: the full domain; `kWindow`, `freeze` and
+/// `largest_step` make it the reduced domain.
 struct SceneSettings {
   SceneBed bed = SceneBed::kPeriodic;
   double window_length_m = 0;  ///< 0: by the rule of its distance from the wheel
@@ -65,9 +65,9 @@ struct RigSettings {
   SceneSettings scene;
 };
 
-/// The two ends of the choice, for comparisons.
-SceneSettings EverythingSimulated();
-SceneSettings OnlyWhatIsNeeded();
+/// Every switch off, with the whole way of the wheel as bed (kFull); every switch on.
+SceneSettings FullDomain();
+SceneSettings ReducedDomain();
 
 struct WheelTestSpec {
   GrainSoil soil;
@@ -91,9 +91,9 @@ const char* Explain(StopCause cause);
 
 /// What a scene cost: grains times steps.
 struct SceneUse {
-  double particle_steps = 0;        ///< of all grains present
-  double awake_particle_steps = 0;  ///< of those not frozen
-  double deep_particle_steps = 0;   ///< of those awake in the lower half of the bed
+  double particle_steps = 0;         ///< of all grains present
+  double active_particle_steps = 0;  ///< of those not frozen
+  double deep_particle_steps = 0;    ///< of those active in the lower half of the bed
 };
 
 /// What became of a run. Only steady runs give the forces of their state.

@@ -26,8 +26,8 @@ const BedPiece& Window::Fill() {
 }
 
 void Window::Register(const BedPiece& piece, std::int32_t first_id) {
-  for (std::size_t p = 0; p < piece.homes.size(); ++p) {
-    const Home& h = piece.homes[p];
+  for (std::size_t p = 0; p < piece.tile_places.size(); ++p) {
+    const TilePlace& h = piece.tile_places[p];
     if (h.grain >= static_cast<std::int32_t>(newest_.size())) newest_.resize(h.grain + 1);
     if (h.copy >= newest_[h.grain].copy) {
       newest_[h.grain] = {h.copy, first_id + static_cast<std::int32_t>(p)};
@@ -66,11 +66,11 @@ void Window::Advance(World& world) {
     std::copy(from, from + words, touch->words.begin());
   };
   // -1 - id of a resident; 0 for one that is not there (yet).
-  const auto index_of = [&](std::int32_t in, const Home& home) -> std::int32_t {
+  const auto index_of = [&](std::int32_t in, const TilePlace& place) -> std::int32_t {
     if (in >= 0) return in;
-    const bool known = home.grain < static_cast<std::int32_t>(newest_.size()) &&
-                       newest_[home.grain].copy == home.copy;
-    return known ? -1 - newest_[home.grain].id : INT32_MAX;
+    const bool known = place.grain < static_cast<std::int32_t>(newest_.size()) &&
+                       newest_[place.grain].copy == place.copy;
+    return known ? -1 - newest_[place.grain].id : INT32_MAX;
   };
   for (const BedTouch& t : slab.touches) {
     GrainExchange::Touch touch = {};

@@ -18,10 +18,9 @@ struct WindowSettings {
 /// back of the frame are the same plane, the seam. When the hub has gone on by a
 /// slab, the grains centred in the last slab behind leave and the next slab of
 /// virgin soil comes in front, with its contacts; the seam then stands a slab
-/// further. What meets at the seam never touched before: the band on either side
-/// is kept frozen, so that this misfit is never evaluated. Virgin grains are
-/// born frozen and wake, in balance with their neighbours, when the band has
-/// passed.
+/// further. Grains that face each other across the seam never touched before: the band on either
+/// side is kept frozen, so that this misfit is never evaluated. Virgin grains are frozen when they
+/// enter and become active, in balance with their neighbours, when the band has passed.
 class Window {
  public:
   /// Throws std::invalid_argument for a frame too short for its band and slab.

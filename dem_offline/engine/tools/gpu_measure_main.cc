@@ -147,8 +147,8 @@ WorldConfig RoadConfig(int copies, double youngs_modulus, double dt) {
   c.dt_s = dt;
   c.contacts.AddMaterial({youngs_modulus, 0.3});
   c.contacts.AddMaterial({kRigid, 0.0});
-  c.contacts.SetInterface(0, 0, {0.5, 0.4, 0.05});
-  c.contacts.SetInterface(0, 1, {0.5, 0.4, 0.05});
+  c.contacts.SetContactProperties(0, 0, {0.5, 0.4, 0.05});
+  c.contacts.SetContactProperties(0, 1, {0.5, 0.4, 0.05});
   return c;
 }
 

@@ -1,4 +1,4 @@
-// grouser-scene-study: what each switch of "only what the scene needs" does to a wheel test.
+// grouser-scene-study: what each switch of the reduced domain does to a wheel test.
 // The same wheel, soil and seeds with one switch changed at a time, against the full model; each
 // finished run is a line of a file, so that a study that was stopped goes on where it was.
 #include <cmath>
@@ -44,7 +44,7 @@ struct State {
 struct Outcome {
   std::string status, stopped;
   double mean[4] = {}, error[4] = {};
-  double steps = 0, particle_steps = 0, awake = 0, deep = 0, cpu_s = 0, end_s = 0, p99 = 0,
+  double steps = 0, particle_steps = 0, active = 0, deep = 0, cpu_s = 0, end_s = 0, p99 = 0,
          residual = 0;
 };
 
@@ -65,7 +65,7 @@ WheelTestSpec FullModel(const Options& o, const State& state, int seed) {
   s.wheel.rolling_friction = 0.3;
   s.rig.max_time_s = o.max_time_s;
   s.rig.target_relative_error = 1e-9;  // to the end
-  s.rig.scene = EverythingSimulated();
+  s.rig.scene = FullDomain();
   s.state.slip = state.slip;
   s.state.attack_angle_rad = state.attack_deg * kDegree;
   s.state.load_n = state.load_n;
@@ -129,10 +129,10 @@ std::vector<Row> Rows() {
          s->rig.speed_m_per_s *= 0.5;
          s->rig.max_time_s *= 2;
        }},
-      {"needed, to the end", [](WheelTestSpec* s) { s->rig.scene = OnlyWhatIsNeeded(); }},
-      {"needed",
+      {"reduced, to the end", [](WheelTestSpec* s) { s->rig.scene = ReducedDomain(); }},
+      {"reduced",
        [](WheelTestSpec* s) {
-         s->rig.scene = OnlyWhatIsNeeded();
+         s->rig.scene = ReducedDomain();
          s->rig.target_relative_error = 0.02;
        }},
   };
@@ -156,7 +156,7 @@ Results Load(const std::string& file) {
       continue;
     }
     for (int k = 0; k < 4; ++k) words >> o.mean[k] >> o.error[k];
-    words >> o.steps >> o.particle_steps >> o.awake >> o.deep >> o.cpu_s >> o.end_s >> o.p99 >>
+    words >> o.steps >> o.particle_steps >> o.active >> o.deep >> o.cpu_s >> o.end_s >> o.p99 >>
         o.residual;
     if (words) out[key] = o;
   }
@@ -168,7 +168,7 @@ void Append(const std::string& file, const std::string& key, const Outcome& o) {
   out.precision(8);
   out << key << '\t' << o.status << '\t' << o.stopped;
   for (int k = 0; k < 4; ++k) out << '\t' << o.mean[k] << '\t' << o.error[k];
-  out << '\t' << o.steps << '\t' << o.particle_steps << '\t' << o.awake << '\t' << o.deep << '\t'
+  out << '\t' << o.steps << '\t' << o.particle_steps << '\t' << o.active << '\t' << o.deep << '\t'
       << o.cpu_s << '\t' << o.end_s << '\t' << o.p99 << '\t' << o.residual << std::endl;
 }
 
@@ -188,7 +188,7 @@ Outcome RunOne(const WheelTestSpec& spec, const Tile& tile) {
   }
   o.steps = static_cast<double>(r.steps);
   o.particle_steps = r.use.particle_steps;
-  o.awake = r.use.awake_particle_steps;
+  o.active = r.use.active_particle_steps;
   o.deep = r.use.deep_particle_steps;
   o.cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   o.end_s = r.window_end_s;
@@ -217,20 +217,20 @@ void PrintTable(const Results& results, const State& state, const Options& o) {
               state.slip, state.attack_deg, state.load_n);
   std::printf(
       "| switch | runs | F_x N | F_y N | torque N m | sinkage mm | own SE F_x, F_y | "
-      "steps | particle-steps | awake | deep of awake | CPU s | full/this | residual | "
+      "steps | particle-steps | active | deep of active | CPU s | full/this | residual | "
       "not steady |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   double full_cpu = 0;
   for (const Row& row : Rows()) {
     std::vector<Outcome> runs;
     int unsteady = 0;
-    double steps = 0, cost = 0, awake = 0, deep = 0, cpu = 0, residual = 0;
+    double steps = 0, cost = 0, active = 0, deep = 0, cpu = 0, residual = 0;
     for (int seed = o.first_seed; seed < o.first_seed + o.seeds; ++seed) {
       const auto found = results.find(KeyOf(row.name, state.name, seed));
       if (found == results.end()) continue;
       const Outcome& run = found->second;
       unsteady += run.status.rfind("steady", 0) != 0;
       runs.push_back(run);
-      steps += run.steps, cost += run.particle_steps, awake += run.awake, deep += run.deep;
+      steps += run.steps, cost += run.particle_steps, active += run.active, deep += run.deep;
       cpu += run.cpu_s, residual = std::max(residual, run.residual);
     }
     if (runs.empty()) continue;
@@ -243,8 +243,8 @@ void PrintTable(const Results& results, const State& state, const Options& o) {
       std::printf(" %.*f +- %.*f |", k == 2 ? 4 : 2, p.mean * unit, k == 2 ? 4 : 2, p.error * unit);
     }
     std::printf(" %.2f, %.2f | %.3g | %.3g | %.2f | %.2f | %.1f | %.2f | %.2g | %d |\n",
-                Pool(runs, 0).own, Pool(runs, 1).own, steps / n, cost / n, awake / cost,
-                awake > 0 ? deep / awake : 0, cpu / n, full_cpu / (cpu / n), residual, unsteady);
+                Pool(runs, 0).own, Pool(runs, 1).own, steps / n, cost / n, active / cost,
+                active > 0 ? deep / active : 0, cpu / n, full_cpu / (cpu / n), residual, unsteady);
   }
 }
 

@@ -34,7 +34,7 @@ struct BedSpec {
   double length_m = 0.24, width_m = 0.12, depth_m = 0.05;
   double smallest_d_m = 0.010, largest_d_m = 0.012;
   Elastic grains = {2e6, 0.3};
-  Interface surfaces = {.restitution = 0.5, .friction = 0.5, .rolling_friction = 0.1};
+  ContactProperties surfaces = {.restitution = 0.5, .friction = 0.5, .rolling_friction = 0.1};
   Laws laws = {.rolling = "epsd"};
   double density = 2290;
   double gravity = 9.81;

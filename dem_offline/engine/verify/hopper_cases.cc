@@ -44,12 +44,13 @@ class SlotHopper {
         ContactModel(LawsByName(laws.normal, laws.tangential, laws.rolling, laws.cohesion));
     c.contacts.AddMaterial(glass);
     c.contacts.AddMaterial(glass);
-    const Interface grains = {.restitution = 0.94, .friction = 0.2, .rolling_friction = 0.09};
-    Interface wall = grains;
+    const ContactProperties grains = {
+        .restitution = 0.94, .friction = 0.2, .rolling_friction = 0.09};
+    ContactProperties wall = grains;
     wall.restitution = 0.90;
-    c.contacts.SetInterface(0, 0, grains);
-    c.contacts.SetInterface(0, 1, wall);
-    c.contacts.SetInterface(1, 1, wall);
+    c.contacts.SetContactProperties(0, 0, grains);
+    c.contacts.SetContactProperties(0, 1, wall);
+    c.contacts.SetContactProperties(1, 1, wall);
     return c;
   }
   static std::vector<GrainState> Fill() {

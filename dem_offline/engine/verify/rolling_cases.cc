@@ -13,8 +13,8 @@ double Sag(const Elastic& e, double radius, double force) {
   return std::pow(force / k, 2.0 / 3.0);
 }
 
-World OnFloor(const Laws& laws, const Elastic& e, const Interface& f, double radius, double density,
-              Vec3d gravity, double dt, double v_x, double w_y) {
+World OnFloor(const Laws& laws, const Elastic& e, const ContactProperties& f, double radius,
+              double density, Vec3d gravity, double dt, double v_x, double w_y) {
   WorldConfig c = Cell(Model(laws, e, f), 0.1, dt);
   c.gravity_m_per_s2 = gravity;
   const double z = radius - Sag(e, radius, -SphereMass(radius, density) * gravity[2]);
@@ -72,7 +72,7 @@ void RollingResistance(Rows& rows) {
 void RollingConverges(Rows& rows) {
   const double r = 0.005, g = 9.81, mu_r = 0.1, v = 0.1, density = 2500;
   const Elastic sand = {1e7, 0.3};
-  const Interface f = {.restitution = 0.5, .friction = 0.5, .rolling_friction = mu_r};
+  const ContactProperties f = {.restitution = 0.5, .friction = 0.5, .rolling_friction = mu_r};
   for (const char* law : {"constant_torque", "epsd", "own_spin"}) {
     const Laws laws = {.rolling = law};
     const double step =

@@ -67,7 +67,7 @@ LawSettings SettingsFor(const std::vector<Setting>& settings) {
   return out;
 }
 
-ContactModel Model(const Laws& laws, const Elastic& grains, const Interface& f) {
+ContactModel Model(const Laws& laws, const Elastic& grains, const ContactProperties& f) {
   return OneMaterial(grains, f,
                      LawsByName(laws.normal, laws.tangential, laws.rolling, laws.cohesion),
                      SettingsFor(laws.settings));

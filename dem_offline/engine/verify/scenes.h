@@ -52,10 +52,10 @@ struct Laws {
   const char* cohesion = "none";
   std::vector<Setting> settings = {};
 };
-/// Throws std::invalid_argument for a law or field that the menu has not.
+/// Throws std::invalid_argument for a law or field that the registry has not.
 LawSettings SettingsFor(const std::vector<Setting>& settings);
 /// Grains of one material (0) and rigid bodies (1), all with interface `f`.
-ContactModel Model(const Laws& laws, const Elastic& grains, const Interface& f);
+ContactModel Model(const Laws& laws, const Elastic& grains, const ContactProperties& f);
 
 /// An empty cube without gravity, periodic in x and y, z from -2 to 2 sizes.
 WorldConfig Cell(const ContactModel& contacts, double size_m, double dt_s);

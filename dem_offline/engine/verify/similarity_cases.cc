@@ -3,6 +3,7 @@
 
 #include "dem_offline/engine/rig/wheel_test.h"
 #include "dem_offline/engine/verify/cases.h"
+#include "dem_offline/engine/verify/scenes.h"
 
 namespace grouser::dem::verify {
 namespace {

@@ -111,7 +111,7 @@ EnergyBalance World::Balance() const {
   e.kinetic = KineticEnergy();
   e.potential = PotentialEnergy();
   const BondStatistics& bonds = parts_->bond_statistics;
-  e.stored = energy_.stored + parked_j_ + bonds.stored_j;
+  e.stored = energy_.stored + inactive_j_ + bonds.stored_j;
   e.frozen = frozen_j_;
   e.normal_damping = energy_.normal_damping;
   e.tangent_damping = energy_.tangent_damping;
@@ -133,7 +133,7 @@ double World::MeanContacts() const {
 std::vector<float> World::OverlapRatios() const {
   std::vector<float> out;
   const auto q = config_.frame.Quantum();
-  for (std::int64_t c = 0; c < list_.near_pairs(); ++c) {
+  for (std::int64_t c = 0; c < list_.inner_pairs(); ++c) {
     const Grain &a = grains_[list_.first(c)], &b = grains_[list_.second(c)];
     const float dx = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
     const float dy = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
@@ -157,9 +157,9 @@ double World::BytesPerStep() const {
   // Indices, history both ways, two records written and read.
   const double per_pair = 4 * word + 2 * word * list_.words() + 4 * sizeof(GrainLoad);
   // Line for the pairs; line both ways, loads both ways, kinetics both
-  // ways and the leash for the drift; the records' starts.
-  const double per_grain =
-      3 * sizeof(Grain) + 2 * sizeof(GrainLoad) + 2 * sizeof(Kinetics) + sizeof(Leash) + word;
+  // ways and the bound for the drift; the records' starts.
+  const double per_grain = 3 * sizeof(Grain) + 2 * sizeof(GrainLoad) + 2 * sizeof(Kinetics) +
+                           sizeof(DisplacementBound) + word;
   return pairs * per_pair + grains * per_grain;
 }
 

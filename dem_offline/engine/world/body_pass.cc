@@ -9,8 +9,8 @@ namespace {
 constexpr std::size_t kRun = 64;  // grains
 
 template <class R>
-ContactResult EvaluateRecipe(const WorldConfig&, const PairParams& p, const ContactGeometry& g,
-                             float* words, float dt) {
+ContactResult EvaluateCombination(const WorldConfig&, const PairParams& p, const ContactGeometry& g,
+                                  float* words, float dt) {
   return R::Evaluate(R::From(p), g, words, dt);
 }
 ContactResult EvaluateAny(const WorldConfig& c, const PairParams& p, const ContactGeometry& g,
@@ -18,14 +18,16 @@ ContactResult EvaluateAny(const WorldConfig& c, const PairParams& p, const Conta
   return EvaluateGeneric(c.contacts.laws(), c.contacts.layout(), p, g, words, dt);
 }
 template <class... R>
-ContactFn Choose(int recipe, RecipeList<R...>) {
-  static constexpr ContactFn all[] = {EvaluateRecipe<R>...};
-  return recipe < 0 ? EvaluateAny : all[recipe];
+ContactFn Choose(int combination, CombinationList<R...>) {
+  static constexpr ContactFn all[] = {EvaluateCombination<R>...};
+  return combination < 0 ? EvaluateAny : all[combination];
 }
 
 }  // namespace
 
-ContactFn BodyPass::ContactOf(int recipe) { return Choose(recipe, Recipes{}); }
+ContactFn BodyPass::ContactOf(int combination) {
+  return Choose(combination, CompiledCombinations{});
+}
 
 /// What a run of grains did to a body.
 struct BodyPass::Sums {
@@ -47,7 +49,7 @@ void BodyPass::TouchEntry(World& w, BodyEntry& b, int number, const TouchView& v
                  &slots.clear[k], &w.loads_[i], record, &sums.tunnelled);
   for (int s = 0; s < n; ++s) {
     const TouchRecord& r = record[s];
-    sums.energy.Add(ToDouble(r.energy));
+    sums.energy.Add(r.energy);
     if (!r.active) continue;
     sums.wrench.Add(r.force, r.moment);
     if (w.parts_->sink) w.parts_->sink({number, r.point, r.force, r.key, r.rim});

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/core/frame.h"
+#include "dem_offline/engine/core/grain.h"
 #include "dem_offline/engine/world/rigid_body.h"
 
 namespace grouser::dem {

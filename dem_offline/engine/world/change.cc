@@ -1,4 +1,4 @@
-// Grains of a World that freeze, wake, leave and come.
+// Grains of a World that freeze, move again, leave and come.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -50,7 +50,7 @@ double World::StoredNow() {
   PairView v = View(0);
   copy.Fill(v);
   EnergySums sum;
-  KernelsFor(nullptr, recipe_, true).pairs(v, 0, copy.blocks(), &sum);
+  KernelsFor(nullptr, combination_, true).pairs(v, 0, copy.blocks(), &sum);
   return sum.stored + BodyPass::Stored(*this);
 }
 
@@ -80,16 +80,16 @@ void World::Freeze(const std::vector<std::uint8_t>& frozen) {
   for (std::int64_t i = 0; i < count_; ++i) {
     if (!Frozen(i)) idle_[i / kLanes] = 0;
   }
-  // Pairs of two frozen grains are in no list: whoever wakes must be searched for.
+  // Pairs of two frozen grains are in no list: a search finds those of grains that move again.
   if (std::find(woken.begin(), woken.end(), 1) == woken.end()) {
-    Refresh();
+    Prune();
   } else {
     Rebuild();
   }
   RenewLoads(woken);  // else the first kick of the woken would be by gravity alone
   if (!config_.energy) return;
   frozen_j_ += kinetic - KineticEnergy();
-  parked_j_ += stored - StoredNow();
+  inactive_j_ += stored - StoredNow();
 }
 
 /// Puts these grains in place of all, with what belongs to each. from[i]: the
@@ -187,12 +187,12 @@ std::int32_t World::Exchange(const GrainExchange& e) {
   }
   for (std::size_t i = 0; i < e.in.size(); ++i) {
     CheckGrain(e.in[i], i, config_.contacts.materials());
-    if (recipe_ >= 0 && e.in[i].material != 0) Bad("in: a second material of grains");
+    if (combination_ >= 0 && e.in[i].material != 0) Bad("in: a second material of grains");
     raw.push_back(MakeGrain(e.in[i], config_, first_id + static_cast<std::int32_t>(i)));
     old_place.push_back(-1);
   }
   if (raw.empty()) Bad("no grain would be left");
-  const auto all = [&] { return KineticEnergy() + PotentialEnergy() + StoredNow() + parked_j_; };
+  const auto all = [&] { return KineticEnergy() + PotentialEnergy() + StoredNow() + inactive_j_; };
   const double before = config_.energy ? all() : 0;
   std::vector<Grain> grains;
   std::vector<std::int32_t> from;

@@ -3,9 +3,9 @@
 #include <cstdint>
 
 #include "dem_offline/engine/bodies/clump.h"
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/grain.h"
-#include "dem_offline/engine/world/rotation.h"
+#include "dem_offline/engine/core/frame.h"
+#include "dem_offline/engine/core/grain.h"
+#include "dem_offline/engine/core/rotation.h"
 
 // How rigid clumps move: index bodies that all back ends share.
 

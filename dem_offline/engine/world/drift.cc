@@ -1,5 +1,5 @@
 // Kick and drift of a World's grains, and the start of its leapfrog.
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/drift_body.h"
 #include "dem_offline/engine/world/parts.h"
 
 namespace grouser::dem {
@@ -11,7 +11,7 @@ StepFault World::Drift() {
   v.grains = grains_.data();
   v.loads = loads_.data();
   v.kinetics = kinetics_.data();
-  v.leashes = leashes_.data();
+  v.bounds = bounds_.data();
   v.idle = idle_.empty() ? nullptr : idle_.data();
   v.dt = static_cast<float>(config_.dt_s);
   v.drag = drag_;
@@ -22,7 +22,7 @@ StepFault World::Drift() {
     v.gravity_dt[a] = static_cast<float>(config_.gravity_m_per_s2[a]) * v.dt;
   }
   v.planar = config_.planar;
-  const DriftKernelFn drift = KernelsFor(nullptr, recipe_, false).drift;
+  const DriftKernelFn drift = KernelsFor(nullptr, combination_, false).drift;
   const int size = parts_->team.size();
   std::vector<DriftFound> found(size);
   const auto tiles = static_cast<std::int64_t>(grains_.size()) / kLanes;
@@ -37,7 +37,7 @@ StepFault World::Drift() {
   for (const DriftFound& f : found) {
     if (!f.apart) return StepFault::kOverlap;
     if (!f.slow) return StepFault::kTooFast;
-    near_stale_ |= f.far;
+    inner_stale_ |= f.beyond;
   }
   return fault_;
 }

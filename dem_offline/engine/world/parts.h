@@ -65,7 +65,7 @@ struct BodyPass {
   static void Renumber(World& w, const std::vector<std::int32_t>& place_of);
   static void Move(World& w);      ///< before the forces; searches where needed
   static void StepBack(World& w);  ///< velocities of time zero to the half step before
-  static ContactFn ContactOf(int recipe);
+  static ContactFn ContactOf(int combination);
   static BodySurroundings Around(const World& w);
 
  private:

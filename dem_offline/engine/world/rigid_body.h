@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "dem_offline/engine/bodies/body.h"
-#include "dem_offline/engine/world/rotation.h"
+#include "dem_offline/engine/core/rotation.h"
 
 // How rigid bodies move, and what is kept of them from step to step: index
 // bodies that all back ends share.

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/laws/vec3.h"
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/core/grain.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // The order of grains in memory: shared by World::Sort and a device.
 

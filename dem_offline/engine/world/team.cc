@@ -2,7 +2,7 @@
 
 namespace grouser::dem {
 namespace {
-constexpr int kSpins = 4000;  // a step takes tens of microseconds: sleeping costs more
+constexpr int kSpins = 4000;  // a step takes tens of microseconds: a blocking wait costs more
 }
 
 Team::Team(int threads) {

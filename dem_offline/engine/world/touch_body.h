@@ -2,7 +2,7 @@
 
 #include "dem_offline/engine/bodies/shape_body.h"
 #include "dem_offline/engine/contact/contact_body.h"
-#include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/core/energy_sums.h"
 #include "dem_offline/engine/world/body_view.h"
 
 // The contacts of one grain with one body: the index body that all back ends
@@ -23,7 +23,7 @@ struct TouchView {
   float stride;     ///< no surface point goes further in this step [m]
   float range, dt;
   std::int32_t per_grain, words;
-  bool hand_over;  ///< a mesh hands histories from surface to surface
+  bool pass_history;  ///< a mesh passes histories on from surface to surface
   std::int32_t material;
   const PairParams* params;  ///< [materials x materials]
   std::int32_t materials;
@@ -38,18 +38,14 @@ struct TouchRecord {
   ContactEnergy energy;
 };
 
-GROUSER_HD EnergySums ToDouble(const ContactEnergy& e) {
-  return {e.stored, e.normal, e.tangent, e.slip, e.rolling, e.plastic, e.cohesion};
-}
-
 GROUSER_HD Vec3f ToFloat(const Vec3d& a) {
   return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
 }
 
 /// Moves the words of keys that are still there into their new slots. A mesh
-/// hands the history of the one surface left to the one entered.
-GROUSER_HD void MatchSlots(const SurfacePoint* at, int n, int per_grain, int words, bool hand_over,
-                           std::int32_t* key, float* word) {
+/// passes the history of the one surface left on to the one entered.
+GROUSER_HD void MatchSlots(const SurfacePoint* at, int n, int per_grain, int words,
+                           bool pass_history, std::int32_t* key, float* word) {
   float kept[kMostSurfacePoints * kMaxHistoryWords];
   std::int32_t old[kMostSurfacePoints];
   for (int s = 0; s < per_grain; ++s) {
@@ -80,7 +76,7 @@ GROUSER_HD void MatchSlots(const SurfacePoint* at, int n, int per_grain, int wor
       ++lost;
     }
   }
-  if (hand_over && news == 1 && lost == 1) {
+  if (pass_history && news == 1 && lost == 1) {
     for (int w = 0; w < words; ++w) word[fresh * words + w] = kept[gone * words + w];
   }
 }
@@ -157,7 +153,7 @@ GROUSER_HD int TouchGrain(const TouchView& v, const Grain& g, const Evaluate& ev
   *clear = t.clear > kLeastClear * g.radius ? kSafeClear * t.clear : 0.0f;
   const bool same = t.n == 1 && key[0] == t.at[0].key && (v.per_grain == 1 || key[1] < 0);
   if (!same && (t.n > 0 || key[0] >= 0)) {
-    MatchSlots(t.at, t.n, v.per_grain, v.words, v.hand_over, key, word);
+    MatchSlots(t.at, t.n, v.per_grain, v.words, v.pass_history, key, word);
   }
   const PairParams& p = v.params[(g.kind & 0xffff) * v.materials + v.material];
   for (int s = 0; s < t.n; ++s, word += v.words) {

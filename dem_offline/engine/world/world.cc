@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/contact/leash_body.h"
+#include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/laws/time_step.h"
 #include "dem_offline/engine/world/parts.h"
 
@@ -76,7 +76,7 @@ World::~World() = default;
 void World::Construct(const Contents& contents) {
   parts_ = std::make_unique<Parts>(config_.threads);
   params_ = config_.contacts.Table();
-  recipe_ = config_.contacts.recipe();
+  combination_ = config_.contacts.combination();
   std::vector<GrainState> grains = contents.grains;
   ClumpPass::Add(*this, contents, &grains);
   count_ = static_cast<std::int64_t>(grains.size());
@@ -88,7 +88,7 @@ void World::Construct(const Contents& contents) {
     const float r = raw.back().radius;
     largest_radius_ = std::max(largest_radius_, r);
     smallest_radius_ = i == 0 ? r : std::min(smallest_radius_, r);
-    if (grains[i].material != 0) recipe_ = -1;
+    if (grains[i].material != 0) combination_ = -1;
   }
   const std::int64_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
   grains_.assign(padded, PaddingGrain());
@@ -105,7 +105,7 @@ void World::Construct(const Contents& contents) {
   for (std::int64_t i = 0; i < count_; ++i) kinetics_[i] = AtRest(grains_[i]);
   range_ = static_cast<float>(config_.contacts.Range(smallest_radius_, largest_radius_));
   if (!(config_.skin_m > 0)) config_.skin_m = 0.2 * largest_radius_;
-  parts_->contact = BodyPass::ContactOf(config_.contacts.recipe());
+  parts_->contact = BodyPass::ContactOf(config_.contacts.combination());
   const WordLayout& layout = config_.contacts.layout();
   list_.Configure(layout.words, layout.vector_words, config_.first_pairs);
   ClumpPass::Index(*this);
@@ -152,7 +152,7 @@ void World::Rebuild(const std::vector<std::int32_t>* place_of) {
   }
   stale_ = false;
   ++rebuilds_;
-  Refresh();
+  Prune();
 }
 
 Kinetics World::AtRest(const Grain& g) const {
@@ -163,31 +163,32 @@ Kinetics World::AtRest(const Grain& g) const {
   return k;
 }
 
-/// Gives every grain a leash; false where one that ends within the half skin of
+/// Gives every grain a displacement bound; false where one that ends within the half skin of
 /// the search can not be had.
-bool World::Tie() {
+bool World::SetBounds() {
   const auto q = config_.frame.Quantum();
   const float half = 0.5f * static_cast<float>(config_.skin_m);
   const float room = kStepsOfRoom * static_cast<float>(config_.dt_s);
   reaches_.resize(count_);
-  leashes_.resize(grains_.size());
+  bounds_.resize(grains_.size());
   // Padding goes nowhere, also where grains have been before an exchange.
-  std::fill(leashes_.begin() + count_, leashes_.end(), Leash{0, 0, 0, 0.0f});
+  std::fill(bounds_.begin() + count_, bounds_.end(), DisplacementBound{0, 0, 0, 0.0f});
   for (std::int64_t i = 0; i < count_; ++i) {
     const auto& at = found_at_[i];
-    if (!TieGrain(grains_[i], at.x, at.y, at.z, q.data(), half, room, &leashes_[i], &reaches_[i])) {
+    if (!BoundGrain(grains_[i], at.x, at.y, at.z, q.data(), half, room, &bounds_[i],
+                    &reaches_[i])) {
       return false;
     }
   }
   return true;
 }
 
-void World::Refresh() {
-  if (!Tie()) return Rebuild();
-  const Stopwatch watch(timing_, phases_.refresh_s);
-  near_stale_ = false;
-  list_.Refresh(grains_, reaches_, config_.frame, range_);
-  ++phases_.refreshes;
+void World::Prune() {
+  if (!SetBounds()) return Rebuild();
+  const Stopwatch watch(timing_, phases_.prune_s);
+  inner_stale_ = false;
+  list_.Prune(grains_, reaches_, config_.frame, range_);
+  ++phases_.prunes;
 }
 
 StepFault World::Step() {
@@ -207,8 +208,8 @@ StepFault World::Step() {
   }
   if (stale_) {
     Rebuild();
-  } else if (near_stale_) {
-    Refresh();
+  } else if (inner_stale_) {
+    Prune();
   }
   Forces();
   ++steps_;
@@ -243,7 +244,7 @@ PairView World::View(double dt_s) {
 
 void World::PairForces() {
   const PairView v = View(config_.dt_s);
-  const Kernels kernels = KernelsFor(nullptr, recipe_, config_.energy);
+  const Kernels kernels = KernelsFor(nullptr, combination_, config_.energy);
   const std::int64_t blocks = list_.blocks();
   const std::int64_t chunks = (blocks + kBlocksPerChunk - 1) / kBlocksPerChunk;
   auto& energy = parts_->chunk_energy;

@@ -10,10 +10,10 @@
 #include "dem_offline/engine/bodies/clump.h"
 #include "dem_offline/engine/contact/bond.h"
 #include "dem_offline/engine/contact/pair_list.h"
+#include "dem_offline/engine/core/grain.h"
 #include "dem_offline/engine/isa/kernels.h"
 #include "dem_offline/engine/laws/contact_model.h"
-#include "dem_offline/engine/world/grain.h"
-#include "dem_offline/engine/world/handover.h"
+#include "dem_offline/engine/world/device_state.h"
 #include "dem_offline/engine/world/rigid_body.h"
 #include "dem_offline/engine/world/sort_key.h"
 #include "dem_offline/engine/world/stepper.h"
@@ -93,11 +93,11 @@ struct EnergyBalance {
 
 /// Wall time by phase [s], summed over the steps since SetTiming(true).
 struct Phases {
-  double search_s = 0;   ///< far lists and bodies
-  double refresh_s = 0;  ///< near lists
+  double search_s = 0;  ///< outer lists and bodies
+  double prune_s = 0;   ///< inner lists
   double pairs_s = 0, sum_s = 0, drift_s = 0;
   double bodies_s = 0;  ///< bodies, bonds, clumps
-  std::uint64_t refreshes = 0;
+  std::uint64_t prunes = 0;
 };
 
 /// Grains out and grains in, between two steps; see World::Exchange.
@@ -180,7 +180,7 @@ class World {
   std::int32_t Exchange(const GrainExchange& exchange);
   /// Grains with a flag stop and are left out of all work: pairs of two of them
   /// keep their history, unevaluated; they hold up others like glued ones. The
-  /// others are awake (from rest, where they were frozen). [count()] by place.
+  /// others are active (from rest, where they were frozen). [count()] by place.
   void Freeze(const std::vector<std::uint8_t>& frozen);
   bool Frozen(std::int64_t i) const { return (grains_[i].kind & kFrozen) != 0; }
 
@@ -193,14 +193,14 @@ class World {
 
   /// The state for another back end, and back from it with the same grains and
   /// bodies; then a search. Throws std::invalid_argument.
-  Handover HandOver() const;
-  void TakeBack(const Handover& state);
+  DeviceState ExportState() const;
+  void ImportState(const DeviceState& state);
 
   void SetTiming(bool on) { timing_ = on; }
   const Phases& phases() const { return phases_; }
   /// Bytes that one step reads and writes, each array counted once a pass.
   double BytesPerStep() const;
-  std::int64_t pairs_listed() const { return list_.near_pairs(); }
+  std::int64_t pairs_listed() const { return list_.inner_pairs(); }
   std::int64_t pairs_touching() const;
 
   double KineticEnergy() const;    ///< [J], grains and clumps, at the present time
@@ -231,8 +231,8 @@ class World {
   StepFault Drift();
   void Forces();
   void PairForces();
-  void Refresh();
-  bool Tie();
+  void Prune();
+  bool SetBounds();
   Kinetics AtRest(const Grain& g) const;
   void Rebuild(const std::vector<std::int32_t>* place_of = nullptr);
   void CheckGuard() const;
@@ -249,18 +249,20 @@ class World {
   std::vector<Grain> grains_;
   std::vector<GrainLoad> loads_;
   std::vector<Kinetics> kinetics_;
-  std::vector<std::int32_t> index_of_;  ///< [id]; -1: gone
-  std::vector<Leash> leashes_;          ///< since the last refresh
-  std::vector<float> reaches_;          ///< radius and length of the leash [m]
-  std::vector<Leash> found_at_;         ///< since the last search; no length
-  std::vector<std::uint8_t> idle_;      ///< [tiles] no grain moves there; empty: none idle
+  std::vector<std::int32_t> index_of_;       ///< [id]; -1: gone
+  std::vector<DisplacementBound> bounds_;    ///< since the inner list was last pruned
+  std::vector<float> reaches_;               ///< radius and displacement bound [m]
+  std::vector<DisplacementBound> found_at_;  ///< since the last search; no length
+  std::vector<std::uint8_t> idle_;           ///< [tiles] no grain moves there; empty: none idle
   PairList list_;
   std::vector<PairParams> params_;
-  int recipe_ = -1;  ///< of the pair kernel; -1, the generic path, for several materials of grains
+  /// Of the pair kernel; -1, the generic path, where grains are of several materials.
+  int combination_ = -1;
   std::unique_ptr<Parts> parts_;
-  bool started_ = false, stale_ = true, near_stale_ = false, timing_ = false;
+  bool started_ = false, stale_ = true, inner_stale_ = false, timing_ = false;
   Phases phases_;
-  double frozen_j_ = 0, parked_j_ = 0;  ///< stored by pairs that are parked
+  double frozen_j_ = 0;
+  double inactive_j_ = 0;  ///< stored by pairs of two frozen grains
   EnergySums energy_, step_energy_;
   StepFault fault_ = StepFault::kNone;
   float drag_ = 1.0f;

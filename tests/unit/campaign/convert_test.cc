@@ -188,7 +188,7 @@ TEST(RecordConvert, ResultAndContextArrive) {
   result.surface.nx = 1;
   result.wall_s = 12;
   result.stopped = dem::StopCause::kPrecise;
-  result.use.awake_particle_steps = 5e6;
+  result.use.active_particle_steps = 5e6;
   result.energy.frozen_j = 0.02;
   RunContext context;
   context.spec.set_seed(4);

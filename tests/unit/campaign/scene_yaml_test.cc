@@ -193,14 +193,14 @@ TEST(SceneYaml, SceneChoiceReachesTheEngine) {
   EXPECT_EQ(full.bed, dem::SceneBed::kFull);
   EXPECT_FALSE(full.freeze);
   EXPECT_EQ(full.look_steps, usual.look_steps);
-  const dem::SceneSettings lean = read(
+  const dem::SceneSettings reduced = read(
       "  scene: {bed: window, window_length_m: 0.1, freeze: on, freeze_box: 2, largest_step: "
       "on}\n");
-  EXPECT_EQ(lean.bed, dem::SceneBed::kWindow);
-  EXPECT_EQ(lean.window_length_m, 0.1);
-  EXPECT_EQ(lean.window_ahead, usual.window_ahead);
-  EXPECT_EQ(lean.freeze_box, 2);
-  EXPECT_TRUE(lean.freeze && lean.largest_step);
+  EXPECT_EQ(reduced.bed, dem::SceneBed::kWindow);
+  EXPECT_EQ(reduced.window_length_m, 0.1);
+  EXPECT_EQ(reduced.window_ahead, usual.window_ahead);
+  EXPECT_EQ(reduced.freeze_box, 2);
+  EXPECT_TRUE(reduced.freeze && reduced.largest_step);
 }
 
 TEST(SceneYaml, MissingFileAndFolderAreInputErrors) {

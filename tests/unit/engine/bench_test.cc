@@ -51,7 +51,7 @@ TEST_F(BenchTest, BedIsSettledAndAsDeepAsItsOverlaps) {
     least = std::min(least, g.radius_m);
     most = std::max(most, g.radius_m);
     solid += 4 * M_PI / 3 * std::pow(g.radius_m, 3);
-    weight += g.mass_kg * bed.recipe.gravity_m_per_s2;
+    weight += g.mass_kg * bed.source.gravity_m_per_s2;
   }
   EXPECT_NEAR(least / 0.001, 0.8, 0.01);
   EXPECT_NEAR(most / 0.001, 1.2, 0.01);
@@ -77,7 +77,7 @@ TEST_F(BenchTest, FileKeepsEveryBitOfABed) {
   ASSERT_EQ(again.grains.size(), bed.grains.size());
   EXPECT_EQ(again.kind, "bed");
   EXPECT_EQ(again.dt_s, bed.dt_s);
-  EXPECT_EQ(again.recipe.friction, bed.recipe.friction);
+  EXPECT_EQ(again.source.friction, bed.source.friction);
   for (std::size_t i = 0; i < bed.grains.size(); ++i) {
     ASSERT_EQ(again.grains[i].x_m, bed.grains[i].x_m);
     ASSERT_EQ(again.grains[i].radius_m, bed.grains[i].radius_m);

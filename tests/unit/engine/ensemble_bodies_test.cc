@@ -14,8 +14,8 @@ WorldConfig OnFloor() {
   ContactModel model;
   model.AddMaterial({1e7, 0.3});
   model.AddMaterial({kRigid, 0.0});
-  model.SetInterface(0, 0, {0.5, 0.5, 0.1});
-  model.SetInterface(0, 1, {0.4, 0.3, 0.1});
+  model.SetContactProperties(0, 0, {0.5, 0.5, 0.1});
+  model.SetContactProperties(0, 1, {0.4, 0.3, 0.1});
   c.contacts = model;
   return c;
 }
@@ -185,7 +185,7 @@ TEST(EnsembleBodies, SortsOnTheWayAreThoseOfTheCpu) {
   EXPECT_GT(cpu.slip, 0);
 }
 
-/// Grains in the lower half stop; some of them wake later.
+/// Grains in the lower half stop; some of them move again later.
 std::vector<std::uint8_t> Lower(const World& w, double height_m) {
   std::vector<std::uint8_t> out(w.count());
   for (std::int64_t i = 0; i < w.count(); ++i) out[i] = w.State(i).z_m < height_m;
@@ -237,13 +237,13 @@ TEST(EnsembleClumps, MoveAsOnTheCpu) {
     EXPECT_EQ(worlds[k]->KineticEnergy(), cpu.KineticEnergy());
     EXPECT_GT(std::abs(a.position_m[2] - 0.0185), 1e-3);  // it moved
   }
-  same[0]->TakeBack(same[0]->HandOver());
+  same[0]->ImportState(same[0]->ExportState());
   for (World* w : {worlds[0].get(), same[0].get()}) {
     w->SetGravity({1, 0, -3});
     w->SetDrag(0.999);
   }
   all.Push(0);
-  same[0]->TakeBack(same[0]->HandOver());
+  same[0]->ImportState(same[0]->ExportState());
   all.Run(200);
   ASSERT_EQ(same[0]->Run(200), StepFault::kNone);
   ExpectSame(all.Grains(0), Of(*same[0]));
@@ -266,11 +266,11 @@ TEST(EnsembleTransfer, AWorldThatIsChangedOnTheWayGoesOnAsOnTheCpu) {
   }());
   const auto both = [&](auto&& change) {
     all.Pull(0);
-    cpu_of_0.TakeBack(cpu_of_0.HandOver());  // as pulling does, a search
+    cpu_of_0.ImportState(cpu_of_0.ExportState());  // as pulling does, a search
     change(*worlds[0]);
     change(cpu_of_0);
     all.Push(0);
-    cpu_of_0.TakeBack(cpu_of_0.HandOver());
+    cpu_of_0.ImportState(cpu_of_0.ExportState());
     ExpectSame(all.Grains(0), Of(cpu_of_0));
     all.Run(150);
     ASSERT_EQ(cpu_of_0.Run(150), StepFault::kNone);
@@ -323,8 +323,8 @@ TEST(EnsembleTransfer, BooksTheEnergyOfTheCpu) {
   all.Run(300);
   all.Pull(0);
   cpu->Run(300);
-  cpu->TakeBack(cpu->HandOver());
-  cpu->TakeBack(cpu->HandOver());
+  cpu->ImportState(cpu->ExportState());
+  cpu->ImportState(cpu->ExportState());
   cpu->Run(300);
   const EnergyBalance a = cpu->Balance(), b = worlds[0]->Balance();
   const double scale = a.slip + a.normal_damping;

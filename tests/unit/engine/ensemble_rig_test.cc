@@ -81,7 +81,7 @@ TEST(EnsembleRig, FollowsFreezesAndOverloadsAsTheCpuDoes) {
   EXPECT_EQ(results[1].status, RunStatus::kOverload) << results[1].reason;
   EXPECT_EQ(results[1].steps, RunWheelTest(jobs[1].spec, SmallTile(), nullptr).steps);
   ASSERT_NE(results[0].status, RunStatus::kFailed) << results[0].reason;
-  EXPECT_LT(results[0].use.awake_particle_steps, results[0].use.particle_steps);
+  EXPECT_LT(results[0].use.active_particle_steps, results[0].use.particle_steps);
   EXPECT_NE(results[0].energy.frozen_j, 0);
   for (std::size_t k = 0; k < cpu.outputs.size(); ++k) {
     const OutputMean &a = results[0].outputs[k], &b = cpu.outputs[k];

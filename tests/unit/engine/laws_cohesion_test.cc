@@ -116,7 +116,7 @@ TEST(Jkr, AddsToTheStiffnessBound) {
     const Pairing s = Sticky(k);
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
     model.AddMaterial(s.a);
-    model.SetInterface(0, 0, s.face, s.settings);
+    model.SetContactProperties(0, 0, s.face, s.settings);
     EXPECT_NEAR(model.Range(k.r, k.r / 2) / -SnapOff(k), 1, 1e-3);
     Contact c(s);
     const double top = -3 * SnapOff(k);
@@ -205,7 +205,7 @@ TEST(Capillary, VolumeAsAShareOfTheRadiusAndRange) {
   EXPECT_FALSE(c.last.active);
   ContactModel model(LawsByName("linear_spring", "linear_history", "none", "capillary"));
   model.AddMaterial(s.a);
-  model.SetInterface(0, 0, s.face, s.settings);
+  model.SetContactProperties(0, 0, s.face, s.settings);
   EXPECT_NEAR(model.Range(0.001, 0.005) / rupture, 1, 1e-3);
 }
 

@@ -17,7 +17,7 @@ struct Pairing {
   std::string normal = "hertz_restitution", tangential = "mindlin", rolling = "none",
               cohesion = "none";
   Elastic a = {1e8, 0.3}, b = {1e8, 0.3};
-  Interface face = {};
+  ContactProperties face = {};
   LawSettings settings = {};
   float r = 0.005f, m = 1e-3f;  ///< of either grain; the partner is a body if wall
   bool wall = false;
@@ -30,9 +30,9 @@ class Contact {
     ContactModel model(laws_);
     model.AddMaterial(s.a);
     model.AddMaterial(s.b);
-    model.SetInterface(0, 0, s.face, s.settings);
-    model.SetInterface(0, 1, s.face, s.settings);
-    if (s.b.youngs_modulus_pa != kRigid) model.SetInterface(1, 1, s.face, s.settings);
+    model.SetContactProperties(0, 0, s.face, s.settings);
+    model.SetContactProperties(0, 1, s.face, s.settings);
+    if (s.b.youngs_modulus_pa != kRigid) model.SetContactProperties(1, 1, s.face, s.settings);
     params = model.Table()[1];
     g = {};
     g.n = {0.0f, 0.0f, 1.0f};

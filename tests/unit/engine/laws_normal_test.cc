@@ -201,7 +201,7 @@ TEST(NormalLaws, StiffnessBoundsTheSlope) {
     SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
     model.AddMaterial(s.a);
-    model.SetInterface(0, 0, s.face, s.settings);
+    model.SetContactProperties(0, 0, s.face, s.settings);
     Contact c(s);
     double steepest = 0, last = 0;
     for (int k = 1; k <= 2000; ++k) {
@@ -226,7 +226,7 @@ TEST(NormalLaws, DampingBoundsTheSlope) {
     SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
     model.AddMaterial(s.a);
-    model.SetInterface(0, 0, s.face, s.settings);
+    model.SetContactProperties(0, 0, s.face, s.settings);
     double steepest = 0;
     for (const float overlap : {1e-6f, 1e-5f, 1e-4f}) {
       double force[2];

@@ -144,19 +144,18 @@ struct Outcome {
   std::vector<Grain> grains;
   std::vector<Kinetics> kinetics;
   bool operator==(const Outcome& o) const {
-    return SameBits(loads, o.loads) && SameBits(grains, o.grains) &&
-           SameBits(kinetics, o.kinetics);
+    return SameBits(loads, o.loads) && SameBits(grains, o.grains) && SameBits(kinetics, o.kinetics);
   }
 };
 
-Outcome RunWith(const char* isa, int recipe) {
+Outcome RunWith(const char* isa, int combination) {
   // The choice is made once a process, so the sets are driven directly.
   World world(Config(), Cloud(200, 3));
   world.Start();
   PairList list = world.list();
   const auto params = Config().contacts.Table();
   const PairView v = ViewOf(world, list, params);
-  const Kernels kernels = KernelsFor(isa, recipe, false);
+  const Kernels kernels = KernelsFor(isa, combination, false);
   Outcome out;
   out.grains = world.grains();
   out.loads.resize(out.grains.size());
@@ -173,9 +172,9 @@ Outcome RunWith(const char* isa, int recipe) {
     out.kinetics[i].inverse_mass = 1 / out.grains[i].mass;
     out.kinetics[i].inverse_inertia = 1e8f;
   }
-  const std::vector<Leash> leashes(out.grains.size(), Leash{0, 0, 0, 1.0f});
+  const std::vector<DisplacementBound> bounds(out.grains.size(), DisplacementBound{0, 0, 0, 1.0f});
   d.kinetics = out.kinetics.data();
-  d.leashes = leashes.data();
+  d.bounds = bounds.data();
   for (int a = 0; a < 3; ++a) {
     d.quantum[a] = v.quantum[a];
     d.per_quantum[a] = 1e-5f / v.quantum[a];
@@ -200,7 +199,7 @@ TEST(PairKernel, IsBitwiseEqualOverInstructionSets) {
   if (compared == 0) GTEST_SKIP() << "this machine has the baseline set alone";
 }
 
-TEST(PairKernel, TheGenericPathIsBitwiseEqualToTheRecipe) {
+TEST(PairKernel, TheGenericPathIsBitwiseEqualToTheCombination) {
   EXPECT_TRUE(RunWith("baseline", 0) == RunWith("baseline", -1));
 }
 
@@ -247,7 +246,8 @@ TEST(PairKernel, RepeatsBitwise) {
     ASSERT_EQ(b.Step(), StepFault::kNone);
   }
   EXPECT_GT(a.rebuilds(), 1u);
-  EXPECT_EQ(std::memcmp(a.grains().data(), b.grains().data(), a.grains().size() * sizeof(Grain)), 0);
+  EXPECT_EQ(std::memcmp(a.grains().data(), b.grains().data(), a.grains().size() * sizeof(Grain)),
+            0);
 }
 
 TEST(PairList, HistorySurvivesARebuild) {
@@ -265,7 +265,7 @@ TEST(PairList, HistorySurvivesARebuild) {
   EXPECT_EQ(count(), before);
   std::vector<float> reaches;
   for (const Grain& g : world.grains()) reaches.push_back(g.radius + 1e-4f);
-  world.list().Refresh(world.grains(), reaches, Config().frame, 0.0f);
+  world.list().Prune(world.grains(), reaches, Config().frame, 0.0f);
   EXPECT_EQ(count(), before);
 }
 

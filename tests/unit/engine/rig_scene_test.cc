@@ -68,12 +68,12 @@ TEST(BedFeed, PiecesSideBySideMakeTheBed) {
   const double planes[] = {-0.31, -0.2, -0.013, 0, 0.05, 0.0500001, 0.2, 0.29};
   for (int k = 0; k + 1 < 8; ++k) {
     const BedPiece p = feed.Between(planes[k], planes[k + 1]);
-    for (std::size_t i = 0; i < p.homes.size(); ++i) {
+    for (std::size_t i = 0; i < p.tile_places.size(); ++i) {
       EXPECT_GE(p.grains[i].x_m, planes[k]);
       EXPECT_LT(p.grains[i].x_m, planes[k + 1]);
-      seen.insert({p.homes[i].grain, p.homes[i].copy});
+      seen.insert({p.tile_places[i].grain, p.tile_places[i].copy});
     }
-    count += p.homes.size();
+    count += p.tile_places.size();
   }
   EXPECT_EQ(seen.size(), count);  // none twice
   EXPECT_EQ(count, 3 * n);        // none missed: 0.6 m are three tiles
@@ -88,8 +88,8 @@ TEST(BedFeed, ContactsJoinGrainsThatTouch) {
     EXPECT_TRUE(t.in_a >= 0 || t.in_b >= 0);
     const double dx = feed.XOf(t.a) - feed.XOf(t.b);
     EXPECT_LT(std::abs(dx), 0.0121);
-    if (t.in_a >= 0) EXPECT_EQ(p.homes[t.in_a], t.a);
-    if (t.in_b >= 0) EXPECT_EQ(p.homes[t.in_b], t.b);
+    if (t.in_a >= 0) EXPECT_EQ(p.tile_places[t.in_a], t.a);
+    if (t.in_b >= 0) EXPECT_EQ(p.tile_places[t.in_b], t.b);
     ++(t.in_a >= 0 && t.in_b >= 0 ? inside : across);
   }
   EXPECT_GT(inside, p.grains.size());  // coordination above 2
@@ -115,7 +115,7 @@ TEST(RigScene, TilesInARowStayAtRest) {
   EXPECT_NEAR(row.world().MeanContacts(), SmallTile().coordination, 0.05);
 }
 
-/// Runs an unloaded window on by `path` and leaves it awake but for the band.
+/// Runs an unloaded window on by `path` and leaves it active but for the band.
 void Roll(RigScene& scene, double path) {
   const double step = 0.004;
   std::uint64_t steps = 0;
@@ -186,7 +186,7 @@ TEST(Freezer, RestsOutsideTheBoxAndWakesForBoxAndNeighbour) {
   FreezerSettings f;
   f.half_m = {0.03, 0.03, 1};
   f.quiet_m_per_s = 1e-3;
-  f.wake_m_per_s = 2e-3;
+  f.disturb_m_per_s = 2e-3;
   f.cell_m = 0.0132;
   Freezer freezer(f);
   std::vector<std::uint8_t> frozen;
@@ -198,7 +198,7 @@ TEST(Freezer, RestsOutsideTheBoxAndWakesForBoxAndNeighbour) {
       w.Freeze(frozen);
     }
   };
-  const auto awake = [&](double x) {  // in the column around x, middle of the width
+  const auto active = [&](double x) {  // in the column around x, middle of the width
     int n = 0;
     for (std::int64_t i = 0; i < w.count(); ++i) {
       const GrainState g = w.State(i);
@@ -207,12 +207,12 @@ TEST(Freezer, RestsOutsideTheBoxAndWakesForBoxAndNeighbour) {
     return n;
   };
   look({0.05, 0.05, 0.04});
-  EXPECT_GT(awake(0.05), 5);
-  EXPECT_EQ(awake(0.15), 0);
+  EXPECT_GT(active(0.05), 5);
+  EXPECT_EQ(active(0.15), 0);
   look({0.15, 0.05, 0.04});
-  EXPECT_GT(awake(0.15), 5);
-  EXPECT_EQ(awake(0.05), 0);
-  // A grain that is thrown at the frozen part wakes it.
+  EXPECT_GT(active(0.15), 5);
+  EXPECT_EQ(active(0.05), 0);
+  // A grain that is thrown at the frozen part makes it active.
   std::int32_t id = -1;
   for (std::int64_t i = 0; i < w.count() && id < 0; ++i) {
     const GrainState g = w.State(i);
@@ -352,7 +352,8 @@ TEST(RigContacts, BadNumbersOfAnInterfaceAreRefusedByName) {
     ValidateSpec(s);
     ADD_FAILURE() << "was accepted";
   } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find("soil.grains.contact.wheel.rolling_damping"), std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("soil.grains.contact.wheel.rolling_damping"),
+              std::string::npos)
         << e.what();
   }
 }

@@ -131,7 +131,7 @@ TEST(Rig, FreeWheelIsSteadyUnderADrawbarItPullsAndElseLost) {
   WheelTestSpec s = Small();
   s.rig.max_time_s = 4;
   s.rig.target_relative_error = 0.1;
-  s.rig.scene = OnlyWhatIsNeeded();
+  s.rig.scene = ReducedDomain();
   s.state.mode = RigMode::kFreeSlip;
   s.state.slip = 0;
   s.state.drawbar_n = 1;
@@ -277,27 +277,28 @@ TEST(Rig, RefusesBadScenes) {
     s->window_length_m = 0.1;  // the wheel would stand on the seam
   });
   WheelTestSpec s = Small();
-  s.rig.scene = OnlyWhatIsNeeded();
+  s.rig.scene = ReducedDomain();
   ValidateSpec(s);
-  s.rig.scene = EverythingSimulated();
+  s.rig.scene = FullDomain();
   ValidateSpec(s);
 }
 
-/// The same wheel test with everything simulated and with what it needs.
-TEST(Rig, WhatIsNeededGivesTheForcesOfTheWhole) {
+/// The same wheel test in the full and in the reduced domain.
+TEST(Rig, ReducedDomainGivesTheForcesOfTheFull) {
   WheelTestSpec s = Small();
   s.rig.target_relative_error = 1e-6;
   WheelTestResult r[2];
-  for (const bool lean : {false, true}) {
-    s.rig.scene = lean ? OnlyWhatIsNeeded() : EverythingSimulated();
-    r[lean] = RunWheelTest(s, SmallTile(), nullptr);
-    EXPECT_TRUE(r[lean].status == RunStatus::kSteady || r[lean].status == RunStatus::kUnsteady)
-        << r[lean].reason;
-    EXPECT_EQ(r[lean].stopped, StopCause::kTimeUp);
-    EXPECT_LT(EnergyError(r[lean].energy), 1e-3);
+  for (const bool reduced : {false, true}) {
+    s.rig.scene = reduced ? ReducedDomain() : FullDomain();
+    r[reduced] = RunWheelTest(s, SmallTile(), nullptr);
+    EXPECT_TRUE(r[reduced].status == RunStatus::kSteady ||
+                r[reduced].status == RunStatus::kUnsteady)
+        << r[reduced].reason;
+    EXPECT_EQ(r[reduced].stopped, StopCause::kTimeUp);
+    EXPECT_LT(EnergyError(r[reduced].energy), 1e-3);
   }
-  EXPECT_EQ(r[0].use.awake_particle_steps, r[0].use.particle_steps);
-  EXPECT_LT(r[1].use.awake_particle_steps, 0.6 * r[0].use.awake_particle_steps);
+  EXPECT_EQ(r[0].use.active_particle_steps, r[0].use.particle_steps);
+  EXPECT_LT(r[1].use.active_particle_steps, 0.6 * r[0].use.active_particle_steps);
   EXPECT_EQ(r[1].rules.size(), r[0].rules.size() + 1);  // of the seam
   // Four grains across: two tiles of this bed differ by 0.4 N, 0.01 N m and 1.5 mm.
   EXPECT_NEAR(Mean(r[1], "f_x"), Mean(r[0], "f_x"), 3 * 0.4);
@@ -309,7 +310,7 @@ TEST(Rig, StopsWhenPreciseAndSaysSo) {
   WheelTestSpec s = Small();
   s.rig.max_time_s = 3;
   s.rig.target_relative_error = 0.1;
-  s.rig.scene = OnlyWhatIsNeeded();
+  s.rig.scene = ReducedDomain();
   const WheelTestResult r = RunWheelTest(s, SmallTile(), nullptr);
   EXPECT_EQ(r.status, RunStatus::kSteady) << r.reason;
   EXPECT_EQ(r.stopped, StopCause::kPrecise);

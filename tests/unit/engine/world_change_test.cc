@@ -1,4 +1,4 @@
-// Grains that freeze, wake, leave and come while a world runs.
+// Grains that freeze, move again, leave and come while a world runs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,7 +112,7 @@ TEST(Freeze, TheWokenAreInEquilibriumStill) {
   EXPECT_NEAR(world.MeanContacts(), mean, 0.02);
 }
 
-TEST(Freeze, HistoriesOfFrozenPairsSleepThroughSearches) {
+TEST(Freeze, HistoriesOfFrozenPairsSurviveSearches) {
   World world(ChangeConfig(), Bed());
   Settled(world);
   using Histories = std::map<std::pair<std::int32_t, std::int32_t>, std::vector<float>>;
@@ -129,7 +129,7 @@ TEST(Freeze, HistoriesOfFrozenPairsSleepThroughSearches) {
   ASSERT_GT(before.size(), 300u);
   const std::int64_t pairs = world.list().pairs();
   world.Freeze(std::vector<std::uint8_t>(world.count(), 1));
-  world.Freeze(low);  // the others wake: a search, without the pairs that sleep
+  world.Freeze(low);  // the others move again: a search, without the pairs of frozen grains
   EXPECT_LT(world.list().pairs(), pairs - static_cast<std::int64_t>(before.size()));
   EXPECT_EQ(of(low), before);
   const std::uint64_t searches = world.rebuilds();
@@ -226,7 +226,7 @@ TEST(Exchange, WhatLeavesAndComesBackLeavesNoTrace) {
   EXPECT_NEAR(world.Balance().Total(), twin.Balance().Total(), 1e-3 * twin.Balance().stored);
 }
 
-TEST(Exchange, ThePlacesLeftBehindTieNobody) {
+TEST(Exchange, PlacesLeftBehindBoundNoGrain) {
   World world(ChangeConfig(), Bed());
   Settled(world);
   GrainExchange away;  // so few that the same tiles stay
@@ -235,9 +235,9 @@ TEST(Exchange, ThePlacesLeftBehindTieNobody) {
   }
   ASSERT_EQ(away.out.size(), 5u);
   world.Exchange(away);
-  const std::uint64_t before = world.phases().refreshes;
+  const std::uint64_t before = world.phases().prunes;
   world.Run(300);
-  EXPECT_LT(world.phases().refreshes - before, 100u);
+  EXPECT_LT(world.phases().prunes - before, 100u);
 }
 
 TEST(Exchange, NewGrainsFallAndOldOnesAreGone) {
@@ -298,7 +298,7 @@ TEST(Order, ASortOnTheWayLeavesNoTrace) {
   for (int k = 0; k < 10; ++k) {
     ASSERT_EQ(a.Run(700), StepFault::kNone);
     ASSERT_EQ(b.Run(700), StepFault::kNone);
-    a.TakeBack(a.HandOver());  // a search as well: partners are ordered then
+    a.ImportState(a.ExportState());  // a search as well: partners are ordered then
     b.Sort();
   }
   EXPECT_NE(order(a), order(b));

@@ -74,7 +74,7 @@ void Steps(Device& device, const std::string& name, Worlds worlds, std::int64_t 
 }
 
 void SingleContacts(Device& device, std::vector<Row>* out) {
-  const Interface f = {.restitution = 0.6, .friction = 0.4, .rolling_friction = 0.1};
+  const ContactProperties f = {.restitution = 0.6, .friction = 0.4, .rolling_friction = 0.1};
   const ContactModel contacts = OneMaterial({1e7, 0.3}, f);
   Worlds worlds;
   for (const double at : {0.0, 0.7}) worlds.push_back(TwoGrains(at, contacts));
@@ -94,9 +94,9 @@ void SingleContacts(Device& device, std::vector<Row>* out) {
 }
 
 void SettledBed(Device& device, bool quick, std::vector<Row>* out) {
-  bench::BedRecipe recipe;
-  recipe.grains = quick ? 1000 : 20000;
-  const bench::Bed bed = bench::MakeBed(recipe);
+  bench::BedSource source;
+  source.grains = quick ? 1000 : 20000;
+  const bench::Bed bed = bench::MakeBed(source);
   const std::int64_t steps = quick ? 500 : 5000;
   World on_device(bench::BenchConfig(bed, 1), bench::BenchContents(bed));
   World on_cpu(bench::BenchConfig(bed, 1), bench::BenchContents(bed));

@@ -29,7 +29,7 @@ std::unique_ptr<World> UnderRubble(std::uint64_t seed, int layers);
 /// Two grains that meet head on (at = 0), or glancing.
 std::unique_ptr<World> TwoGrains(double at, const ContactModel& contacts);
 
-/// Every specialised recipe of the menu, and some laws on the generic path, with
+/// Every compiled law combination, and some laws on the generic path, with
 /// numbers that let them all act.
 struct NamedContacts {
   std::string name;

@@ -40,17 +40,17 @@ WorldConfig Config(const ContactModel& contacts) {
 const Elastic kSand = {1e7, 0.3};
 
 ContactModel Contacts(const LawChoice& laws, double surface_energy) {
-  const Interface f = {.restitution = 0.5,
-                       .friction = 0.4,
-                       .rolling_friction = 0.1,
-                       .surface_energy_j_per_m2 = surface_energy};
+  const ContactProperties f = {.restitution = 0.5,
+                               .friction = 0.4,
+                               .rolling_friction = 0.1,
+                               .surface_energy_j_per_m2 = surface_energy};
   return OneMaterial(kSand, f, laws);
 }
 
 template <class... R>
-void AddRecipes(RecipeList<R...>, std::vector<NamedContacts>* out) {
+void AddCombinations(CombinationList<R...>, std::vector<NamedContacts>* out) {
   int number = 0;
-  (out->push_back({RecipeName(number++), Contacts(ChoiceOf<R>(), 0.02)}), ...);
+  (out->push_back({CombinationName(number++), Contacts(ChoiceOf<R>(), 0.02)}), ...);
 }
 
 /// A bed on a floor.
@@ -67,8 +67,8 @@ WorldConfig FloorConfig() {
   ContactModel contacts;
   contacts.AddMaterial(kSand);
   contacts.AddMaterial({kRigid, 0.0});
-  contacts.SetInterface(0, 0, {0.5, 0.5, 0.1});
-  contacts.SetInterface(0, 1, {0.4, 0.3, 0.1});
+  contacts.SetContactProperties(0, 0, {0.5, 0.5, 0.1});
+  contacts.SetContactProperties(0, 1, {0.4, 0.3, 0.1});
   WorldConfig c = Config(contacts);
   c.gravity_m_per_s2 = {0, 0, -9.81};
   return c;
@@ -138,7 +138,7 @@ std::unique_ptr<World> TwoGrains(double at, const ContactModel& contacts) {
 
 std::vector<NamedContacts> AllContacts() {
   std::vector<NamedContacts> out;
-  AddRecipes(Recipes{}, &out);
+  AddCombinations(CompiledCombinations{}, &out);
   const auto add = [&](const char* normal, const char* tangential, const char* rolling,
                        const char* cohesion) {
     const std::string name =

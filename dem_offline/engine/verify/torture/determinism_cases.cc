@@ -80,15 +80,15 @@ void InstructionSets(Rows& rows) {
   BedSpec spec;
   World world(spec.Config(), Scene(Grid(spec, 0, 0.24, 0, 0.12, 0, 1000), {Floor()}));
   RunOrThrow(world, 1500);
-  const int recipe = world.config().contacts.recipe();
-  const std::vector<float> base = Sweep(world, KernelsFor("baseline", recipe, false));
+  const int combination = world.config().contacts.combination();
+  const std::vector<float> base = Sweep(world, KernelsFor("baseline", combination, false));
   double pushed = 0;
   for (const float f : base) pushed += std::abs(static_cast<double>(f));
   int compared = 0;
   bool equal = true;
   std::string names;
   for (const char* isa : {"avx2", "avx512"}) {
-    const Kernels kernels = KernelsFor(isa, recipe, false);
+    const Kernels kernels = KernelsFor(isa, combination, false);
     if (!kernels.pairs) continue;
     const std::vector<float> got = Sweep(world, kernels);
     equal = equal && std::memcmp(got.data(), base.data(), base.size() * sizeof(float)) == 0;

@@ -7,11 +7,11 @@ namespace grouser::dem::verify {
 namespace {
 
 /// Two grains meet with JKR adhesion and no damping.
-struct Meeting {
+struct Impact {
   bool parted = false;
   double restitution = 0, unbooked = 0;
 };
-Meeting Meet(double speed, double gamma) {
+Impact Collide(double speed, double gamma) {
   const double r = 1e-4;
   const Elastic e = {1e8, 0.3};
   const double dt =
@@ -27,7 +27,7 @@ Meeting Meet(double speed, double gamma) {
   // Until they meet, and a few contact times more.
   RunOrThrow(world, std::llround(0.04 * r / speed / dt) + 3000);
   const EnergyBalance after = world.Balance();
-  Meeting out;
+  Impact out;
   const double v = world.StateOf(0).v_z - world.StateOf(1).v_z;
   out.parted = world.LoadOf(0).touching == 0 && v > 0;
   out.restitution = v / speed;
@@ -43,8 +43,8 @@ void JkrSnapOff(Rows& rows) {
   const double e = EffectiveModulus({1e8, 0.3}, {1e8, 0.3});
   const double lost = 7.09 * std::cbrt(std::pow(gamma, 5) * std::pow(r, 4) / (e * e));
   const double v_s = std::sqrt(2 * lost / m);
-  const Meeting slow = Meet(0.9 * v_s, gamma), fast = Meet(1.1 * v_s, gamma),
-                quick = Meet(3 * v_s, gamma);
+  const Impact slow = Collide(0.9 * v_s, gamma), fast = Collide(1.1 * v_s, gamma),
+               quick = Collide(3 * v_s, gamma);
   rows.Holds("JKR: grains 10 % slower than the sticking speed stay together", !slow.parted,
              slow.parted ? "parted" : "stuck");
   rows.Holds("JKR: grains 10 % faster snap off", fast.parted, fast.parted ? "parted" : "stuck");

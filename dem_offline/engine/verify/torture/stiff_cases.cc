@@ -51,10 +51,11 @@ ContactModel SoftAndHard(double restitution) {
   m.AddMaterial(soft);
   m.AddMaterial({kRigid, 0.3});
   m.AddMaterial(hard);
-  const Interface f = {.restitution = restitution, .friction = 0.5, .rolling_friction = 0.1};
+  const ContactProperties f = {
+      .restitution = restitution, .friction = 0.5, .rolling_friction = 0.1};
   for (int a = 0; a < 3; ++a) {
     for (int b = a; b < 3; ++b) {
-      if (a != 1 || b != 1) m.SetInterface(a, b, f);
+      if (a != 1 || b != 1) m.SetContactProperties(a, b, f);
     }
   }
   return m;

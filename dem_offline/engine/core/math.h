@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/laws/vec3.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // Functions that libm would round differently from machine to machine, built
 // from + - x / sqrt alone: the same bits on every instruction set and device.

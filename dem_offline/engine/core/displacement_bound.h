@@ -1,24 +1,26 @@
 #pragma once
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/frame.h"
 
-// How far each grain may go before the near lists are renewed. Shared by all
+// How far each grain may move before the inner list must be pruned again. Shared by all
 // back ends.
 
 namespace grouser::dem {
 
-// A near list gives each grain room for so many steps at its present speed, and
-// at least this share of the half skin.
+// The bound is the way of so many steps at the present speed, but at least and at most
+// these shares of half the skin.
 inline constexpr float kStepsOfRoom = 40, kLeastRoom = 0.06f, kMostRoom = 0.7f;
 
-/// Index body: the leash of one grain that was at (x, y, z) at the last search;
-/// false where one that ends within the half skin of the search can not be had.
+/// Index body: sets the displacement bound of one grain that was at (x, y, z) at the last
+/// search, and its reach (radius and bound). False: the grain is so close to half a skin
+/// from there that a new search is due.
 /// q: quanta [m]; half: of the skin [m]; room: kStepsOfRoom dt [s].
-GROUSER_HD bool TieGrain(const Grain& g, std::int32_t x, std::int32_t y, std::int32_t z,
-                         const float* q, float half, float room, Leash* leash, float* reach) {
+GROUSER_HD bool BoundGrain(const Grain& g, std::int32_t x, std::int32_t y, std::int32_t z,
+                           const float* q, float half, float room, DisplacementBound* bound,
+                           float* reach) {
   if (g.kind & kFrozen) {  // goes nowhere
-    *leash = {g.x, g.y, g.z, half * half};
+    *bound = {g.x, g.y, g.z, half * half};
     *reach = g.radius;
     return true;
   }
@@ -30,7 +32,7 @@ GROUSER_HD bool TieGrain(const Grain& g, std::int32_t x, std::int32_t y, std::in
   const float wish = Min(Max(speed * room, kLeastRoom * half), kMostRoom * half);
   if (gone + kLeastRoom * half > half) return false;
   const float length = Min(wish, half - gone);
-  *leash = {g.x, g.y, g.z, length * length};
+  *bound = {g.x, g.y, g.z, length * length};
   *reach = g.radius + length;
   return true;
 }

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "dem_offline/engine/world/grain.h"
+#include "dem_offline/engine/core/grain.h"
 
 namespace grouser::dem {
 
@@ -16,8 +16,8 @@ struct alignas(32) Kinetics {
   float inverse_inertia = 0;  ///< [1/(kg m^2)]
 };
 
-/// Where a grain was at the last refresh of the lists, and how far it may go.
-struct alignas(16) Leash {
+/// Where a grain was when the inner list was last pruned, and how far it may go.
+struct alignas(16) DisplacementBound {
   std::int32_t x, y, z;
   float length2;  ///< square of the way it may go [m^2]
 };
@@ -27,7 +27,7 @@ struct DriftView {
   Grain* grains;
   const GrainLoad* loads;
   Kinetics* kinetics;
-  const Leash* leashes;
+  const DisplacementBound* bounds;
   const std::uint8_t* idle;  ///< [tiles] where nothing moves; null: none
   float dt, drag;
   float per_quantum[3];  ///< dt/quantum
@@ -38,7 +38,7 @@ struct DriftView {
 
 /// What a range of grains found.
 struct DriftFound {
-  bool finite = true, slow = true, apart = true, far = false;
+  bool finite = true, slow = true, apart = true, beyond = false;
 };
 
 /// One leapfrog step of the grains of tiles [from, to) of kLanes: velocities

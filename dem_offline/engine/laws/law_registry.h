@@ -3,6 +3,7 @@
 #include "dem_offline/engine/laws/cohesion_capillary.h"
 #include "dem_offline/engine/laws/cohesion_jkr.h"
 #include "dem_offline/engine/laws/cohesion_jkr_added.h"
+#include "dem_offline/engine/laws/law_combination.h"
 #include "dem_offline/engine/laws/none.h"
 #include "dem_offline/engine/laws/normal_elasto_plastic.h"
 #include "dem_offline/engine/laws/normal_hertz.h"
@@ -10,7 +11,6 @@
 #include "dem_offline/engine/laws/normal_linear.h"
 #include "dem_offline/engine/laws/normal_oden_martins.h"
 #include "dem_offline/engine/laws/normal_walton_braun.h"
-#include "dem_offline/engine/laws/recipe.h"
 #include "dem_offline/engine/laws/rolling_constant.h"
 #include "dem_offline/engine/laws/rolling_epsd.h"
 #include "dem_offline/engine/laws/rolling_own_spin.h"
@@ -20,8 +20,8 @@
 #include "dem_offline/engine/laws/tangential_linear.h"
 #include "dem_offline/engine/laws/tangential_mindlin.h"
 
-// The menu: every law, and the combinations compiled specialised. A new law is
-// a header, its name in one list here (and in a recipe if it is to be fast),
+// The law registry: every law, and the combinations that are compiled. A new law is
+// a header, its name in one list here (and in a combination if it is to be fast),
 // and a test: docs/engine.md, "A new law".
 
 namespace grouser::dem {
@@ -34,33 +34,38 @@ using RollingLaws = LawList<RollingNone, RollingEpsd, RollingConstant, RollingOw
 using CohesionLaws = LawList<CohesionNone, Jkr, JkrAdded, Capillary>;
 
 /// The default: sand.
-using HertzMindlinEpsd = Recipe<HertzRestitution, MindlinRescaled, RollingEpsd, CohesionNone>;
-using HertzMindlin = Recipe<HertzRestitution, MindlinRescaled, RollingNone, CohesionNone>;
+using HertzMindlinEpsd =
+    LawCombination<HertzRestitution, MindlinRescaled, RollingEpsd, CohesionNone>;
+using HertzMindlin = LawCombination<HertzRestitution, MindlinRescaled, RollingNone, CohesionNone>;
 /// As most codes ship it: with a directional constant torque.
-using HertzMindlinTorque = Recipe<HertzRestitution, MindlinRescaled, RollingConstant, CohesionNone>;
+using HertzMindlinTorque =
+    LawCombination<HertzRestitution, MindlinRescaled, RollingConstant, CohesionNone>;
 /// The default as LIGGGHTS computes its tangential spring: what is compared with it.
-using HertzMindlinPeer = Recipe<HertzRestitution, MindlinDisplacement, RollingEpsd, CohesionNone>;
+using HertzMindlinPeer =
+    LawCombination<HertzRestitution, MindlinDisplacement, RollingEpsd, CohesionNone>;
 // The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
 // cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
 // torsion in EDEM.
-using WheelTestbed = Recipe<HertzDashpot, LinearHistory, RollingNone, JkrAdded>;
-using AtvWheel = Recipe<LinearSpring, LinearHistory, RollingConstant, CohesionNone>;
-using ShearCell = Recipe<ElastoPlastic, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
-using ShearCellSimple = Recipe<HertzOdenMartins, LinearHistory, RollingNone, CohesionNone>;
-using GrouserWheel = Recipe<HertzRestitution, KelvinRegularised, RollingConstant, CohesionNone>;
-using Torsion = Recipe<HertzRestitution, MindlinDisplacement, RollingConstant, CohesionNone>;
+using WheelTestbed = LawCombination<HertzDashpot, LinearHistory, RollingNone, JkrAdded>;
+using AtvWheel = LawCombination<LinearSpring, LinearHistory, RollingConstant, CohesionNone>;
+using ShearCell = LawCombination<ElastoPlastic, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
+using ShearCellSimple = LawCombination<HertzOdenMartins, LinearHistory, RollingNone, CohesionNone>;
+using GrouserWheel =
+    LawCombination<HertzRestitution, KelvinRegularised, RollingConstant, CohesionNone>;
+using Torsion =
+    LawCombination<HertzRestitution, MindlinDisplacement, RollingConstant, CohesionNone>;
 
 template <class... R>
-struct RecipeList {
+struct CombinationList {
   static constexpr int kSize = sizeof...(R);
 };
-/// Compiled specialised, vectorised for each instruction set; named in
-/// RecipeName. The first is the default.
-using Recipes =
-    RecipeList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
-               ShearCell, ShearCellSimple, GrouserWheel, Torsion, HertzMindlinPeer>;
+/// Compiled and vectorised for each instruction set; named in
+/// CombinationName. The first is the default.
+using CompiledCombinations =
+    CombinationList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
+                    ShearCell, ShearCellSimple, GrouserWheel, Torsion, HertzMindlinPeer>;
 
-/// Parameters of one pair of materials, for every law of the menu that the
+/// Parameters of one pair of materials, for every law of the registry that the
 /// choice names (the others stay zero).
 struct PairParams : NormalLaws::Params,
                     TangentialLaws::Params,
@@ -98,7 +103,7 @@ constexpr LawChoice ChoiceOf() {
 }
 template <class N, class T, class R, class C>
 constexpr LawChoice ChoiceOfLaws() {
-  return ChoiceOf<Recipe<N, T, R, C>>();
+  return ChoiceOf<LawCombination<N, T, R, C>>();
 }
 
 inline constexpr int kMaxHistoryWords = 1 + NormalLaws::kMostWords + TangentialLaws::kMostWords +

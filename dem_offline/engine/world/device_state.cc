@@ -1,5 +1,5 @@
 // A World's state, out to another back end and back.
-#include "dem_offline/engine/world/handover.h"
+#include "dem_offline/engine/world/device_state.h"
 
 #include <stdexcept>
 
@@ -7,14 +7,14 @@
 
 namespace grouser::dem {
 
-Handover World::HandOver() const {
-  Handover h;
+DeviceState World::ExportState() const {
+  DeviceState h;
   h.grains.assign(grains_.begin(), grains_.begin() + count_);
   h.loads.assign(loads_.begin(), loads_.begin() + count_);
   h.kinetics.assign(kinetics_.begin(), kinetics_.begin() + count_);
   const int words = list_.words();
   list_.ForEachHistory([&](std::int32_t i, std::int32_t j, const float* word) {
-    if (grains_[i].kind & grains_[j].kind & kFrozen) return;  // those sleep here
+    if (grains_[i].kind & grains_[j].kind & kFrozen) return;  // their histories stay here
     h.pairs.push_back({i, j});
     h.words.insert(h.words.end(), word, word + words);
   });
@@ -28,10 +28,10 @@ Handover World::HandOver() const {
   return h;
 }
 
-void World::TakeBack(const Handover& h) {
+void World::ImportState(const DeviceState& h) {
   if (static_cast<std::int64_t>(h.grains.size()) != count_ ||
       h.bodies.size() != parts_->bodies.size()) {
-    throw std::invalid_argument("take back: " + std::to_string(h.grains.size()) + " grains, " +
+    throw std::invalid_argument("import state: " + std::to_string(h.grains.size()) + " grains, " +
                                 std::to_string(h.bodies.size()) + " bodies, expected " +
                                 std::to_string(count_) + " and " +
                                 std::to_string(parts_->bodies.size()));
@@ -44,7 +44,7 @@ void World::TakeBack(const Handover& h) {
     index_of_[grains_[i].id] = static_cast<std::int32_t>(i);
   }
   for (std::size_t n = 0; n < h.bodies.size(); ++n) {
-    const BodyHandover& from = h.bodies[n];
+    const DeviceBodyState& from = h.bodies[n];
     BodyEntry& to = parts_->bodies[n];
     static_cast<BodyTrack&>(to) = from.track;
     static_cast<RigidBody&>(to.body) = from.body;

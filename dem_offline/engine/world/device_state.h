@@ -3,15 +3,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem_offline/engine/contact/energy_sums.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/energy_sums.h"
 #include "dem_offline/engine/world/clump_body.h"
-#include "dem_offline/engine/world/drift_kernel.h"
 #include "dem_offline/engine/world/rigid_body.h"
 
 namespace grouser::dem {
 
 /// Where the grains near a body stand with it.
-struct BodyHandover {
+struct DeviceBodyState {
   RigidBody body;
   BodyTrack track;
   int per_grain = 1;
@@ -22,7 +22,7 @@ struct BodyHandover {
 
 /// All of a world that changes as it runs, for another back end to go on with
 /// (bonds are not in it). Grains by place.
-struct Handover {
+struct DeviceState {
   std::vector<Grain> grains;
   std::vector<GrainLoad> loads;
   std::vector<Kinetics> kinetics;
@@ -31,7 +31,7 @@ struct Handover {
   };
   std::vector<Pair> pairs;   ///< those with a history, but of two frozen grains
   std::vector<float> words;  ///< [pairs x words] as the first sees it
-  std::vector<BodyHandover> bodies;
+  std::vector<DeviceBodyState> bodies;
   std::vector<ClumpEntry> clumps;
   EnergySums energy;  ///< channels since the start
   std::uint64_t steps = 0;

@@ -1,4 +1,4 @@
-// The menu as a whole: recipes against the generic path, the two sides of a
+// The registry as a whole: combinations against the generic path, the two sides of a
 // contact, refusals, extremes.
 #include <gtest/gtest.h>
 
@@ -18,15 +18,15 @@ ContactModel Model(const LawChoice& laws) {
   ContactModel model(laws);
   model.AddMaterial({1e8, 0.3});
   model.AddMaterial({5e8, 0.2});
-  Interface f;
+  ContactProperties f;
   f.rolling_friction = 0.2;
   f.surface_energy_j_per_m2 = 0.2;
   LawSettings s;
   SettingsOf<ElastoPlastic>(s).yield_force_n = 0.5;
   SettingsOf<LinearHistory>(s).critical_damping_share = 0.3;
   SettingsOf<KelvinRegularised>(s).stick_friction = 0.6;
-  for (int i = 0; i < 2; ++i) model.SetInterface(i, 1, f, s);
-  model.SetInterface(0, 0, f, s);
+  for (int i = 0; i < 2; ++i) model.SetContactProperties(i, 1, f, s);
+  model.SetContactProperties(0, 0, f, s);
   return model;
 }
 
@@ -85,10 +85,10 @@ bool SameBits(const ContactResult& a, const ContactResult& b) {
 }
 
 template <class R>
-void RecipeEqualsGeneric(int number) {
+void CombinationEqualsGeneric(int number) {
   const LawChoice laws = ChoiceOf<R>();
   const ContactModel model = Model(laws);
-  EXPECT_EQ(model.recipe(), number);
+  EXPECT_EQ(model.combination(), number);
   const WordLayout at = LayoutOf(laws);
   ASSERT_EQ(at.words, R::kWords);
   const PairParams params = model.Table()[1];
@@ -102,8 +102,9 @@ void RecipeEqualsGeneric(int number) {
       if (!R::kHasRange) walk.g.overlap = std::max(walk.g.overlap, 1e-9f);
       const ContactResult x = R::Evaluate(own, walk.g, a, kDt);
       const ContactResult y = EvaluateGeneric(laws, at, params, walk.g, b, kDt);
-      ASSERT_TRUE(SameBits(x, y)) << RecipeName(number) << " seed " << seed << " step " << step;
-      ASSERT_EQ(std::memcmp(a, b, sizeof(a)), 0) << RecipeName(number);
+      ASSERT_TRUE(SameBits(x, y)) << CombinationName(number) << " seed " << seed << " step "
+                                  << step;
+      ASSERT_EQ(std::memcmp(a, b, sizeof(a)), 0) << CombinationName(number);
       active += x.active;
     }
   }
@@ -111,21 +112,25 @@ void RecipeEqualsGeneric(int number) {
 }
 
 template <class... R>
-void AllRecipesEqualGeneric(RecipeList<R...>) {
+void AllCombinationsEqualGeneric(CombinationList<R...>) {
   int number = 0;
-  (RecipeEqualsGeneric<R>(number++), ...);
+  (CombinationEqualsGeneric<R>(number++), ...);
 }
 
-TEST(Menu, EveryRecipeEqualsTheGenericPathToTheBit) { AllRecipesEqualGeneric(Recipes{}); }
-
-/// Recipes beyond those compiled, with range, hold to the same.
-TEST(Menu, RecipesWithRangeEqualTheGenericPathToTheBit) {
-  RecipeEqualsGeneric<Recipe<HertzRestitution, MindlinRescaled, RollingEpsd, Jkr>>(-1);
-  RecipeEqualsGeneric<Recipe<WaltonBraun, LinearHistory, RollingConstant, Capillary>>(-1);
-  RecipeEqualsGeneric<Recipe<ElastoPlastic, MindlinDeresiewicz, RollingEpsd, Capillary>>(-1);
+TEST(LawRegistry, EveryCombinationEqualsTheGenericPathToTheBit) {
+  AllCombinationsEqualGeneric(CompiledCombinations{});
 }
 
-/// f(laws) for each combination of the menu.
+/// Combinations beyond those compiled, with range, hold to the same.
+TEST(LawRegistry, CombinationsWithRangeEqualTheGenericPathToTheBit) {
+  CombinationEqualsGeneric<LawCombination<HertzRestitution, MindlinRescaled, RollingEpsd, Jkr>>(-1);
+  CombinationEqualsGeneric<LawCombination<WaltonBraun, LinearHistory, RollingConstant, Capillary>>(
+      -1);
+  CombinationEqualsGeneric<
+      LawCombination<ElastoPlastic, MindlinDeresiewicz, RollingEpsd, Capillary>>(-1);
+}
+
+/// f(laws) for each combination of the registry.
 template <class F>
 void ForEachChoice(F&& f) {
   for (int n = 0; n < NormalLaws::kSize; ++n) {
@@ -139,7 +144,7 @@ void ForEachChoice(F&& f) {
 
 bool Mirrored(Vec3f a, Vec3f b) { return a.x == -b.x && a.y == -b.y && a.z == -b.z; }
 
-TEST(Menu, BothSidesOfAContactAgreeToTheBit) {
+TEST(LawRegistry, BothSidesOfAContactAgreeToTheBit) {
   const int own_spin = RollingLaws::IndexOf<RollingOwnSpin>();
   int legal = 0;
   ForEachChoice([&](const LawChoice& laws) {
@@ -170,7 +175,7 @@ TEST(Menu, BothSidesOfAContactAgreeToTheBit) {
   EXPECT_GT(legal, 150);
 }
 
-TEST(Menu, FiniteFromAPicometreToNearTheRadius) {
+TEST(LawRegistry, FiniteFromAPicometreToNearTheRadius) {
   ForEachChoice([&](const LawChoice& laws) {
     if (!WhyIllegal(laws).empty()) return;
     const auto params = Model(laws).Table()[1];
@@ -195,7 +200,7 @@ TEST(Menu, FiniteFromAPicometreToNearTheRadius) {
   });
 }
 
-TEST(Menu, IllegalCombinationsAreRefusedByName) {
+TEST(LawRegistry, IllegalCombinationsAreRefusedByName) {
   const struct {
     const char *normal, *tangential, *cohesion, *named, *why;
   } rows[] = {
@@ -232,7 +237,7 @@ std::string Refusal(const Pairing& s) {
   return "accepted";
 }
 
-TEST(Menu, BadSettingsAreRefusedByName) {
+TEST(LawRegistry, BadSettingsAreRefusedByName) {
   const auto refuses = [](const char* field, const Pairing& s) {
     EXPECT_NE(Refusal(s).find(field), std::string::npos) << field << ": " << Refusal(s);
   };
@@ -268,13 +273,13 @@ TEST(Menu, BadSettingsAreRefusedByName) {
   refuses("damping_n_s_per_m", s);
 }
 
-TEST(Menu, NamesAreUniqueAndTheDefaultIsFirst) {
+TEST(LawRegistry, NamesAreUniqueAndTheDefaultIsFirst) {
   std::set<std::string> names;
-  for (int r = 0; r < Recipes::kSize; ++r) names.insert(RecipeName(r));
-  EXPECT_EQ(names.size(), static_cast<std::size_t>(Recipes::kSize));
-  EXPECT_STREQ(RecipeName(0), "hertz_mindlin_epsd");
-  EXPECT_STREQ(RecipeName(-1), "generic");
-  EXPECT_EQ(ContactModel().recipe(), 0);
+  for (int r = 0; r < CompiledCombinations::kSize; ++r) names.insert(CombinationName(r));
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(CompiledCombinations::kSize));
+  EXPECT_STREQ(CombinationName(0), "hertz_mindlin_epsd");
+  EXPECT_STREQ(CombinationName(-1), "generic");
+  EXPECT_EQ(ContactModel().combination(), 0);
   names.clear();
   NormalLaws::ForEach([&](auto law) { names.insert(decltype(law)::kName); });
   TangentialLaws::ForEach([&](auto law) { names.insert(decltype(law)::kName); });

@@ -2,7 +2,7 @@
 // (v m | w kind) and (x y z r), and stays in them: turning tiles into lanes and
 // back costs more than the arithmetic. Instantiates nothing from the standard
 // library.
-#include "dem_offline/engine/world/drift_body.h"
+#include "dem_offline/engine/core/drift_body.h"
 
 namespace grouser::dem::GROUSER_ISA_NS {
 namespace {
@@ -27,7 +27,7 @@ GROUSER_HD F4 Sum3(F4 a) {
 
 /// What was wrong with any grain: one bit mask a kind, all lanes alike.
 struct Faults {
-  I4 infinite = {}, fast = {}, deep = {}, far = {};
+  I4 infinite = {}, fast = {}, deep = {}, beyond = {};
 };
 GROUSER_HD bool Any(I4 a) { return (a[0] | a[1] | a[2]) != 0; }
 
@@ -58,12 +58,12 @@ GROUSER_HD void DriftGrain(const DriftView& v, std::int64_t i, F8 gravity_dt, F4
   const I4 whole = __builtin_convertvector((F4)((I4)way & go), I4);
   rest = go ? way - __builtin_convertvector(whole, F4) : rest;
   place += whole;
-  const I4 leash = As<I4>(v.leashes + i);
-  const F4 moved = __builtin_convertvector((place - leash) & xyz, F4) * quantum;
+  const I4 bound = As<I4>(v.bounds + i);
+  const F4 moved = __builtin_convertvector((place - bound) & xyz, F4) * quantum;
   faults.infinite |= ~(v2 + w2 < Splat(1e30f));  // NaN included
   faults.fast |= ~slow;
   faults.deep |= Third(As<F4>(v.loads + i)) > Splat(0.9f) * radius;
-  faults.far |= Sum3(moved * moved) > Third((F4)leash);
+  faults.beyond |= Sum3(moved * moved) > Third((F4)bound);
 }
 
 void DriftTiles(const DriftView& v, std::int64_t from, std::int64_t to, DriftFound* found) {
@@ -82,7 +82,7 @@ void DriftTiles(const DriftView& v, std::int64_t from, std::int64_t to, DriftFou
   found->finite &= !Any(faults.infinite);
   found->slow &= !Any(faults.fast);
   found->apart &= !Any(faults.deep);
-  found->far |= Any(faults.far);
+  found->beyond |= Any(faults.beyond);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "dem_offline/engine/contact/frame.h"
-#include "dem_offline/engine/world/drift_kernel.h"
+#include "dem_offline/engine/core/drift_kernel.h"
+#include "dem_offline/engine/core/frame.h"
 
 // Kick and drift of one grain in plain floats, for back ends whose lanes are
 // threads; and the arithmetic that the vectors of drift_kernel.inl share with
@@ -35,9 +35,9 @@ GROUSER_HD float KickAxis(const DriftView& v, float motion, float load, float in
   return sum * v.drag;
 }
 
-/// Index body: one grain. Faults are ORed into *fault; far: beyond its leash.
+/// Index body: one grain. Faults are ORed into *fault; beyond: past its displacement bound.
 enum DriftFault : std::int32_t { kInfiniteGrain = 1, kFastGrain = 2, kDeepGrain = 4 };
-GROUSER_HD void DriftOne(const DriftView& v, std::int64_t i, std::int32_t* fault, bool* far) {
+GROUSER_HD void DriftOne(const DriftView& v, std::int64_t i, std::int32_t* fault, bool* beyond) {
   Grain g = v.grains[i];
   const GrainLoad load = v.loads[i];
   if ((g.kind & kHeld) == 0) {
@@ -59,14 +59,14 @@ GROUSER_HD void DriftOne(const DriftView& v, std::int64_t i, std::int32_t* fault
     g.y = WrapDiff(g.y, -WholeQuanta(g.vy, v.per_quantum[1], &g.rest_y));
     g.z = WrapDiff(g.z, -WholeQuanta(g.vz, v.per_quantum[2], &g.rest_z));
   }
-  const Leash leash = v.leashes[i];
-  const float mx = static_cast<float>(WrapDiff(g.x, leash.x)) * v.quantum[0];
-  const float my = static_cast<float>(WrapDiff(g.y, leash.y)) * v.quantum[1];
-  const float mz = static_cast<float>(WrapDiff(g.z, leash.z)) * v.quantum[2];
+  const DisplacementBound bound = v.bounds[i];
+  const float mx = static_cast<float>(WrapDiff(g.x, bound.x)) * v.quantum[0];
+  const float my = static_cast<float>(WrapDiff(g.y, bound.y)) * v.quantum[1];
+  const float mz = static_cast<float>(WrapDiff(g.z, bound.z)) * v.quantum[2];
   if (!(v2 + w2 < 1e30f)) *fault |= kInfiniteGrain;  // NaN included
   if (!slow) *fault |= kFastGrain;
   if (load.deepest > 0.9f * g.radius) *fault |= kDeepGrain;
-  *far = (mx * mx + my * my) + mz * mz > leash.length2;
+  *beyond = (mx * mx + my * my) + mz * mz > bound.length2;
   v.grains[i] = g;
 }
 

@@ -40,7 +40,7 @@ GROUSER_HD ContactResult Together(const NormalTerms& normal, const CohesionTerms
 
 /// One legal combination of laws, evaluated as one function.
 template <class N, class T, class R, class C>
-struct Recipe {
+struct LawCombination {
   using Normal = N;
   using Tangential = T;
   using Rolling = R;

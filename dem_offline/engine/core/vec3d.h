@@ -1,13 +1,17 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 
-#include "dem_offline/engine/bodies/body.h"
+#include "dem_offline/engine/core/vec3.h"
 
 // Vectors in double, for bodies, clumps and bonds; + - x / sqrt only. (nvcc takes
 // std::array with --expt-relaxed-constexpr.)
 
 namespace grouser::dem {
+
+using Vec3d = std::array<double, 3>;
+using Quatd = std::array<double, 4>;  ///< w, x, y, z; body to world
 
 GROUSER_HD Vec3d Add(const Vec3d& a, const Vec3d& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "dem_offline/engine/bodies/vec3d.h"
+#include "dem_offline/engine/core/vec3d.h"
 
 // Double-precision rotations of bodies, clumps and bonds; + - x / sqrt only.
 
