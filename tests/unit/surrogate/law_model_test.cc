@@ -182,7 +182,7 @@ TEST(LawModel, BadStatesHarmNoOtherAndNothingIsAllocated) {
     for (int o = 0; o < kOutputs; ++o) {
       if (bad) {
         EXPECT_TRUE(std::isnan(b.part[o][kValue][i]));
-        EXPECT_TRUE(std::isnan(b.part[o][kSlopes][i]));
+        EXPECT_TRUE(std::isnan(b.part[o][kDvX][i]));
       } else {
         EXPECT_EQ(b.part[o][kValue][i], good.part[o][kValue][i]);
       }
