@@ -7,7 +7,7 @@ namespace grouser::server {
 std::shared_ptr<WatchReactor> WatchReactor::Create(CallGate& gate) {
   auto reactor = std::make_shared<WatchReactor>(gate);
   reactor->self_ = reactor;
-  if (!gate.Add(reactor.get())) reactor->BeginDrain();
+  if (!gate.Add(reactor.get())) reactor->OnStop();
   return reactor;
 }
 

@@ -23,8 +23,9 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobRes
   static std::shared_ptr<WatchReactor> Create(CallGate& gate);
 
   void OnJob(const v1alpha1::Job& job) override;
-  void OnStop() override { BeginDrain(); }
-  void BeginDrain() override { End(ShuttingDown()); }
+  void OnStop() override { End(ShuttingDown()); }
+  /// Nothing: a watch goes on until the workers are stopped, which OnStop tells.
+  void BeginDrain() override {}
   /// Ends the stream after what waits was sent.
   void End(const grpc::Status& status);
 

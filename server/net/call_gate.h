@@ -14,7 +14,8 @@ namespace grouser::server {
 class DrainableStream {
  public:
   virtual ~DrainableStream() = default;
-  /// Ends the stream with UNAVAILABLE after the answer under way. Any thread.
+  /// Nothing more is read; the stream ends with UNAVAILABLE after the answer under
+  /// way, or when what it waits for ends. Any thread.
   virtual void BeginDrain() = 0;
 };
 
@@ -37,7 +38,7 @@ class CallGate {
   /// Messages may still be in the kernel's and gRPC's buffers, which nobody can
   /// look into; only time tells that none is left there.
   bool WaitQuiet(Milliseconds quiet, Milliseconds limit) const;
-  /// Refuses new messages from now on and ends every stream.
+  /// Refuses new messages from now on and tells every stream. Idempotent.
   void Refuse();
   /// Waits until no message is under way and no stream open, at most `limit`.
   bool WaitEmpty(Milliseconds limit) const;

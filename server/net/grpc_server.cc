@@ -128,23 +128,22 @@ void GrpcServer::StopListening() {
 }
 
 void GrpcServer::Drain() {
-  const auto end = std::chrono::steady_clock::now() + ToMilliseconds(options_.drain_s);
   server_->GetHealthCheckService()->Shutdown();
   StopListening();
   if (!gate_.WaitQuiet(kQuiet, ToMilliseconds(kAnsweringShare * options_.drain_s))) {
     spdlog::warn("grpc: clients still send; from now on they get UNAVAILABLE");
   }
   gate_.Refuse();
-  const auto left =
-      std::chrono::duration_cast<Milliseconds>(end - std::chrono::steady_clock::now());
-  if (!gate_.WaitEmpty(std::max(left, kQuiet))) {
-    spdlog::warn("grpc: not all calls ended within {} s; they are cancelled", options_.drain_s);
-  }
 }
 
 void GrpcServer::Close() {
   if (!server_) return;
   StopListening();
+  gate_.Refuse();
+  const auto limit = ToMilliseconds((1 - kAnsweringShare) * options_.drain_s);
+  if (!gate_.WaitEmpty(std::max(limit, kQuiet))) {
+    spdlog::warn("grpc: not all calls ended within {} s; they are cancelled", options_.drain_s);
+  }
   // Before gRPC shuts down: it would cancel the calls that reach it meanwhile.
   ConnectionTable& connections = listener_->connections();
   connections.EndAll();

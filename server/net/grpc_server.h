@@ -35,11 +35,12 @@ class GrpcServer {
   /// Health of the service; that of the whole server ("") is SERVING always.
   void SetServing(bool serving);
 
-  /// Health NOT_SERVING, no new connections; answers what was sent before, then
-  /// refuses what still comes with UNAVAILABLE and ends the streams so. Takes at
-  /// most the options' drain_s. Blocks.
+  /// Health NOT_SERVING, no new connections; answers what was sent before, for
+  /// at most 0.8 drain_s, then refuses what still comes with UNAVAILABLE and
+  /// tells the streams to end. Blocks.
   void Drain();
-  /// Closes all connections. Idempotent.
+  /// Lets the calls under way end, for at most 0.2 drain_s (0.2 s at least), and
+  /// closes all connections. Idempotent.
   void Close();
 
  private:
