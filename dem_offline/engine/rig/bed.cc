@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/preparation.h"
@@ -59,8 +60,13 @@ void CheckContact(const GrainSoil& s) {
   const ContactChoice& c = s.contact;
   const std::string at = "soil.grains.contact";
   CheckNumbers(at, c, {c.rolling_damping, c.surface_energy_j_per_m2, c.settings});
-  CheckNumbers(at + ".wheel", c, c.wheel);
-  CheckNumbers(at + ".floor", c, c.floor);
+  for (const auto& [name, here] : {std::pair{".wheel", &c.wheel}, std::pair{".floor", &c.floor}}) {
+    CheckNumbers(at + name, c, *here);
+    if (here->rolling_damping && c.rolling != "epsd") {
+      throw SpecError(at + name + ".rolling_damping", Short(*here->rolling_damping),
+                      "none unless rolling is epsd");
+    }
+  }
   try {
     BedContacts(s, s.friction);
   } catch (const SpecError&) {

@@ -132,6 +132,22 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"BadTread", "radius_m: 0.025",
              "radius_m: 0.025\n  treads: [{count: 0, height_m: 0.004, root_thickness_m: 0.003}]",
              "24: key 'wheel.treads': got tread.count: got 0, expected 1 to 1000 bars"},
+        Edit{"DampingOfNoRollingAtTheFloor", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {rolling: none, floor: {rolling_damping: 0.3}}",
+             "16: key 'soil.grains.contact.floor.rolling_damping': got '0.3', expected none unless "
+             "rolling is epsd"},
+        Edit{"RangeAtTheWheel", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {wheel: {rolling_damping: -1}}",
+             "16: key 'soil.grains.contact.wheel.rolling_damping': got '-1', expected a number in "
+             "[0, 10]"},
+        Edit{"AnotherLawsSettingAtTheWheel", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {wheel: {linear_spring: {stiffness_n_per_m: 1}}}",
+             "16: key 'soil.grains.contact.wheel.linear_spring.stiffness_n_per_m': got '1', "
+             "expected "
+             "settings of the chosen laws alone"},
+        Edit{"UnknownSettingAtTheFloor", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {floor: {hertz_restitution: {colour: 1}}}",
+             "16: key 'soil.grains.contact.floor.hertz_restitution.colour': got an unknown key"},
         Edit{"UnknownKeyAtTheWheel", "rolling_friction: 0.2",
              "rolling_friction: 0.2\n    contact: {wheel: {friction: 1}}",
              "16: key 'soil.grains.contact.wheel.friction': got an unknown key"},
@@ -146,7 +162,7 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
     text.insert(text.find(line) + line.size(), "\n" + more);
   };
   after("    poisson_ratio: 0.3",
-        "    contact: {rolling: none, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
+        "    contact: {tangential: linear_history, cohesion: jkr, surface_energy_j_per_m2: 0.1, "
         "hertz_restitution: {critical_damping_share: 0.2}, "
         "wheel: {hertz_restitution: {critical_damping_share: 0.9}, surface_energy_j_per_m2: 0}, "
         "floor: {rolling_damping: 0.4}}");
@@ -160,7 +176,8 @@ TEST(SceneYaml, LawsAndTreadsReachTheEngine) {
   *spec.mutable_wheel() = scene.wheel();
   const dem::WheelTestSpec engine = ToEngine(spec);
   EXPECT_EQ(engine.soil.contact.normal, "hertz_restitution");
-  EXPECT_EQ(engine.soil.contact.rolling, "none");
+  EXPECT_EQ(engine.soil.contact.tangential, "linear_history");
+  EXPECT_EQ(engine.soil.contact.rolling, "epsd");
   EXPECT_EQ(engine.soil.contact.cohesion, "jkr");
   EXPECT_EQ(engine.soil.contact.surface_energy_j_per_m2, 0.1);
   ASSERT_EQ(engine.soil.contact.settings.size(), 1u);

@@ -67,6 +67,26 @@ TEST(EnsembleRig, RunsTheWheelTestsOfTheCpuBitByBit) {
   EXPECT_EQ(results[3].status, RunStatus::kLost) << results[3].reason;
 }
 
+// Numbers that differ at the wheel and at the floor, other ones in either world.
+TEST(EnsembleRig, KeepsTheNumbersOfEachInterfaceBitByBit) {
+  WheelJob plain = {Short(0.3, 20), &SmallTile()};
+  plain.spec.rig.max_time_s = 0.2;
+  std::vector<WheelJob> jobs = {plain, plain, plain};
+  InterfaceChoice& wheel = jobs[1].spec.soil.contact.wheel;
+  wheel.rolling_damping = 1.0;
+  wheel.settings = {{"hertz_restitution", "critical_damping_share", 0.9}};
+  InterfaceChoice& floor = jobs[2].spec.soil.contact.floor;
+  floor.rolling_damping = 0.05;
+  floor.settings = {{"hertz_restitution", "critical_damping_share", 0.02}};
+  const auto device = EmulatedDevice();
+  const auto results = RunWheelTests(jobs, *device);
+  for (std::size_t n = 0; n < jobs.size(); ++n) {
+    SCOPED_TRACE(n);
+    ExpectSameRun(results[n], RunWheelTest(jobs[n].spec, SmallTile(), nullptr));
+    for (std::size_t m = 0; m < n; ++m) EXPECT_NE(results[n].series.f_z_n, results[m].series.f_z_n);
+  }
+}
+
 TEST(EnsembleRig, FollowsFreezesAndOverloadsAsTheCpuDoes) {
   std::vector<WheelJob> jobs;
   jobs.push_back({Short(0.3, 0), &SmallTile()});

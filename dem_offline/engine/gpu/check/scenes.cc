@@ -2,6 +2,7 @@
 #include <type_traits>
 
 #include "dem_offline/engine/gpu/check/check.h"
+#include "dem_offline/engine/laws/settings.h"
 
 namespace grouser::dem::gpu::check {
 namespace {
@@ -38,6 +39,7 @@ WorldConfig Config(const ContactModel& contacts) {
 }
 
 const Elastic kSand = {1e7, 0.3};
+constexpr int kWheelMaterial = 2;
 
 ContactModel Contacts(const LawChoice& laws, double surface_energy) {
   const ContactProperties f = {.restitution = 0.5,
@@ -69,6 +71,10 @@ WorldConfig FloorConfig() {
   contacts.AddMaterial({kRigid, 0.0});
   contacts.SetContactProperties(0, 0, {0.5, 0.5, 0.1});
   contacts.SetContactProperties(0, 1, {0.4, 0.3, 0.1});
+  contacts.AddMaterial({kRigid, 0.0});  // the wheel: other numbers than the floor
+  LawSettings at_wheel;
+  Put(at_wheel, {"hertz_restitution", "critical_damping_share", 0.5});
+  contacts.SetContactProperties(0, kWheelMaterial, {0.4, 0.6, 0.2, 0.8}, at_wheel);
   WorldConfig c = Config(contacts);
   c.gravity_m_per_s2 = {0, 0, -9.81};
   return c;
@@ -98,6 +104,7 @@ std::unique_ptr<World> UnderWheel(std::uint64_t seed, int layers) {
   t.root_thickness_m = 0.0012;
   Body wheel;
   wheel.shape = TreadedWheel(0.008, 0.012, {t});
+  wheel.material = kWheelMaterial;
   wheel.motion = BodyMotion::kPrescribed;
   wheel.position_m = {0.01, 0.5 * kAcross * kPitch, 0.00197 * layers + 0.0095};
   wheel.velocity_m_per_s = {0.25, 0, -0.1};
