@@ -7,7 +7,8 @@
 #include "dem_offline/engine/bodies/mesh.h"
 #include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/core/drift_body.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem::gpu {
 namespace {
@@ -24,36 +25,35 @@ std::int32_t Grown(std::int32_t n) { return static_cast<std::int32_t>(std::ceil(
 }  // namespace
 
 void Ensemble::CheckWorld(std::size_t number) const {
-  const World& w = *worlds_[number];
-  const WorldConfig &c = w.config_, &first = worlds_[0]->config_;
+  const SimulationState& w = worlds_[number]->state();
+  const WorldConfig &c = w.config, &first = worlds_[0]->state().config;
   if (!(c.contacts.laws() == first.contacts.laws()) ||
       c.contacts.materials() != first.contacts.materials()) {
     Refuse(number, "laws or materials, expected those of world 0");
   }
-  if (w.count_ == 0) Refuse(number, "no grain, expected one or more");
-  if (!w.parts_->bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
-  if (w.parts_->sink)
-    Refuse(number, "a recorder of contacts, expected none: not on the device yet");
-  if (w.fault_ != StepFault::kNone) Refuse(number, std::string("has failed: ") + Explain(w.fault_));
-  if (w.parts_->bodies.size() > kMostBodies) {
-    Refuse(number, std::to_string(w.parts_->bodies.size()) + " bodies, expected at most " +
+  if (w.count == 0) Refuse(number, "no grain, expected one or more");
+  if (!w.bonds.empty()) Refuse(number, "bonds, expected none: not on the device yet");
+  if (w.sink) Refuse(number, "a recorder of contacts, expected none: not on the device yet");
+  if (w.fault != StepFault::kNone) Refuse(number, std::string("has failed: ") + Explain(w.fault));
+  if (w.bodies.size() > kMostBodies) {
+    Refuse(number, std::to_string(w.bodies.size()) + " bodies, expected at most " +
                        std::to_string(kMostBodies));
   }
-  for (const BodyEntry& b : w.parts_->bodies) {
+  for (const BodyEntry& b : w.bodies) {
     if (b.body.shape.mesh) Refuse(number, "a mesh, expected parts: not on the device yet");
   }
-  if (w.combination_ != combination_)
+  if (w.combination != combination_)
     Refuse(number, "kinds of grains, expected as many as world 0 has");
 }
 
 WorldView Ensemble::ViewOfWorld(std::size_t number) const {
-  const World& w = *worlds_[number];
-  const WorldConfig& c = w.config_;
+  const SimulationState& w = worlds_[number]->state();
+  const WorldConfig& c = w.config;
   WorldView v = {};
-  v.count = static_cast<std::int32_t>(w.count_);
+  v.count = static_cast<std::int32_t>(w.count);
   const auto q = c.frame.Quantum();
   v.drift.dt = static_cast<float>(c.dt_s);
-  v.drift.drag = w.drag_;
+  v.drift.drag = w.drag;
   v.drift.planar = c.planar;
   for (int a = 0; a < 3; ++a) {
     v.drift.quantum[a] = q[a];
@@ -62,19 +62,19 @@ WorldView Ensemble::ViewOfWorld(std::size_t number) const {
     v.drift.gravity_dt[a] = v.gravity[a] * v.drift.dt;
   }
   v.energy = c.energy;
-  v.sort = w.GridForSort();
+  v.sort = SortGridOf(w);
   v.inertia_factor = static_cast<float>(c.inertia_factor);
-  v.range = w.range_;
+  v.range = w.range;
   v.half_skin = 0.5f * static_cast<float>(c.skin_m);
   v.room = kStepsOfRoom * static_cast<float>(c.dt_s);
-  v.search_reach = static_cast<float>(c.skin_m) + w.range_;
-  const double cell = 2.0 * w.largest_radius_ + v.search_reach;
+  v.search_reach = static_cast<float>(c.skin_m) + w.range;
+  const double cell = 2.0 * w.largest_radius + v.search_reach;
   v.nx = static_cast<std::int32_t>(c.frame.length_m / cell);
   v.ny = static_cast<std::int32_t>(c.frame.width_m / cell);
-  std::int32_t low = w.grains_[0].z, high = low;
-  for (std::int64_t i = 0; i < w.count_; ++i) {
-    low = std::min(low, w.grains_[i].z);
-    high = std::max(high, w.grains_[i].z);
+  std::int32_t low = w.grains[0].z, high = low;
+  for (std::int64_t i = 0; i < w.count; ++i) {
+    low = std::min(low, w.grains[i].z);
+    high = std::max(high, w.grains[i].z);
   }
   v.z_low = low;
   v.z_scale = c.frame.z_span_m / 4294967296.0 / cell;
@@ -86,8 +86,8 @@ WorldView Ensemble::ViewOfWorld(std::size_t number) const {
 Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const ListSizes& sizes)
     : device_(device), worlds_(worlds) {
   if (worlds_.empty()) throw std::invalid_argument("ensemble: no world, expected one or more");
-  combination_ = worlds_[0]->combination_;
-  words_ = worlds_[0]->config_.contacts.layout().words;
+  combination_ = worlds_[0]->state().combination;
+  words_ = worlds_[0]->state().config.contacts.layout().words;
   layout_.sizes = sizes;
   for (std::size_t n = 0; n < worlds_.size(); ++n) {
     CheckWorld(n);
@@ -95,12 +95,11 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
     const WorldView& v = views_.back();
     layout_.tiles.push_back(TilesFor(v.count));
     layout_.cells.push_back(static_cast<std::int64_t>(v.nx) * v.ny * v.nz);
-    const World::Parts& parts = *worlds_[n]->parts_;
+    const SimulationState& w = worlds_[n]->state();
     first_clump_.push_back(layout_.clumps);
-    layout_.clumps += static_cast<std::int64_t>(parts.clumps.size());
-    for (const ClumpEntry& e : parts.clumps) {
-      layout_.clump_members +=
-          static_cast<std::int64_t>(parts.templates[e.state.shape].members.size());
+    layout_.clumps += static_cast<std::int64_t>(w.clumps.size());
+    for (const ClumpEntry& e : w.clumps) {
+      layout_.clump_members += static_cast<std::int64_t>(w.templates[e.state.shape].members.size());
     }
   }
   AddBodies();
@@ -121,7 +120,7 @@ Ensemble::Ensemble(const std::vector<World*>& worlds, Device& device, const List
 void Ensemble::AddBodies() {
   for (int number = 0; number < kMostBodies; ++number) {
     for (std::size_t w = 0; w < worlds_.size(); ++w) {
-      const auto& bodies = worlds_[w]->parts_->bodies;
+      const auto& bodies = worlds_[w]->state().bodies;
       if (number >= static_cast<int>(bodies.size())) continue;
       const BodySlots& slots = bodies[number].slots;
       layout_.bodies.push_back({static_cast<int>(w), number});

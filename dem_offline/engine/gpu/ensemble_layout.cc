@@ -1,7 +1,8 @@
 // Where an ensemble's arrays lie: tables of it for the device, and the move to
 // another layout.
 #include "dem_offline/engine/gpu/ensemble.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem::gpu {
 
@@ -10,7 +11,7 @@ void Ensemble::SendShapes() {
   std::vector<Part> parts;
   std::vector<Shape::Ring> rings;
   for (const BodyIndex& index : layout_.bodies) {
-    const Shape& s = worlds_[index.world]->parts_->bodies[index.number].body.shape;
+    const Shape& s = worlds_[index.world]->state().bodies[index.number].body.shape;
     parts.insert(parts.end(), s.parts.begin(), s.parts.end());
     rings.insert(rings.end(), s.rings.begin(), s.rings.end());
   }
@@ -18,11 +19,11 @@ void Ensemble::SendShapes() {
   memory_.parts.Upload(parts);
   memory_.rings = Buffer<Shape::Ring>(device_, rings.size());
   memory_.rings.Upload(rings);
-  memory_.params = Buffer<PairParams>(device_, worlds_.size() * worlds_[0]->params_.size());
+  memory_.params = Buffer<PairParams>(device_, worlds_.size() * worlds_[0]->state().params.size());
   shapes_.clear();
   std::size_t part = 0, ring = 0;
   for (const BodyIndex& index : layout_.bodies) {
-    const Shape& s = worlds_[index.world]->parts_->bodies[index.number].body.shape;
+    const Shape& s = worlds_[index.world]->state().bodies[index.number].body.shape;
     shapes_.push_back({memory_.parts.data() + part, memory_.rings.data() + ring,
                        static_cast<std::int32_t>(s.parts.size()),
                        static_cast<std::int32_t>(s.rings.size())});
@@ -38,18 +39,17 @@ void Ensemble::SendMembers() {
   std::vector<std::int32_t> place;
   clumps_.clear();
   for (int n = 0; n < size(); ++n) {
-    const World& w = *worlds_[n];
-    const World::Parts& parts = *w.parts_;
+    const SimulationState& w = worlds_[n]->state();
     std::vector<std::int64_t> first_of;
-    for (const ClumpTemplate& t : parts.templates) {
+    for (const ClumpTemplate& t : w.templates) {
       first_of.push_back(static_cast<std::int64_t>(members.size()));
       members.insert(members.end(), t.members.begin(), t.members.end());
     }
-    for (const ClumpEntry& e : parts.clumps) {
-      const auto count = static_cast<std::int32_t>(parts.templates[e.state.shape].members.size());
+    for (const ClumpEntry& e : w.clumps) {
+      const auto count = static_cast<std::int32_t>(w.templates[e.state.shape].members.size());
       clumps_.push_back(
           {e, n, count, first_of[e.state.shape], static_cast<std::int64_t>(place.size())});
-      for (std::int32_t k = 0; k < count; ++k) place.push_back(w.index_of_[e.first_id + k]);
+      for (std::int32_t k = 0; k < count; ++k) place.push_back(w.index_of[e.first_id + k]);
     }
   }
   memory_.members = Buffer<ClumpTemplate::Member>(device_, members.size());
@@ -63,7 +63,7 @@ void Ensemble::SendClumpOf() {
   if (layout_.clumps == 0) return;
   std::vector<std::int32_t> clump_of(layout_.grains(), -1);
   for (int n = 0; n < size(); ++n) {
-    const auto& own = worlds_[n]->parts_->clump_of;
+    const auto& own = worlds_[n]->state().clump_of;
     for (std::int64_t i = 0; i < static_cast<std::int64_t>(own.size()); ++i) {
       if (i < views_[n].count) clump_of[layout_.first[n] + i] = own[i];
     }
@@ -184,7 +184,7 @@ EnsembleView Ensemble::View() {
   v.grain_energy = m.grain_energy.data();
   v.tile_energy = m.tile_energy.now.data();
   v.params = m.params.data();
-  const ContactModel& contacts = worlds_[0]->config_.contacts;
+  const ContactModel& contacts = worlds_[0]->state().config.contacts;
   v.materials = contacts.materials();
   v.laws = contacts.laws();
   v.layout = contacts.layout();

@@ -3,6 +3,7 @@
 
 #include "dem_offline/engine/gpu/ensemble.h"
 #include "dem_offline/engine/gpu/sort_body.h"
+#include "dem_offline/engine/world/passes.h"
 
 namespace grouser::dem::gpu {
 namespace {
@@ -37,8 +38,8 @@ void Ensemble::RunTo(const std::vector<std::int64_t>& until) {
 }
 
 std::int64_t Ensemble::NextStop(int world, std::int64_t until) const {
-  const std::int64_t every = worlds_[world]->config_.sort_steps, now = states_[world].steps;
-  if (every <= 0 || !worlds_[world]->MaySort()) return until;
+  const std::int64_t every = worlds_[world]->state().config.sort_steps, now = states_[world].steps;
+  if (every <= 0 || !MaySort(worlds_[world]->state())) return until;
   return std::min(until, (now / every + 1) * every);
 }
 
@@ -65,10 +66,10 @@ void Ensemble::SortDue(const std::vector<std::int64_t>& until, const std::vector
   std::vector<std::uint8_t> wanted(worlds_.size(), 0);
   for (int w = 0; w < size(); ++w) {
     const WorldState& s = states_[w];
-    const std::int64_t every = worlds_[w]->config_.sort_steps;
+    const std::int64_t every = worlds_[w]->state().config.sort_steps;
     if (!open[w] || every <= 0 || s.steps == 0 || s.steps % every != 0 || s.steps == sorted_at_[w])
       continue;
-    if (s.steps >= until.at(w) || s.halted || !worlds_[w]->MaySort()) continue;
+    if (s.steps >= until.at(w) || s.halted || !MaySort(worlds_[w]->state())) continue;
     wanted[w] = 1;
     sorted_at_[w] = s.steps;
   }

@@ -2,7 +2,8 @@
 #include <algorithm>
 
 #include "dem_offline/engine/gpu/ensemble.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem::gpu {
 namespace {
@@ -33,7 +34,7 @@ void Ensemble::SendWorld(int world) {
   std::vector<EnergySums> energy(room / kTile);
   energy[0].stored = h.energy.stored;  // until the next step
   memory_.tile_energy.now.Upload(energy, first / kTile);
-  const std::vector<PairParams>& params = worlds_[world]->params_;
+  const std::vector<PairParams>& params = worlds_[world]->state().params;
   memory_.params.Upload(params, world * static_cast<std::int64_t>(params.size()));
   std::vector<ClumpRecord> clumps;
   for (std::size_t k = 0; k < h.clumps.size(); ++k) {
@@ -41,8 +42,8 @@ void Ensemble::SendWorld(int world) {
     clumps.back().entry = h.clumps[k];
   }
   memory_.clumps.now.Upload(clumps, first_clump_[world]);
-  memory_.clump_around.Upload(std::vector<ClumpSurroundings>{ClumpPass::Around(*worlds_[world])},
-                              world);
+  memory_.clump_around.Upload(
+      std::vector<ClumpSurroundings>{ClumpPass::Around(worlds_[world]->state())}, world);
   SendLists(world, h);
   SendBodies(world, h);
   WorldState& s = states_[world];
@@ -91,15 +92,15 @@ void Ensemble::SendLists(int world, const DeviceState& h) {
 
 BodyRecord Ensemble::RecordOf(std::size_t number, const DeviceBodyState& h) const {
   const BodyIndex index = layout_.bodies[number];
-  const World& w = *worlds_[index.world];
-  const BodyEntry& entry = w.parts_->bodies[index.number];
+  const SimulationState& w = worlds_[index.world]->state();
+  const BodyEntry& entry = w.bodies[index.number];
   BodyRecord b = {};
   b.body = h.body;
   b.track = h.track;
   b.shape = shapes_[number];
   b.around = BodyPass::Around(w);
-  b.frame = w.config_.frame;
-  b.origin_m = w.config_.origin_m;
+  b.frame = w.config.frame;
+  b.origin_m = w.config.origin_m;
   b.reach = entry.body.shape.reach;
   b.round = entry.body.shape.round;
   b.world = index.world;
@@ -113,12 +114,12 @@ BodyRecord Ensemble::RecordOf(std::size_t number, const DeviceBodyState& h) cons
   TouchView& t = b.touch;
   const bool free = h.body.motion == BodyMotion::kFree;
   t.free_mass = free ? static_cast<float>(h.body.mass_kg) : 0.0f;
-  t.range = w.range_;
-  t.dt = static_cast<float>(w.config_.dt_s);
+  t.range = w.range;
+  t.dt = static_cast<float>(w.config.dt_s);
   t.per_grain = b.per_grain;
   t.words = words_;
   t.material = h.body.material;
-  t.materials = w.config_.contacts.materials();
+  t.materials = w.config.contacts.materials();
   return b;
 }
 

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 namespace {
@@ -25,70 +26,71 @@ void CheckBody(const Body& b, int materials) {
 
 }  // namespace
 
-BodySurroundings BodyPass::Around(const World& w) {
-  return {w.config_.gravity_m_per_s2, w.config_.dt_s, w.config_.skin_m, w.config_.planar};
+BodySurroundings BodyPass::Around(const SimulationState& w) {
+  return {w.config.gravity_m_per_s2, w.config.dt_s, w.config.skin_m, w.config.planar};
 }
 
 int World::AddBody(const Body& body) {
-  CheckBody(body, config_.contacts.materials());
+  CheckBody(body, state_.config.contacts.materials());
   BodyEntry entry;
   entry.body = body;
   entry.body.orientation = Unit(body.orientation);
   // Whoever moves is given room, so that it is not searched for every step.
-  entry.margin_m =
-      body.motion == BodyMotion::kFixed ? config_.skin_m : config_.skin_m + 2.0 * largest_radius_;
+  entry.margin_m = body.motion == BodyMotion::kFixed
+                       ? state_.config.skin_m
+                       : state_.config.skin_m + 2.0 * state_.largest_radius;
   if (body.motion == BodyMotion::kFree) {
     entry.angular_momentum =
         MomentumOf(entry.body.orientation, body.spin_rad_per_s, body.inertia_kg_m2);
   }
   entry.left_at = entry.body.position_m;
   entry.left_turned = entry.body.orientation;
-  parts_->bodies.push_back(entry);
-  BodyPass::Find(*this, parts_->bodies.back());
-  return static_cast<int>(parts_->bodies.size()) - 1;
+  state_.bodies.push_back(entry);
+  BodyPass::Find(state_, state_.bodies.back());
+  return static_cast<int>(state_.bodies.size()) - 1;
 }
 
-void BodyPass::Move(World& w) {
+void BodyPass::Move(SimulationState& w) {
   const BodySurroundings around = Around(w);
-  for (BodyEntry& b : w.parts_->bodies) {
-    if (MoveBody(around, b.body.shape.reach, &b.body, &b) && !w.stale_) Find(w, b);
+  for (BodyEntry& b : w.bodies) {
+    if (MoveBody(around, b.body.shape.reach, &b.body, &b) && !w.stale) Find(w, b);
   }
 }
 
-void BodyPass::StepBack(World& w) {
+void BodyPass::StepBack(SimulationState& w) {
   const BodySurroundings around = Around(w);
-  for (BodyEntry& b : w.parts_->bodies) StepBodyBack(around, &b.body, &b);
+  for (BodyEntry& b : w.bodies) StepBodyBack(around, &b.body, &b);
 }
 
-Body& World::body(int b) { return parts_->bodies.at(b).body; }
-const Body& World::body(int b) const { return parts_->bodies.at(b).body; }
-int World::bodies() const { return static_cast<int>(parts_->bodies.size()); }
-const Wrench& World::wrench(int b) const { return parts_->bodies.at(b).wrench; }
-double World::body_work_j(int b) const { return parts_->bodies.at(b).work_j; }
+Body& World::body(int b) { return state_.bodies.at(b).body; }
+const Body& World::body(int b) const { return state_.bodies.at(b).body; }
+int World::bodies() const { return static_cast<int>(state_.bodies.size()); }
+const Wrench& World::wrench(int b) const { return state_.bodies.at(b).wrench; }
+double World::body_work_j(int b) const { return state_.bodies.at(b).work_j; }
 void World::RecordContacts(std::function<void(const BodyContact&)> sink) {
-  parts_->sink = std::move(sink);
+  state_.sink = std::move(sink);
 }
 
 const float* World::BodyHistory(std::int64_t i, int body, std::int32_t key) const {
-  const BodySlots& s = parts_->bodies.at(body).slots;
+  const BodySlots& s = state_.bodies.at(body).slots;
   const auto at = std::lower_bound(s.near.begin(), s.near.end(), static_cast<std::int32_t>(i));
   if (at == s.near.end() || *at != i) return nullptr;
   const auto k = (at - s.near.begin()) * s.per_grain;
   for (int n = 0; n < s.per_grain; ++n) {
-    if (s.key[k + n] == key) return &s.words[(k + n) * list_.words()];
+    if (s.key[k + n] == key) return &s.words[(k + n) * state_.list.words()];
   }
   return nullptr;
 }
 
 void World::SetBodyHistory(std::int64_t i, int body, std::int32_t key, const float* words) {
-  BodySlots& s = parts_->bodies.at(body).slots;
+  BodySlots& s = state_.bodies.at(body).slots;
   const auto at = std::lower_bound(s.near.begin(), s.near.end(), static_cast<std::int32_t>(i));
   if (at == s.near.end() || *at != i) return;
   const auto k = (at - s.near.begin()) * s.per_grain;
   for (int n = 0; n < s.per_grain; ++n) {
     if (s.key[k + n] >= 0 && s.key[k + n] != key) continue;
     s.key[k + n] = key;
-    std::copy_n(words, list_.words(), &s.words[(k + n) * list_.words()]);
+    std::copy_n(words, state_.list.words(), &s.words[(k + n) * state_.list.words()]);
     return;
   }
 }

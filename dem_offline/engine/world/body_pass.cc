@@ -36,32 +36,31 @@ struct BodyPass::Sums {
   bool tunnelled = false;
 };
 
-void BodyPass::TouchEntry(World& w, BodyEntry& b, int number, const TouchView& view, std::size_t k,
-                          Sums& sums) {
+void BodyPass::TouchEntry(SimulationState& w, BodyEntry& b, int number, const TouchView& view,
+                          std::size_t k, Sums& sums) {
   BodySlots& slots = b.slots;
   const std::int32_t i = slots.near[k];
   TouchRecord record[kMostSurfacePoints];
   const auto evaluate = [&w](const PairParams& p, const ContactGeometry& g, float* words,
-                             float dt) { return w.parts_->contact(w.config_, p, g, words, dt); };
+                             float dt) { return w.contact(w.config, p, g, words, dt); };
   const int n =
-      TouchGrain(view, w.grains_[i], evaluate, SurfaceOf{b.body.shape},
+      TouchGrain(view, w.grains[i], evaluate, SurfaceOf{b.body.shape},
                  &slots.key[k * slots.per_grain], &slots.words[k * slots.per_grain * view.words],
-                 &slots.clear[k], &w.loads_[i], record, &sums.tunnelled);
+                 &slots.clear[k], &w.loads[i], record, &sums.tunnelled);
   for (int s = 0; s < n; ++s) {
     const TouchRecord& r = record[s];
     sums.energy.Add(r.energy);
     if (!r.active) continue;
     sums.wrench.Add(r.force, r.moment);
-    if (w.parts_->sink) w.parts_->sink({number, r.point, r.force, r.key, r.rim});
+    if (w.sink) w.sink({number, r.point, r.force, r.key, r.rim});
   }
 }
 
-void BodyPass::Forces(World& w) {
-  World::Parts& parts = *w.parts_;
+void BodyPass::Forces(SimulationState& w) {
   std::vector<Sums> sums;
-  for (std::size_t number = 0; number < parts.bodies.size(); ++number) {
-    BodyEntry& b = parts.bodies[number];
-    const TouchView view = TouchViewOf(w.config_, w.params_, w.range_, w.list_.words(), b);
+  for (std::size_t number = 0; number < w.bodies.size(); ++number) {
+    BodyEntry& b = w.bodies[number];
+    const TouchView view = TouchViewOf(w.config, w.params, w.range, w.list.words(), b);
     // Summed run by run, whatever the threads; a recorder is called by one.
     const std::size_t near = b.slots.near.size(), runs = (near + kRun - 1) / kRun;
     sums.assign(runs, Sums{});
@@ -72,30 +71,30 @@ void BodyPass::Forces(World& w) {
         }
       }
     };
-    const std::size_t size = parts.sink ? 1 : static_cast<std::size_t>(parts.team.size());
+    const std::size_t size = w.sink ? 1 : static_cast<std::size_t>(w.team.size());
     if (size == 1 || runs < 2 * size) {
       touch(0, runs);
     } else {
-      parts.team.Run([&](int part) { touch(runs * part / size, runs * (part + 1) / size); });
+      w.team.Run([&](int part) { touch(runs * part / size, runs * (part + 1) / size); });
     }
     b.wrench = Wrench{};
     for (const Sums& s : sums) {
       b.wrench.Add(s.wrench);
-      if (w.config_.energy) w.step_energy_.Add(s.energy);
-      if (s.tunnelled) w.fault_ = StepFault::kTunnelled;
+      if (w.config.energy) w.step_energy.Add(s.energy);
+      if (s.tunnelled) w.fault = StepFault::kTunnelled;
     }
-    BookWork(b.body, w.config_.dt_s, &b);
+    BookWork(b.body, w.config.dt_s, &b);
   }
 }
 
-double BodyPass::Stored(const World& w) {
+double BodyPass::Stored(const SimulationState& w) {
   double sum = 0;
-  const int words = w.list_.words();
+  const int words = w.list.words();
   float word[kMaxHistoryWords];
-  for (const BodyEntry& b : w.parts_->bodies) {
-    const TouchView view = TouchViewOf(w.config_, w.params_, w.range_, words, b);
+  for (const BodyEntry& b : w.bodies) {
+    const TouchView view = TouchViewOf(w.config, w.params, w.range, words, b);
     for (std::size_t k = 0; k < b.slots.near.size(); ++k) {
-      const Grain& g = w.grains_[b.slots.near[k]];
+      const Grain& g = w.grains[b.slots.near[k]];
       if (g.kind & kFrozen) continue;
       const Touching t(view, g, SurfaceOf{b.body.shape});
       for (int s = 0; s < t.n; ++s) {
@@ -107,9 +106,9 @@ double BodyPass::Stored(const World& w) {
           Vec3f point;
           float lever;
           const PairParams& p =
-              w.params_[MaterialOf(g) * w.config_.contacts.materials() + b.body.material];
+              w.params[MaterialOf(g) * w.config.contacts.materials() + b.body.material];
           const ContactGeometry c = t.Geometry(view, g, s, &point, &lever);
-          const ContactResult r = w.parts_->contact(w.config_, p, c, word, 0.0f);
+          const ContactResult r = w.contact(w.config, p, c, word, 0.0f);
           if (r.active) sum += r.stored;
         }
       }

@@ -16,21 +16,21 @@ int SlotsPerGrain(const Shape& s) {
 
 }  // namespace
 
-void BodyPass::Find(World& w, BodyEntry& b) {
-  const BodyView view = BodyViewOf(w.config_, b.body);
+void BodyPass::Find(SimulationState& w, BodyEntry& b) {
+  const BodyView view = BodyViewOf(w.config, b.body);
   BodySlots old = std::move(b.slots);
   BodySlots& now = b.slots;
   now = BodySlots{};
   now.per_grain = SlotsPerGrain(b.body.shape);
-  const int words = w.list_.words();
+  const int words = w.list.words();
   b.moved_m = 0;
   const Vec3d& spin = b.body.spin_rad_per_s;
   b.turning = b.body.motion == BodyMotion::kFree || DotD(spin, spin) > 0;
   const auto distance = b.turning ? SweptDistance : StillDistance;
-  const float margin = static_cast<float>(b.margin_m) + w.range_;
+  const float margin = static_cast<float>(b.margin_m) + w.range;
   std::size_t before = 0;
-  for (std::int64_t i = 0; i < w.count_; ++i) {
-    const Grain& g = w.grains_[i];
+  for (std::int64_t i = 0; i < w.count; ++i) {
+    const Grain& g = w.grains[i];
     const float gap = (view.plane ? view.PlaneDistance(g)
                                   : distance(b.body.shape, view.ToBody(view.Relative(g)))) -
                       g.radius;
@@ -51,13 +51,13 @@ void BodyPass::Find(World& w, BodyEntry& b) {
   now.clear.assign(now.near.size(), 0.0f);
 }
 
-void BodyPass::FindAll(World& w) {
-  for (BodyEntry& b : w.parts_->bodies) Find(w, b);
+void BodyPass::FindAll(SimulationState& w) {
+  for (BodyEntry& b : w.bodies) Find(w, b);
 }
 
-void BodyPass::Renumber(World& w, const std::vector<std::int32_t>& place_of) {
-  const int words = w.list_.words();
-  for (BodyEntry& b : w.parts_->bodies) {
+void BodyPass::Renumber(SimulationState& w, const std::vector<std::int32_t>& place_of) {
+  const int words = w.list.words();
+  for (BodyEntry& b : w.bodies) {
     const BodySlots old = b.slots;
     BodySlots& now = b.slots;
     std::vector<std::pair<std::int32_t, std::size_t>> order;

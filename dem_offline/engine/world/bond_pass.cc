@@ -5,7 +5,8 @@
 #include <string>
 
 #include "dem_offline/engine/laws/time_step.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 namespace {
@@ -79,18 +80,17 @@ void AddLoad(GrainLoad& f, const Vec3d& force, const Vec3d& moment) {
 
 }  // namespace
 
-void BondPass::Add(World& w, const Contents& c) {
-  World::Parts& parts = *w.parts_;
-  parts.bond_laws = c.bond_laws;
+void BondPass::Add(SimulationState& w, const Contents& c) {
+  w.bond_laws = c.bond_laws;
   if (c.bonds.empty()) return;
-  parts.bonded.resize(w.grains_.size());
-  parts.turns.assign(w.grains_.size(), 0);
-  parts.orientation.assign(w.grains_.size(), {1, 0, 0, 0});
+  w.bonded.resize(w.grains.size());
+  w.turns.assign(w.grains.size(), 0);
+  w.orientation.assign(w.grains.size(), {1, 0, 0, 0});
   for (std::size_t n = 0; n < c.bonds.size(); ++n) {
     const BondState& s = c.bonds[n];
     for (const std::int32_t id : {s.grain_a, s.grain_b}) {
-      if (id < 0 || id >= w.count_) Bad(n, "grain " + std::to_string(id) + ": no such grain");
-      if (w.grains_[w.index_of_[id]].kind & kMember)
+      if (id < 0 || id >= w.count) Bad(n, "grain " + std::to_string(id) + ": no such grain");
+      if (w.grains[w.index_of[id]].kind & kMember)
         Bad(n, "member of a clump, expected a single grain");
     }
     if (s.grain_a == s.grain_b) Bad(n, "both ends are one grain, expected two");
@@ -99,12 +99,12 @@ void BondPass::Add(World& w, const Contents& c) {
     const BondLaw& law = c.bond_laws[s.law];
     if (!(law.largest_stretch > 0)) Bad(n, "largest_stretch: expected > 0");
     BondEntry e;
-    e.a = w.index_of_[s.grain_a];
-    e.b = w.index_of_[s.grain_b];
-    parts.turns[e.a] = parts.turns[e.b] = 1;
+    e.a = w.index_of[s.grain_a];
+    e.b = w.index_of[s.grain_b];
+    w.turns[e.a] = w.turns[e.b] = 1;
     e.law = s.law;
-    const Grain &a = w.grains_[e.a], &b = w.grains_[e.b];
-    const Vec3d apart = Apart(a, b, w.config_.frame);
+    const Grain &a = w.grains[e.a], &b = w.grains[e.b];
+    const Vec3d apart = Apart(a, b, w.config.frame);
     const double length = Norm(apart);
     if (!(length > 0)) Bad(n, "the two grains share one place");
     const double share = a.radius / (static_cast<double>(a.radius) + b.radius);
@@ -118,35 +118,32 @@ void BondPass::Add(World& w, const Contents& c) {
     e.polar = M_PI * r2 * r2 / 2;
     e.radius = s.radius_m;
     e.length = length;
-    parts.bonds.push_back(e);
+    w.bonds.push_back(e);
     if (law.beside_contact) continue;
-    parts.bonded[e.a].push_back(e.b);
-    parts.bonded[e.b].push_back(e.a);
+    w.bonded[e.a].push_back(e.b);
+    w.bonded[e.b].push_back(e.a);
   }
-  for (auto& list : parts.bonded) std::sort(list.begin(), list.end());
-  parts.bond_statistics.intact = static_cast<std::int64_t>(parts.bonds.size());
+  for (auto& list : w.bonded) std::sort(list.begin(), list.end());
+  w.bond_statistics.intact = static_cast<std::int64_t>(w.bonds.size());
 }
 
-void BondPass::Turn(World& w) {
-  World::Parts& parts = *w.parts_;
-  for (std::size_t i = 0; i < parts.turns.size(); ++i) {
-    if (!parts.turns[i]) continue;
-    parts.orientation[i] =
-        dem::Turn(parts.orientation[i], SpinOfGrain(w.grains_[i]), w.config_.dt_s);
+void BondPass::Turn(SimulationState& w) {
+  for (std::size_t i = 0; i < w.turns.size(); ++i) {
+    if (!w.turns[i]) continue;
+    w.orientation[i] = dem::Turn(w.orientation[i], SpinOfGrain(w.grains[i]), w.config.dt_s);
   }
 }
 
-void BondPass::Forces(World& w) {
-  World::Parts& parts = *w.parts_;
-  BondStatistics& stat = parts.bond_statistics;
+void BondPass::Forces(SimulationState& w) {
+  BondStatistics& stat = w.bond_statistics;
   stat.stored_j = 0;
-  const double dt = w.config_.dt_s;
-  for (BondEntry& e : parts.bonds) {
+  const double dt = w.config.dt_s;
+  for (BondEntry& e : w.bonds) {
     if (!e.intact) continue;
-    const BondLaw& law = parts.bond_laws[e.law];
-    const Grain &a = w.grains_[e.a], &b = w.grains_[e.b];
-    const Vec3d apart = Apart(a, b, w.config_.frame);
-    const Strain s = Measure(e, parts.orientation[e.a], parts.orientation[e.b], apart);
+    const BondLaw& law = w.bond_laws[e.law];
+    const Grain &a = w.grains[e.a], &b = w.grains[e.b];
+    const Vec3d apart = Apart(a, b, w.config.frame);
+    const Strain s = Measure(e, w.orientation[e.a], w.orientation[e.b], apart);
     const auto [kn, kt, kb, kw] = SpringsOf(law, e);
     const Vec3d shear = Scale(-kt, s.u_t), bend = Scale(-kb, s.th_b);
     const double pull = kn * s.u_n, twist = -kw * s.th_t;
@@ -165,16 +162,16 @@ void BondPass::Forces(World& w) {
       stat.broken_j += 0.5 * (before + e.stored);
       if (law.beside_contact) continue;
       for (const auto& [from, to] : {std::pair{e.a, e.b}, std::pair{e.b, e.a}}) {
-        auto& list = parts.bonded[from];
+        auto& list = w.bonded[from];
         list.erase(std::lower_bound(list.begin(), list.end(), to));
       }
-      w.stale_ = true;  // the pair may touch from now on
+      w.stale = true;  // the pair may touch from now on
       continue;
     }
     Vec3d force = dem::Add(Scale(-pull, s.axis), shear);  // on b
     Vec3d moment = dem::Add(bend, Scale(twist, s.axis));
     if (law.damping_ratio > 0) {
-      const auto [m, inertia] = ReducedOf(a, b, w.config_.inertia_factor);
+      const auto [m, inertia] = ReducedOf(a, b, w.config.inertia_factor);
       const double z = 2 * law.damping_ratio;
       const Vec3d v = Sub(dem::Add(VelocityOf(b), CrossD(SpinOfGrain(b), s.arm_b)),
                           dem::Add(VelocityOf(a), CrossD(SpinOfGrain(a), s.arm_a)));
@@ -189,17 +186,17 @@ void BondPass::Forces(World& w) {
       stat.damped_j -= dt * (DotD(drag, v) + DotD(brake, o));
     }
     stat.stored_j += e.stored;
-    AddLoad(w.loads_[e.b], force, dem::Add(moment, CrossD(s.arm_b, force)));
-    AddLoad(w.loads_[e.a], Scale(-1, force), Scale(-1, dem::Add(moment, CrossD(s.arm_a, force))));
+    AddLoad(w.loads[e.b], force, dem::Add(moment, CrossD(s.arm_b, force)));
+    AddLoad(w.loads[e.a], Scale(-1, force), Scale(-1, dem::Add(moment, CrossD(s.arm_a, force))));
   }
 }
 
-double BondPass::CriticalStep(const World& w) {
+double BondPass::CriticalStep(const SimulationState& w) {
   double least = 1e300;
-  for (const BondEntry& e : w.parts_->bonds) {
+  for (const BondEntry& e : w.bonds) {
     if (!e.intact) continue;
-    const BondLaw& law = w.parts_->bond_laws[e.law];
-    const auto [m, inertia] = ReducedOf(w.grains_[e.a], w.grains_[e.b], w.config_.inertia_factor);
+    const BondLaw& law = w.bond_laws[e.law];
+    const auto [m, inertia] = ReducedOf(w.grains[e.a], w.grains[e.b], w.config.inertia_factor);
     const BondSprings k = SpringsOf(law, e);
     // Shear also turns the grains, with half the bond's length as its lever.
     const double turning = std::max(k.bending, k.twist) + 0.25 * e.length * e.length * k.shear;
@@ -213,7 +210,7 @@ double BondPass::CriticalStep(const World& w) {
   return least;
 }
 
-const BondStatistics& World::bond_statistics() const { return parts_->bond_statistics; }
-bool World::BondIntact(std::int64_t b) const { return parts_->bonds.at(b).intact; }
+const BondStatistics& World::bond_statistics() const { return state_.bond_statistics; }
+bool World::BondIntact(std::int64_t b) const { return state_.bonds.at(b).intact; }
 
 }  // namespace grouser::dem

@@ -3,13 +3,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 
-void ClumpPass::Add(World& w, const Contents& c, std::vector<GrainState>* grains) {
-  World::Parts& parts = *w.parts_;
-  parts.templates = c.templates;
+void ClumpPass::Add(SimulationState& w, const Contents& c, std::vector<GrainState>* grains) {
+  w.templates = c.templates;
   for (std::size_t n = 0; n < c.clumps.size(); ++n) {
     const ClumpState& s = c.clumps[n];
     if (s.shape < 0 || s.shape >= static_cast<int>(c.templates.size())) {
@@ -24,7 +24,7 @@ void ClumpPass::Add(World& w, const Contents& c, std::vector<GrainState>* grains
     ClumpEntry e;
     e.state = s;
     e.state.orientation = Unit(s.orientation);
-    e.state.position_m = Sub(s.position_m, w.config_.origin_m);
+    e.state.position_m = Sub(s.position_m, w.config.origin_m);
     e.mass_kg = s.density_kg_per_m3 * shape.volume_m3;
     e.inertia = Scale(s.density_kg_per_m3, shape.inertia_per_density);
     e.angular_momentum = MomentumOf(e.state.orientation, s.spin_rad_per_s, e.inertia);
@@ -43,60 +43,59 @@ void ClumpPass::Add(World& w, const Contents& c, std::vector<GrainState>* grains
       g.mass_kg = e.mass_kg;  // a contact feels the whole clump
       grains->push_back(g);
     }
-    parts.clumps.push_back(e);
+    w.clumps.push_back(e);
   }
 }
 
-void ClumpPass::Index(World& w) {
-  World::Parts& parts = *w.parts_;
-  if (parts.clumps.empty()) return;
-  parts.clump_of.assign(w.grains_.size(), -1);
-  for (std::size_t c = 0; c < parts.clumps.size(); ++c) {
-    const ClumpEntry& e = parts.clumps[c];
-    const auto members = parts.templates[e.state.shape].members.size();
+void ClumpPass::Index(SimulationState& w) {
+  if (w.clumps.empty()) return;
+  w.clump_of.assign(w.grains.size(), -1);
+  for (std::size_t c = 0; c < w.clumps.size(); ++c) {
+    const ClumpEntry& e = w.clumps[c];
+    const auto members = w.templates[e.state.shape].members.size();
     for (std::size_t k = 0; k < members; ++k) {
-      const std::int32_t i = w.index_of_[e.first_id + k];
-      parts.clump_of[i] = static_cast<std::int32_t>(c);
-      w.grains_[i].kind |= kMember;
+      const std::int32_t i = w.index_of[e.first_id + k];
+      w.clump_of[i] = static_cast<std::int32_t>(c);
+      w.grains[i].kind |= kMember;
     }
   }
 }
 
-ClumpSurroundings ClumpPass::Around(const World& w) {
-  return {w.config_.gravity_m_per_s2, w.config_.dt_s, w.drag_, w.config_.planar, w.config_.frame};
+ClumpSurroundings ClumpPass::Around(const SimulationState& w) {
+  return {w.config.gravity_m_per_s2, w.config.dt_s, w.drag, w.config.planar, w.config.frame};
 }
 
-void ClumpPass::Gather(World& w) {
+void ClumpPass::Gather(SimulationState& w) {
   const ClumpSurroundings around = Around(w);
-  for (ClumpEntry& e : w.parts_->clumps) {
-    const auto& members = w.parts_->templates[e.state.shape].members;
+  for (ClumpEntry& e : w.clumps) {
+    const auto& members = w.templates[e.state.shape].members;
     GatherClump(
         around, members.data(), static_cast<int>(members.size()),
-        [&](int k) -> const GrainLoad& { return w.loads_[w.index_of_[e.first_id + k]]; }, &e);
+        [&](int k) -> const GrainLoad& { return w.loads[w.index_of[e.first_id + k]]; }, &e);
   }
 }
 
-void ClumpPass::Move(World& w) {
+void ClumpPass::Move(SimulationState& w) {
   const ClumpSurroundings around = Around(w);
-  for (ClumpEntry& e : w.parts_->clumps) {
-    const auto& members = w.parts_->templates[e.state.shape].members;
+  for (ClumpEntry& e : w.clumps) {
+    const auto& members = w.templates[e.state.shape].members;
     MoveClump(around, &e);
     const bool there = PlaceClump(
         around, members.data(), static_cast<int>(members.size()),
-        [&](int k) -> Grain& { return w.grains_[w.index_of_[e.first_id + k]]; }, e);
-    if (!there) w.fault_ = StepFault::kNonFinite;
+        [&](int k) -> Grain& { return w.grains[w.index_of[e.first_id + k]]; }, e);
+    if (!there) w.fault = StepFault::kNonFinite;
   }
 }
 
-void ClumpPass::StepBack(World& w) {
+void ClumpPass::StepBack(SimulationState& w) {
   const ClumpSurroundings around = Around(w);
-  for (ClumpEntry& e : w.parts_->clumps) StepClumpBack(around, &e);
+  for (ClumpEntry& e : w.clumps) StepClumpBack(around, &e);
 }
 
-double ClumpPass::Kinetic(const World& w) {
-  const double half = w.started_ ? 0.5 * w.config_.dt_s : 0.0;
+double ClumpPass::Kinetic(const SimulationState& w) {
+  const double half = w.started ? 0.5 * w.config.dt_s : 0.0;
   double sum = 0;
-  for (const ClumpEntry& e : w.parts_->clumps) {
+  for (const ClumpEntry& e : w.clumps) {
     const Vec3d v = dem::Add(e.state.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
     const Vec3d l = dem::Add(e.angular_momentum, Scale(half, e.moment));
     sum += 0.5 * e.mass_kg * DotD(v, v) + 0.5 * DotD(l, SpinOf(e.state.orientation, l, e.inertia));
@@ -104,13 +103,13 @@ double ClumpPass::Kinetic(const World& w) {
   return sum;
 }
 
-std::int64_t World::clumps() const { return static_cast<std::int64_t>(parts_->clumps.size()); }
+std::int64_t World::clumps() const { return static_cast<std::int64_t>(state_.clumps.size()); }
 
 ClumpState World::Clump(std::int64_t c) const {
-  const ClumpEntry& e = parts_->clumps.at(c);
-  const double half = started_ ? 0.5 * config_.dt_s : 0.0;
+  const ClumpEntry& e = state_.clumps.at(c);
+  const double half = state_.started ? 0.5 * state_.config.dt_s : 0.0;
   ClumpState s = e.state;
-  s.position_m = Add(e.state.position_m, config_.origin_m);
+  s.position_m = Add(e.state.position_m, state_.config.origin_m);
   s.velocity_m_per_s = Add(s.velocity_m_per_s, Scale(half / e.mass_kg, e.force));
   s.spin_rad_per_s =
       SpinOf(s.orientation, Add(e.angular_momentum, Scale(half, e.moment)), e.inertia);

@@ -1,32 +1,33 @@
 // Kick and drift of a World's grains, and the start of its leapfrog.
 #include "dem_offline/engine/core/drift_body.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
+#include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem {
 
 StepFault World::Drift() {
-  ClumpPass::Move(*this);
-  if (count_ == 0) return StepFault::kNone;
+  ClumpPass::Move(state_);
+  if (state_.count == 0) return StepFault::kNone;
   DriftView v = {};
-  v.grains = grains_.data();
-  v.loads = loads_.data();
-  v.kinetics = kinetics_.data();
-  v.bounds = bounds_.data();
-  v.idle = idle_.empty() ? nullptr : idle_.data();
-  v.dt = static_cast<float>(config_.dt_s);
-  v.drag = drag_;
-  const auto q = config_.frame.Quantum();
+  v.grains = state_.grains.data();
+  v.loads = state_.loads.data();
+  v.kinetics = state_.kinetics.data();
+  v.bounds = state_.bounds.data();
+  v.idle = state_.idle.empty() ? nullptr : state_.idle.data();
+  v.dt = static_cast<float>(state_.config.dt_s);
+  v.drag = state_.drag;
+  const auto q = state_.config.frame.Quantum();
   for (int a = 0; a < 3; ++a) {
     v.quantum[a] = q[a];
     v.per_quantum[a] = v.dt / q[a];
-    v.gravity_dt[a] = static_cast<float>(config_.gravity_m_per_s2[a]) * v.dt;
+    v.gravity_dt[a] = static_cast<float>(state_.config.gravity_m_per_s2[a]) * v.dt;
   }
-  v.planar = config_.planar;
-  const DriftKernelFn drift = KernelsFor(nullptr, combination_, false).drift;
-  const int size = parts_->team.size();
+  v.planar = state_.config.planar;
+  const DriftKernelFn drift = KernelsFor(nullptr, state_.combination, false).drift;
+  const int size = state_.team.size();
   std::vector<DriftFound> found(size);
-  const auto tiles = static_cast<std::int64_t>(grains_.size()) / kLanes;
-  parts_->team.Run([&](int part) {
+  const auto tiles = static_cast<std::int64_t>(state_.grains.size()) / kLanes;
+  state_.team.Run([&](int part) {
     DriftFound f;
     drift(v, tiles * part / size, tiles * (part + 1) / size, &f);
     found[part] = f;
@@ -37,28 +38,28 @@ StepFault World::Drift() {
   for (const DriftFound& f : found) {
     if (!f.apart) return StepFault::kOverlap;
     if (!f.slow) return StepFault::kTooFast;
-    inner_stale_ |= f.beyond;
+    state_.inner_stale |= f.beyond;
   }
-  return fault_;
+  return state_.fault;
 }
 
 void World::Start() {
-  if (started_) return;
-  started_ = true;
+  if (state_.started) return;
+  state_.started = true;
   Forces();
-  energy_ = EnergySums{};
-  energy_.stored = step_energy_.stored;
-  const float half = 0.5f * static_cast<float>(config_.dt_s);
+  state_.energy = EnergySums{};
+  state_.energy.stored = state_.step_energy.stored;
+  const float half = 0.5f * static_cast<float>(state_.config.dt_s);
   float gravity[3];
-  for (int a = 0; a < 3; ++a) gravity[a] = static_cast<float>(config_.gravity_m_per_s2[a]);
-  for (std::int64_t i = 0; i < count_; ++i) {
-    Grain& g = grains_[i];
+  for (int a = 0; a < 3; ++a) gravity[a] = static_cast<float>(state_.config.gravity_m_per_s2[a]);
+  for (std::int64_t i = 0; i < state_.count; ++i) {
+    Grain& g = state_.grains[i];
     if (g.kind & kHeld) continue;
-    StepBack(gravity, half, static_cast<float>(config_.inertia_factor), config_.planar, loads_[i],
-             &g);
+    StepBack(gravity, half, static_cast<float>(state_.config.inertia_factor), state_.config.planar,
+             state_.loads[i], &g);
   }
-  ClumpPass::StepBack(*this);
-  BodyPass::StepBack(*this);
+  ClumpPass::StepBack(state_);
+  BodyPass::StepBack(state_);
 }
 
 }  // namespace grouser::dem

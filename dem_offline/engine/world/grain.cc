@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
 
 namespace grouser::dem {
 namespace {

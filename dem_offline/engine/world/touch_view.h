@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
 #include "dem_offline/engine/world/touch_body.h"
 
 namespace grouser::dem {

@@ -8,7 +8,7 @@
 
 #include "dem_offline/engine/core/displacement_bound.h"
 #include "dem_offline/engine/laws/time_step.h"
-#include "dem_offline/engine/world/parts.h"
+#include "dem_offline/engine/world/passes.h"
 
 namespace grouser::dem {
 namespace {
@@ -32,13 +32,14 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_;
 };
 
-void CheckConfig(const WorldConfig& c) {
+const WorldConfig& Checked(const WorldConfig& c) {
   if (!(c.dt_s > 0)) throw std::invalid_argument("dt_s: expected > 0");
   if (c.threads < 1 || c.threads > 256) throw std::invalid_argument("threads: expected 1 to 256");
   if (!(c.inertia_factor > 0)) throw std::invalid_argument("inertia_factor: expected > 0");
   for (const double s : {c.frame.length_m, c.frame.width_m, c.frame.z_span_m}) {
     if (!(s > 0) || !std::isfinite(s)) throw std::invalid_argument("frame: expected sizes > 0");
   }
+  return c;
 }
 
 }  // namespace
@@ -59,99 +60,96 @@ const char* Explain(StepFault fault) {
   return "";
 }
 
-World::World(const WorldConfig& config, const Contents& contents) : config_(config) {
-  CheckConfig(config_);
+World::World(const WorldConfig& config, const Contents& contents) : state_(Checked(config)) {
   Construct(contents);
 }
 
-World::World(const WorldConfig& config, const std::vector<GrainState>& grains) : config_(config) {
-  CheckConfig(config_);
+World::World(const WorldConfig& config, const std::vector<GrainState>& grains)
+    : state_(Checked(config)) {
   Contents contents;
   contents.grains = grains;
   Construct(contents);
 }
 
-World::~World() = default;
-
 void World::Construct(const Contents& contents) {
-  parts_ = std::make_unique<Parts>(config_.threads);
-  params_ = config_.contacts.Table();
-  combination_ = config_.contacts.combination();
+  state_.params = state_.config.contacts.Table();
+  state_.combination = state_.config.contacts.combination();
   std::vector<GrainState> grains = contents.grains;
-  ClumpPass::Add(*this, contents, &grains);
-  count_ = static_cast<std::int64_t>(grains.size());
+  ClumpPass::Add(state_, contents, &grains);
+  state_.count = static_cast<std::int64_t>(grains.size());
   std::vector<Grain> raw;
   raw.reserve(grains.size());
   for (std::size_t i = 0; i < grains.size(); ++i) {
-    CheckGrain(grains[i], i, config_.contacts.materials());
-    raw.push_back(MakeGrain(grains[i], config_, static_cast<std::int32_t>(i)));
+    CheckGrain(grains[i], i, state_.config.contacts.materials());
+    raw.push_back(MakeGrain(grains[i], state_.config, static_cast<std::int32_t>(i)));
     const float r = raw.back().radius;
-    largest_radius_ = std::max(largest_radius_, r);
-    smallest_radius_ = i == 0 ? r : std::min(smallest_radius_, r);
-    if (grains[i].material != 0) combination_ = -1;
+    state_.largest_radius = std::max(state_.largest_radius, r);
+    state_.smallest_radius = i == 0 ? r : std::min(state_.smallest_radius, r);
+    if (grains[i].material != 0) state_.combination = -1;
   }
-  const std::int64_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
-  grains_.assign(padded, PaddingGrain());
-  index_of_.assign(count_, 0);
-  if (count_ > 0) {
-    const auto order = SpatialOrder(raw, config_.frame);
-    for (std::int64_t i = 0; i < count_; ++i) {
-      grains_[i] = raw[order[i]];
-      index_of_[order[i]] = static_cast<std::int32_t>(i);
+  const std::int64_t padded = (state_.count + kLanes - 1) / kLanes * kLanes;
+  state_.grains.assign(padded, PaddingGrain());
+  state_.index_of.assign(state_.count, 0);
+  if (state_.count > 0) {
+    const auto order = SpatialOrder(raw, state_.config.frame);
+    for (std::int64_t i = 0; i < state_.count; ++i) {
+      state_.grains[i] = raw[order[i]];
+      state_.index_of[order[i]] = static_cast<std::int32_t>(i);
     }
   }
-  loads_.assign(padded, GrainLoad{});
-  kinetics_.assign(padded, Kinetics{});
-  for (std::int64_t i = 0; i < count_; ++i) kinetics_[i] = AtRest(grains_[i]);
-  range_ = static_cast<float>(config_.contacts.Range(smallest_radius_, largest_radius_));
-  if (!(config_.skin_m > 0)) config_.skin_m = 0.2 * largest_radius_;
-  parts_->contact = BodyPass::ContactOf(config_.contacts.combination());
-  const WordLayout& layout = config_.contacts.layout();
-  list_.Configure(layout.words, layout.vector_words, config_.first_pairs);
-  ClumpPass::Index(*this);
-  BondPass::Add(*this, contents);
+  state_.loads.assign(padded, GrainLoad{});
+  state_.kinetics.assign(padded, Kinetics{});
+  for (std::int64_t i = 0; i < state_.count; ++i) state_.kinetics[i] = AtRest(state_.grains[i]);
+  state_.range = static_cast<float>(
+      state_.config.contacts.Range(state_.smallest_radius, state_.largest_radius));
+  if (!(state_.config.skin_m > 0)) state_.config.skin_m = 0.2 * state_.largest_radius;
+  state_.contact = BodyPass::ContactOf(state_.config.contacts.combination());
+  const WordLayout& layout = state_.config.contacts.layout();
+  state_.list.Configure(layout.words, layout.vector_words, state_.config.first_pairs);
+  ClumpPass::Index(state_);
+  BondPass::Add(state_, contents);
   Rebuild();
   for (const Body& b : contents.bodies) AddBody(b);
   CheckGuard();
 }
 
 void World::CheckGuard() const {
-  if (!(config_.guard_overlap > 0) || count_ == 0) return;
-  const double critical = CriticalStep(config_.guard_overlap);
-  if (config_.dt_s > critical * (1 + 1e-9)) {
+  if (!(state_.config.guard_overlap > 0) || state_.count == 0) return;
+  const double critical = CriticalStep(state_.config.guard_overlap);
+  if (state_.config.dt_s > critical * (1 + 1e-9)) {
     throw std::invalid_argument(
-        "dt_s: " + std::to_string(config_.dt_s) + " s, expected at most the critical step " +
+        "dt_s: " + std::to_string(state_.config.dt_s) + " s, expected at most the critical step " +
         std::to_string(critical) + " s (0.2 sqrt(m/K), m/(8 C)) at an overlap of " +
-        std::to_string(config_.guard_overlap) + " radii");
+        std::to_string(state_.config.guard_overlap) + " radii");
   }
 }
 
 double World::CriticalStep(double overlap_ratio) const {
   double step = 1e300;
-  for (std::int64_t i = 0; i < count_; ++i) {
-    const Grain& g = grains_[i];
-    step = std::min(step,
-                    CriticalStepOf(config_.contacts, overlap_ratio * g.radius, g.radius, g.mass));
+  for (std::int64_t i = 0; i < state_.count; ++i) {
+    const Grain& g = state_.grains[i];
+    step = std::min(
+        step, CriticalStepOf(state_.config.contacts, overlap_ratio * g.radius, g.radius, g.mass));
   }
-  return std::min(step, BondPass::CriticalStep(*this));
+  return std::min(step, BondPass::CriticalStep(state_));
 }
 
 void World::Rebuild(const std::vector<std::int32_t>* place_of) {
   {
-    const Stopwatch watch(timing_, phases_.search_s);
+    const Stopwatch watch(state_.timing, state_.phases.search_s);
     Exclusions excluded;
-    if (!parts_->clump_of.empty()) excluded.clump_of = parts_->clump_of.data();
-    if (!parts_->bonded.empty()) excluded.bonded = &parts_->bonded;
-    list_.Build(grains_, count_, config_.frame, static_cast<float>(config_.skin_m) + range_,
-                excluded, place_of);
-    found_at_.resize(count_);
-    for (std::int64_t i = 0; i < count_; ++i) {
-      found_at_[i] = {grains_[i].x, grains_[i].y, grains_[i].z, 0.0f};
+    if (!state_.clump_of.empty()) excluded.clump_of = state_.clump_of.data();
+    if (!state_.bonded.empty()) excluded.bonded = &state_.bonded;
+    state_.list.Build(state_.grains, state_.count, state_.config.frame,
+                      static_cast<float>(state_.config.skin_m) + state_.range, excluded, place_of);
+    state_.found_at.resize(state_.count);
+    for (std::int64_t i = 0; i < state_.count; ++i) {
+      state_.found_at[i] = {state_.grains[i].x, state_.grains[i].y, state_.grains[i].z, 0.0f};
     }
-    BodyPass::FindAll(*this);
+    BodyPass::FindAll(state_);
   }
-  stale_ = false;
-  ++rebuilds_;
+  state_.stale = false;
+  ++state_.rebuilds;
   Prune();
 }
 
@@ -159,24 +157,25 @@ Kinetics World::AtRest(const Grain& g) const {
   Kinetics k;
   k.inverse_mass = 1.0f / g.mass;
   k.inverse_inertia =
-      1.0f / (static_cast<float>(config_.inertia_factor) * g.mass * g.radius * g.radius);
+      1.0f / (static_cast<float>(state_.config.inertia_factor) * g.mass * g.radius * g.radius);
   return k;
 }
 
 /// Gives every grain a displacement bound; false where one that ends within the half skin of
 /// the search can not be had.
 bool World::SetBounds() {
-  const auto q = config_.frame.Quantum();
-  const float half = 0.5f * static_cast<float>(config_.skin_m);
-  const float room = kStepsOfRoom * static_cast<float>(config_.dt_s);
-  reaches_.resize(count_);
-  bounds_.resize(grains_.size());
+  const auto q = state_.config.frame.Quantum();
+  const float half = 0.5f * static_cast<float>(state_.config.skin_m);
+  const float room = kStepsOfRoom * static_cast<float>(state_.config.dt_s);
+  state_.reaches.resize(state_.count);
+  state_.bounds.resize(state_.grains.size());
   // Padding goes nowhere, also where grains have been before an exchange.
-  std::fill(bounds_.begin() + count_, bounds_.end(), DisplacementBound{0, 0, 0, 0.0f});
-  for (std::int64_t i = 0; i < count_; ++i) {
-    const auto& at = found_at_[i];
-    if (!BoundGrain(grains_[i], at.x, at.y, at.z, q.data(), half, room, &bounds_[i],
-                    &reaches_[i])) {
+  std::fill(state_.bounds.begin() + state_.count, state_.bounds.end(),
+            DisplacementBound{0, 0, 0, 0.0f});
+  for (std::int64_t i = 0; i < state_.count; ++i) {
+    const auto& at = state_.found_at[i];
+    if (!BoundGrain(state_.grains[i], at.x, at.y, at.z, q.data(), half, room, &state_.bounds[i],
+                    &state_.reaches[i])) {
       return false;
     }
   }
@@ -185,105 +184,105 @@ bool World::SetBounds() {
 
 void World::Prune() {
   if (!SetBounds()) return Rebuild();
-  const Stopwatch watch(timing_, phases_.prune_s);
-  inner_stale_ = false;
-  list_.Prune(grains_, reaches_, config_.frame, range_);
-  ++phases_.prunes;
+  const Stopwatch watch(state_.timing, state_.phases.prune_s);
+  state_.inner_stale = false;
+  state_.list.Prune(state_.grains, state_.reaches, state_.config.frame, state_.range);
+  ++state_.phases.prunes;
 }
 
 StepFault World::Step() {
-  if (fault_ != StepFault::kNone) return fault_;
-  if (config_.stepper) return fault_ = config_.stepper->Run(*this, 1);
+  if (state_.fault != StepFault::kNone) return state_.fault;
+  if (state_.config.stepper) return state_.fault = state_.config.stepper->Run(*this, 1);
   Start();
   if (SortDue()) Sort();
-  if (fault_ == StepFault::kNone) {
-    const Stopwatch watch(timing_, phases_.drift_s);
-    fault_ = Drift();
+  if (state_.fault == StepFault::kNone) {
+    const Stopwatch watch(state_.timing, state_.phases.drift_s);
+    state_.fault = Drift();
   }
-  if (fault_ != StepFault::kNone) return fault_;
+  if (state_.fault != StepFault::kNone) return state_.fault;
   {
-    const Stopwatch watch(timing_, phases_.bodies_s);
-    BondPass::Turn(*this);
-    BodyPass::Move(*this);
+    const Stopwatch watch(state_.timing, state_.phases.bodies_s);
+    BondPass::Turn(state_);
+    BodyPass::Move(state_);
   }
-  if (stale_) {
+  if (state_.stale) {
     Rebuild();
-  } else if (inner_stale_) {
+  } else if (state_.inner_stale) {
     Prune();
   }
   Forces();
-  ++steps_;
-  energy_.AddStep(step_energy_);
-  return fault_;
+  ++state_.steps;
+  state_.energy.AddStep(state_.step_energy);
+  return state_.fault;
 }
 
 StepFault World::Run(std::int64_t steps) {
-  if (config_.stepper && fault_ == StepFault::kNone && steps > 0) {
-    return fault_ = config_.stepper->Run(*this, steps);
+  if (state_.config.stepper && state_.fault == StepFault::kNone && steps > 0) {
+    return state_.fault = state_.config.stepper->Run(*this, steps);
   }
   for (std::int64_t s = 0; s < steps; ++s) {
-    if (Step() != StepFault::kNone) return fault_;
+    if (Step() != StepFault::kNone) return state_.fault;
   }
   return StepFault::kNone;
 }
 
 PairView World::View(double dt_s) {
   PairView v = {};
-  v.grains = grains_.data();
-  list_.Fill(v);
-  const auto q = config_.frame.Quantum();
+  v.grains = state_.grains.data();
+  state_.list.Fill(v);
+  const auto q = state_.config.frame.Quantum();
   std::copy(q.begin(), q.end(), v.quantum);
-  v.range = range_;
+  v.range = state_.range;
   v.dt = static_cast<float>(dt_s);
-  v.params = params_.data();
-  v.materials = config_.contacts.materials();
-  v.laws = config_.contacts.laws();
-  v.layout = config_.contacts.layout();
+  v.params = state_.params.data();
+  v.materials = state_.config.contacts.materials();
+  v.laws = state_.config.contacts.laws();
+  v.layout = state_.config.contacts.layout();
   return v;
 }
 
 void World::PairForces() {
-  const PairView v = View(config_.dt_s);
-  const Kernels kernels = KernelsFor(nullptr, combination_, config_.energy);
-  const std::int64_t blocks = list_.blocks();
+  const PairView v = View(state_.config.dt_s);
+  const Kernels kernels = KernelsFor(nullptr, state_.combination, state_.config.energy);
+  const std::int64_t blocks = state_.list.blocks();
   const std::int64_t chunks = (blocks + kBlocksPerChunk - 1) / kBlocksPerChunk;
-  auto& energy = parts_->chunk_energy;
-  energy.assign(config_.energy ? chunks : 0, EnergySums{});
-  const int size = parts_->team.size();
+  auto& energy = state_.chunk_energy;
+  energy.assign(state_.config.energy ? chunks : 0, EnergySums{});
+  const int size = state_.team.size();
   {
-    const Stopwatch watch(timing_, phases_.pairs_s);
-    parts_->team.Run([&](int part) {
+    const Stopwatch watch(state_.timing, state_.phases.pairs_s);
+    state_.team.Run([&](int part) {
       for (std::int64_t c = chunks * part / size; c < chunks * (part + 1) / size; ++c) {
         const std::int64_t last = std::min(blocks, (c + 1) * kBlocksPerChunk);
-        kernels.pairs(v, c * kBlocksPerChunk, last, config_.energy ? &energy[c] : nullptr);
+        kernels.pairs(v, c * kBlocksPerChunk, last, state_.config.energy ? &energy[c] : nullptr);
       }
     });
   }
-  const Stopwatch watch(timing_, phases_.sum_s);
-  const auto tiles = static_cast<std::int64_t>(grains_.size()) / kLanes;
-  parts_->team.Run([&](int part) {
-    kernels.sum(v, idle_.empty() ? nullptr : idle_.data(), loads_.data(), tiles * part / size,
-                tiles * (part + 1) / size);
+  const Stopwatch watch(state_.timing, state_.phases.sum_s);
+  const auto tiles = static_cast<std::int64_t>(state_.grains.size()) / kLanes;
+  state_.team.Run([&](int part) {
+    kernels.sum(v, state_.idle.empty() ? nullptr : state_.idle.data(), state_.loads.data(),
+                tiles * part / size, tiles * (part + 1) / size);
   });
-  for (const auto& e : energy) step_energy_.Add(e);
+  for (const auto& e : energy) state_.step_energy.Add(e);
 }
 
 void World::Forces() {
-  step_energy_ = EnergySums{};
+  state_.step_energy = EnergySums{};
   PairForces();
-  const Stopwatch watch(timing_, phases_.bodies_s);
-  BondPass::Forces(*this);
-  BodyPass::Forces(*this);
-  ClumpPass::Gather(*this);
+  const Stopwatch watch(state_.timing, state_.phases.bodies_s);
+  BondPass::Forces(state_);
+  BodyPass::Forces(state_);
+  ClumpPass::Gather(state_);
 }
 
 void World::SetContacts(const ContactModel& contacts) {
-  if (!(contacts.laws() == config_.contacts.laws()) ||
-      contacts.materials() != config_.contacts.materials()) {
+  if (!(contacts.laws() == state_.config.contacts.laws()) ||
+      contacts.materials() != state_.config.contacts.materials()) {
     throw std::invalid_argument("contacts: expected the laws and materials the world began with");
   }
-  config_.contacts = contacts;
-  params_ = contacts.Table();
+  state_.config.contacts = contacts;
+  state_.params = contacts.Table();
 }
 
 double RayleighTime(double radius_m, double density_kg_per_m3, double youngs_modulus_pa,
