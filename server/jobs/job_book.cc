@@ -9,7 +9,7 @@
 
 #include "server/jobs/job_state.h"
 #include "server/jobs/request_checks.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 
 namespace grouser::server {
 namespace {
@@ -29,7 +29,7 @@ std::string NewJobId() {
 }
 
 [[noreturn]] void NoSuchJob(const std::string& job_id) {
-  throw RequestError(RequestCode::kNotFound, "job_id: no job '" + job_id + "'");
+  throw StatusError(StatusCode::kNotFound, "job_id: no job '" + job_id + "'");
 }
 
 }  // namespace
@@ -90,7 +90,7 @@ std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
   const auto known = store_.FindRequest(request.request_id());
   if (!known) return std::nullopt;
   if (known->content != ContentOf(request)) {
-    throw RequestError(RequestCode::kAlreadyExists,
+    throw StatusError(StatusCode::kAlreadyExists,
                        "request_id: '" + request.request_id() +
                            "' was used for a different refinement (job " + known->job_id + ")");
   }
@@ -117,7 +117,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     store_.Join(row, asked);
   } else {
     if (CountQueued() >= max_queued_) {
-      throw RequestError(RequestCode::kResourceExhausted,
+      throw StatusError(StatusCode::kResourceExhausted,
                          fmt::format("queue: {} jobs wait already, expected fewer than {}; "
                                      "submit again later",
                                      CountQueued(), max_queued_));
@@ -168,7 +168,7 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
   const v1alpha1::Job now = Get(job_id);
   const auto request = store_.FindRequest(request_id);
   if (!request || request->job_id != job_id) {
-    throw RequestError(RequestCode::kNotFound, "request_id: '" + request_id +
+    throw StatusError(StatusCode::kNotFound, "request_id: '" + request_id +
                                                    "' has no subscription to job '" + job_id + "'");
   }
   auto open = FindOpen(job_id);
@@ -184,7 +184,7 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
   }
   Touch(row);
   if (!store_.Withdraw(row, held, request_id)) {
-    throw RequestError(RequestCode::kInternal, "job_id: '" + job_id + "' has another lease epoch");
+    throw StatusError(StatusCode::kInternal, "job_id: '" + job_id + "' has another lease epoch");
   }
   const v1alpha1::Job result = row.job;
   Adopt(std::move(row), Publish::kYes);

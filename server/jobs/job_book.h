@@ -26,24 +26,24 @@ class JobBook {
   JobBook(JobStore& store, std::size_t max_queued, Clock clock, Listener listener);
 
   /// The answer given before to this request_id, if any; throws
-  /// RequestError(kAlreadyExists) where it then asked for something else.
+  /// StatusError(kAlreadyExists) where it then asked for something else.
   std::optional<v1alpha1::SubmitRefinementResponse> Replay(
       const v1alpha1::SubmitRefinementRequest& request);
 
   /// Joins an open job of equal work or makes one; on disk when it returns.
-  /// `model` is "name@sha256:HEX". Throws RequestError(kResourceExhausted).
+  /// `model` is "name@sha256:HEX". Throws StatusError(kResourceExhausted).
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
                                             const std::string& model, const std::string& join_key,
                                             const v1alpha1::WheelTestSpec& spec);
 
-  /// Throws RequestError(kNotFound).
+  /// Throws StatusError(kNotFound).
   v1alpha1::Job Get(const std::string& job_id);
   /// Newest first, without stress and surface profiles.
   std::vector<v1alpha1::Job> List(std::uint32_t limit);
 
   /// Withdraws a subscription; the job is CANCELLED when none is left. Of an
   /// ended job or a withdrawn subscription: no change. Throws
-  /// RequestError(kNotFound).
+  /// StatusError(kNotFound).
   v1alpha1::Job Cancel(const std::string& job_id, const std::string& request_id);
 
   // Rows are handed out as copies: every change replaces the book's own row,

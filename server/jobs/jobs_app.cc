@@ -11,7 +11,7 @@
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "server/jobs/scheduler_steps.h"
 
 namespace grouser::server {
@@ -31,7 +31,7 @@ os::UniqueFd LockState(const std::string& path) {
 }
 
 [[noreturn]] void Precondition(const std::string& message) {
-  throw RequestError(RequestCode::kFailedPrecondition, message);
+  throw StatusError(StatusCode::kFailedPrecondition, message);
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void JobsApp::Stop(std::function<void()> done) {
 }
 
 void JobsApp::RefuseWhenStopping() const {
-  if (stopping_) throw RequestError(RequestCode::kUnavailable, "the jobs program is stopping");
+  if (stopping_) throw StatusError(StatusCode::kUnavailable, "the jobs program is stopping");
 }
 
 v1alpha1::SubmitRefinementResponse JobsApp::Submit(
@@ -85,7 +85,7 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(
   try {
     entry = repository_.Resolve(request.model());
   } catch (const std::out_of_range& e) {
-    throw RequestError(RequestCode::kNotFound, e.what());
+    throw StatusError(StatusCode::kNotFound, e.what());
   } catch (const std::runtime_error& e) {
     Precondition(e.what());  // the alias file is damaged; a digest needs none
   }
@@ -107,7 +107,7 @@ v1alpha1::GetJobResponse JobsApp::Get(const v1alpha1::GetJobRequest& request) {
 
 v1alpha1::ListJobsResponse JobsApp::List(const v1alpha1::ListJobsRequest& request) {
   if (request.limit() > kMaxListLimit) {
-    throw RequestError(RequestCode::kInvalidArgument, "limit: " + std::to_string(request.limit()) +
+    throw StatusError(StatusCode::kInvalidArgument, "limit: " + std::to_string(request.limit()) +
                                                           ", expected at most " +
                                                           std::to_string(kMaxListLimit));
   }
@@ -184,7 +184,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
     throw;  // the alias has moved; start-up, or asking again, brings the row along
   } catch (const std::exception& e) {
     decide({});
-    throw RequestError(RequestCode::kUnavailable, std::string("alias not moved: ") + e.what());
+    throw StatusError(StatusCode::kUnavailable, std::string("alias not moved: ") + e.what());
   }
   *response.mutable_job() = book_.Get(job.job_id());
   return response;

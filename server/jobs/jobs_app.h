@@ -24,7 +24,7 @@ struct JobsOptions {
 };
 
 /// Everything behind the service. Requests (below "Requests") run on thread()
-/// and throw RequestError or SqliteError.
+/// and throw StatusError or SqliteError.
 class JobsApp {
  public:
   /// Throws std::runtime_error where the state folder cannot be used, or is

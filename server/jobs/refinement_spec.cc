@@ -8,7 +8,7 @@
 
 #include "proto/records/sha256.h"
 #include "server/jobs/request_checks.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 
 namespace grouser::server {
 namespace {
@@ -32,7 +32,7 @@ std::uint64_t OwnSeed(const v1alpha1::Model& model) {
 
 void Require(bool there, const v1alpha1::Model& model, const char* field) {
   if (there) return;
-  throw RequestError(RequestCode::kFailedPrecondition,
+  throw StatusError(StatusCode::kFailedPrecondition,
                      "model '" + model.name() + "' cannot be refined: it has no " + field);
 }
 

@@ -11,7 +11,7 @@ namespace grouser::server {
 /// soil, wheel and rig (so that its grains, stiffness and box are those of the
 /// training runs), the state made canonical, and the seed. Seed 0 means the
 /// tile that most of the model's training runs stand on.
-/// Throws RequestError(kFailedPrecondition) where the model does not say what
+/// Throws StatusError(kFailedPrecondition) where the model does not say what
 /// a DEM run needs.
 v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
                                   const v1alpha1::SubmitRefinementRequest& request);

@@ -10,14 +10,14 @@
 
 #include "proto/records/sha256.h"
 #include "server/core/model_reference.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "surrogate/models/kinematics.h"
 
 namespace grouser::server {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& message) {
-  throw RequestError(RequestCode::kInvalidArgument, message);
+  throw StatusError(StatusCode::kInvalidArgument, message);
 }
 
 void CheckFinite(const char* field, double value) {

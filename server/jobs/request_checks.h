@@ -14,7 +14,7 @@ inline constexpr double kMaxTimeS = 600.0;  ///< simulated; longer is a slip of 
 inline constexpr std::uint32_t kDefaultListLimit = 100;
 inline constexpr std::uint32_t kMaxListLimit = 500;  ///< keeps an answer below gRPC's 4 MB
 
-/// All throw RequestError(kInvalidArgument) naming the field, its value and
+/// All throw StatusError(kInvalidArgument) naming the field, its value and
 /// what was expected. What needs the model (does it exist, can it be refined)
 /// is judged elsewhere.
 void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request);

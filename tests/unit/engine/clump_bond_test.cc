@@ -237,7 +237,9 @@ TEST(Bonds, BrokenPairsTouchAgain) {
   World world(Space(1e-7), c);
   for (int n = 0; n < 20000 && world.bond_statistics().intact; ++n) {
     world.Step();
-    if (world.bond_statistics().intact) ASSERT_EQ(world.LoadOf(0).touching, 0.0f);
+    if (world.bond_statistics().intact) {
+      ASSERT_EQ(world.LoadOf(0).touching, 0.0f);
+    }
   }
   for (int n = 0; n < 100000 && world.LoadOf(0).touching == 0.0f; ++n) world.Step();
   EXPECT_EQ(world.LoadOf(0).touching, 1.0f);

@@ -88,8 +88,12 @@ TEST(BedFeed, ContactsJoinGrainsThatTouch) {
     EXPECT_TRUE(t.in_a >= 0 || t.in_b >= 0);
     const double dx = feed.XOf(t.a) - feed.XOf(t.b);
     EXPECT_LT(std::abs(dx), 0.0121);
-    if (t.in_a >= 0) EXPECT_EQ(p.tile_places[t.in_a], t.a);
-    if (t.in_b >= 0) EXPECT_EQ(p.tile_places[t.in_b], t.b);
+    if (t.in_a >= 0) {
+      EXPECT_EQ(p.tile_places[t.in_a], t.a);
+    }
+    if (t.in_b >= 0) {
+      EXPECT_EQ(p.tile_places[t.in_b], t.b);
+    }
     ++(t.in_a >= 0 && t.in_b >= 0 ? inside : across);
   }
   EXPECT_GT(inside, p.grains.size());  // coordination above 2

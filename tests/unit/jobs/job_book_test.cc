@@ -4,7 +4,7 @@
 
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 
 namespace grouser::server {
@@ -40,14 +40,14 @@ class JobBookTest : public ::testing::Test {
   }
 
   template <typename Run>
-  static RequestCode CodeOf(Run run) {
+  static StatusCode CodeOf(Run run) {
     try {
       run();
-    } catch (const RequestError& e) {
+    } catch (const StatusError& e) {
       return e.code();
     }
-    ADD_FAILURE() << "no RequestError";
-    return RequestCode::kInternal;
+    ADD_FAILURE() << "no StatusError";
+    return StatusCode::kInternal;
   }
 
   testing::TempDir dir_;
@@ -75,7 +75,7 @@ TEST_F(JobBookTest, SubmissionIsIdempotentAlsoAfterARestart) {
 
 TEST_F(JobBookTest, SameRequestIdWithOtherContentIsRefused) {
   Submit(Request("a", 0.35));
-  EXPECT_EQ(CodeOf([&] { Submit(Request("a", 0.36)); }), RequestCode::kAlreadyExists);
+  EXPECT_EQ(CodeOf([&] { Submit(Request("a", 0.36)); }), StatusCode::kAlreadyExists);
   EXPECT_EQ(book_->List(10).size(), 1u);
 }
 
@@ -103,10 +103,10 @@ TEST_F(JobBookTest, CancelKnowsWhoseSubscriptionItIs) {
   const auto first = Submit(Request("a", 0.1));
   Submit(Request("b", 0.2));
   const std::string id = first.job().job_id();
-  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "b"); }), RequestCode::kNotFound);
-  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "nobody"); }), RequestCode::kNotFound);
-  EXPECT_EQ(CodeOf([&] { book_->Cancel("job-0", "a"); }), RequestCode::kNotFound);
-  EXPECT_EQ(CodeOf([&] { book_->Get("job-0"); }), RequestCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "b"); }), StatusCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Cancel(id, "nobody"); }), StatusCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Cancel("job-0", "a"); }), StatusCode::kNotFound);
+  EXPECT_EQ(CodeOf([&] { book_->Get("job-0"); }), StatusCode::kNotFound);
   EXPECT_EQ(book_->Get(id).subscribers(), 1u);
 }
 
@@ -114,7 +114,7 @@ TEST_F(JobBookTest, FullQueueRefusesNewWorkButNotJoiningOrReplay) {
   Reopen(2);
   Submit(Request("a", 0.1));
   Submit(Request("b", 0.2));
-  EXPECT_EQ(CodeOf([&] { Submit(Request("c", 0.3)); }), RequestCode::kResourceExhausted);
+  EXPECT_EQ(CodeOf([&] { Submit(Request("c", 0.3)); }), StatusCode::kResourceExhausted);
   EXPECT_TRUE(Submit(Request("d", 0.1)).joined());
   EXPECT_NO_THROW(Submit(Request("a", 0.1)));
   // What was refused has left nothing behind.

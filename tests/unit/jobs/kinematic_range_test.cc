@@ -9,7 +9,7 @@
 
 #include "dem_offline/engine/rig/kinematics.h"
 #include "server/jobs/request_checks.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "surrogate/models/kinematics.h"
 
 namespace grouser {
@@ -32,7 +32,7 @@ bool JobAccepts(double slip, double angle) {
   state.set_attack_angle_rad(angle);
   try {
     server::CheckTestState(state);
-  } catch (const server::RequestError&) {
+  } catch (const server::StatusError&) {
     return false;
   }
   return true;

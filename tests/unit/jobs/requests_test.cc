@@ -8,7 +8,7 @@
 
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 
 namespace grouser::server {
@@ -28,8 +28,8 @@ std::string Verdict(const std::function<void(SubmitRefinementRequest&)>& change)
   change(request);
   try {
     CheckSubmit(request);
-  } catch (const RequestError& e) {
-    EXPECT_EQ(e.code(), RequestCode::kInvalidArgument);
+  } catch (const StatusError& e) {
+    EXPECT_EQ(e.code(), StatusCode::kInvalidArgument);
     return e.what();
   }
   return "";
@@ -100,7 +100,7 @@ TEST(RequestChecks, SlipRangeIsWhatMotionCanReach) {
   state.set_slip(-1.9);
   EXPECT_NO_THROW(CheckTestState(state));
   state.set_attack_angle_rad(std::numbers::pi / 2);
-  EXPECT_THROW(CheckTestState(state), RequestError) << "no counter-rotation slip at 90 degrees";
+  EXPECT_THROW(CheckTestState(state), StatusError) << "no counter-rotation slip at 90 degrees";
 }
 
 TEST(RequestChecks, RefusesASlipThatTheModeHasNoUseFor) {
@@ -115,9 +115,9 @@ TEST(RequestChecks, RefusesASlipThatTheModeHasNoUseFor) {
 
 TEST(RequestChecks, CancelAndPromoteNeedTheirIds) {
   v1alpha1::CancelJobRequest cancel;
-  EXPECT_THROW(CheckCancel(cancel), RequestError);
+  EXPECT_THROW(CheckCancel(cancel), StatusError);
   cancel.set_job_id("job-1");
-  EXPECT_THROW(CheckCancel(cancel), RequestError);
+  EXPECT_THROW(CheckCancel(cancel), StatusError);
   cancel.set_request_id("a");
   EXPECT_NO_THROW(CheckCancel(cancel));
   v1alpha1::PromoteRequest promote;
@@ -125,7 +125,7 @@ TEST(RequestChecks, CancelAndPromoteNeedTheirIds) {
   EXPECT_NO_THROW(CheckPromote(promote));
   for (const char* bad : {"previous", "candidate", "Sta ble", "sha256"}) {
     promote.set_alias(bad);
-    EXPECT_THROW(CheckPromote(promote), RequestError) << bad;
+    EXPECT_THROW(CheckPromote(promote), StatusError) << bad;
   }
 }
 
@@ -183,8 +183,8 @@ TEST(RefinementSpec, RefusesAModelWithoutGrains) {
   try {
     BuildSpec(model, Request("a"));
     FAIL();
-  } catch (const RequestError& e) {
-    EXPECT_EQ(e.code(), RequestCode::kFailedPrecondition);
+  } catch (const StatusError& e) {
+    EXPECT_EQ(e.code(), StatusCode::kFailedPrecondition);
     EXPECT_THAT(e.what(), ::testing::HasSubstr("grains"));
   }
 }

@@ -12,7 +12,7 @@
 
 #include "server/jobs/job_state.h"
 #include "server/jobs/jobs_app.h"
-#include "server/jobs/request_error.h"
+#include "server/core/status.h"
 #include "tests/unit/jobs/fake_workers.h"
 
 namespace grouser::server {
@@ -338,7 +338,7 @@ TEST_F(RestartTest, ADamagedAliasFileDelaysTheMoveAlone) {
                         try {
                           life.Submit(other);
                           throw std::logic_error("a name was resolved without aliases");
-                        } catch (const RequestError& e) {
+                        } catch (const StatusError& e) {
                           if (std::string(e.what()).find(aliases) == std::string::npos) throw;
                         }
                         other.set_model("cmu-smooth-62.5@sha256:" + base_digest_);
