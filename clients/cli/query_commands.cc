@@ -33,7 +33,7 @@ struct LcmOptions {
 std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
   const double load = states.closure_value(i);
   if (!std::isfinite(load) || load <= 0) {
-    return fmt::format("load {:.4g} N, expected a finite one above 0", load);
+    return fmt::format("load {:.4g} N, expected a finite one, 0 or more", load);
   }
   if (!states.has_slip()) return "expected finite velocities";
   return fmt::format("slip {:.4g} at attack angle {:.4g} deg, which no velocities have",
