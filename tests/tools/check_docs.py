@@ -80,7 +80,7 @@ def self_test():
     bad = {
         "docs/a.md": ["[x](gone.md)", "[x](b.md#gone)", "see `server/gone.cc`", "as DESIGN says",
                       "reference 7"],
-        "server/a.h": ["// VALIDATION: 0.68", "// ../shared/data"],
+        "server/a.h": ["// VALIDATION: 0.68", "// .." "/shared/data"],
     }
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
