@@ -65,8 +65,8 @@ int Submit(const Common& common, SubmitOptions options) {
   request.mutable_state()->set_mode(ModeFrom(options.mode));
   request.mutable_state()->set_attack_angle_rad(options.angle_deg * std::numbers::pi / 180.0);
   const auto response = MakeClient(common).Submit(request);
-  std::cerr << fmt::format("request {}: job {}{}\n", request.request_id(),
-                           response.job().job_id(), response.joined() ? " (joined)" : "");
+  std::cerr << fmt::format("request {}: job {}{}\n", request.request_id(), response.job().job_id(),
+                           response.joined() ? " (joined)" : "");
   if (options.watch) return Watch(common, response.job().job_id());
   if (common.json) {
     PrintJson(response);
@@ -98,7 +98,8 @@ int Promote(const Common& common, const v1alpha1::PromoteRequest& request) {
 /// Binds a command-line option to a field through its setter.
 template <class T, class Setter>
 CLI::Option* AddField(CLI::App* command, const char* name, const char* text, Setter set) {
-  return command->add_option_function<T>(name, [set](const T& value) { set(value); }, text);
+  return command->add_option_function<T>(
+      name, [set](const T& value) { set(value); }, text);
 }
 
 void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
@@ -134,17 +135,17 @@ void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   auto* promote = app.add_subcommand("promote", "Moves an alias to a job's candidate");
   auto request = std::make_shared<v1alpha1::PromoteRequest>();
   request->set_alias("stable");
-  AddField<std::string>(promote, "job", "Job",
-                        [request](const auto& v) { request->set_job_id(v); })
-      ->required();
+  AddField<std::string>(promote, "job", "Job", [request](const auto& v) {
+    request->set_job_id(v);
+  })->required();
   AddField<std::string>(promote, "--alias", "Alias to move; default: stable",
                         [request](const auto& v) { request->set_alias(v); });
-  AddField<std::string>(promote, "--who", "Who decided",
-                        [request](const auto& v) { request->set_who(v); })
-      ->required();
-  AddField<std::string>(promote, "--why", "Why",
-                        [request](const auto& v) { request->set_why(v); })
-      ->required();
+  AddField<std::string>(promote, "--who", "Who decided", [request](const auto& v) {
+    request->set_who(v);
+  })->required();
+  AddField<std::string>(promote, "--why", "Why", [request](const auto& v) {
+    request->set_why(v);
+  })->required();
   promote->add_flag_callback(
       "--override-gate", [request] { request->set_override_gate(true); },
       "Promote although a gate check failed");

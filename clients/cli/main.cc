@@ -9,7 +9,8 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  grouser-client query --slip 0.2 --angle-deg 30 --load 24\n"
     "  grouser-client query --slip 0.1 0.2 0.4 --load 24 --json\n"
-    "  grouser-client query --vx 0.08 --vy 0 --rim 0.1 --load 24 --model cmu-smooth-62.5@candidate\n"
+    "  grouser-client query --vx 0.08 --vy 0 --rim 0.1 --load 24 --model "
+    "cmu-smooth-62.5@candidate\n"
     "  grouser-client query --slip 0.2 --load 24 --tolerance f_x=2,sinkage=0.004 --model NAME\n"
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
@@ -26,8 +27,10 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
   auto common = std::make_shared<Common>();
-  app.add_option("--server", common->server, "grouser-server, HOST:PORT or unix:PATH")->capture_default_str();
-  app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")->capture_default_str();
+  app.add_option("--server", common->server, "grouser-server, HOST:PORT or unix:PATH")
+      ->capture_default_str();
+  app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")
+      ->capture_default_str();
   app.add_flag("--json", common->json, "JSON on stdout");
   app.add_option("--deadline-ms", common->deadline_ms, "Limit of one call [ms]")
       ->check(CLI::PositiveNumber)

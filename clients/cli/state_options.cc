@@ -15,8 +15,8 @@ class Spread {
       : values_(values), fallback_(fallback) {
     if (values.size() > 1 && values.size() != n) {
       throw CLI::ValidationError(
-          option, fmt::format("{} values, expected 1 or {} as in the longest list", values.size(),
-                              n));
+          option,
+          fmt::format("{} values, expected 1 or {} as in the longest list", values.size(), n));
     }
   }
   double operator[](std::size_t i) const {
@@ -48,8 +48,8 @@ v1alpha1::WheelStates StateOptions::Build() const {
   const bool by_slip = !slip_.empty() || !angle_deg_.empty() || !speed_.empty();
   const bool by_velocity = !v_x_.empty() || !v_y_.empty() || !rim_.empty();
   if (by_slip == by_velocity) {
-    throw CLI::ValidationError(
-        "state", "expected either --slip/--angle-deg/--speed or --vx/--vy/--rim");
+    throw CLI::ValidationError("state",
+                               "expected either --slip/--angle-deg/--speed or --vx/--vy/--rim");
   }
   const std::size_t n = std::max({slip_.size(), angle_deg_.size(), speed_.size(), v_x_.size(),
                                   v_y_.size(), rim_.size(), load_.size()});

@@ -11,8 +11,7 @@ namespace {
 
 /// One unary call with a deadline.
 template <class Stub, class Request, class Response>
-void Call(Stub& stub,
-          grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+void Call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
           const Request& request, Response* response, const std::string& address,
           Milliseconds deadline) {
   grpc::ClientContext context;
@@ -52,8 +51,8 @@ v1alpha1::ListJobsResponse JobsClient::List(std::uint32_t limit) const {
   return response;
 }
 
-v1alpha1::Job JobsClient::Watch(
-    const std::string& job_id, const std::function<bool(const v1alpha1::Job&)>& on_change) const {
+v1alpha1::Job JobsClient::Watch(const std::string& job_id,
+                                const std::function<bool(const v1alpha1::Job&)>& on_change) const {
   v1alpha1::WatchJobRequest request;
   request.set_job_id(job_id);
   grpc::ClientContext context;

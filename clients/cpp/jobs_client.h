@@ -15,8 +15,7 @@ class JobsClient {
  public:
   explicit JobsClient(std::string address, Milliseconds deadline = Milliseconds(10000));
 
-  v1alpha1::SubmitRefinementResponse Submit(
-      const v1alpha1::SubmitRefinementRequest& request) const;
+  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request) const;
   v1alpha1::Job Get(const std::string& job_id) const;
   v1alpha1::ListJobsResponse List(std::uint32_t limit) const;
   /// Calls `on_change` with the present state and every change until the job

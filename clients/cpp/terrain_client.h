@@ -24,8 +24,8 @@ class WheelStreamSession {
 
  private:
   friend class TerrainClient;
-  using Stream = grpc::ClientReaderWriter<v1alpha1::EvaluateWheelsRequest,
-                                          v1alpha1::EvaluateWheelsResponse>;
+  using Stream =
+      grpc::ClientReaderWriter<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>;
   WheelStreamSession() = default;
 
   std::string address_;

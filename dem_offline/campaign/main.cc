@@ -27,9 +27,9 @@ int Main(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed, 2 bad usage or input, 130/143 stopped by a signal.\n"
       "Each subcommand has its own --help with examples.",
       "grouser-dem");
-  app.set_version_flag("--version", fmt::format("grouser-dem {} (engine {}, {})", GROUSER_VERSION,
-                                                EngineBackend().engine_version,
-                                                EngineBackend().isa));
+  app.set_version_flag("--version",
+                       fmt::format("grouser-dem {} (engine {}, {})", GROUSER_VERSION,
+                                   EngineBackend().engine_version, EngineBackend().isa));
   app.require_subcommand(1);
   Action action;
   AddRunCommand(app, &action);

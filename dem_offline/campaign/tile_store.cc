@@ -51,8 +51,7 @@ std::shared_ptr<const StoredTile> TileStore::LoadOrPrepare(const std::string& ke
     stored->sha256 = records::Sha256OfFile(path);
     return stored;
   } catch (const std::exception& error) {
-    spdlog::warn("{}; set aside as {}, settling this tile again", error.what(),
-                 os::SetAside(path));
+    spdlog::warn("{}; set aside as {}, settling this tile again", error.what(), os::SetAside(path));
   }
   return Prepare(spec, key, progress);
 }

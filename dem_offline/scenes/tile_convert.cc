@@ -20,8 +20,7 @@ const typename Map::mapped_type& Take(const Map& arrays, const std::string& name
   return found->second;
 }
 
-double TakeScalar(const records::TileFile& file, const std::string& name,
-                  const std::string& path) {
+double TakeScalar(const records::TileFile& file, const std::string& name, const std::string& path) {
   const auto& values = Take(file.doubles, name, path);
   if (values.size() != 1) Fail(path, "tile scalar '" + name + "' is not one number");
   return values[0];

@@ -103,10 +103,10 @@ void H5Image::WriteText(const std::string& name, const std::string& value) {
 
 void H5Image::WriteNumber(const std::string& object, const std::string& name, double value) {
   const H5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const H5Handle attribute(H5Acreate_by_name(file_.get(), object.c_str(), name.c_str(),
-                                             H5T_IEEE_F64LE, space.get(), H5P_DEFAULT,
-                                             H5P_DEFAULT, H5P_DEFAULT),
-                           H5Aclose);
+  const H5Handle attribute(
+      H5Acreate_by_name(file_.get(), object.c_str(), name.c_str(), H5T_IEEE_F64LE, space.get(),
+                        H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
   if (attribute.get() < 0 || H5Awrite(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0) {
     Fail("cannot write HDF5 attribute '" + name + "'");
   }
@@ -131,9 +131,9 @@ std::string H5Image::ReadText(const std::string& name) const {
 }
 
 double H5Image::ReadNumber(const std::string& object, const std::string& name) const {
-  const H5Handle attribute(H5Aopen_by_name(file_.get(), object.c_str(), name.c_str(), H5P_DEFAULT,
-                                           H5P_DEFAULT),
-                           H5Aclose);
+  const H5Handle attribute(
+      H5Aopen_by_name(file_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
   if (attribute.get() < 0) Fail("no attribute '" + name + "' at " + object);
   const H5Handle space(H5Aget_space(attribute.get()), H5Sclose);
   double value = 0;
@@ -145,8 +145,8 @@ double H5Image::ReadNumber(const std::string& object, const std::string& name) c
 }
 
 void H5Image::CreateGroup(const std::string& name) {
-  const H5Handle group(
-      H5Gcreate2(file_.get(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const H5Handle group(H5Gcreate2(file_.get(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                       H5Gclose);
   if (group.get() < 0) Fail("cannot create HDF5 group " + name);
 }
 

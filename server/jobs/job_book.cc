@@ -7,9 +7,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/request_checks.h"
-#include "server/core/status.h"
 
 namespace grouser::server {
 namespace {
@@ -91,8 +91,8 @@ std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
   if (!known) return std::nullopt;
   if (known->content != ContentOf(request)) {
     throw StatusError(StatusCode::kAlreadyExists,
-                       "request_id: '" + request.request_id() +
-                           "' was used for a different refinement (job " + known->job_id + ")");
+                      "request_id: '" + request.request_id() +
+                          "' was used for a different refinement (job " + known->job_id + ")");
   }
   v1alpha1::SubmitRefinementResponse response;
   *response.mutable_job() = Get(known->job_id);
@@ -118,9 +118,9 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
   } else {
     if (CountQueued() >= max_queued_) {
       throw StatusError(StatusCode::kResourceExhausted,
-                         fmt::format("queue: {} jobs wait already, expected fewer than {}; "
-                                     "submit again later",
-                                     CountQueued(), max_queued_));
+                        fmt::format("queue: {} jobs wait already, expected fewer than {}; "
+                                    "submit again later",
+                                    CountQueued(), max_queued_));
     }
     row.join_key = join_key;
     row.spec = spec;
@@ -169,7 +169,7 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
   const auto request = store_.FindRequest(request_id);
   if (!request || request->job_id != job_id) {
     throw StatusError(StatusCode::kNotFound, "request_id: '" + request_id +
-                                                   "' has no subscription to job '" + job_id + "'");
+                                                 "' has no subscription to job '" + job_id + "'");
   }
   auto open = FindOpen(job_id);
   if (!open || request->withdrawn) return now;

@@ -8,10 +8,10 @@
 #include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
 #include "server/core/model_reference.h"
+#include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
-#include "server/core/status.h"
 #include "server/jobs/scheduler_steps.h"
 
 namespace grouser::server {
@@ -108,8 +108,8 @@ v1alpha1::GetJobResponse JobsApp::Get(const v1alpha1::GetJobRequest& request) {
 v1alpha1::ListJobsResponse JobsApp::List(const v1alpha1::ListJobsRequest& request) {
   if (request.limit() > kMaxListLimit) {
     throw StatusError(StatusCode::kInvalidArgument, "limit: " + std::to_string(request.limit()) +
-                                                          ", expected at most " +
-                                                          std::to_string(kMaxListLimit));
+                                                        ", expected at most " +
+                                                        std::to_string(kMaxListLimit));
   }
   v1alpha1::ListJobsResponse response;
   for (auto& job : book_.List(request.limit() == 0 ? kDefaultListLimit : request.limit())) {

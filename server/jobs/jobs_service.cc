@@ -23,9 +23,9 @@ Status StatusOf(const Request& run) {
     return e.status();
   } catch (const SqliteError& e) {
     spdlog::error("job store: {}", e.what());
-    return {e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted
-                                            : StatusCode::kUnavailable,
-            std::string("nothing was changed: job store: ") + e.what()};
+    return {
+        e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted : StatusCode::kUnavailable,
+        std::string("nothing was changed: job store: ") + e.what()};
   } catch (const std::exception& e) {
     spdlog::error("{}", e.what());
     return {StatusCode::kInternal, e.what()};

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "proto/records/sha256.h"
-#include "server/jobs/request_checks.h"
 #include "server/core/status.h"
+#include "server/jobs/request_checks.h"
 
 namespace grouser::server {
 namespace {
@@ -33,7 +33,7 @@ std::uint64_t OwnSeed(const v1alpha1::Model& model) {
 void Require(bool there, const v1alpha1::Model& model, const char* field) {
   if (there) return;
   throw StatusError(StatusCode::kFailedPrecondition,
-                     "model '" + model.name() + "' cannot be refined: it has no " + field);
+                    "model '" + model.name() + "' cannot be refined: it has no " + field);
 }
 
 /// Names, sources and continuum parameters removed.

@@ -71,8 +71,8 @@ int Serve(ServerConfig config, const NetOptions& net) {
   server.Start(net, [&loop] { loop.Fail(); });
   RefreshTimer refresh(loop.context(), period, server);
   refresh.Start();
-  const int code = loop.Run(server.grpc(), net.port_file, server.ReadyLine(),
-                            [](const auto& done) { done(); });
+  const int code =
+      loop.Run(server.grpc(), net.port_file, server.ReadyLine(), [](const auto& done) { done(); });
   refresh.Stop();
   server.grpc().Close();
   return code;

@@ -24,7 +24,6 @@ struct GateResult {
 /// - change: inside the base's interval at its training states, those nearer to
 ///   a new run than 0.3 on the unit sphere and a factor 1.5 in load excepted.
 /// Throws std::runtime_error when one of the two is no model at all.
-std::vector<GateResult> GateChecks(const v1alpha1::Model& base,
-                                   const v1alpha1::Model& candidate);
+std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate);
 
 }  // namespace grouser::surrogate

@@ -24,10 +24,10 @@ struct LadderRow {
   double rmse = 0;           ///< [N, N m, m]
   double p95_over_load = 0;  ///< 95th percentile of |error| over load, load r or r
   double r2 = 0;  ///< 1 - sum of squared errors over that about the mean; NaN: under 3 states
-  double noise_ratio = 0;    ///< rmse over the patch noise (rms over the states); NaN: unknown
-  double coverage90 = 0;     ///< share inside the nominal 90 % interval; NaN: no interval
-  bool covered = false;      ///< that share lies in the exact 95 % binomial band
-  double width_sd = 0;       ///< mean interval width over the sd of the errors
+  double noise_ratio = 0;  ///< rmse over the patch noise (rms over the states); NaN: unknown
+  double coverage90 = 0;   ///< share inside the nominal 90 % interval; NaN: no interval
+  bool covered = false;    ///< that share lies in the exact 95 % binomial band
+  double width_sd = 0;     ///< mean interval width over the sd of the errors
 };
 
 /// Accepted counts of a binomial(n, p): the central interval of at least 95 %

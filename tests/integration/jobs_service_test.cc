@@ -16,8 +16,8 @@ namespace {
 using namespace v1alpha1;  // NOLINT: states by name
 using ::testing::ElementsAre;
 using testing::Eventually;
-using testing::ReadText;
 using ::testing::HasSubstr;
+using testing::ReadText;
 using testing::Request;
 
 class JobsServiceTest : public testing::JobsTest {

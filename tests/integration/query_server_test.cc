@@ -184,9 +184,8 @@ TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
   EXPECT_THAT(listing.models(0).aliases(), ::testing::ElementsAre("stable"));
   EXPECT_DOUBLE_EQ(listing.models(0).radius_m(), 0.0625);
   const auto newer = testing::MakeStable(dir_.path(), testing::PhysicsModel("sand", 9e5));
-  ASSERT_TRUE(testing::Eventually([&] {
-    return client_->Evaluate(Request(1)).model() == "sand@sha256:" + newer;
-  }));
+  ASSERT_TRUE(testing::Eventually(
+      [&] { return client_->Evaluate(Request(1)).model() == "sand@sha256:" + newer; }));
   EXPECT_EQ(client_->Evaluate(Request(1)).generation(), 2u);
   EXPECT_EQ(client_->Evaluate(Request(1, "sand@previous")).model(), "sand@sha256:" + digest_);
   EXPECT_EQ(client_->Evaluate(Request(1, "sand@sha256:" + digest_.substr(0, 12))).model(),
@@ -197,9 +196,8 @@ TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
 TEST_F(QueryServerTest, DamagedRepositoryKeepsTheServerAnswering) {
   std::ofstream(dir_ / "models/aliases.json") << "{ damaged";
   std::ofstream(dir_ / "models/foreign.model") << "not a model";
-  ASSERT_TRUE(testing::Eventually([&] {
-    return server_->program().Stderr().find("aliases.json") != std::string::npos;
-  }));
+  ASSERT_TRUE(testing::Eventually(
+      [&] { return server_->program().Stderr().find("aliases.json") != std::string::npos; }));
   EXPECT_EQ(client_->Evaluate(Request(1)).model(), "sand@sha256:" + digest_);
 }
 

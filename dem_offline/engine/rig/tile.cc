@@ -13,7 +13,7 @@ namespace grouser::dem {
 namespace {
 
 constexpr double kFractionTolerance = 0.004;
-constexpr std::int64_t kLookSteps = 200;      // between looks at whether it is quiet
+constexpr std::int64_t kLookSteps = 200;  // between looks at whether it is quiet
 constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
 
 /// splitmix64: the same stream on every machine (std:: distributions are not).

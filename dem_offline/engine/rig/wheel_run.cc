@@ -22,8 +22,8 @@ constexpr double kFirstCheck = 40.0 / 3;  // the first look at the stopping rule
 constexpr double kCheckTime = 10.0 / 3;   // between looks
 constexpr double kStressChunk = 5.0 / 3;  // of recorded stresses
 constexpr double kOverloadShare = 0.7;    // of the radius
-constexpr double kBehindShare = 1.0;       // of the radius: a free wheel drawn back so far is lost
-constexpr double kRunaway = 10;            // and one whose hub is so many times faster than its rim
+constexpr double kBehindShare = 1.0;      // of the radius: a free wheel drawn back so far is lost
+constexpr double kRunaway = 10;           // and one whose hub is so many times faster than its rim
 
 Body WheelBody(const WheelTestSpec& spec, double x_m, double yaw_rad) {
   Body w;

@@ -33,7 +33,8 @@ void Nesterenko(Rows& rows) {
   const double expected = std::pow(6 / (5 * M_PI * density * theta), 0.4) * std::pow(mean, 0.2);
   rows.Relative("wave speed [m/s]", expected, 2 * r * (last - first) / (at[last] - at[first]), 0.01,
                 "Nesterenko 1983");
-  rows.Relative("peak bead velocity [m/s]", 0.68, mean, 0.02, "peak speed behind the front, about 0.68");
+  rows.Relative("peak bead velocity [m/s]", 0.68, mean, 0.02,
+                "peak speed behind the front, about 0.68");
   rows.Relative("peak velocity, bead 45 over bead 20 [-]", 1, peak[last] / peak[first], 0.005,
                 "a soliton keeps its height");
 }

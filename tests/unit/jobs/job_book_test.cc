@@ -2,9 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
-#include "server/core/status.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 
 namespace grouser::server {

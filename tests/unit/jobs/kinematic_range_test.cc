@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "dem_offline/engine/rig/kinematics.h"
-#include "server/jobs/request_checks.h"
 #include "server/core/status.h"
+#include "server/jobs/request_checks.h"
 #include "surrogate/models/kinematics.h"
 
 namespace grouser {

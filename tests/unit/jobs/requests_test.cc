@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include "server/core/status.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
-#include "server/core/status.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 
 namespace grouser::server {

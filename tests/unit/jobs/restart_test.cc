@@ -10,9 +10,9 @@
 #include <functional>
 #include <future>
 
+#include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/jobs_app.h"
-#include "server/core/status.h"
 #include "tests/unit/jobs/fake_workers.h"
 
 namespace grouser::server {

@@ -43,7 +43,7 @@ class EvaluatorTest : public ::testing::Test {
   }
 
   Status Run(const WheelStates& states, bool values_only = false,
-                  const std::string& reference = "sand") {
+             const std::string& reference = "sand") {
     return Evaluate(snapshot_, reference, states, values_only, &answered_by_, &responses_);
   }
 

@@ -364,7 +364,8 @@ TEST(Json, EscapesAndKeepsNaN) {
   Json json;
   json.Open('{').Key("a\"b").Value(std::nan("")).Key("c").Open('[').Value(1).Value(true);
   json.Close(']').Key("d").Value("line\n").Key("e").Value("\xff").Close('}');
-  EXPECT_EQ(json.text(), "{\"a\\\"b\":\"NaN\",\"c\":[1,true],\"d\":\"line\\n\",\"e\":\"\xEF\xBF\xBD\"}")
+  EXPECT_EQ(json.text(),
+            "{\"a\\\"b\":\"NaN\",\"c\":[1,true],\"d\":\"line\\n\",\"e\":\"\xEF\xBF\xBD\"}")
       << "bytes that are no UTF-8 are replaced";
 }
 

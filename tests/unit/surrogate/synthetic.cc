@@ -87,8 +87,7 @@ std::vector<v1alpha1::RunSummary> SmallCampaign(const Truth& truth,
 }
 
 std::vector<v1alpha1::RunSummary> RandomRuns(const Truth& truth, int n, v1alpha1::RunRole role,
-                                             std::uint64_t seed, double load_min,
-                                             double load_max) {
+                                             std::uint64_t seed, double load_min, double load_max) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<v1alpha1::RunSummary> runs;
