@@ -85,8 +85,9 @@ void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
   const auto& r = response.responses();
   for (int i = 0; i < r.flags_size(); ++i) {
     PrintState(r, i, loads[i]);
-    const bool chosen = i < response.rung_size() && response.rungs_size() > 1;
-    if (chosen) fmt::print("  answered by {}\n", response.rungs(response.rung(i)));
+    const bool chosen = i < response.answered_by_size() && response.selectable_models_size() > 1;
+    if (chosen)
+      fmt::print("  answered by {}\n", response.selectable_models(response.answered_by(i)));
   }
   if (r.averaging_length_m() > 0) {
     fmt::print("sd_patch: one random placement, averaged over {:.3g} m; NaN: unknown\n",

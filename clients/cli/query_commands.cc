@@ -5,8 +5,8 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "clients/cli/accuracy_options.h"
 #include "clients/cli/commands.h"
-#include "clients/cli/demand_options.h"
 #include "clients/cli/print.h"
 #include "clients/cli/state_options.h"
 #include "clients/cpp/lcm_client.h"
@@ -20,7 +20,7 @@ using client::Milliseconds;
 struct QueryOptions {
   std::string model;
   StateOptions states;
-  DemandOptions demand;
+  AccuracyOptions accuracy;
   bool values_only = false;
 };
 
@@ -59,14 +59,14 @@ int RunQuery(const Common& common, const QueryOptions& options) {
   request.set_model(options.model);
   request.set_values_only(options.values_only);
   *request.mutable_states() = options.states.Build();
-  options.demand.Apply(&request);
+  options.accuracy.Apply(&request);
   const auto response = client.Evaluate(request);
   if (common.json) {
     PrintJson(response);
   } else {
     const auto& loads = request.states().closure_value();
     PrintResponses(response, {loads.begin(), loads.end()});
-    PrintDemandOutcome(response, common.jobs == Common().jobs ? "" : common.jobs);
+    PrintAccuracyOutcome(response, common.jobs == Common().jobs ? "" : common.jobs);
   }
   return ExitCodeOf(response, request.states());
 }
@@ -185,7 +185,7 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   query->add_option("--model", query_options->model, model_text);
   query->add_flag("--values-only", query_options->values_only, "Leave the uncertainty out");
   query_options->states.AddTo(*query);
-  query_options->demand.AddTo(*query);
+  query_options->accuracy.AddTo(*query);
   query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });
 
   auto* lcm = app.add_subcommand("lcm-query", "The same over LCM (velocities, up to 64 states)");

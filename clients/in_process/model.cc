@@ -10,8 +10,8 @@
 
 #include "clients/in_process/parts.h"
 #include "proto/records/model_file.h"
-#include "surrogate/model_io/cascade_rung.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/selectable_model.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser {
@@ -52,18 +52,18 @@ Answers ViewOf(Answer* answer) noexcept {
   return out;
 }
 
-// "RUNG_HYBRID" -> "hybrid"; the default of the message is the hybrid.
-std::string NameOf(v1alpha1::Rung rung) {
-  if (rung == v1alpha1::RUNG_UNSPECIFIED) rung = v1alpha1::RUNG_HYBRID;
-  std::string name = v1alpha1::Rung_Name(rung);
-  if (name.starts_with("RUNG_")) name.erase(0, 5);
+// "MODEL_KIND_HYBRID" -> "hybrid"; the default of the message is the hybrid.
+std::string NameOf(v1alpha1::ModelKind model) {
+  if (model == v1alpha1::MODEL_KIND_UNSPECIFIED) model = v1alpha1::MODEL_KIND_HYBRID;
+  std::string name = v1alpha1::ModelKind_Name(model);
+  if (name.starts_with("MODEL_KIND_")) name.erase(0, 5);
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;
 }
 
 }  // namespace
 
-// Asks the evaluator itself, so that no list of rungs has to be kept here.
+// Asks the evaluator itself, so that no list of models has to be kept here.
 bool Model::Parts::FillsGradients() const noexcept {
   const double angle = std::min(0.2, domain.attack_angle_max_rad / 2);
   const double speed = domain.speed_m_per_s > 0 ? domain.speed_m_per_s : 0.1;
@@ -94,7 +94,7 @@ Model Model::Open(const std::filesystem::path& model_file) try {
   parts->name = message.name();
   parts->soil = message.soil().name();
   parts->wheel = message.wheel().name();
-  parts->rung = NameOf(message.rung());
+  parts->kind = NameOf(message.kind());
   parts->digest = loaded.digest;
   parts->radius_m = message.wheel().radius_m();
   parts->width_m = message.wheel().width_m();
@@ -103,7 +103,7 @@ Model Model::Open(const std::filesystem::path& model_file) try {
   parts->domain = {d.slip_min(),   d.slip_max(),   d.attack_angle_max_rad(),
                    d.load_min_n(), d.load_max_n(), d.speed_m_per_s()};
   parts->has_gradients = parts->FillsGradients();
-  parts->as_rung = surrogate::MakeCascadeRung(message, *parts->evaluator);
+  parts->as_selectable = surrogate::MakeSelectableModel(message, *parts->evaluator);
   parts->pair = surrogate::PairKey(message);
   return Model(std::move(parts));
 } catch (const std::exception& error) {
@@ -156,7 +156,7 @@ std::string Model::SizeProblem(const States& in, const Answers& out) {
 const std::string& Model::name() const noexcept { return parts_->name; }
 const std::string& Model::soil() const noexcept { return parts_->soil; }
 const std::string& Model::wheel() const noexcept { return parts_->wheel; }
-const std::string& Model::rung() const noexcept { return parts_->rung; }
+const std::string& Model::kind() const noexcept { return parts_->kind; }
 const std::string& Model::digest() const noexcept { return parts_->digest; }
 double Model::radius_m() const noexcept { return parts_->radius_m; }
 double Model::width_m() const noexcept { return parts_->width_m; }

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "clients/in_process/grouser/model.h"
-#include "surrogate/models/demand.h"
+#include "surrogate/models/accuracy_request.h"
 #include "surrogate/models/wheel_model.h"
 
-// What model.cc and ladder.cc share; not installed.
+// What model.cc and model_selector.cc share; not installed.
 
 namespace grouser {
 
@@ -75,12 +75,12 @@ inline void FillGradients(const Answers& out, double with) noexcept {
 
 struct Model::Parts {
   std::unique_ptr<const surrogate::WheelModel> evaluator;
-  std::string name, soil, wheel, rung, digest;
+  std::string name, soil, wheel, kind, digest;
   double radius_m = 0, width_m = 0, interval_level = 0;
   bool has_gradients = false;
   Domain domain{};
-  surrogate::CascadeRung as_rung;  ///< of a Ladder
-  std::string pair;                ///< equal for models of one wheel on one soil
+  surrogate::SelectableModel as_selectable;  ///< of a ModelSelector
+  std::string pair;                          ///< equal for models of one wheel on one soil
 
   void Evaluate(const States& in, const Answers& out) const noexcept {
     // Never leave what the caller's memory held before where a derivative belongs.

@@ -8,7 +8,7 @@
 #include <limits>
 #include <span>
 
-#include "server/core/demand.h"
+#include "server/core/accuracy_request.h"
 
 namespace grouser::server {
 namespace {
@@ -181,14 +181,15 @@ void ClearAirborne(std::span<const std::uint32_t> flags,
   }
 }
 
-/// The rungs of a ladder answer; what is told by model is told by who answered.
-void ClimbViews(const surrogate::WheelStatesView& in, const surrogate::ResponsesView& out,
-                const std::array<v1alpha1::OutputArray*, kOutputs>& arrays, Climb* climb) {
-  const Ladder& ladder = *climb->ladder;
-  const auto rung_of = Fill(&climb->rung_of, static_cast<int>(in.load.size()));
-  ladder.cascade.Evaluate(in, climb->demand, out, rung_of, &climb->worst);
-  for (std::size_t i = 0; i < rung_of.size(); ++i) {
-    const ServedModel& model = *ladder.models[rung_of[i]];
+/// The selectable models answer; what is said by model is said by the one that answered.
+void EvaluateSelected(const surrogate::WheelStatesView& in, const surrogate::ResponsesView& out,
+                      const std::array<v1alpha1::OutputArray*, kOutputs>& arrays,
+                      Selection* selection) {
+  const SelectableModels& selectable = *selection->selectable;
+  const auto answered_by = Fill(&selection->answered_by, static_cast<int>(in.load.size()));
+  selectable.selector.Evaluate(in, selection->accuracy, out, answered_by, &selection->worst);
+  for (std::size_t i = 0; i < answered_by.size(); ++i) {
+    const ServedModel& model = *selectable.models[answered_by[i]];
     const bool has_form = (out.flags[i] & kNoForm) == 0;
     if (model.form_unknown && has_form) out.flags[i] |= surrogate::kFormUnknown;
     for (int k = 0; k < kOutputs; ++k) {
@@ -241,7 +242,7 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
 }
 
 void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
-                    v1alpha1::WheelResponses* responses, Climb* climb) {
+                    v1alpha1::WheelResponses* responses, Selection* selection) {
   const int n = states.closure_value_size();
   if (states.has_velocity()) {
     *responses->mutable_velocity() = states.velocity();
@@ -268,8 +269,8 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   out.flags = Fill(responses->mutable_flags(), n);
   out.slip = Fill(responses->mutable_slip()->mutable_slip(), n);
   out.attack_angle = Fill(responses->mutable_slip()->mutable_attack_angle_rad(), n);
-  if (climb && climb->ladder) {
-    ClimbViews(in, out, arrays, climb);
+  if (selection && selection->selectable) {
+    EvaluateSelected(in, out, arrays, selection);
   } else {
     EvaluateViews(model, in, out);
   }
@@ -284,23 +285,23 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
 Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
                 const v1alpha1::WheelStates& states, bool values_only,
                 const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
-                const v1alpha1::Demand& demand, Climb* climb) {
+                const v1alpha1::AccuracyRequest& accuracy, Selection* selection) {
   *answered_by = nullptr;
   const ServedModel* model = nullptr;
-  surrogate::Demand wanted;
+  surrogate::AccuracyRequest wanted;
   Status status = ValidateStates(states);
-  if (status.ok()) status = ReadDemand(demand, &wanted);
+  if (status.ok()) status = ReadAccuracyRequest(accuracy, &wanted);
   if (status.ok()) status = snapshot.Find(model_reference, &model);
-  if (climb) climb->ladder = nullptr;
+  if (selection) selection->selectable = nullptr;
   if (!status.ok()) {
     responses->Clear();
     return status;
   }
-  if (climb && !wanted.IsEmpty()) {
-    climb->demand = wanted;
-    climb->ladder = &snapshot.LadderOf(model_reference, *model);
+  if (selection && !wanted.IsEmpty()) {
+    selection->accuracy = wanted;
+    selection->selectable = &snapshot.SelectableOf(model_reference, *model);
   }
-  EvaluateStates(*model, states, values_only, responses, climb);
+  EvaluateStates(*model, states, values_only, responses, selection);
   *answered_by = model;
   return status;
 }

@@ -5,7 +5,7 @@
 #include "grouser/v1alpha1/state.pb.h"
 #include "server/core/snapshot.h"
 #include "server/core/status.h"
-#include "surrogate/models/cascade.h"
+#include "surrogate/models/model_selector.h"
 
 namespace grouser::server {
 
@@ -18,37 +18,37 @@ inline constexpr int kMaxStates = 10000;
 /// states are not looked at.
 Status ValidateStates(const v1alpha1::WheelStates& states, int max_states = kMaxStates);
 
-/// A demand on its way through the rungs of a ladder.
-struct Climb {
-  const Ladder* ladder = nullptr;  ///< null: no demand was made
-  surrogate::Demand demand;
-  google::protobuf::RepeatedField<std::uint32_t> rung_of;  ///< out: who answered each state
-  surrogate::Shortfall worst;                              ///< out
+/// An accuracy request and the models that may answer it.
+struct Selection {
+  const SelectableModels* selectable = nullptr;  ///< null: no accuracy request was made
+  surrogate::AccuracyRequest accuracy;
+  google::protobuf::RepeatedField<std::uint32_t> answered_by;  ///< out: who answered each state
+  surrogate::Shortfall worst;                                  ///< out
 };
 
 /// Answers a valid message with `model`; both forms of the kinematics are
 /// echoed. A state with a bad value gets STATE_FLAG_INVALID and NaN outputs and
 /// harms no other. With `values_only` the uncertainty arrays stay empty. Every
 /// field of `responses` is overwritten and its memory reused: do not Clear() it
-/// between messages, since that frees the arrays. With a climb's ladder, its
-/// rungs answer as the demand has it; `model` then gives the training speed and
+/// between messages, since that frees the arrays. With selectable models in *selection, its
+/// they answer as the accuracy request has it; `model` then gives the training speed and
 /// the averaging length.
 /// Precondition: ValidateStates(states).ok().
 void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
-                    v1alpha1::WheelResponses* responses, Climb* climb = nullptr);
+                    v1alpha1::WheelResponses* responses, Selection* selection = nullptr);
 
-/// The same, without a climb, on plain spans (adapters without protobuf messages): evaluates and
-/// marks STATE_FLAG_FORM_UNKNOWN where the model was not compared with a
-/// measurement. Precondition: sizes as in surrogate::WheelStatesView.
+/// The same, without a selection, on plain spans (adapters without protobuf messages): evaluates
+/// and marks STATE_FLAG_FORM_UNKNOWN where the model was not compared with a measurement.
+/// Precondition: sizes as in surrogate::WheelStatesView.
 void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,
                    const surrogate::ResponsesView& out);
 
 /// Resolve, validate, evaluate. On failure `responses` is left empty. An empty
-/// demand is none: *climb (which may be null then) has no ladder.
-Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
-                const v1alpha1::WheelStates& states, bool values_only,
-                const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
-                const v1alpha1::Demand& demand = v1alpha1::Demand::default_instance(),
-                Climb* climb = nullptr);
+/// accuracy request is none: *selection (which may be null then) has no selectable.
+Status Evaluate(
+    const Snapshot& snapshot, std::string_view model_reference, const v1alpha1::WheelStates& states,
+    bool values_only, const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
+    const v1alpha1::AccuracyRequest& accuracy = v1alpha1::AccuracyRequest::default_instance(),
+    Selection* selection = nullptr);
 
 }  // namespace grouser::server

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "server/core/model_reference.h"
-#include "surrogate/model_io/cascade_rung.h"
+#include "surrogate/model_io/selectable_model.h"
 #include "surrogate/model_io/self_test.h"
 
 namespace grouser::server {
@@ -17,15 +17,17 @@ namespace {
 
 constexpr std::size_t kMaxKnown = 1000;  // characters of known names in one error text
 
-std::unique_ptr<const Ladder> MakeLadder(const std::vector<const ServedModel*>& models) {
-  std::vector<surrogate::CascadeRung> rungs;
-  for (const ServedModel* model : models) rungs.push_back(model->rung);
-  auto ladder = std::make_unique<Ladder>(Ladder{{}, surrogate::Cascade(std::move(rungs))});
-  for (const auto& rung : ladder->cascade.rungs()) {
-    ladder->models.push_back(*std::ranges::find(
-        models, rung.model, [](const ServedModel* model) { return model->evaluator.get(); }));
+std::unique_ptr<const SelectableModels> MakeSelectable(
+    const std::vector<const ServedModel*>& models) {
+  std::vector<surrogate::SelectableModel> choices;
+  for (const ServedModel* model : models) choices.push_back(model->choice);
+  auto selectable = std::make_unique<SelectableModels>(
+      SelectableModels{{}, surrogate::ModelSelector(std::move(choices))});
+  for (const auto& choice : selectable->selector.models()) {
+    selectable->models.push_back(*std::ranges::find(
+        models, choice.model, [](const ServedModel* model) { return model->evaluator.get(); }));
   }
-  return ladder;
+  return selectable;
 }
 
 }  // namespace
@@ -50,7 +52,7 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
   served->form_unknown = std::any_of(served->sd_form.begin(), served->sd_form.end(),
                                      [](double sd) { return std::isnan(sd); });
   served->message = std::move(message);
-  served->rung = surrogate::MakeCascadeRung(served->message, *served->evaluator);
+  served->choice = surrogate::MakeSelectableModel(served->message, *served->evaluator);
   served->pair = surrogate::PairKey(served->message);
   return served;
 }
@@ -70,7 +72,7 @@ void Snapshot::MakeLadders() {
     const auto found = of_model.find(kDefaultAlias);
     if (found != of_model.end()) stable.push_back(found->second.get());
   }
-  for (const ModelPtr& model : models_) alone_.emplace(model.get(), MakeLadder({model.get()}));
+  for (const ModelPtr& model : models_) alone_.emplace(model.get(), MakeSelectable({model.get()}));
   for (const auto& [name, of_model] : aliases_) {
     for (const auto& [alias, named] : of_model) {
       if (together_.contains(named.get())) continue;
@@ -80,12 +82,13 @@ void Snapshot::MakeLadders() {
         const bool same = other->pair == named->pair;
         if (same && other->message.name() != named->message.name()) models.push_back(other);
       }
-      together_.emplace(named.get(), MakeLadder(models));
+      together_.emplace(named.get(), MakeSelectable(models));
     }
   }
 }
 
-const Ladder& Snapshot::LadderOf(std::string_view reference, const ServedModel& named) const {
+const SelectableModels& Snapshot::SelectableOf(std::string_view reference,
+                                               const ServedModel& named) const {
   const bool pinned = reference.find("@sha256:") != std::string_view::npos;
   return *(pinned ? alone_ : together_).at(&named);
 }

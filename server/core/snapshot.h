@@ -12,7 +12,7 @@
 #include "grouser/v1alpha1/model.pb.h"
 #include "server/core/repository.h"
 #include "server/core/status.h"
-#include "surrogate/models/cascade.h"
+#include "surrogate/models/model_selector.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::server {
@@ -31,14 +31,14 @@ struct ServedModel {
   std::array<double, surrogate::kOutputs> sd_form{};  ///< NaN: unknown
   bool form_unknown = true;                           ///< some sd_form is NaN
   std::unique_ptr<const surrogate::WheelModel> evaluator;
-  surrogate::CascadeRung rung;  ///< what it costs (measured once) and claims
-  std::string pair;             ///< equal for models of one wheel on one soil
+  surrogate::SelectableModel choice;  ///< what it costs (measured once) and claims
+  std::string pair;                   ///< equal for models of one wheel on one soil
 };
 
-/// The models that may answer a query with a demand.
-struct Ladder {
-  std::vector<const ServedModel*> models;  ///< as cascade.rungs(): the cheapest first
-  surrogate::Cascade cascade;
+/// The models that may answer a query with an accuracy request.
+struct SelectableModels {
+  std::vector<const ServedModel*> models;  ///< as selector.models(): the cheapest first
+  surrogate::ModelSelector selector;
 };
 
 /// Builds a model and self-tests it (surrogate::SelfTest). Throws std::runtime_error naming the
@@ -67,10 +67,10 @@ class Snapshot {
   /// INVALID_ARGUMENT (malformed). Allocates only on failure.
   Status Find(std::string_view reference, const ServedModel** model) const;
 
-  /// Who may answer where `named` was found by `reference` and a demand given:
+  /// Who may answer where `named` was found by `reference` and an accuracy request given:
   /// `named` and the stable models of other names with its wheel and soil; itself
   /// alone where the reference has a digest. Made with the snapshot.
-  const Ladder& LadderOf(std::string_view reference, const ServedModel& named) const;
+  const SelectableModels& SelectableOf(std::string_view reference, const ServedModel& named) const;
 
  private:
   void MakeLadders();
@@ -79,7 +79,7 @@ class Snapshot {
   std::uint64_t generation_ = 0;
   std::vector<ModelPtr> models_;
   std::map<std::string, Aliases, std::less<>> aliases_;
-  std::map<const ServedModel*, std::unique_ptr<const Ladder>> alone_, together_;
+  std::map<const ServedModel*, std::unique_ptr<const SelectableModels>> alone_, together_;
 };
 
 }  // namespace grouser::server

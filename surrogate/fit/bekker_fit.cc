@@ -60,14 +60,14 @@ std::array<Coordinate, kCoordinates> Coordinates(double radius) {
 
 // A row's profile, ready for the residuals.
 struct RowProfile {
-  const Row* row;
+  const Sample* row;
   Canonical state;
   ComparedProfile compared;
   ProfileSamples samples;
 };
 
 struct Problem {
-  const std::vector<Row>* rows;
+  const std::vector<Sample>* rows;
   std::vector<RowProfile> profiles;
   WheelGeometry wheel;
   BekkerFitOptions options;
@@ -166,7 +166,7 @@ struct ResidualRows {
 
 struct RowResidual {
   const Problem* problem;
-  const Row* row;
+  const Sample* row;
 
   template <class T>
   void Compute(const double* x, ResidualRows to) const {
@@ -258,13 +258,13 @@ class Cost final : public ceres::CostFunction {
 // Sets the pressure so that the mean sinkage of the runs is met.
 void MatchSinkage(const Problem& problem, std::vector<double>* x) {
   double measured = 0;
-  for (const Row& row : *problem.rows) measured += row.mean[kSinkage];
+  for (const Sample& row : *problem.rows) measured += row.mean[kSinkage];
   double low = problem.coordinates[0].low, high = problem.coordinates[0].high;
   for (int i = 0; i < 40; ++i) {
     (*x)[0] = 0.5 * (low + high);
     const BekkerModel model(problem.Parameters(x->data()), problem.wheel);
     double sum = 0;
-    for (const Row& row : *problem.rows) {
+    for (const Sample& row : *problem.rows) {
       sum += model.Solve(row.motion.v_x, row.motion.v_y, row.motion.rim_speed, row.load_n)
                  .value[kSinkage];
     }
@@ -275,7 +275,7 @@ void MatchSinkage(const Problem& problem, std::vector<double>* x) {
 // Returns false where Ceres found nothing usable.
 bool Minimise(const Problem& problem, int iterations, std::vector<double>* x, double* cost) {
   ceres::Problem ceres_problem;
-  for (const Row& row : *problem.rows) {
+  for (const Sample& row : *problem.rows) {
     ceres_problem.AddResidualBlock(new Cost<RowResidual>({&problem, &row}, kResiduals),
                                    new ceres::HuberLoss(kCorner), x->data());
   }
@@ -322,10 +322,10 @@ std::vector<double> Start(const Problem& problem, int number) {
   return x;
 }
 
-std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeometry& wheel,
+std::vector<RowProfile> ProfilesOf(const std::vector<Sample>& rows, const WheelGeometry& wheel,
                                    double smear_rad) {
   std::vector<RowProfile> profiles;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     if (!HasProfile(*row.source)) continue;
     RowProfile own{&row,
                    ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
@@ -340,7 +340,7 @@ std::vector<RowProfile> ProfilesOf(const std::vector<Row>& rows, const WheelGeom
 
 }  // namespace
 
-BekkerFit FitBekker(const std::vector<Row>& rows, const WheelGeometry& wheel,
+BekkerFit FitBekker(const std::vector<Sample>& rows, const WheelGeometry& wheel,
                     const BekkerFitOptions& options, const BekkerParameters* from) {
   Problem problem{&rows, {}, wheel, options, Coordinates(wheel.radius_m)};
   if (options.profile_weight > 0) problem.profiles = ProfilesOf(rows, wheel, options.smear_rad);

@@ -8,7 +8,7 @@
 
 namespace grouser::surrogate {
 
-/// The weight w of stress profiles in the bekker rung: docs/stress-profiles.md.
+/// The weight w of stress profiles in the bekker kind: docs/stress-profiles.md.
 inline constexpr double kProfileWeight = 0.3;
 
 /// Least squares of the Bekker/Wong-style model against run means and, of runs
@@ -48,7 +48,7 @@ struct BekkerFit {
 /// Throws std::runtime_error when no start gives a usable solution, and as
 /// HasProfile for a profile that is none.
 /// `from`: warm start, or null.
-BekkerFit FitBekker(const std::vector<Row>& rows, const WheelGeometry& wheel,
+BekkerFit FitBekker(const std::vector<Sample>& rows, const WheelGeometry& wheel,
                     const BekkerFitOptions& options, const BekkerParameters* from);
 
 }  // namespace grouser::surrogate

@@ -15,22 +15,22 @@ constexpr double kPriorRepeats = 4;  // weight of the standard errors among repe
 constexpr std::size_t kLeaveOneOut = 24;
 constexpr std::size_t kFolds = 12;
 constexpr std::size_t kConformalFrom = 30;
-constexpr double kMostPloughing = 30;
+constexpr double kMostBulldozing = 30;
 
 // By which sds grow at a row.
-double Growth(double ploughing, const Row& row) {
+double Growth(double bulldozing, const Sample& row) {
   const VelocityState& v = row.motion;
   const bool rest = v.v_x == 0 && v.v_y == 0 && v.rim_speed == 0;
-  return rest ? 1 : 1 + ploughing * Hull::Ploughing(ToCanonical(v.v_x, v.v_y, v.rim_speed));
+  return rest ? 1 : 1 + bulldozing * Hull::Bulldozing(ToCanonical(v.v_x, v.v_y, v.rim_speed));
 }
 
-// What a residual is measured in, ploughing included.
-double ScaleAt(const PatchNoise& patch, int o, const Row& row, double radius_m) {
-  return OutputScale(o, row.load_n, radius_m) * Growth(patch.ploughing[o], row);
+// What a residual is measured in, bulldozing included.
+double ScaleAt(const BedVariability& patch, int o, const Sample& row, double radius_m) {
+  return OutputScale(o, row.load_n, radius_m) * Growth(patch.bulldozing[o], row);
 }
 
 // Of a residual in sds of its interval: that at which a factor of 1 would end.
-double Score(const Calibration& calibration, const PatchNoise& patch, int o, const LeftOut& l,
+double Score(const Calibration& calibration, const BedVariability& patch, int o, const LeftOut& l,
              double radius_m) {
   return std::fabs(l.row->mean[o] - l.prediction.value[o]) * calibration.factor[o] /
          HalfWidth(calibration, patch, o, l, radius_m);
@@ -54,20 +54,21 @@ double StudentT95(int degrees) {
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * v * v * v);
 }
 
-PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
-                         double radius_m, const std::array<double, kOutputs>& ploughing) {
-  std::map<StateKey, std::vector<const Row*>> states;
-  for (const Row& row : patch_rows) states[KeyOf(row)].push_back(&row);
-  PatchNoise noise;
-  noise.ploughing = ploughing;
+BedVariability EstimateBedVariability(const std::vector<Sample>& patch_rows,
+                                      const std::vector<Sample>& training, double radius_m,
+                                      const std::array<double, kOutputs>& bulldozing) {
+  std::map<StateKey, std::vector<const Sample*>> states;
+  for (const Sample& row : patch_rows) states[KeyOf(row)].push_back(&row);
+  BedVariability noise;
+  noise.bulldozing = bulldozing;
   std::array<double, kOutputs> squares{};
   for (const auto& [key, repeats] : states) {
     if (repeats.size() < 2) continue;
     noise.repeats += static_cast<int>(repeats.size()) - 1;
     for (int o = 0; o < kOutputs; ++o) {
       double mean = 0;
-      for (const Row* row : repeats) mean += row->mean[o] / static_cast<double>(repeats.size());
-      for (const Row* row : repeats) {
+      for (const Sample* row : repeats) mean += row->mean[o] / static_cast<double>(repeats.size());
+      for (const Sample* row : repeats) {
         const double miss = (row->mean[o] - mean) / ScaleAt(noise, o, *row, radius_m);
         squares[o] += miss * miss;
       }
@@ -75,7 +76,7 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
   }
   for (int o = 0; o < kOutputs; ++o) {
     double widened2 = 0;
-    for (const Row& row : training) {
+    for (const Sample& row : training) {
       const double error = row.standard_error[o] / ScaleAt(noise, o, row, radius_m);
       widened2 += kWidening * kWidening * error * error / static_cast<double>(training.size());
     }
@@ -85,19 +86,19 @@ PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<R
   return noise;
 }
 
-std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOptions& options,
+std::vector<LeftOut> CrossValidate(const std::vector<Sample>& rows, const TrainOptions& options,
                                    const Trained& full,
                                    const std::function<void(const std::string&)>& progress) {
   std::map<StateKey, std::size_t> states;
-  for (const Row& row : rows) states.emplace(KeyOf(row), states.size());
+  for (const Sample& row : rows) states.emplace(KeyOf(row), states.size());
   const std::size_t folds = states.size() <= kLeaveOneOut ? states.size() : kFolds;
   TrainOptions quick = options;
   quick.physics.max_iterations = 8;
   std::vector<LeftOut> result;
   for (std::size_t fold = 0; fold < folds; ++fold) {
-    std::vector<Row> kept;
-    std::vector<const Row*> left;
-    for (const Row& row : rows) {
+    std::vector<Sample> kept;
+    std::vector<const Sample*> left;
+    for (const Sample& row : rows) {
       if (states.at(KeyOf(row)) % folds == fold) {
         left.push_back(&row);
       } else {
@@ -105,13 +106,14 @@ std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOpti
       }
     }
     const Trained part = Train(kept, quick, &full);
-    for (const Row* row : left) result.push_back({row, Predict(part, options.wheel, *row), fold});
+    for (const Sample* row : left)
+      result.push_back({row, Predict(part, options.wheel, *row), fold});
     progress("cross-validation " + std::to_string(fold + 1) + "/" + std::to_string(folds));
   }
   return result;
 }
 
-Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
+Calibration Calibrate(const std::vector<LeftOut>& left_out, const BedVariability& patch,
                       double radius_m) {
   Calibration result;
   const double n = static_cast<double>(left_out.size());
@@ -148,20 +150,20 @@ Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& pa
   return result;
 }
 
-double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int o, const LeftOut& at,
-                 double radius_m) {
+double HalfWidth(const Calibration& calibration, const BedVariability& patch, int o,
+                 const LeftOut& at, double radius_m) {
   const double inside = calibration.inside[o];
   const double grown = calibration.growth[o] * at.prediction.distance;
   return calibration.factor[o] * ScaleAt(patch, o, *at.row, radius_m) *
          std::sqrt(inside * inside + grown * grown + patch.sd[o] * patch.sd[o]);
 }
 
-std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_out,
-                                               const PatchNoise& patch, double radius_m) {
+std::array<double, kOutputs> EstimateBulldozing(const std::vector<LeftOut>& left_out,
+                                                const BedVariability& patch, double radius_m) {
   std::array<double, kOutputs> best{};
   if (left_out.size() < kConformalFrom) return best;
   constexpr int kSteps = 170;
-  const double most_log_growth = std::log(1 + kMostPloughing);
+  const double most_log_growth = std::log(1 + kMostBulldozing);
   const double n = static_cast<double>(left_out.size());
   const Calibration calibration = Calibrate(left_out, patch, radius_m);
   for (int o = 0; o < kOutputs; ++o) {
@@ -171,15 +173,15 @@ std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_
     for (const LeftOut& l : left_out) scores.push_back(Score(calibration, patch, o, l, radius_m));
     for (int step = 0; step <= kSteps; ++step) {
       const double log_growth = most_log_growth * step / kSteps;
-      const double ploughing = std::exp(log_growth) - 1;
+      const double bulldozing = std::exp(log_growth) - 1;
       double spread = 0, cost = 0.5 * log_growth * log_growth;
       for (std::size_t i = 0; i < left_out.size(); ++i) {
-        const double growth = Growth(ploughing, *left_out[i].row);
+        const double growth = Growth(bulldozing, *left_out[i].row);
         spread += scores[i] / (growth * n);
         cost += std::log(growth);
       }
       cost += n * std::log(std::max(spread, 1e-12));
-      if (cost < least) best[o] = ploughing;
+      if (cost < least) best[o] = bulldozing;
       least = std::min(least, cost);
     }
   }
@@ -187,7 +189,7 @@ std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_
 }
 
 std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
-                                                    const PatchNoise& patch, double radius_m) {
+                                                    const BedVariability& patch, double radius_m) {
   std::map<std::size_t, std::vector<LeftOut>> folds;
   for (const LeftOut& l : left_out) folds[l.fold].push_back(l);
   std::array<double, kOutputs> share{};

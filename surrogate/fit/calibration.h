@@ -15,18 +15,19 @@ namespace grouser::surrogate {
 /// block standard error of the training runs (a run knows the noise within its
 /// own bed only; 1.5 is a widening by judgement), which stands alone where
 /// there are no repeats and counts as four where there are few. All of it over
-/// g = 1 + ploughing P (Hull::Ploughing), by which every sd of this header grows.
-struct PatchNoise {
+/// g = 1 + bulldozing P (Hull::Bulldozing), by which every sd of this header grows.
+struct BedVariability {
   std::array<double, kOutputs> sd{};
-  std::array<double, kOutputs> ploughing{};
+  std::array<double, kOutputs> bulldozing{};
   int repeats = 0;  ///< degrees of freedom of the repeats
 };
-PatchNoise EstimatePatch(const std::vector<Row>& patch_rows, const std::vector<Row>& training,
-                         double radius_m, const std::array<double, kOutputs>& ploughing = {});
+BedVariability EstimateBedVariability(const std::vector<Sample>& patch_rows,
+                                      const std::vector<Sample>& training, double radius_m,
+                                      const std::array<double, kOutputs>& bulldozing = {});
 
 /// A training run as predicted without it.
 struct LeftOut {
-  const Row* row;
+  const Sample* row;
   Prediction prediction;
   std::size_t fold;  ///< left out together
 };
@@ -36,7 +37,7 @@ struct LeftOut {
 /// time and the settings of the fields chosen anew: settings that have seen the runs left
 /// out make residuals too small (CMU pair, f_y: intervals that held 78 % of the test
 /// states, for 84 %). The speed axis' saturation alone is kept.
-std::vector<LeftOut> CrossValidate(const std::vector<Row>& rows, const TrainOptions& options,
+std::vector<LeftOut> CrossValidate(const std::vector<Sample>& rows, const TrainOptions& options,
                                    const Trained& full,
                                    const std::function<void(const std::string&)>& progress);
 
@@ -52,24 +53,24 @@ struct Calibration {
   std::array<double, kOutputs> inside{}, growth{}, factor{};
   double level = 0.9;
 };
-Calibration Calibrate(const std::vector<LeftOut>& left_out, const PatchNoise& patch,
+Calibration Calibrate(const std::vector<LeftOut>& left_out, const BedVariability& patch,
                       double radius_m);
 
-/// `ploughing` of PatchNoise, 0 to 30: that by which left-out residuals over the sds of
+/// `bulldozing` of BedVariability, 0 to 30: that by which left-out residuals over the sds of
 /// Calibrate are likeliest, Laplace's law of errors taken (of long tails, as these have)
-/// and a prior of sd 1 on ln(1 + ploughing). 0 below 30 runs.
-std::array<double, kOutputs> EstimatePloughing(const std::vector<LeftOut>& left_out,
-                                               const PatchNoise& patch, double radius_m);
+/// and a prior of sd 1 on ln(1 + bulldozing). 0 below 30 runs.
+std::array<double, kOutputs> EstimateBulldozing(const std::vector<LeftOut>& left_out,
+                                                const BedVariability& patch, double radius_m);
 
 /// Half width of the interval at the left-out run, in units of the output.
-double HalfWidth(const Calibration& calibration, const PatchNoise& patch, int output,
+double HalfWidth(const Calibration& calibration, const BedVariability& patch, int output,
                  const LeftOut& at, double radius_m);
 
 /// Share of the runs inside intervals that were calibrated without their fold, but for
-/// `ploughing` (cross-conformal prediction: Vovk 2015, Ann. Math. Artif. Intell. 74,
+/// `bulldozing` (cross-conformal prediction: Vovk 2015, Ann. Math. Artif. Intell. 74,
 /// 9-28); unlike that of Calibrate's own, which holds by construction.
 std::array<double, kOutputs> CrossConformalCoverage(const std::vector<LeftOut>& left_out,
-                                                    const PatchNoise& patch, double radius_m);
+                                                    const BedVariability& patch, double radius_m);
 
 /// t quantile at 95 % (two-sided 90 %), to 1e-2 for 3 or more degrees.
 double StudentT95(int degrees);

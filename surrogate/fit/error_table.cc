@@ -39,9 +39,9 @@ bool Covered(double mean, double value, double half_width) {
   return std::fabs(mean - value) <= half_width * (1 + 1e-9) + 1e-12;
 }
 
-std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vector<Row>& rows) {
+std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vector<Sample>& rows) {
   std::vector<Comparison> result;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     const WheelAnswer a =
         model.EvaluateOne(row.motion.v_x, row.motion.v_y, row.motion.rim_speed, row.load_n);
     result.push_back({&row, a.value, a.half_width});

@@ -11,10 +11,10 @@ namespace grouser::surrogate {
 
 /// One comparison of a model with a run.
 struct Comparison {
-  const Row* row;
+  const Sample* row;
   std::array<double, kOutputs> value, half_width;
 };
-std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vector<Row>& rows);
+std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vector<Sample>& rows);
 
 v1alpha1::Region RegionOf(double slip, double attack_angle_rad);
 const char* RegionName(v1alpha1::Region region);

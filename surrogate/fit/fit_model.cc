@@ -44,13 +44,13 @@ std::string StatusCounts(const std::vector<v1alpha1::RunSummary>& runs) {
          std::to_string(not_steady) + " not steady)";
 }
 
-v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& request,
+v1alpha1::Domain MakeDomain(const std::vector<Sample>& rows, const FitRequest& request,
                             bool speed_axis) {
   v1alpha1::Domain d;
   std::vector<double> speeds;
   const double inf = std::numeric_limits<double>::infinity();
   double slip_min = inf, slip_max = -inf, angle = 0, load_min = inf, load_max = 0;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     const Canonical c = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
     const SlipState s = ToSlip(c.forward, c.lateral, c.rim);
     slip_min = std::min(slip_min, s.slip);
@@ -80,7 +80,7 @@ v1alpha1::Domain MakeDomain(const std::vector<Row>& rows, const FitRequest& requ
   return d;
 }
 
-void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, double radius,
+void SetUncertainty(const Calibration& calibration, const BedVariability& patch, double radius,
                     v1alpha1::Model* model) {
   const double middle = std::sqrt(model->domain().load_min_n() * model->domain().load_max_n());
   for (int o = 0; o < kOutputs; ++o) {
@@ -88,7 +88,7 @@ void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, dou
     model->add_sd_fit_inside(calibration.inside[o] * scale);
     model->add_sd_fit_growth(calibration.growth[o] * scale);
     model->add_sd_patch(patch.sd[o] * scale);
-    model->add_sd_ploughing(patch.ploughing[o]);
+    model->add_sd_bulldozing(patch.bulldozing[o]);
     model->add_interval_factor(calibration.factor[o]);
   }
   model->set_interval_level(calibration.level);
@@ -96,7 +96,7 @@ void SetUncertainty(const Calibration& calibration, const PatchNoise& patch, dou
 
 // Predictions of the runs left out, with the interval the model would give.
 std::vector<Comparison> AsComparisons(const std::vector<LeftOut>& left_out,
-                                      const Calibration& calibration, const PatchNoise& patch,
+                                      const Calibration& calibration, const BedVariability& patch,
                                       double radius) {
   std::vector<Comparison> result;
   for (const LeftOut& l : left_out) {
@@ -110,8 +110,8 @@ std::vector<Comparison> AsComparisons(const std::vector<LeftOut>& left_out,
 }
 
 // The rows "leave_one_out" of all regions once more, with that coverage.
-void AddCrossConformal(const std::vector<LeftOut>& left_out, const PatchNoise& patch, double radius,
-                       v1alpha1::Model* model) {
+void AddCrossConformal(const std::vector<LeftOut>& left_out, const BedVariability& patch,
+                       double radius, v1alpha1::Model* model) {
   const auto covered = CrossConformalCoverage(left_out, patch, radius);
   const std::vector<v1alpha1::ErrorRow> rows(model->errors().begin(), model->errors().end());
   for (v1alpha1::ErrorRow row : rows) {
@@ -124,9 +124,9 @@ void AddCrossConformal(const std::vector<LeftOut>& left_out, const PatchNoise& p
   }
 }
 
-double MedianTravel(const std::vector<Row>& rows) {
+double MedianTravel(const std::vector<Sample>& rows) {
   std::vector<double> travel;
-  for (const Row& row : rows) travel.push_back(row.source->travel_m());
+  for (const Sample& row : rows) travel.push_back(row.source->travel_m());
   std::sort(travel.begin(), travel.end());
   return travel[travel.size() / 2];
 }
@@ -144,12 +144,12 @@ void CheckScene(const v1alpha1::Scene& scene) {
   within(scene.soil().bulk_density_kg_per_m3(), "scene.soil.bulk_density_kg_per_m3", 30, 4000);
 }
 
-void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool speed_axis,
+void FillHead(const FitRequest& request, const std::vector<Sample>& rows, bool speed_axis,
               v1alpha1::Model* model) {
   const v1alpha1::Scene& scene = request.set.scene;
   model->set_name(request.name);
-  model->set_rung(request.rung == v1alpha1::RUNG_UNSPECIFIED ? v1alpha1::RUNG_HYBRID
-                                                             : request.rung);
+  model->set_kind(request.kind == v1alpha1::MODEL_KIND_UNSPECIFIED ? v1alpha1::MODEL_KIND_HYBRID
+                                                                   : request.kind);
   *model->mutable_soil() = scene.soil();
   *model->mutable_wheel() = scene.wheel();
   *model->mutable_rig() = scene.rig();
@@ -166,17 +166,17 @@ void FillHead(const FitRequest& request, const std::vector<Row>& rows, bool spee
   model->mutable_measured()->Add(request.measured.begin(), request.measured.end());
 }
 
-TrainOptions OptionsOf(const FitRequest& request, const std::vector<Row>& training,
-                       const PatchNoise& patch) {
+TrainOptions OptionsOf(const FitRequest& request, const std::vector<Sample>& training,
+                       const BedVariability& patch) {
   const v1alpha1::Scene& scene = request.set.scene;
   const double radius = scene.wheel().radius_m(), gravity = scene.soil().gravity_m_per_s2();
   TrainOptions options;
   options.wheel = {radius, scene.wheel().width_m()};
-  options.with_residual = request.rung != v1alpha1::RUNG_BEKKER;
-  options.with_physics = request.rung != v1alpha1::RUNG_LOOKUP;
+  options.with_residual = request.kind != v1alpha1::MODEL_KIND_BEKKER;
+  options.with_physics = request.kind != v1alpha1::MODEL_KIND_LOOKUP;
   options.physics.unit_weight = scene.soil().bulk_density_kg_per_m3() * gravity;
   options.physics.patch = patch.sd;
-  options.physics.profile_weight = request.profile_weight.value_or(ProfileWeightOf(request.rung));
+  options.physics.profile_weight = request.profile_weight.value_or(ProfileWeightOf(request.kind));
   options.physics.smear_rad = GrainAngle(scene);
   options.gravity_m_per_s2 = gravity;
   if (options.with_residual) options.speed = SpeedAxisOf(training, radius, gravity);
@@ -185,30 +185,30 @@ TrainOptions OptionsOf(const FitRequest& request, const std::vector<Row>& traini
 
 }  // namespace
 
-double ProfileWeightOf(v1alpha1::Rung rung) {
-  return rung == v1alpha1::RUNG_BEKKER ? kProfileWeight : 0;
+double ProfileWeightOf(v1alpha1::ModelKind kind) {
+  return kind == v1alpha1::MODEL_KIND_BEKKER ? kProfileWeight : 0;
 }
 
 v1alpha1::Model FitModel(const FitRequest& request) {
   if (request.name.empty()) throw std::runtime_error("model name: expected one");
   CheckScene(request.set.scene);
   CheckRuns(request.set);
-  const std::vector<Row> training = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
-  const std::vector<Row> held_out = RowsOf(request.set.runs, v1alpha1::RUN_ROLE_TEST);
-  const std::vector<Row> repeats = PatchRows(request.set.runs);
+  const std::vector<Sample> training = SamplesOf(request.set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Sample> held_out = SamplesOf(request.set.runs, v1alpha1::RUN_ROLE_TEST);
+  const std::vector<Sample> repeats = ReplicateSamples(request.set.runs);
   if (static_cast<int>(training.size()) < kFewestRuns) {
     throw std::runtime_error("cannot fit: " + StatusCounts(request.set.runs));
   }
   const v1alpha1::Scene& scene = request.set.scene;
   const double radius = scene.wheel().radius_m();
-  const PatchNoise alike = EstimatePatch(repeats, training, radius);
+  const BedVariability alike = EstimateBedVariability(repeats, training, radius);
 
   const TrainOptions options = OptionsOf(request, training, alike);
   request.progress("fit of " + std::to_string(training.size()) + " runs");
   const Trained trained = Train(training, options, nullptr);
   const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
-  const PatchNoise patch =
-      EstimatePatch(repeats, training, radius, EstimatePloughing(left_out, alike, radius));
+  const BedVariability patch = EstimateBedVariability(repeats, training, radius,
+                                                      EstimateBulldozing(left_out, alike, radius));
   const Calibration calibration = Calibrate(left_out, patch, radius);
 
   v1alpha1::Model model;
@@ -248,7 +248,7 @@ FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_dig
   }
   FitRequest request;
   request.name = base.name();
-  request.rung = base.rung();
+  request.kind = base.kind();
   request.base_digest = base_digest;
   request.set.scene.set_name(base.name());
   *request.set.scene.mutable_soil() = base.soil();

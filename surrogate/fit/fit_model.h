@@ -15,19 +15,19 @@ using ProgressText = std::function<void(const std::string&)>;
 
 struct FitRequest {
   std::string name;
-  v1alpha1::Rung rung = v1alpha1::RUNG_HYBRID;
+  v1alpha1::ModelKind kind = v1alpha1::MODEL_KIND_HYBRID;
   TrainingSet set;
   std::string base_digest, command, reason;
   std::vector<v1alpha1::MeasuredPoint> measured;
-  /// Of stress profiles (BekkerFitOptions); none: ProfileWeightOf(rung).
+  /// Of stress profiles (BekkerFitOptions); none: ProfileWeightOf(kind).
   std::optional<double> profile_weight;
   ProgressText progress = [](const std::string&) {};
 };
 
-/// kProfileWeight for the bekker rung, whose parameters are to mean what they
+/// kProfileWeight for the bekker kind, whose parameters are to mean what they
 /// say. 0 for the hybrid: its table takes up what physics leaves of the totals,
 /// which profiles only pull away from them.
-double ProfileWeightOf(v1alpha1::Rung rung);
+double ProfileWeightOf(v1alpha1::ModelKind kind);
 
 /// Fewest steady training runs that a fit accepts.
 inline constexpr int kFewestRuns = 6;

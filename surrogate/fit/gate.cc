@@ -65,16 +65,16 @@ GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& mode
               std::to_string(states.size()) + " states finite"};
 }
 
-std::vector<Row> SharedHeldOut(const v1alpha1::Model& candidate,
-                               std::vector<v1alpha1::RunSummary>* keep) {
+std::vector<Sample> SharedHeldOut(const v1alpha1::Model& candidate,
+                                  std::vector<v1alpha1::RunSummary>* keep) {
   keep->assign(candidate.provenance().runs().begin(), candidate.provenance().runs().end());
-  return RowsOf(*keep, v1alpha1::RUN_ROLE_TEST);
+  return SamplesOf(*keep, v1alpha1::RUN_ROLE_TEST);
 }
 
 // Of one output, root mean square over the runs.
-double PatchAt(const TabulatedModel& model, const std::vector<Row>& rows, int output) {
+double PatchAt(const TabulatedModel& model, const std::vector<Sample>& rows, int output) {
   double sum = 0;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     const double sd = At(model, row.motion, row.load_n).sd_patch[output];
     sum += sd * sd / static_cast<double>(rows.size());
   }
@@ -84,7 +84,7 @@ double PatchAt(const TabulatedModel& model, const std::vector<Row>& rows, int ou
 std::vector<GateResult> HeldOut(const v1alpha1::Model& candidate, const TabulatedModel& old_model,
                                 const TabulatedModel& new_model) {
   std::vector<v1alpha1::RunSummary> keep;
-  const std::vector<Row> rows = SharedHeldOut(candidate, &keep);
+  const std::vector<Sample> rows = SharedHeldOut(candidate, &keep);
   if (rows.empty()) {
     const std::string none = "no held-out run in the provenance: nothing to judge by";
     return {{"held_out", false, none}, {"coverage", false, none}};
@@ -153,7 +153,7 @@ bool Near(const FieldPoint& a, const FieldPoint& b) {
   return d2 < kNearDirection * kNearDirection && std::fabs(a.log_load - b.log_load) < kNearLogLoad;
 }
 
-FieldPoint PointOf(const Row& row) {
+FieldPoint PointOf(const Sample& row) {
   return MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
                         row.load_n);
 }
@@ -167,12 +167,12 @@ GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
   std::set<std::string> known;
   for (const v1alpha1::RunSummary& run : old_runs) known.insert(run.run_id());
   std::vector<FieldPoint> fresh;
-  for (const Row& row : RowsOf(new_runs, v1alpha1::RUN_ROLE_TRAIN)) {
+  for (const Sample& row : SamplesOf(new_runs, v1alpha1::RUN_ROLE_TRAIN)) {
     if (known.count(row.source->run_id()) == 0) fresh.push_back(PointOf(row));
   }
   int checked = 0, outside = 0;
   std::string first;
-  for (const Row& row : RowsOf(old_runs, v1alpha1::RUN_ROLE_TRAIN)) {
+  for (const Sample& row : SamplesOf(old_runs, v1alpha1::RUN_ROLE_TRAIN)) {
     const FieldPoint point = PointOf(row);
     if (std::any_of(fresh.begin(), fresh.end(), [&](const auto& f) { return Near(point, f); })) {
       continue;

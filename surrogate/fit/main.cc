@@ -31,7 +31,7 @@ constexpr int kOk = 0, kFailed = 1, kUsage = 2, kGateFailed = 3;
 
 struct Arguments {
   std::vector<std::string> run_dirs;
-  std::string name, out, measured, base, run, candidate, model, rung = "hybrid", reason,
+  std::string name, out, measured, base, run, candidate, model, kind = "hybrid", reason,
                                                                 role = "test";
   double slip = 0, angle_deg = 0, load = 0, speed = 0;
   std::optional<double> profile_weight;
@@ -95,9 +95,9 @@ TrainingSet ReadAll(const std::vector<std::string>& paths) {
 int Fit(const Arguments& a) {
   FitRequest request;
   request.name = a.name;
-  request.rung = a.rung == "bekker"   ? v1alpha1::RUNG_BEKKER
-                 : a.rung == "lookup" ? v1alpha1::RUNG_LOOKUP
-                                      : v1alpha1::RUNG_HYBRID;
+  request.kind = a.kind == "bekker"   ? v1alpha1::MODEL_KIND_BEKKER
+                 : a.kind == "lookup" ? v1alpha1::MODEL_KIND_LOOKUP
+                                      : v1alpha1::MODEL_KIND_HYBRID;
   request.reason = a.reason.empty() ? "campaign" : a.reason;
   request.profile_weight = a.profile_weight;
   request.set = ReadAll(a.run_dirs);
@@ -120,11 +120,11 @@ int Profiles(const Arguments& a) {
   const records::LoadedModel loaded = records::ReadModelFile(a.model);
   const BekkerModel physics = MakeHybrid(loaded.model).physics();
   const TrainingSet set = ReadAll(a.run_dirs);
-  const std::vector<Row> rows =
-      RowsOf(set.runs, a.role == "test" ? v1alpha1::RUN_ROLE_TEST : v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Sample> rows =
+      SamplesOf(set.runs, a.role == "test" ? v1alpha1::RUN_ROLE_TEST : v1alpha1::RUN_ROLE_TRAIN);
   const std::vector<ProfileRow> profiles = CompareProfiles(rows, physics, GrainAngle(set.scene));
   if (profiles.empty()) throw std::runtime_error("no " + a.role + " run has a stress profile");
-  const ProfileMisfit repeats = RepeatMisfit(PatchRows(set.runs), physics.wheel());
+  const ProfileMisfit repeats = RepeatMisfit(ReplicateSamples(set.runs), physics.wheel());
   Print(a.json ? ProfilesJson(profiles, repeats, Reference(loaded))
                : ProfilesText(profiles, repeats));
   return kOk;
@@ -212,7 +212,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   fit->add_option("--name", a->name, "name of the model")->required();
   fit->add_option("--out", a->out, "model file to write")->required();
   fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
-  fit->add_option("--rung", a->rung, "hybrid; bekker: physics alone; lookup: table alone")
+  fit->add_option("--kind", a->kind, "hybrid; bekker: physics alone; lookup: table alone")
       ->check(CLI::IsMember({"hybrid", "bekker", "lookup"}))
       ->capture_default_str();
   fit->add_option("--reason", a->reason, "kept in the provenance");

@@ -17,7 +17,7 @@ std::string Within(int output, double value, double low, double high, const std:
 }
 
 /// Largest of the forces that a wheel meets along the ground, over the load.
-double ForceOverLoad(const Row& row, double radius_m) {
+double ForceOverLoad(const Sample& row, double radius_m) {
   const double arm = std::abs(row.mean[kTorque]) / radius_m;
   return std::max({std::abs(row.mean[kFx]), std::abs(row.mean[kFy]), arm}) / row.load_n;
 }
@@ -74,7 +74,7 @@ void CheckRuns(const TrainingSet& set) {
   std::vector<std::pair<double, const v1alpha1::RunSummary*>> forces;
   for (const auto role :
        {v1alpha1::RUN_ROLE_TRAIN, v1alpha1::RUN_ROLE_TEST, v1alpha1::RUN_ROLE_PATCH}) {
-    for (const Row& row : RowsOf(set.runs, role)) {
+    for (const Sample& row : SamplesOf(set.runs, role)) {
       for (int o = 0; o < kOutputs; ++o) {
         const std::string why = ImpossibleOutput(o, row.mean[o], row.load_n, limits);
         if (!why.empty()) Refuse(*row.source, std::string(kOutputFields[o].name) + ": " + why);

@@ -23,9 +23,9 @@ std::string RunsText(const v1alpha1::Model& model) {
   std::size_t used = 0;
   std::string text;
   const auto add = [&](v1alpha1::RunRole role, const char* name) {
-    const std::vector<Row> rows = RowsOf(runs, role);
+    const std::vector<Sample> rows = SamplesOf(runs, role);
     const auto drift =
-        std::count_if(rows.begin(), rows.end(), [](const Row& r) { return !r.steady; });
+        std::count_if(rows.begin(), rows.end(), [](const Sample& r) { return !r.steady; });
     used += rows.size();
     text += fmt::format("{} {}{}, ", rows.size(), name,
                         drift > 0 ? fmt::format(" ({} still drifting at their end)", drift) : "");
@@ -49,13 +49,13 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
       m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(), d.attack_angle_max_rad() * kDegrees,
       d.load_min_n(), d.load_max_n(), d.froude_max());
   text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>10}{:>12}\n", "output", "sd_fit in",
-                      "growth", "sd_patch", "ploughing", "factor", "sd_form");
+                      "growth", "sd_patch", "bulldozing", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {
-    const double ploughing = o < m.sd_ploughing_size() ? m.sd_ploughing(o) : 0;
+    const double bulldozing = o < m.sd_bulldozing_size() ? m.sd_bulldozing(o) : 0;
     text +=
         fmt::format("{:<10}{:>12.3g}{:>12.3g}{:>12.3g}{:>10.3g}{:>10.3g}{:>12.3g}\n",
                     kOutputFields[o].name, m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
-                    ploughing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
+                    bulldozing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
   text += fmt::format("\n{:<17}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");
@@ -64,7 +64,7 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
                         RegionName(e.region()), e.output(), e.n(), e.rmse(), e.max_abs(),
                         100 * e.covered90());
   }
-  if (m.rung() == v1alpha1::RUNG_LOOKUP) return text + "\nno physics: a table alone\n";
+  if (m.kind() == v1alpha1::MODEL_KIND_LOOKUP) return text + "\nno physics: a table alone\n";
   text += "\nparameters:";
   const BekkerParameters p = ReadBekker(m.bekker());
   for (const BekkerField& field : BekkerFields()) {

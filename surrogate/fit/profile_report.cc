@@ -13,19 +13,19 @@ namespace {
 
 constexpr int kGroups = 10;
 
-Canonical StateOf(const Row& row) {
+Canonical StateOf(const Sample& row) {
   return ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
 }
 
 // Fitted to all rows but those of `group`; -1: to all.
 struct Fitter {
-  std::vector<Row> rows;
+  std::vector<Sample> rows;
   std::vector<int> group;  // of each row; all seeds of a state are in one
   WheelGeometry wheel;
   BekkerFitOptions options;
 
   BekkerParameters Without(int left_out, const BekkerParameters* from) const {
-    std::vector<Row> kept;
+    std::vector<Sample> kept;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (group[i] != left_out) kept.push_back(rows[i]);
     }
@@ -33,10 +33,10 @@ struct Fitter {
   }
 };
 
-std::vector<int> GroupsOf(const std::vector<Row>& rows) {
+std::vector<int> GroupsOf(const std::vector<Sample>& rows) {
   std::map<StateKey, int> of_state;
   std::vector<int> groups;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     const auto [at, added] = of_state.emplace(KeyOf(row), static_cast<int>(of_state.size()));
     groups.push_back(at->second % kGroups);
   }
@@ -48,8 +48,8 @@ struct ErrorSums {
   PhysicsErrors errors;
   ProfileMisfit size{0, 0};
 
-  void Add(const std::vector<Row>& rows, const BekkerModel& model, double smear) {
-    for (const Row& row : rows) {
+  void Add(const std::vector<Sample>& rows, const BekkerModel& model, double smear) {
+    for (const Sample& row : rows) {
       const auto value =
           model.Solve(row.motion.v_x, row.motion.v_y, row.motion.rim_speed, row.load_n).value;
       for (const Output o : kPredicted) {
@@ -78,7 +78,7 @@ struct ErrorSums {
   }
 };
 
-WeightTrial Try(double weight, Fitter fitter, const std::vector<Row>& test) {
+WeightTrial Try(double weight, Fitter fitter, const std::vector<Sample>& test) {
   using Clock = std::chrono::steady_clock;
   fitter.options.profile_weight = weight;
   WeightTrial trial{};
@@ -91,7 +91,7 @@ WeightTrial Try(double weight, Fitter fitter, const std::vector<Row>& test) {
   ErrorSums left_out, held;
   for (int g = 0; g < kGroups; ++g) {
     without.push_back(fitter.Without(g, &trial.parameters));
-    std::vector<Row> rows;
+    std::vector<Sample> rows;
     for (std::size_t i = 0; i < fitter.rows.size(); ++i) {
       if (fitter.group[i] == g) rows.push_back(fitter.rows[i]);
     }
@@ -129,10 +129,10 @@ double RelativeVariance(const std::vector<RimProfile>& profiles,
 
 }  // namespace
 
-std::vector<ProfileRow> CompareProfiles(const std::vector<Row>& rows, const BekkerModel& model,
+std::vector<ProfileRow> CompareProfiles(const std::vector<Sample>& rows, const BekkerModel& model,
                                         double smear_rad) {
   std::vector<ProfileRow> result;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     if (!HasProfile(*row.source)) continue;
     ProfileRow p{&row, MakeCompared(row, model.wheel()), {}, 0, false, {}};
     p.sinkage = model.SolveCanonical(StateOf(row), row.load_n).value[kSinkage];
@@ -156,9 +156,9 @@ ProfileMisfit PooledMisfit(const std::vector<ProfileRow>& rows) {
   return {std::sqrt(sum.normal / std::max(1, used)), std::sqrt(sum.tangential / std::max(1, used))};
 }
 
-ProfileMisfit RepeatMisfit(const std::vector<Row>& repeats, const WheelGeometry& wheel) {
+ProfileMisfit RepeatMisfit(const std::vector<Sample>& repeats, const WheelGeometry& wheel) {
   std::map<StateKey, std::vector<RimProfile>> states;
-  for (const Row& row : repeats) {
+  for (const Sample& row : repeats) {
     if (!HasProfile(*row.source)) continue;
     const ComparedProfile compared = MakeCompared(row, wheel);
     if (IsComparable(compared)) states[KeyOf(row)].push_back(compared.measured);
@@ -177,7 +177,7 @@ ProfileMisfit RepeatMisfit(const std::vector<Row>& repeats, const WheelGeometry&
 
 std::vector<WeightTrial> TryWeights(const TrainingSet& set, const std::vector<double>& weights) {
   Fitter fitter;
-  fitter.rows = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  fitter.rows = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
   if (fitter.rows.size() < 2 * kGroups) {
     throw std::invalid_argument(set.name + ": " + std::to_string(fitter.rows.size()) +
                                 " training runs, expected at least " + std::to_string(2 * kGroups));
@@ -189,14 +189,15 @@ std::vector<WeightTrial> TryWeights(const TrainingSet& set, const std::vector<do
   fitter.options.patch = PatchOf(set);
   fitter.options.smear_rad = GrainAngle(set.scene);
   std::vector<WeightTrial> trials;
-  const std::vector<Row> test = RowsOf(set.runs, v1alpha1::RUN_ROLE_TEST);
+  const std::vector<Sample> test = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TEST);
   for (const double weight : weights) trials.push_back(Try(weight, fitter, test));
   return trials;
 }
 
 std::array<double, kOutputs> PatchOf(const TrainingSet& set) {
-  return EstimatePatch(PatchRows(set.runs), RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN),
-                       set.scene.wheel().radius_m())
+  return EstimateBedVariability(ReplicateSamples(set.runs),
+                                SamplesOf(set.runs, v1alpha1::RUN_ROLE_TRAIN),
+                                set.scene.wheel().radius_m())
       .sd;
 }
 

@@ -11,7 +11,7 @@ namespace grouser::surrogate {
 
 /// A run's recorded profile beside the physics', both in the canonical half-space.
 struct ProfileRow {
-  const Row* row;
+  const Sample* row;
   ComparedProfile compared;
   RimProfile model;
   double sinkage;        ///< of the model [m]
@@ -20,7 +20,7 @@ struct ProfileRow {
 };
 
 /// Of every row that has a profile.
-std::vector<ProfileRow> CompareProfiles(const std::vector<Row>& rows, const BekkerModel& model,
+std::vector<ProfileRow> CompareProfiles(const std::vector<Sample>& rows, const BekkerModel& model,
                                         double smear_rad);
 
 /// Root mean square over the rows used of their misfits: every run counts alike.
@@ -29,7 +29,7 @@ ProfileMisfit PooledMisfit(const std::vector<ProfileRow>& rows);
 /// What DEM itself differs by from bed to bed: of states with several repeats, the
 /// bins' standard deviation over the rms of their mean; root mean square over the
 /// states. A perfect model is off by about this from single runs. 0 without repeats.
-ProfileMisfit RepeatMisfit(const std::vector<Row>& repeats, const WheelGeometry& wheel);
+ProfileMisfit RepeatMisfit(const std::vector<Sample>& repeats, const WheelGeometry& wheel);
 
 /// repeats: RepeatMisfit, for comparison.
 std::string ProfilesText(const std::vector<ProfileRow>& rows, const ProfileMisfit& repeats);

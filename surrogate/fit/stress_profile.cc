@@ -75,7 +75,7 @@ bool HasProfile(const v1alpha1::RunSummary& run) {
   return std::any_of(s.normal_pa().begin(), s.normal_pa().end(), [](double v) { return v > 0; });
 }
 
-RimProfile CanonicalProfile(const Row& row) {
+RimProfile CanonicalProfile(const Sample& row) {
   const v1alpha1::StressSummary& s = row.source->stress();
   RimProfile p{s.first_angle_rad(), s.angle_step_rad(), {}, {}};
   p.normal.assign(s.normal_pa().begin(), s.normal_pa().end());
@@ -136,7 +136,7 @@ double GrainAngle(const v1alpha1::Scene& scene) {
   return mass > 0 && scene.wheel().radius_m() > 0 ? sum / mass / scene.wheel().radius_m() : 0;
 }
 
-ComparedProfile MakeCompared(const Row& row, const WheelGeometry& wheel) {
+ComparedProfile MakeCompared(const Sample& row, const WheelGeometry& wheel) {
   ComparedProfile c{CanonicalProfile(row), 0, 0, 0, 0};
   c.share = ForcesOf(c.measured, wheel).f_z / row.mean[kFz];
   if (!IsComparable(c)) return c;

@@ -39,7 +39,7 @@ bool HasProfile(const v1alpha1::RunSummary& run);
 /// tangential stresses change sign. The summary's first angle is where its first
 /// bin starts, as in StressProfile (model.proto calls it that bin's middle, but it
 /// is copied from the recorder, whose first edge is -pi).
-RimProfile CanonicalProfile(const Row& row);
+RimProfile CanonicalProfile(const Sample& row);
 
 /// Where a law is sampled for the bins of a profile. A bed of grains of diameter d has
 /// no edges sharper than one grain: the law is averaged over each bin and over
@@ -77,7 +77,7 @@ struct ComparedProfile {
 inline constexpr double kProfileNoise = 0.2;
 
 /// Throws as HasProfile. Precondition: HasProfile.
-ComparedProfile MakeCompared(const Row& row, const WheelGeometry& wheel);
+ComparedProfile MakeCompared(const Sample& row, const WheelGeometry& wheel);
 
 /// Whether the rim carries enough of the load (0.4 to 1.2) for its stresses to be
 /// those of the model's rim.

@@ -12,12 +12,12 @@ namespace {
 
 constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
 
-double FroudeOf(const Row& row, double radius_m, double gravity_m_per_s2) {
+double FroudeOf(const Sample& row, double radius_m, double gravity_m_per_s2) {
   const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
   return state.speed * state.speed / (gravity_m_per_s2 * radius_m);
 }
 
-FieldPoint PointOf(const Row& row, const WheelGeometry& wheel, const SpeedAxis& speed,
+FieldPoint PointOf(const Sample& row, const WheelGeometry& wheel, const SpeedAxis& speed,
                    double gravity) {
   FieldPoint point =
       MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed), row.load_n);
@@ -46,10 +46,10 @@ double SmoothStep(double x) {
 
 }  // namespace
 
-SpeedAxis SpeedAxisOf(const std::vector<Row>& rows, double radius_m, double gravity_m_per_s2) {
+SpeedAxis SpeedAxisOf(const std::vector<Sample>& rows, double radius_m, double gravity_m_per_s2) {
   constexpr double kSameSpeed = 1.1 * 1.1;  // in Froude numbers
   double low = std::numeric_limits<double>::infinity(), high = 0, sum = 0;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     const double froude = FroudeOf(row, radius_m, gravity_m_per_s2);
     low = std::min(low, froude);
     high = std::max(high, froude);
@@ -66,12 +66,12 @@ struct Residuals {
   Eigen::MatrixXd value, noise;  // row by output
 };
 
-Residuals ResidualsOf(const std::vector<Row>& rows, const TrainOptions& options,
+Residuals ResidualsOf(const std::vector<Sample>& rows, const TrainOptions& options,
                       const BekkerModel& model) {
   const auto n = static_cast<Eigen::Index>(rows.size());
   Residuals r{Eigen::MatrixXd(n, kOutputs), Eigen::MatrixXd(n, kOutputs)};
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Row& row = rows[i];
+    const Sample& row = rows[i];
     const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
     BekkerModel::Answer answer{};
     if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
@@ -85,11 +85,11 @@ Residuals ResidualsOf(const std::vector<Row>& rows, const TrainOptions& options,
   return r;
 }
 
-std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOptions& options,
+std::vector<FieldPoint> PointsOf(const std::vector<Sample>& rows, const TrainOptions& options,
                                  const SpeedAxis& speed) {
   std::vector<FieldPoint> points;
   points.reserve(rows.size());
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     points.push_back(PointOf(row, options.wheel, speed, options.gravity_m_per_s2));
   }
   return points;
@@ -97,7 +97,7 @@ std::vector<FieldPoint> PointsOf(const std::vector<Row>& rows, const TrainOption
 
 /// Field settings by output, and the speed axis' saturation: what all outputs
 /// together find likeliest, or that of `warm`.
-void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
+void SelectSettings(const std::vector<Sample>& rows, const TrainOptions& options,
                     const Residuals& rest, const Trained* warm, Trained* result) {
   double best = -std::numeric_limits<double>::infinity();
   std::vector<double> saturations = {0, 1, 3, 10};
@@ -124,7 +124,7 @@ void SelectSettings(const std::vector<Row>& rows, const TrainOptions& options,
 
 }  // namespace
 
-Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const Trained* warm) {
+Trained Train(const std::vector<Sample>& rows, const TrainOptions& options, const Trained* warm) {
   Trained result;
   result.with_physics = options.with_physics;
   result.speed = warm ? warm->speed : options.speed;
@@ -151,7 +151,7 @@ Trained Train(const std::vector<Row>& rows, const TrainOptions& options, const T
   return result;
 }
 
-Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Row& at) {
+Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Sample& at) {
   const Canonical state = ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed);
   const FieldPoint point = PointOf(at, wheel, trained.speed, trained.gravity_m_per_s2);
   Prediction result;

@@ -208,12 +208,12 @@ void Merge(const TrainingSet& more, TrainingSet* set) {
   set->notes.insert(set->notes.end(), more.notes.begin(), more.notes.end());
 }
 
-Row MakeRow(const v1alpha1::RunSummary& s) {
+Sample MakeSample(const v1alpha1::RunSummary& s) {
   const std::string where = "run " + s.run_id();
   if (s.mean_size() != kOutputs || s.standard_error_size() != kOutputs) {
     Fail(where, "expected six means and six standard errors");
   }
-  Row row{};
+  Sample row{};
   row.slip = s.slip();
   row.attack_angle_rad = s.attack_angle_rad();
   row.load_n = s.load_n();
@@ -235,29 +235,30 @@ Row MakeRow(const v1alpha1::RunSummary& s) {
   return row;
 }
 
-std::vector<Row> RowsOf(const std::vector<v1alpha1::RunSummary>& runs, v1alpha1::RunRole role) {
-  std::vector<Row> rows;
+std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
+                              v1alpha1::RunRole role) {
+  std::vector<Sample> rows;
   for (const v1alpha1::RunSummary& run : runs) {
     const bool train = run.role() == v1alpha1::RUN_ROLE_UNSPECIFIED;
     const v1alpha1::RunRole its = train ? v1alpha1::RUN_ROLE_TRAIN : run.role();
     const bool usable = run.status() == v1alpha1::RUN_STATUS_STEADY ||
                         (run.status() == v1alpha1::RUN_STATUS_UNSTEADY && HasDrift(run));
-    if (usable && its == role) rows.push_back(MakeRow(run));
+    if (usable && its == role) rows.push_back(MakeSample(run));
   }
   return rows;
 }
 
-std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs) {
-  std::vector<Row> rows = RowsOf(runs, v1alpha1::RUN_ROLE_PATCH);
+std::vector<Sample> ReplicateSamples(const std::vector<v1alpha1::RunSummary>& runs) {
+  std::vector<Sample> rows = SamplesOf(runs, v1alpha1::RUN_ROLE_PATCH);
   std::set<StateKey> states;
-  for (const Row& row : rows) states.insert(KeyOf(row));
-  for (const Row& row : RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN)) {
+  for (const Sample& row : rows) states.insert(KeyOf(row));
+  for (const Sample& row : SamplesOf(runs, v1alpha1::RUN_ROLE_TRAIN)) {
     if (states.contains(KeyOf(row))) rows.push_back(row);
   }
   return rows;
 }
 
-StateKey KeyOf(const Row& row) {
+StateKey KeyOf(const Sample& row) {
   return {std::lround(row.slip * 1e3), std::lround(row.attack_angle_rad * 1e3),
           std::lround(row.load_n * 1e3), std::lround(row.source->speed_m_per_s() * 1e3)};
 }

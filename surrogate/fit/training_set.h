@@ -23,7 +23,7 @@ struct TrainingSet {
 /// was up counts with the mean over its window, the last 55 % of its travel: what
 /// another run over the same ground gives again (repeats show it), not what a
 /// longer one would come to.
-struct Row {
+struct Sample {
   VelocityState motion;
   double slip, attack_angle_rad, load_n;
   std::array<double, kOutputs> mean, standard_error;
@@ -53,18 +53,19 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
 /// A state in either form; throws std::invalid_argument "run ID: ..." for a
 /// summary without six outputs, with an impossible motion or with a stress profile
 /// that is none (HasProfile).
-Row MakeRow(const v1alpha1::RunSummary& summary);
+Sample MakeSample(const v1alpha1::RunSummary& summary);
 
 /// The runs of a role (UNSPECIFIED counts as TRAIN) that are steady or drifted to
 /// their end.
-std::vector<Row> RowsOf(const std::vector<v1alpha1::RunSummary>& runs, v1alpha1::RunRole role);
+std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
+                              v1alpha1::RunRole role);
 
 /// The PATCH runs, and the training runs of their states: repeats of one state on
 /// several tiles.
-std::vector<Row> PatchRows(const std::vector<v1alpha1::RunSummary>& runs);
+std::vector<Sample> ReplicateSamples(const std::vector<v1alpha1::RunSummary>& runs);
 
 /// Equal for all seeds of one state.
 using StateKey = std::tuple<long, long, long, long>;
-StateKey KeyOf(const Row& row);
+StateKey KeyOf(const Sample& row);
 
 }  // namespace grouser::surrogate

@@ -103,8 +103,8 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   u.fit_growth = Six(model, "sd_fit_growth", model.sd_fit_growth());
   u.patch = Six(model, "sd_patch", model.sd_patch());
   u.interval_factor = Six(model, "interval_factor", model.interval_factor());
-  if (!model.sd_ploughing().empty()) {
-    u.ploughing = Six(model, "sd_ploughing", model.sd_ploughing());
+  if (!model.sd_bulldozing().empty()) {
+    u.bulldozing = Six(model, "sd_bulldozing", model.sd_bulldozing());
   }
   u.form_unknown = model.sd_form_size() != kOutputs;
   for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
@@ -113,7 +113,7 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
 
 // Tables answer in single precision.
 double GoldenTolerance(const v1alpha1::Model& message) {
-  return message.rung() == v1alpha1::RUNG_LOOKUP ? 1e-5 : 1e-9;
+  return message.kind() == v1alpha1::MODEL_KIND_LOOKUP ? 1e-5 : 1e-9;
 }
 
 void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
@@ -142,9 +142,9 @@ void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
 
 }  // namespace
 
-HullBox HullOf(const v1alpha1::Model& model) {
+TrainingDomain HullOf(const v1alpha1::Model& model) {
   const v1alpha1::Domain& d = model.domain();
-  HullBox hull;
+  TrainingDomain hull;
   hull.slip_min = d.slip_min();
   hull.slip_max = d.slip_max();
   hull.attack_angle_max_rad = d.attack_angle_max_rad();
@@ -181,7 +181,7 @@ namespace {
 
 void CheckHead(const v1alpha1::Model& model) {
   if (model.name().empty()) Fail(model, "name: expected one");
-  if (!v1alpha1::Rung_IsValid(model.rung())) Fail(model, "rung: not known to this version");
+  if (!v1alpha1::ModelKind_IsValid(model.kind())) Fail(model, "kind: not known to this version");
 }
 
 std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
@@ -204,7 +204,8 @@ std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
 
 HybridModel MakeHybrid(const v1alpha1::Model& model) {
   CheckHead(model);
-  if (model.rung() == v1alpha1::RUNG_LOOKUP) Fail(model, "rung: lookup, expected one with physics");
+  if (model.kind() == v1alpha1::MODEL_KIND_LOOKUP)
+    Fail(model, "kind: lookup, expected one with physics");
   try {
     const BekkerModel physics(ReadBekker(model.bekker()),
                               {model.wheel().radius_m(), model.wheel().width_m()});
@@ -223,7 +224,7 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
 }
 
 std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model) {
-  if (model.rung() == v1alpha1::RUNG_LOOKUP) return MakeLookup(model);
+  if (model.kind() == v1alpha1::MODEL_KIND_LOOKUP) return MakeLookup(model);
   return std::make_unique<HybridModel>(MakeHybrid(model));
 }
 

@@ -16,6 +16,6 @@ namespace grouser::surrogate {
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model);
 
 /// The box of a message's domain, unchecked.
-HullBox HullOf(const v1alpha1::Model& model);
+TrainingDomain HullOf(const v1alpha1::Model& model);
 
 }  // namespace grouser::surrogate

@@ -32,7 +32,7 @@ BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message);
 /// The evaluator without its self-test. Throws as MakeModel; MakeHybrid also for
 /// a model that has no physics.
 HybridModel MakeHybrid(const v1alpha1::Model& model);
-/// That of any rung; a hybrid or Bekker one answers by its exact law, untabulated.
+/// That of any model; a hybrid or Bekker one answers by its exact law, untabulated.
 std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model);
 
 }  // namespace grouser::surrogate

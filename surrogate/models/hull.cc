@@ -7,7 +7,7 @@
 
 namespace grouser::surrogate {
 
-Hull::Hull(const HullBox& box, const Uncertainty& uncertainty)
+Hull::Hull(const TrainingDomain& box, const Uncertainty& uncertainty)
     : box_(box),
       uncertainty_(uncertainty),
       middle_load_(std::sqrt(box.load_min_n * box.load_max_n)) {
@@ -61,18 +61,19 @@ double Hull::Excess(const Canonical& s, double load, double radius_m) const noex
          std::fmin(fast, kMostSpeedExcess) / kSpeedReach;
 }
 
-double Hull::Ploughing(const Canonical& s) noexcept {
+double Hull::Bulldozing(const Canonical& s) noexcept {
   const double plane = std::sqrt(s.forward * s.forward + s.rim * s.rim);
   const double brake = s.forward > s.rim ? s.forward - s.rim : 0;
   const double share = s.lateral * s.lateral + (plane > 0 ? brake * brake * s.forward / plane : 0);
   return share < 1 ? share : 1;
 }
 
-void Hull::AddUncertainty(double distance, double ploughing, double load,
+void Hull::AddUncertainty(double distance, double bulldozing, double load,
                           WheelAnswer* answer) const noexcept {
   const double ratio = load / middle_load_;
   for (int o = 0; o < kOutputs; ++o) {
-    const double scale = (o == kSinkage ? 1 : ratio) * (1 + uncertainty_.ploughing[o] * ploughing);
+    const double scale =
+        (o == kSinkage ? 1 : ratio) * (1 + uncertainty_.bulldozing[o] * bulldozing);
     const double grown = uncertainty_.fit_growth[o] * distance;
     const double inside = uncertainty_.fit_inside[o];
     const double patch = uncertainty_.patch[o], fit2 = inside * inside + grown * grown;

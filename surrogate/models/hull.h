@@ -9,7 +9,7 @@
 namespace grouser::surrogate {
 
 /// What the training runs covered. Mirrored in v_x and v_y.
-struct HullBox {
+struct TrainingDomain {
   double slip_min = -1, slip_max = 1;  ///< [-]
   double attack_angle_max_rad = 0;
   double load_min_n = 0, load_max_n = 0;
@@ -42,14 +42,14 @@ struct SpeedAxis {
 struct Uncertainty {
   std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
   std::array<double, kOutputs> interval_factor{};
-  std::array<double, kOutputs> ploughing{};  ///< >= 0; both sds times 1 + this P
-  bool form_unknown = true;                  ///< sd_form of some output is NaN
+  std::array<double, kOutputs> bulldozing{};  ///< >= 0; both sds times 1 + this P
+  bool form_unknown = true;                   ///< sd_form of some output is NaN
 };
 
 /// Where a model was trained and how sure it is there and beyond:
 ///
 ///   sd_fit   = g hypot(fit_inside, fit_growth D), D the hull distance
-///   sd_patch = g patch, g = 1 + ploughing P: a wheel that is pushed through the
+///   sd_patch = g patch, g = 1 + bulldozing P: a wheel that is pushed through the
 ///              soil rather than rolled over it is less certain (one factor for
 ///              both, found by what the fit misses: the interval is calibrated,
 ///              its division among the two is not)
@@ -68,7 +68,7 @@ class Hull {
   static constexpr double kFarFromRuns = 0.5;      // hull distance that is flagged
 
   /// Throws std::invalid_argument "domain: ..." or "soil: ..." if unusable.
-  Hull(const HullBox& box, const Uncertainty& uncertainty);
+  Hull(const TrainingDomain& box, const Uncertainty& uncertainty);
 
   bool Outside(const Canonical& state, double load) const noexcept;
   /// How far a state is beyond the box, its loads and (radius_m) its speeds, in units of hull
@@ -76,11 +76,11 @@ class Hull {
   double Excess(const Canonical& state, double load, double radius_m) const noexcept;
   /// P = min(1, y^2 + B^2 p/hypot(p, q)), B = max(0, p - q), with p, y, q = v_x, |v_y|,
   /// r w over M: 0 rolling straight, 1 locked or sideways, continuous through v_x = 0.
-  static double Ploughing(const Canonical& state) noexcept;
-  void AddUncertainty(double distance, double ploughing, double load,
+  static double Bulldozing(const Canonical& state) noexcept;
+  void AddUncertainty(double distance, double bulldozing, double load,
                       WheelAnswer* answer) const noexcept;
 
-  const HullBox& box() const { return box_; }
+  const TrainingDomain& box() const { return box_; }
   const Uncertainty& uncertainty() const { return uncertainty_; }
   double middle_load() const { return middle_load_; }
   /// Froude number of a speed M [m/s].
@@ -91,7 +91,7 @@ class Hull {
   double Fastest(double radius_m) const noexcept;
 
  private:
-  HullBox box_;
+  TrainingDomain box_;
   Uncertainty uncertainty_;
   double middle_load_;
 };

@@ -90,14 +90,14 @@ int Multiple(int coarse, int at_least) { return coarse * ((at_least + coarse - 1
 
 }  // namespace
 
-HybridModel::HybridModel(const BekkerModel& physics, ResidualTable table, const HullBox& hull,
-                         const Uncertainty& uncertainty)
+HybridModel::HybridModel(const BekkerModel& physics, ResidualTable table,
+                         const TrainingDomain& hull, const Uncertainty& uncertainty)
     : TabulatedModel(Hull(hull, uncertainty), physics.wheel().radius_m),
       physics_(physics),
       table_(std::move(table)) {}
 
 HybridModel::HybridModel(const BekkerModel& physics, ResidualTable table, ResidualTable rate,
-                         const SpeedAxis& speed, const HullBox& hull,
+                         const SpeedAxis& speed, const TrainingDomain& hull,
                          const Uncertainty& uncertainty)
     : HybridModel(physics, std::move(table), hull, uncertainty) {
   CheckSpeedAxis(speed, table_.axes(), rate.axes());
@@ -156,7 +156,7 @@ HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, doub
       answer.value[kSinkage] > Hull::kOverloadSinkage * radius) {
     answer.flags |= kExtrapolated;
   }
-  domain().AddUncertainty(distance, Hull::Ploughing(state), load, &answer);
+  domain().AddUncertainty(distance, Hull::Bulldozing(state), load, &answer);
   return answer;
 }
 

@@ -13,7 +13,7 @@ struct Resolution {
 };
 
 /// Physics trend + table of the residual ; with a table of
-/// hull distances alone it is the bekker rung.
+/// hull distances alone it is the bekker model.
 ///
 ///   value = bekker(state) + s T(state), s = load, load r or r
 ///
@@ -32,12 +32,12 @@ class HybridModel final : public TabulatedModel {
  public:
   using Answer = WheelAnswer;
 
-  HybridModel(const BekkerModel& physics, ResidualTable table, const HullBox& hull,
+  HybridModel(const BekkerModel& physics, ResidualTable table, const TrainingDomain& hull,
               const Uncertainty& uncertainty);
   /// With a speed axis: s (T + u T_rate) instead of s T, u by SpeedAxis::At. T_rate
   /// has T's axes; throws std::invalid_argument "speed axis: ..." if not.
   HybridModel(const BekkerModel& physics, ResidualTable table, ResidualTable rate,
-              const SpeedAxis& speed, const HullBox& hull, const Uncertainty& uncertainty);
+              const SpeedAxis& speed, const TrainingDomain& hull, const Uncertainty& uncertainty);
 
   /// Takes the way of answering many states that suits the model: AnswerByLaw where
   /// T has no outputs, else Tabulate.
@@ -69,7 +69,7 @@ class HybridModel final : public TabulatedModel {
   Answer EvaluateOne(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
   const BekkerModel& physics() const { return physics_; }
-  const HullBox& hull() const { return domain().box(); }
+  const TrainingDomain& hull() const { return domain().box(); }
 
  protected:
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override;

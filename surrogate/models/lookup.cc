@@ -17,7 +17,7 @@ constexpr double kLeastSpeed = 1e-90, kMostSpeed = 1e90;
 LookupModel::LookupModel(
     const TableAxes& axes,
     const std::array<std::span<const double>, ResponseTable::kChannels>& coefficients,
-    const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
+    const TrainingDomain& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
     const SpeedAxis& speed,
     const std::array<std::span<const double>, ResponseTable::kChannels>& rate)
     : TabulatedModel(Hull(box, uncertainty), wheel.radius_m), wheel_(wheel) {

@@ -24,7 +24,7 @@ class LookupModel final : public TabulatedModel {
   /// ResponseTable and Hull do, or for a radius that is not positive.
   LookupModel(const TableAxes& axes,
               const std::array<std::span<const double>, ResponseTable::kChannels>& coefficients,
-              const HullBox& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
+              const TrainingDomain& box, const Uncertainty& uncertainty, const WheelGeometry& wheel,
               const SpeedAxis& speed = {},
               const std::array<std::span<const double>, ResponseTable::kChannels>& rate = {});
 

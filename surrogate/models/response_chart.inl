@@ -9,7 +9,7 @@ struct Scratch {
   float forward[kBlock], lateral[kBlock], rim[kBlock];  // canonical, over M
   float plane[kBlock];                                  // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
-  float excess[kBlock], distance2[kBlock], ploughing[kBlock];
+  float excess[kBlock], distance2[kBlock], bulldozing[kBlock];
   float u[kBlock], steepness[kBlock];       // of SpeedAxis; du/dM, 0 beyond its end
   float fast[kBlock];                       // by how much beyond the runs' speeds
   float hub_first[kBlock];                  // 1: M is V, 0: it is |r w|
@@ -121,7 +121,7 @@ GROUSER_INLINE void ToSpeed(const Constants& c, Scratch* s, int n) {
   }
 }
 
-// Chart coordinates in node units, Hull::Excess and Hull::Ploughing.
+// Chart coordinates in node units, Hull::Excess and Hull::Bulldozing.
 GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
   constexpr float kPi = 3.14159265f;
   const float per_direction = static_cast<float>(c.direction) / kPi;
@@ -142,7 +142,7 @@ GROUSER_INLINE void ToChart(const Constants& c, Scratch* s, int n) {
     const float inverse = 1.0f / (plane > 0 ? plane : 1.0f);
     const float brake = p > r ? p - r : 0.0f;
     const float share = y * y + brake * brake * (p * inverse);
-    s->ploughing[i] = share < 1 ? share : 1.0f;
+    s->bulldozing[i] = share < 1 ? share : 1.0f;
     const float light = c.log_low - log_load, heavy = log_load - c.log_high;
     s->excess[i] = ((braking > 0 ? braking : 0.0f) * (p * inverse) +
                     (driving > 0 ? driving : 0.0f) * (spin * inverse)) *

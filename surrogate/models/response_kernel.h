@@ -45,7 +45,7 @@ struct Constants {
   float per_fast;
   float far, overload;  // kFarFromRuns; kOverloadSinkage
   float inside2[kOutputs], growth2[kOutputs], patch[kOutputs], patch2[kOutputs], factor[kOutputs],
-      ploughing[kOutputs];
+      bulldozing[kOutputs];
   std::uint32_t flags;  // of every state
 };
 

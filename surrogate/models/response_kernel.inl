@@ -150,7 +150,7 @@ GROUSER_INLINE void Run(const Constants& c, Block* b, Scratch* s, Unwanted* unwa
       Transpose(row + k * kSquare, s->channel[k], first);
     }
   }
-  Judge(c, b, s, n);
+  FlagStates(c, b, s, n);
   Limit<kGradients>(b, s, n);
   WriteOutput<0>(c, *b, *s, unwanted, n);
   WriteOutput<1>(c, *b, *s, unwanted, n);

@@ -14,7 +14,7 @@ constexpr int kDistanceChannel = kOutputs;
 
 // kClamped for a negative sinkage, kExtrapolated far from every run and where
 // no steady run exists; the squared hull distance.
-GROUSER_INLINE void Judge(const Constants& c, Block* b, Scratch* s, int n) {
+GROUSER_INLINE void FlagStates(const Constants& c, Block* b, Scratch* s, int n) {
   std::uint32_t* out = b->flags;
 #pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
@@ -69,12 +69,12 @@ GROUSER_INLINE void WriteOutput(const Constants& c, const Block& b, const Scratc
   const float* channel = s.channel[0][kOutput];
   const float inside2 = c.inside2[kOutput], growth2 = c.growth2[kOutput];
   const float patch = c.patch[kOutput], patch2 = c.patch2[kOutput], factor = c.factor[kOutput];
-  const float ploughing = c.ploughing[kOutput];
+  const float bulldozing = c.bulldozing[kOutput];
   const double radius = c.radius, inverse_middle = c.inverse_middle_load;
 #pragma GCC ivdep
   for (int i = 0; i < n; ++i) {
     const double scale = OutputScale(kOutput, s.load[i], radius);
-    const float grown = 1.0f + ploughing * s.ploughing[i];
+    const float grown = 1.0f + bulldozing * s.bulldozing[i];
     const double ratio = (kLength ? 1.0 : s.load[i] * inverse_middle) * static_cast<double>(grown);
     float x = channel[i];
     if (kLength) x = x > 0 ? x : 0.0f;

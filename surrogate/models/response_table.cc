@@ -11,7 +11,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 void DescribeHull(const Hull& hull, double radius_m, response::Constants* c) {
-  const HullBox& box = hull.box();
+  const TrainingDomain& box = hull.box();
   const double edge = Hull::kEdge;
   c->slip_low = box.slip_min - edge;
   c->slip_high = box.slip_max + edge;
@@ -51,7 +51,7 @@ void DescribeUncertainty(const Hull& hull, response::Constants* c) {
     c->patch[o] = static_cast<float>(u.patch[o]);
     c->patch2[o] = static_cast<float>(u.patch[o] * u.patch[o]);
     c->factor[o] = static_cast<float>(u.interval_factor[o]);
-    c->ploughing[o] = static_cast<float>(u.ploughing[o]);
+    c->bulldozing[o] = static_cast<float>(u.bulldozing[o]);
   }
   c->flags = u.form_unknown ? kFormUnknown : 0u;
 }

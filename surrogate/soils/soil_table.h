@@ -29,7 +29,7 @@ struct Soil {
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name,
                             bool accept_unusual = false);
 
-/// Parameters of the `bekker_untuned` rung: a wheel on a published soil with
+/// Parameters of the `bekker_untuned` kind: a wheel on a published soil with
 /// nothing fitted. What the soil does not say is taken from the literature:
 /// - density, if unpublished: 1600 (sand, loam), 1800 (clay), 300 (snow) kg/m^3;
 /// - K, if unpublished: 10 mm (sand, loam), 6 mm (clay), 25 mm (snow) (Wong,

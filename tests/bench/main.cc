@@ -40,10 +40,10 @@ void PrintJson(const std::vector<grouser::bench::LatencyRow>& rows) {
 }
 
 void PrintTable(const std::vector<grouser::bench::SurrogateRow>& rows) {
-  fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13} {:>12}\n", "rung", "batch", "outputs",
+  fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13} {:>12}\n", "kind", "batch", "outputs",
              "gradients", "isa", "ns per state", "allocations");
   for (const auto& row : rows) {
-    fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13.1f} {:>12}\n", row.rung, row.batch, row.outputs,
+    fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13.1f} {:>12}\n", row.kind, row.batch, row.outputs,
                row.gradients, row.isa, row.ns_per_state, row.allocations);
   }
 }
@@ -53,9 +53,9 @@ void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
   const char* separator = "\n";
   for (const auto& row : rows) {
     fmt::print(
-        "{}  {{\"rung\": \"{}\", \"batch\": {}, \"outputs\": {}, \"gradients\": {}, "
+        "{}  {{\"kind\": \"{}\", \"batch\": {}, \"outputs\": {}, \"gradients\": {}, "
         "\"isa\": \"{}\", \"ns_per_state\": {:.3f}, \"allocations\": {}}}",
-        separator, row.rung, row.batch, row.outputs, row.gradients, row.isa, row.ns_per_state,
+        separator, row.kind, row.batch, row.outputs, row.gradients, row.isa, row.ns_per_state,
         row.allocations);
     separator = ",\n";
   }
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   grouser::bench::SurrogateOptions in_process;
   auto* surrogate = app.add_subcommand(
       "surrogate",
-      "Evaluation of a model in-process, one thread: rungs, batches, gradients and "
+      "Evaluation of a model in-process, one thread: kinds of model, batches, gradients and "
       "instruction sets, interleaved; medians");
   surrogate->add_option("--model", in_process.model, "Model file; default: the shipped one")
       ->check(CLI::ExistingFile);

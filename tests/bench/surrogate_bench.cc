@@ -117,10 +117,10 @@ class Bench {
   }
 
  private:
-  void AddScalar(const char* rung, std::function<void(std::size_t)> one) {
+  void AddScalar(const char* kind, std::function<void(std::size_t)> one) {
     for (const int batch : kBatches) {
       Cell cell;
-      cell.row = {rung, batch, kOutputs, false, "-", 0, 0};
+      cell.row = {kind, batch, kOutputs, false, "-", 0, 0};
       cell.states = std::max(batch, kScalarStates);
       cell.pass = [one, n = cell.states] {
         for (int i = 0; i < n; ++i) one(static_cast<std::size_t>(i));
@@ -130,14 +130,14 @@ class Bench {
   }
 
   template <typename Model>
-  void AddTables(const char* rung, const Model& model) {
+  void AddTables(const char* kind, const Model& model) {
     for (const char* isa : {"baseline", "avx2", "avx512"}) {
       auto chosen = std::make_shared<Model>(model);
       if (!chosen->SelectIsa(isa)) continue;
       for (const int batch : kBatches) {
         for (const bool gradients : {false, true}) {
           Cell cell;
-          cell.row = {rung, batch, kOutputs, gradients, isa, 0, 0};
+          cell.row = {kind, batch, kOutputs, gradients, isa, 0, 0};
           cell.pass = [this, chosen, batch, gradients] {
             for (int first = 0; first < kStates; first += batch) {
               chosen->Evaluate(states_.In(first, batch), states_.Some(first, batch, gradients));

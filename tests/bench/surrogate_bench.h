@@ -14,7 +14,7 @@ struct SurrogateOptions {
 /// One way to evaluate wheel states in-process, on one thread: six outputs with
 /// sd_fit, sd_patch, low and high.
 struct SurrogateRow {
-  std::string rung;  ///< "bekker", "hybrid", "hybrid_exact", "lookup"
+  std::string kind;  ///< "bekker", "hybrid", "hybrid_exact", "lookup"
   int batch = 0;     ///< states a call
   int outputs = 6;
   bool gradients = false;

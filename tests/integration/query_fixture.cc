@@ -57,7 +57,7 @@ std::vector<std::string> ServerArguments(const std::string& state_dir,
 v1alpha1::Model PhysicsModel(const std::string& name, double k_phi) {
   v1alpha1::Model model;
   model.set_name(name);
-  model.set_rung(v1alpha1::RUNG_BEKKER);
+  model.set_kind(v1alpha1::MODEL_KIND_BEKKER);
   model.mutable_soil()->set_name("test sand");
   model.mutable_soil()->set_gravity_m_per_s2(9.81);
   model.mutable_wheel()->set_radius_m(0.0625);

@@ -112,7 +112,7 @@ int Drive(Options options) {
   settings.cruise_rim = model.domain().speed_m_per_s;
   settings.goal_speed = 0.65 * settings.cruise_rim;
   std::printf("model %s (%s) of wheel %s on %s; rover of %d wheels, %.1f kg; %d thread(s)\n",
-              model.name().c_str(), model.rung().c_str(), model.wheel().c_str(),
+              model.name().c_str(), model.kind().c_str(), model.wheel().c_str(),
               model.soil().c_str(), rover.wheels, rover.mass, settings.threads);
 
   Planner planner(model, rover, path, settings);

@@ -68,7 +68,7 @@ struct OutputSpans {
   std::span<double> sd_patch;  ///< of one random placement of the bed
   std::span<double> low, high;
   /// Derivatives of the value by v_x, v_y, rim_speed [unit s/m] and load
-  /// [unit/N]. A rung without gradients leaves NaN here: see has_gradients().
+  /// [unit/N]. A model without gradients leaves NaN here: see has_gradients().
   std::span<double> d_v_x, d_v_y, d_rim_speed, d_load;
 };
 
@@ -135,7 +135,7 @@ class GROUSER_PUBLIC Model {
   const std::string& name() const noexcept;
   const std::string& soil() const noexcept;    ///< name of the soil
   const std::string& wheel() const noexcept;   ///< name of the wheel
-  const std::string& rung() const noexcept;    ///< kind of model, e.g. "hybrid", "bekker"
+  const std::string& kind() const noexcept;    ///< kind of model, e.g. "hybrid", "bekker"
   const std::string& digest() const noexcept;  ///< SHA-256 of the content, lower-case hex
   double radius_m() const noexcept;            ///< r of rim_speed
   double width_m() const noexcept;
@@ -144,7 +144,7 @@ class GROUSER_PUBLIC Model {
   const Domain& domain() const noexcept;
 
  private:
-  friend class Ladder;
+  friend class ModelSelector;
   struct Parts;
   explicit Model(std::unique_ptr<const Parts> parts) noexcept;
   std::unique_ptr<const Parts> parts_;

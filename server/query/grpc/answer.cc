@@ -2,26 +2,27 @@
 
 #include <chrono>
 
-#include "server/core/demand.h"
+#include "server/core/accuracy_request.h"
 #include "server/core/evaluator.h"
 
 namespace grouser::server {
 namespace {
 
 /// Who answered each state, and the run that would help most where it matters.
-void Tell(const Climb& climb, v1alpha1::EvaluateWheelsResponse* response) {
-  for (const ServedModel* model : climb.ladder->models) response->add_rungs(model->reference);
-  if (climb.worst.excess == 0) return;
-  const auto i = static_cast<int>(climb.worst.index);
+void Tell(const Selection& selection, v1alpha1::EvaluateWheelsResponse* response) {
+  for (const ServedModel* model : selection.selectable->models)
+    response->add_selectable_models(model->reference);
+  if (selection.worst.excess == 0) return;
+  const auto i = static_cast<int>(selection.worst.index);
   const v1alpha1::VelocityForm& v = response->responses().velocity();
   v1alpha1::RefinementHint* hint = response->mutable_refinement();
-  hint->set_index(climb.worst.index);
-  hint->set_excess(climb.worst.excess);
-  hint->set_output(surrogate::kOutputFields[climb.worst.output].name);
-  const ServedModel& answered = *climb.ladder->models[response->rung(i)];
+  hint->set_index(selection.worst.index);
+  hint->set_excess(selection.worst.excess);
+  hint->set_output(surrogate::kOutputFields[selection.worst.output].name);
+  const ServedModel& answered = *selection.selectable->models[response->answered_by(i)];
   hint->set_model(answered.reference);
   *hint->mutable_state() =
-      ToTestState(v.v_x_m_per_s(i), v.v_y_m_per_s(i), v.rim_speed_m_per_s(i), climb.worst.load);
+      ToTestState(v.v_x_m_per_s(i), v.v_y_m_per_s(i), v.rim_speed_m_per_s(i), selection.worst.load);
   // Elsewhere the speed is the model's own: its answers do not depend on it.
   if (!answered.message.residual().rate_coefficients().empty()) {
     hint->mutable_state()->set_speed_m_per_s(response->responses().slip().speed_m_per_s(i));
@@ -35,25 +36,25 @@ Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest&
   const auto start = std::chrono::steady_clock::now();
   const auto snapshot = store.Current();
   const ServedModel* model = nullptr;
-  Climb climb;
-  climb.rung_of.Swap(response->mutable_rung());  // its memory is reused
+  Selection selection;
+  selection.answered_by.Swap(response->mutable_answered_by());  // its memory is reused
   Status status = Evaluate(*snapshot, request.model(), request.states(), request.values_only(),
-                           &model, response->mutable_responses(), request.demand(), &climb);
-  climb.rung_of.Swap(response->mutable_rung());
-  response->clear_rungs();
+                           &model, response->mutable_responses(), request.accuracy(), &selection);
+  selection.answered_by.Swap(response->mutable_answered_by());
+  response->clear_selectable_models();
   response->clear_refinement();
   response->set_sequence(request.sequence());
   response->set_generation(snapshot->generation());
   if (status.ok()) {
     response->set_model(model->reference);
     response->clear_error();
-    if (climb.ladder) {
-      Tell(climb, response);
+    if (selection.selectable) {
+      Tell(selection, response);
     } else {
-      response->clear_rung();
+      response->clear_answered_by();
     }
   } else {
-    response->clear_rung();
+    response->clear_answered_by();
     response->clear_model();
     response->clear_responses();
     response->mutable_error()->set_code(static_cast<int>(status.code));

@@ -49,13 +49,13 @@ TEST(Model, TellsWhatTheFileSays) {
   EXPECT_EQ(model.domain().speed_m_per_s, file.model.domain().speed_m_per_s());
 }
 
-TEST(Model, NamesTheRung) {
-  v1alpha1::Rung expected = records::ReadModelFile(kShipped).model.rung(), rung;
-  if (expected == v1alpha1::RUNG_UNSPECIFIED) expected = v1alpha1::RUNG_HYBRID;
-  std::string name = Model::Open(kShipped).rung();
+TEST(Model, NamesTheKind) {
+  v1alpha1::ModelKind expected = records::ReadModelFile(kShipped).model.kind(), model;
+  if (expected == v1alpha1::MODEL_KIND_UNSPECIFIED) expected = v1alpha1::MODEL_KIND_HYBRID;
+  std::string name = Model::Open(kShipped).kind();
   for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  ASSERT_TRUE(v1alpha1::Rung_Parse("RUNG_" + name, &rung)) << name;
-  EXPECT_EQ(rung, expected);
+  ASSERT_TRUE(v1alpha1::Rung_Parse("MODEL_KIND_" + name, &model)) << name;
+  EXPECT_EQ(model, expected);
 }
 
 TEST(Model, AnswersAsTheEvaluatorBitByBit) {

@@ -152,7 +152,8 @@ TEST_F(Files, MeansOfNoStateAndLostRunsTrainNothing) {
   fresh.set_status(v1alpha1::RUN_STATUS_UNSTEADY);
   const std::string file = WriteRun(fresh);
   const auto rows = [&] {
-    return RowsOf({SummariseRun(file, v1alpha1::RUN_ROLE_TRAIN)}, v1alpha1::RUN_ROLE_TRAIN).size();
+    return SamplesOf({SummariseRun(file, v1alpha1::RUN_ROLE_TRAIN)}, v1alpha1::RUN_ROLE_TRAIN)
+        .size();
   };
   EXPECT_EQ(rows(), 1u);  // drifted to its end
   records::RunFile run = records::ReadRunFile(file);

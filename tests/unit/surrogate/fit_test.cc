@@ -40,7 +40,7 @@ TEST(BekkerFit, RecoversParametersFromNoisyRuns) {
   Truth truth;
   truth.noise = 0.005;
   const auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 7, 12, 30);
-  const std::vector<Row> rows = RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN);
+  const std::vector<Sample> rows = SamplesOf(runs, v1alpha1::RUN_ROLE_TRAIN);
   BekkerFitOptions options;
   options.unit_weight = truth.physics.unit_weight;
   const BekkerParameters p = FitBekker(rows, {0.0625, 0.05}, options, nullptr).parameters;
@@ -105,7 +105,7 @@ TEST(FitModel, ResidualTableBeatsPhysicsAlone) {
   for (auto& run : RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TEST, 22, 12, 30)) runs.push_back(run);
   FitRequest request = MakeRequest(runs);
   const v1alpha1::Model hybrid = FitModel(request);
-  request.rung = v1alpha1::RUNG_BEKKER;
+  request.kind = v1alpha1::MODEL_KIND_BEKKER;
   const v1alpha1::Model bekker = FitModel(request);
   EXPECT_EQ(bekker.residual().coefficients(kFx).values_size(), 0);
   for (const char* output : {"f_x", "f_y"}) {
@@ -224,11 +224,11 @@ TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {
     runs.push_back(MakeRun(truth, "repeat-" + std::to_string(i), 0.2, 0.1, 24,
                            v1alpha1::RUN_ROLE_PATCH, 900 + i));
   }
-  const auto rows = RowsOf(runs, v1alpha1::RUN_ROLE_PATCH);
-  const PatchNoise measured = EstimatePatch(rows, {}, 0.0625);
+  const auto rows = SamplesOf(runs, v1alpha1::RUN_ROLE_PATCH);
+  const BedVariability measured = EstimateBedVariability(rows, {}, 0.0625);
   EXPECT_EQ(measured.repeats, 49);
   EXPECT_NEAR(measured.sd[kFx], 0.02, 0.006);
-  const PatchNoise widened = EstimatePatch({}, rows, 0.0625);
+  const BedVariability widened = EstimateBedVariability({}, rows, 0.0625);
   EXPECT_EQ(widened.repeats, 0);
   EXPECT_NEAR(widened.sd[kTorque], 0.03, 1e-9);
 }
@@ -236,7 +236,7 @@ TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {
 // Half of the folds miss wildly: intervals calibrated on all cover 90 % by
 // construction, those calibrated without the fold do not know of it.
 TEST(Calibration, CrossConformalCoverageIsNotByConstruction) {
-  std::vector<Row> rows(60);
+  std::vector<Sample> rows(60);
   std::vector<LeftOut> left_out;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].load_n = 20;
@@ -247,7 +247,7 @@ TEST(Calibration, CrossConformalCoverageIsNotByConstruction) {
     p.value[kFx] = fold == 3 ? 50 * miss : miss;
     left_out.push_back({&rows[i], p, fold});
   }
-  PatchNoise patch;
+  BedVariability patch;
   patch.sd.fill(0.01);
   const auto share = CrossConformalCoverage(left_out, patch, 0.0625);
   const Calibration all = Calibrate(left_out, patch, 0.0625);
@@ -262,11 +262,11 @@ TEST(Calibration, CrossConformalCoverageIsNotByConstruction) {
 }
 
 // Left-out runs straight ahead and sideways, the latter off `more` times as much.
-std::vector<LeftOut> LeftOutByDirection(double more, std::vector<Row>* rows) {
+std::vector<LeftOut> LeftOutByDirection(double more, std::vector<Sample>* rows) {
   std::vector<LeftOut> left_out;
-  rows->assign(200, Row{});
+  rows->assign(200, Sample{});
   for (std::size_t i = 0; i < rows->size(); ++i) {
-    Row& row = (*rows)[i];
+    Sample& row = (*rows)[i];
     const bool sideways = i % 2 == 1;
     row.load_n = 20;
     row.motion = sideways ? VelocityState{0, 0.1, 0} : VelocityState{0.1, 0, 0.1};
@@ -278,15 +278,15 @@ std::vector<LeftOut> LeftOutByDirection(double more, std::vector<Row>* rows) {
   return left_out;
 }
 
-TEST(Calibration, WidensWhereWheelsPloughIfRunsAreFurtherOffThere) {
-  std::vector<Row> rows;
-  PatchNoise patch;
+TEST(Calibration, WidensWhereWheelsBulldozeIfRunsAreFurtherOffThere) {
+  std::vector<Sample> rows;
+  BedVariability patch;
   patch.sd.fill(0.01);
-  EXPECT_LT(EstimatePloughing(LeftOutByDirection(1, &rows), patch, 0.0625)[kFy], 0.1);
+  EXPECT_LT(EstimateBulldozing(LeftOutByDirection(1, &rows), patch, 0.0625)[kFy], 0.1);
   const auto left_out = LeftOutByDirection(3, &rows);
-  patch.ploughing = EstimatePloughing(left_out, patch, 0.0625);
-  EXPECT_NEAR(patch.ploughing[kFy], 2, 0.3);
-  EXPECT_EQ(patch.ploughing[kFx], 0);  // no residual at all
+  patch.bulldozing = EstimateBulldozing(left_out, patch, 0.0625);
+  EXPECT_NEAR(patch.bulldozing[kFy], 2, 0.3);
+  EXPECT_EQ(patch.bulldozing[kFx], 0);  // no residual at all
   const Calibration calibration = Calibrate(left_out, patch, 0.0625);
   int straight = 0, sideways = 0;
   for (const LeftOut& l : left_out) {
@@ -297,7 +297,7 @@ TEST(Calibration, WidensWhereWheelsPloughIfRunsAreFurtherOffThere) {
   EXPECT_NEAR(straight, 90, 3);
   EXPECT_NEAR(sideways, 90, 3);
   const auto few = std::vector<LeftOut>(left_out.begin(), left_out.begin() + 29);
-  EXPECT_EQ(EstimatePloughing(few, patch, 0.0625)[kFy], 0);
+  EXPECT_EQ(EstimateBulldozing(few, patch, 0.0625)[kFy], 0);
 }
 
 TEST(Calibration, StudentQuantiles) {

@@ -37,7 +37,7 @@ void ExpectSane(const BekkerModel& model, Batch* batch) {
 
 // Every soil as a table: where it says that there is no equilibrium, so does the law.
 TEST(HardCases, TablesOfAnySoilKnowWhereTheLoadIsTooLarge) {
-  HullBox hull;
+  TrainingDomain hull;
   hull.attack_angle_max_rad = 1.5;
   hull.load_min_n = 20;
   hull.load_max_n = 5000;

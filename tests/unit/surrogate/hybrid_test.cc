@@ -64,8 +64,8 @@ ResidualTable RandomTable(double size, double distance = 0.1) {
   return ResidualTable(axes, spans);
 }
 
-HullBox MakeHull() {
-  HullBox hull;
+TrainingDomain MakeHull() {
+  TrainingDomain hull;
   hull.slip_min = -1;
   hull.slip_max = 0.9;
   hull.attack_angle_max_rad = kPi / 3;
@@ -81,7 +81,7 @@ Uncertainty MakeUncertainty() {
   u.fit_growth.fill(2.0);
   u.patch.fill(0.4);
   u.interval_factor.fill(1.8);
-  u.ploughing.fill(0.2);
+  u.bulldozing.fill(0.2);
   u.form_unknown = true;
   return u;
 }

@@ -1,4 +1,4 @@
-// A model of the bekker rung as users ask it: the law itself, in batches.
+// A model of the bekker kind as users ask it: the law itself, in batches.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::vector<BekkerParameters> Soils() {
 }
 
 HybridModel Model(const BekkerParameters& soil) {
-  HullBox hull;
+  TrainingDomain hull;
   hull.attack_angle_max_rad = 0.6;
   hull.load_min_n = 12;
   hull.load_max_n = 60;

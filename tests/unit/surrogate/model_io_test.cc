@@ -12,7 +12,7 @@ namespace {
 v1alpha1::Model MakeMessage() {
   v1alpha1::Model m;
   m.set_name("little");
-  m.set_rung(v1alpha1::RUNG_HYBRID);
+  m.set_kind(v1alpha1::MODEL_KIND_HYBRID);
   m.mutable_wheel()->set_radius_m(0.0625);
   m.mutable_wheel()->set_width_m(0.05);
   m.mutable_soil()->set_gravity_m_per_s2(9.81);
@@ -106,7 +106,8 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(Complaint([](M m) { (*m->mutable_bekker()->mutable_values())["nn"] = 1; }),
               HasSubstr("unknown entry \"nn\""));
   EXPECT_THAT(Complaint([](M m) { m->clear_sd_patch(); }), HasSubstr("sd_patch: 0 numbers"));
-  EXPECT_THAT(Complaint([](M m) { m->add_sd_ploughing(1); }), HasSubstr("sd_ploughing: 1 numbers"));
+  EXPECT_THAT(Complaint([](M m) { m->add_sd_bulldozing(1); }),
+              HasSubstr("sd_bulldozing: 1 numbers"));
   EXPECT_THAT(Complaint([](M m) { m->set_interval_factor(2, -1); }),
               HasSubstr("interval_factor[2]"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_domain()->set_load_min_n(0); }),

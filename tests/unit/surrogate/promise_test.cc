@@ -1,5 +1,5 @@
 // The promise of a tolerance, kept on the test states of the committed pair.
-#include "surrogate/ladder/promise.h"
+#include "surrogate/accuracy_benchmark/promise.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 #include "proto/records/model_file.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/training_set.h"
-#include "surrogate/model_io/cascade_rung.h"
 #include "surrogate/model_io/load_model.h"
-#include "surrogate/models/cascade.h"
+#include "surrogate/model_io/selectable_model.h"
+#include "surrogate/models/model_selector.h"
 #include "surrogate/models/state_batch.h"
 #include "tests/unit/records/throws.h"
 
@@ -43,11 +43,11 @@ void ExpectKept(const Promise& promise) {
   int met = 0;
   for (const PromiseRow& row : promise.rows) {
     SCOPED_TRACE(row.tolerance);
-    EXPECT_EQ(Sum(row.by_rung), row.met);
+    EXPECT_EQ(Sum(row.by_model), row.met);
     met += row.met;
     const int fewest = FewestWithin(row.met);
     for (int o = 0; o < kOutputs; ++o) {
-      if (!row.judged[o]) continue;
+      if (!row.compared[o]) continue;
       EXPECT_GE(row.within[o], fewest) << kOutputFields[o].name << " of " << row.met;
     }
     EXPECT_GE(row.all_within, fewest);
@@ -55,14 +55,14 @@ void ExpectKept(const Promise& promise) {
   EXPECT_GT(met, 60) << "too few answers to say that a promise was kept";
 }
 
-// Costs as if the rungs were a ladder in time; measured ones depend on the machine.
-const PromiseOptions kRungByRung = {{10, 20, 40}, false};
+// Costs as if each kind took longer than the one before; measured ones depend on the machine.
+const PromiseOptions kModelByModel = {{10, 20, 40}, false};
 const PromiseOptions kTrainingOnly = {{10, 20, 40}, true};
 const PromiseOptions kBackwards = {{40, 20, 10}, false};
 
-TEST(Promise, IsKeptOnTheTestStates) { ExpectKept(MeasurePromise(kPair, kRungByRung)); }
+TEST(Promise, IsKeptOnTheTestStates) { ExpectKept(MeasurePromise(kPair, kModelByModel)); }
 
-// The test states are then judges of a choice that they had no part in.
+// The test states then test a choice that they had no part in.
 TEST(Promise, IsKeptByWhatTrainingAloneSays) { ExpectKept(MeasurePromise(kPair, kTrainingOnly)); }
 
 TEST(Promise, IsKeptWhateverTheRungsCost) {
@@ -71,17 +71,17 @@ TEST(Promise, IsKeptWhateverTheRungsCost) {
 }
 
 TEST(Promise, TheCheapestIsUsedWhereItSuffices) {
-  const Promise promise = MeasurePromise(kPair, kRungByRung);
-  EXPECT_EQ(promise.rungs, (std::vector<std::string>{"bekker", "lookup", "hybrid"}));
+  const Promise promise = MeasurePromise(kPair, kModelByModel);
+  EXPECT_EQ(promise.models, (std::vector<std::string>{"bekker", "lookup", "hybrid"}));
   const PromiseRow& loose = RowOf(promise, "30 %");
   EXPECT_EQ(loose.met, loose.n);  // a loose tolerance is met at every state
-  EXPECT_EQ(loose.by_rung[0], loose.n);
+  EXPECT_EQ(loose.by_model[0], loose.n);
   const PromiseRow& close = RowOf(promise, "15 %");
-  EXPECT_LT(close.by_rung[0], close.met);  // a closer one takes a dearer rung
-  EXPECT_GT(close.by_rung[1] + close.by_rung[2], 0);
+  EXPECT_LT(close.by_model[0], close.met);  // a closer one takes a dearer kind
+  EXPECT_GT(close.by_model[1] + close.by_model[2], 0);
   const PromiseRow& sinkage = RowOf(promise, "sinkage 4 mm");
-  EXPECT_GT(sinkage.by_rung[1], 0);
-  EXPECT_GT(sinkage.by_rung[2], 0);  // the second suffices at some states, not at all
+  EXPECT_GT(sinkage.by_model[1], 0);
+  EXPECT_GT(sinkage.by_model[2], 0);  // the second suffices at some states, not at all
   int before = 0;
   for (const char* tolerance : {"3 %", "6 %", "10 %", "15 %", "20 %", "30 %"}) {
     EXPECT_GE(RowOf(promise, tolerance).met, before) << tolerance;
@@ -90,28 +90,28 @@ TEST(Promise, TheCheapestIsUsedWhereItSuffices) {
   EXPECT_EQ(RowOf(promise, "3 %").met, 0);  // one placement scatters by more
 }
 
-/// The pair's models as a cascade, without a clock.
+/// The pair's models as a model selector, without a clock.
 struct Pair {
   Pair() {
-    std::vector<CascadeRung> rungs;
+    std::vector<SelectableModel> models;
     double cost = 10;
     for (const char* name : {"bekker", "lookup", "hybrid"}) {
       messages.push_back(
           records::ReadModelFile(kPair + ("/" + std::string(name)) + ".model").model);
       models.push_back(MakeModel(messages.back()));
-      rungs.push_back(MakeCascadeRung(messages.back(), *models.back()));
-      rungs.back().cost_ns = cost *= 2;
+      models.push_back(MakeSelectableModel(messages.back(), *models.back()));
+      models.back().cost_ns = cost *= 2;
     }
-    cascade = std::make_unique<const Cascade>(rungs);
+    selector = std::make_unique<const ModelSelector>(models);
   }
   std::vector<v1alpha1::Model> messages;
   std::vector<std::unique_ptr<const WheelModel>> models;
-  std::unique_ptr<const Cascade> cascade;
+  std::unique_ptr<const ModelSelector> selector;
 };
 
 /// n states inside the hull, where slips are possible, and who answered them.
 struct States : StateBatch {
-  explicit States(std::size_t n, const HullBox& box) : StateBatch(n, {}), rung(n) {
+  explicit States(std::size_t n, const TrainingDomain& box) : StateBatch(n, {}), kind(n) {
     part[kFx][kValue].resize(n);
     std::mt19937_64 random(5);
     const auto draw = [&](double a, double b) {
@@ -123,19 +123,20 @@ struct States : StateBatch {
       if (!std::isnan(v.v_x)) Set(i++, v, draw(box.load_min_n, box.load_max_n));
     }
   }
-  void Ask(const Cascade& cascade, const Demand& demand, std::size_t first, std::size_t n) {
-    cascade.Evaluate(In(first, n), demand, Out(first, n), std::span(rung).subspan(first, n),
-                     nullptr);
+  void Ask(const ModelSelector& selector, const AccuracyRequest& accuracy, std::size_t first,
+           std::size_t n) {
+    selector.Evaluate(In(first, n), accuracy, Out(first, n), std::span(kind).subspan(first, n),
+                      nullptr);
   }
-  std::vector<std::uint32_t> rung;
+  std::vector<std::uint32_t> kind;
 };
 
 TEST(PromiseOfThePair, LooseIsNeverUnmetInsideTheHullAndTinyAlwaysIs) {
   const Pair pair;
   States states(2000, HullOf(pair.messages[2]));
-  Demand demand;
-  demand.share_of_load = 1;
-  states.Ask(*pair.cascade, demand, 0, 2000);
+  AccuracyRequest accuracy;
+  accuracy.share_of_load = 1;
+  states.Ask(*pair.selector, accuracy, 0, 2000);
   int inside = 0;
   for (std::size_t i = 0; i < 2000; ++i) {
     if ((states.flags[i] & (kExtrapolated | kNoEquilibrium)) != 0) continue;
@@ -143,35 +144,35 @@ TEST(PromiseOfThePair, LooseIsNeverUnmetInsideTheHullAndTinyAlwaysIs) {
     EXPECT_FALSE(states.flags[i] & kToleranceUnmet) << i;
   }
   EXPECT_GT(inside, 500);
-  demand.share_of_load = 1e-6;
-  states.Ask(*pair.cascade, demand, 0, 2000);
+  accuracy.share_of_load = 1e-6;
+  states.Ask(*pair.selector, accuracy, 0, 2000);
   for (std::size_t i = 0; i < 2000; ++i) EXPECT_TRUE(states.flags[i] & kToleranceUnmet) << i;
 }
 
 TEST(PromiseOfThePair, AnswersDoNotDependOnTheBatch) {
   const Pair pair;
   States all(1000, HullOf(pair.messages[2]));
-  Demand demand;
-  demand.share_of_load = 0.13;
-  all.Ask(*pair.cascade, demand, 0, 1000);
+  AccuracyRequest accuracy;
+  accuracy.share_of_load = 0.13;
+  all.Ask(*pair.selector, accuracy, 0, 1000);
   States one = all;
   std::vector<int> used(3, 0);
   for (const std::size_t size : {1, 3, 40}) {
     for (std::size_t first = 0; first + size <= 1000; first += size) {
-      one.Ask(*pair.cascade, demand, first, size);
+      one.Ask(*pair.selector, accuracy, first, size);
     }
     for (std::size_t i = 0; i < 1000 / size * size; ++i) {
-      ASSERT_EQ(one.rung[i], all.rung[i]) << i;
+      ASSERT_EQ(one.kind[i], all.kind[i]) << i;
       ASSERT_EQ(one.flags[i], all.flags[i]) << i;
       ASSERT_EQ(one.part[kFx][kValue][i], all.part[kFx][kValue][i]) << i;
-      ++used[all.rung[i]];
+      ++used[all.kind[i]];
     }
   }
   EXPECT_GT(used[1], 0);
   EXPECT_GT(used[2], 0);
 }
 
-TEST(CascadeRungOfAModel, RegionsAreTheFitters) {
+TEST(SelectableModelOfAModel, RegionsAreTheFitters) {
   constexpr v1alpha1::Region kRegions[] = {v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
                                            v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL};
   std::mt19937_64 random(9);
@@ -198,14 +199,14 @@ void AddError(const char* set, v1alpha1::Region region, unsigned n, double rmse,
   row->set_rmse(rmse);
 }
 
-TEST(CascadeRungOfAModel, TakesTheErrorRowsWithEnoughRuns) {
+TEST(SelectableModelOfAModel, TakesTheErrorRowsWithEnoughRuns) {
   const Pair pair;
   v1alpha1::Model message = pair.messages[2];
   message.clear_errors();
   message.mutable_provenance()->clear_runs();
   const double load = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
   const auto rms = [&](ErrorRegion region) {
-    return load * MakeCascadeRung(message, *pair.models[2])
+    return load * MakeSelectableModel(message, *pair.models[2])
                       .rms_error[static_cast<std::size_t>(region)][kFx];
   };
   EXPECT_EQ(rms(ErrorRegion::kTowed), 0);
@@ -226,7 +227,7 @@ TEST(CascadeRungOfAModel, TakesTheErrorRowsWithEnoughRuns) {
   EXPECT_NEAR(rms(ErrorRegion::kTowed), 1, 1e-9);
 }
 
-TEST(CascadeRungOfAModel, PairsAreOneWheelOnOneSoil) {
+TEST(SelectableModelOfAModel, PairsAreOneWheelOnOneSoil) {
   const Pair pair;
   v1alpha1::Model a = pair.messages[0], b = pair.messages[2];
   EXPECT_EQ(PairKey(a), PairKey(b));
@@ -246,7 +247,7 @@ TEST(CascadeRungOfAModel, PairsAreOneWheelOnOneSoil) {
 TEST(Promise, SaysWhatIsMissing) {
   EXPECT_THROW(MeasurePromise("/nowhere"), std::invalid_argument);
   EXPECT_THAT(MessageOf([] { MeasurePromise(kPair, {{1, 2}, false}); }), HasSubstr("2 numbers"));
-  const std::string text = PromiseText(MeasurePromise(kPair, kRungByRung));
+  const std::string text = PromiseText(MeasurePromise(kPair, kModelByModel));
   EXPECT_THAT(text, HasSubstr("| 30 % | "));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("broken")));
 }

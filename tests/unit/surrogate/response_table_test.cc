@@ -47,9 +47,9 @@ TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
   }
 }
 
-TEST(ResponseTable, IntervalsOfWheelsThatPloughGrowAsTheLawSays) {
+TEST(ResponseTable, IntervalsOfWheelsThatBulldozeGrowAsTheLawSays) {
   v1alpha1::Model message = testing::ShippedMessage();
-  for (int o = 0; o < kOutputs; ++o) message.add_sd_ploughing(0.5 * o);
+  for (int o = 0; o < kOutputs; ++o) message.add_sd_bulldozing(0.5 * o);
   HybridModel model = MakeHybrid(message);
   model.Tabulate();
   StateBatch b = InsideHull(model.hull(), 2000, 3);
@@ -105,7 +105,7 @@ TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
     other_flags += exact.flags != b.flags[i];
     EXPECT_EQ(exact.flags & kNoEquilibrium, b.flags[i] & kNoEquilibrium) << i;
     without_equilibrium += (b.flags[i] & kNoEquilibrium) != 0;
-    const HullBox& hull = model.hull();
+    const TrainingDomain& hull = model.hull();
     if (b.load[i] < 0.99 * hull.load_min_n || b.load[i] > 1.01 * hull.load_max_n) {
       EXPECT_TRUE(b.flags[i] & kExtrapolated) << i;
     }
@@ -260,7 +260,7 @@ TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
 HybridModel OnSoftSoil(double k_phi, double lightest) {
   BekkerParameters soft;
   soft.k_phi = k_phi;
-  HullBox hull;
+  TrainingDomain hull;
   hull.attack_angle_max_rad = 1.5;
   hull.load_min_n = lightest;
   hull.load_max_n = 40;

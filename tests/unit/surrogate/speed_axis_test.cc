@@ -215,7 +215,7 @@ TEST(SpeedAxis, BeyondItsEndAnswersHoldAndWiden) {
 
 TEST(SpeedAxis, LookupHasItToo) {
   v1alpha1::Model message = FastMessage();
-  message.set_rung(v1alpha1::RUNG_LOOKUP);
+  message.set_kind(v1alpha1::MODEL_KIND_LOOKUP);
   const auto model = MakeScalar(message);
   const auto at = [&](double m) { return model->EvaluateOne(m, 0.3 * m, 0.9 * m, 20); };
   const double y = at(SpeedOf(1.2)).value[kFy], slow = at(SpeedOf(0.4)).value[kFy];

@@ -70,12 +70,12 @@ TEST(SpeedFit, RunsAtSeveralSpeedsMakeASpeedAxis) {
 
 TEST(SpeedFit, TheLookupRungHasOneToo) {
   FitRequest request = Request(true);
-  request.rung = v1alpha1::RUNG_LOOKUP;
+  request.kind = v1alpha1::MODEL_KIND_LOOKUP;
   const v1alpha1::Model model = FitModel(request);
   ASSERT_EQ(model.residual().rate_coefficients_size(), ResidualTable::kChannels);
   EXPECT_LT(RmsOf(model, "f_y"), 0.06 * 20);
   EXPECT_NO_THROW(MakeModel(model));
-  request.rung = v1alpha1::RUNG_BEKKER;  // quasi-static
+  request.kind = v1alpha1::MODEL_KIND_BEKKER;  // quasi-static
   EXPECT_EQ(FitModel(request).residual().rate_coefficients_size(), 0);
 }
 

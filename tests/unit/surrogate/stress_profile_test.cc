@@ -25,14 +25,14 @@ constexpr WheelGeometry kWheel{0.0625, 0.05};
 constexpr double kStep = 0.0872664626;  // 5 degrees
 constexpr int kBins = 72;
 
-Canonical StateOf(const Row& row) {
+Canonical StateOf(const Sample& row) {
   return ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
 }
 
 // Adds the profile that the truth has: bin means of its stresses, as a wheel seen
 // from the contact frame records them, each with noise of a share of the peak.
 void AddProfile(const Truth& truth, double noise, std::uint64_t seed, v1alpha1::RunSummary* run) {
-  const Row row = MakeRow(*run);
+  const Sample row = MakeSample(*run);
   const BekkerModel model(truth.physics, kWheel);
   const Canonical state = StateOf(row);
   const double sinkage = model.SolveCanonical(state, row.load_n).value[kSinkage];
@@ -80,7 +80,7 @@ Recovery ErrorsOfFits(double weight) {
     options.unit_weight = truth.physics.unit_weight;
     options.profile_weight = weight;
     const BekkerParameters p =
-        FitBekker(RowsOf(runs, v1alpha1::RUN_ROLE_TRAIN), kWheel, options, nullptr).parameters;
+        FitBekker(SamplesOf(runs, v1alpha1::RUN_ROLE_TRAIN), kWheel, options, nullptr).parameters;
     const BekkerParameters& t = truth.physics;
     rms.c1 += (p.c1 - t.c1) * (p.c1 - t.c1) / kTrials;
     rms.c2 += (p.c2 - t.c2) * (p.c2 - t.c2) / kTrials;
@@ -115,7 +115,7 @@ TEST(StressProfile, OfAMirroredWheelIsThatOfItsTwin) {
   back.set_attack_angle_rad(M_PI - 0.3);
   AddProfile(truth, 0, 1, &ahead);
   AddProfile(truth, 0, 1, &back);
-  const Row first = MakeRow(ahead), second = MakeRow(back);
+  const Sample first = MakeSample(ahead), second = MakeSample(back);
   ASSERT_GT(first.motion.v_x, 0);
   ASSERT_LT(second.motion.v_x, 0);
   const RimProfile a = CanonicalProfile(first), b = CanonicalProfile(second);
@@ -139,7 +139,7 @@ TEST(StressProfile, ModelBinsAreMeansOfTheLawAndSmearKeepsTheForce) {
   Truth truth;
   auto runs = RandomRuns(truth, 1, v1alpha1::RUN_ROLE_TRAIN, 5);
   AddProfile(truth, 0, 1, &runs[0]);
-  const Row row = MakeRow(runs[0]);
+  const Sample row = MakeSample(runs[0]);
   const BekkerModel model(truth.physics, kWheel);
   const RimProfile like = CanonicalProfile(row);
   const double z = model.SolveCanonical(StateOf(row), row.load_n).value[kSinkage];
@@ -160,7 +160,7 @@ TEST(StressProfile, ModelBinsAreMeansOfTheLawAndSmearKeepsTheForce) {
 
 std::string ErrorOf(const v1alpha1::RunSummary& run) {
   try {
-    MakeRow(run);
+    MakeSample(run);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
@@ -215,20 +215,20 @@ TEST(StressProfile, WithoutOneOrWithoutWeightTheFitIsThatOfTotals) {
   BekkerFitOptions with, without;
   without.profile_weight = 0;
   const auto fit = [&](const std::vector<v1alpha1::RunSummary>& from, const BekkerFitOptions& o) {
-    return FitBekker(RowsOf(from, v1alpha1::RUN_ROLE_TRAIN), kWheel, o, nullptr).parameters;
+    return FitBekker(SamplesOf(from, v1alpha1::RUN_ROLE_TRAIN), kWheel, o, nullptr).parameters;
   };
   const BekkerParameters totals = fit(bare, with);
   EXPECT_EQ(fit(bare, without).c1, totals.c1);
   EXPECT_EQ(fit(runs, without).c1, totals.c1);
   EXPECT_GT(fit(runs, with).c1, totals.c1 + 0.05);
-  // The bekker rung looks at profiles, the hybrid does not.
-  EXPECT_EQ(ProfileWeightOf(v1alpha1::RUNG_BEKKER), kProfileWeight);
-  EXPECT_EQ(ProfileWeightOf(v1alpha1::RUNG_HYBRID), 0);
+  // The bekker kind looks at profiles, the hybrid does not.
+  EXPECT_EQ(ProfileWeightOf(v1alpha1::MODEL_KIND_BEKKER), kProfileWeight);
+  EXPECT_EQ(ProfileWeightOf(v1alpha1::MODEL_KIND_HYBRID), 0);
   runs.resize(8);
   FitRequest request = synthetic::MakeRequest(runs);
   const auto c1_of = [](const v1alpha1::Model& model) { return model.bekker().values().at("c1"); };
   const double hybrid = c1_of(FitModel(request));
-  request.rung = v1alpha1::RUNG_BEKKER;
+  request.kind = v1alpha1::MODEL_KIND_BEKKER;
   const double bekker = c1_of(FitModel(request));
   request.profile_weight = 0;
   EXPECT_EQ(c1_of(FitModel(request)), hybrid);
@@ -239,13 +239,13 @@ TEST(StressProfile, WithoutOneOrWithoutWeightTheFitIsThatOfTotals) {
 // carries is what the wheel carries, but for its closed sides.
 TEST(StressProfile, RecordedStressesAddUpToTheRecordedForces) {
   const TrainingSet set = ReadRuns(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/runs.json");
-  std::vector<Row> rows = RowsOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  std::vector<Sample> rows = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
   for (const auto role : {v1alpha1::RUN_ROLE_TEST, v1alpha1::RUN_ROLE_PATCH}) {
-    for (const Row& row : RowsOf(set.runs, role)) rows.push_back(row);
+    for (const Sample& row : SamplesOf(set.runs, role)) rows.push_back(row);
   }
   int straight = 0;
   double f_x2 = 0, torque2 = 0, f_x_size = 0, torque_size = 0;
-  for (const Row& row : rows) {
+  for (const Sample& row : rows) {
     ASSERT_TRUE(HasProfile(*row.source));
     ASSERT_EQ(StateOf(row).sign_x, 1);  // no mirrored run among them
     const RimForces rim = ForcesOf(CanonicalProfile(row), kWheel);
@@ -280,7 +280,7 @@ TEST(StressProfile, RepeatsShowTheNoiseOfAProfile) {
   const v1alpha1::RunSummary state = RandomRuns(truth, 1, v1alpha1::RUN_ROLE_PATCH, 5)[0];
   std::vector<v1alpha1::RunSummary> runs(40, state);
   for (std::size_t i = 0; i < runs.size(); ++i) AddProfile(truth, 0.1, 500 + i, &runs[i]);
-  const std::vector<Row> rows = PatchRows(runs);
+  const std::vector<Sample> rows = ReplicateSamples(runs);
   const ProfileMisfit noise = RepeatMisfit(rows, kWheel);
   // 0.1 of the peak, in the bins in contact, over the rms of those bins.
   const RimProfile clean = MakeCompared(rows[0], kWheel).measured;
@@ -306,7 +306,7 @@ TEST(StressProfile, ReportsCompareRunsAndWeights) {
     if (i != 26) AddProfile(truth, 0.1, 40 + i, &runs[i]);
   }
   runs[27].mutable_stress()->set_angle_step_rad(0.2 * kStep);  // carries a fifth of its load
-  const std::vector<Row> test = RowsOf(runs, v1alpha1::RUN_ROLE_TEST);
+  const std::vector<Sample> test = SamplesOf(runs, v1alpha1::RUN_ROLE_TEST);
   const auto profiles = CompareProfiles(test, BekkerModel(truth.physics, kWheel), 0);
   ASSERT_EQ(profiles.size(), 5u);
   EXPECT_EQ(std::count_if(profiles.begin(), profiles.end(), [](const auto& p) { return p.used; }),

@@ -28,7 +28,7 @@ inline const HybridModel& Shipped() {
 }
 
 /// Random states inside the hull box, at any mirror.
-inline StateBatch InsideHull(const HullBox& hull, std::size_t n, unsigned seed) {
+inline StateBatch InsideHull(const TrainingDomain& hull, std::size_t n, unsigned seed) {
   StateBatch b(n);
   std::mt19937_64 random(seed);
   const auto draw = [&](double low, double high) {

@@ -191,7 +191,7 @@ struct Field {
 };
 
 LookupModel MakeLookup(const Field& field) {
-  HullBox hull;
+  TrainingDomain hull;
   hull.attack_angle_max_rad = kPi / 3;
   hull.load_min_n = 12;
   hull.load_max_n = 40;

@@ -1,0 +1,261 @@
+// Every kind of model, timed and compared on the test states of a pair.
+#include "surrogate/accuracy_benchmark/benchmark.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "proto/records/model_file.h"
+#include "surrogate/accuracy_benchmark/kriging.h"
+#include "surrogate/accuracy_benchmark/timing.h"
+#include "surrogate/fit/calibration.h"
+#include "surrogate/fit/fit_model.h"
+#include "surrogate/fit/measured.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/write_model.h"
+#include "surrogate/models/hybrid.h"
+#include "surrogate/soils/soil_table.h"
+
+namespace grouser::surrogate {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+using Answerer = std::function<Answer(const Sample&)>;
+
+/// What a pair's rows are compared by.
+struct Ground {
+  std::string pair;
+  double radius_m = 0;
+  WheelLimits limits{};
+  std::vector<Sample> train, test, repeats;
+  BedVariability patch;
+};
+
+std::vector<Compared> OnTests(const Ground& ground, const Answerer& answer) {
+  std::vector<Compared> out;
+  for (const Sample& row : ground.test) {
+    const Answer a = answer(row);
+    out.push_back({row.slip, row.attack_angle_rad, row.load_n, row.mean, a.value, a.half_width});
+  }
+  return out;
+}
+
+std::vector<Compared> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& points,
+                                 const WheelModel& model, double speed) {
+  std::vector<Compared> out;
+  for (const auto& p : points) {
+    const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
+    const WheelAnswer a = AnswerOf(model, v, p.load_n());
+    Compared j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
+    for (int o = 0; o < kOutputs; ++o) j.truth[o] = o < p.value_size() ? p.value(o) : kNaN;
+    out.push_back(j);
+  }
+  return out;
+}
+
+void Append(const std::vector<BenchmarkRow>& more, std::vector<BenchmarkRow>* rows) {
+  rows->insert(rows->end(), more.begin(), more.end());
+}
+
+BenchmarkRow Head(const Ground& ground, const std::string& kind, const char* reference, double ns) {
+  BenchmarkRow head;
+  head.pair = ground.pair;
+  head.kind = kind;
+  head.reference = reference;
+  head.ns_per_answer = ns;
+  return head;
+}
+
+/// Nothing fitted: the wheel on a published soil (untuned.soil names it).
+void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Ground& ground,
+                      double seconds, std::vector<BenchmarkRow>* rows) {
+  std::ifstream named(pair.path + "/untuned.soil");
+  std::string name;
+  if (!std::getline(named, name)) return;
+  const std::string table = pair.soils;
+  std::ifstream file(table);
+  if (!file) throw std::invalid_argument(table + ": cannot be read, expected the table of soils");
+  const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
+  const auto soil =
+      std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
+  if (soil == soils.end()) {
+    throw std::invalid_argument(pair.path + "/untuned.soil: '" + name + "', expected a soil of " +
+                                table);
+  }
+  const BekkerModel physics(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
+                            {scene.wheel().radius_m(), scene.wheel().width_m()});
+  TrainingDomain anywhere;
+  anywhere.load_min_n = anywhere.load_max_n = 1;
+  HybridModel model(physics, {}, anywhere, Uncertainty{});  // as users ask it
+  model.AnswerByLaw();
+  const double ns = TimeOfModel(model, ground.test, seconds);
+  const auto answer = [&](const Sample& row) {
+    return Answer{AnswerOf(model, row.motion, row.load_n).value, {}};
+  };
+  Append(MeasureErrors(Head(ground, "bekker_untuned", "dem", ns), OnTests(ground, answer),
+                       ground.patch.sd, ground.radius_m),
+         rows);
+}
+
+void BenchmarkModels(const PairFolder& pair, const Ground& ground, double seconds,
+                     std::vector<BenchmarkRow>* rows) {
+  const std::string measured = pair.path + "/measured.csv";
+  std::vector<v1alpha1::MeasuredPoint> points;
+  if (fs::exists(measured)) {
+    points = ReadMeasured(measured, ground.limits, pair.accept_unusual);
+  }
+  for (const char* kind : {"bekker", "lookup", "hybrid"}) {
+    const std::string file = pair.path + "/" + kind + ".model";
+    if (!fs::exists(file)) {
+      throw std::invalid_argument(file + ": not there; `grouser-ladder fit " + pair.path +
+                                  "` makes it");
+    }
+    const v1alpha1::Model message = records::ReadModelFile(file).model;
+    const std::unique_ptr<const WheelModel> model = MakeModel(message);
+    const double ns = TimeOfModel(*model, ground.test, seconds);
+    const auto answer = [&](const Sample& row) {
+      const WheelAnswer a = AnswerOf(*model, row.motion, row.load_n);
+      return Answer{a.value, a.half_width};
+    };
+    Append(MeasureErrors(Head(ground, kind, "dem", ns), OnTests(ground, answer), ground.patch.sd,
+                         ground.radius_m),
+           rows);
+    if (points.empty()) continue;
+    Append(MeasureErrors(Head(ground, kind, "measured", ns),
+                         OnMeasured(points, *model, message.domain().speed_m_per_s()), {},
+                         ground.radius_m),
+           rows);
+  }
+}
+
+void BenchmarkKriging(const Ground& ground, double seconds, std::vector<BenchmarkRow>* rows) {
+  const Kriging kriging(ground.train, ground.patch.sd, ground.radius_m);
+  std::size_t next = 0;
+  const double ns =
+      TimeOf([&] { kriging.At(ground.test[next++ % ground.test.size()]); }, 1, seconds);
+  const auto answer = [&](const Sample& row) {
+    const Kriging::Answer a = kriging.At(row);
+    return Answer{a.value, a.half_width};
+  };
+  Append(MeasureErrors(Head(ground, "kriging", "dem", ns), OnTests(ground, answer), ground.patch.sd,
+                       ground.radius_m),
+         rows);
+}
+
+/// What a single run is off by: its own error and the patch's.
+std::array<double, kOutputs> HalfWidthOf(const Sample& row, const Ground& ground) {
+  std::array<double, kOutputs> half{};
+  for (int o = 0; o < kOutputs; ++o) {
+    half[o] = kTwoSided90 * std::sqrt(2.0) * ground.patch.sd[o] *
+              OutputScale(o, row.load_n, ground.radius_m);
+  }
+  return half;
+}
+
+void BenchmarkCoarse(const std::string& file, const Ground& ground,
+                     std::vector<BenchmarkRow>* rows) {
+  if (!fs::exists(file)) return;
+  const TrainingSet coarse = ReadRuns(file);
+  std::map<StateKey, Sample> by_state;
+  double wall = 0;
+  for (const Sample& row : SamplesOf(coarse.runs, v1alpha1::RUN_ROLE_TEST)) {
+    by_state.emplace(KeyOf(row), row);
+    wall += row.source->wall_s();
+  }
+  std::vector<Compared> compared;
+  for (const Sample& row : ground.test) {
+    const auto found = by_state.find(KeyOf(row));
+    if (found == by_state.end()) continue;
+    compared.push_back({row.slip, row.attack_angle_rad, row.load_n, row.mean, found->second.mean,
+                        HalfWidthOf(row, ground)});
+  }
+  if (compared.empty())
+    throw std::invalid_argument(file + ": none of the test states of runs.json");
+  const double ns = wall / static_cast<double>(by_state.size()) * 1e9;
+  Append(MeasureErrors(Head(ground, "coarse_dem", "dem", ns), compared, ground.patch.sd,
+                       ground.radius_m),
+         rows);
+}
+
+void BenchmarkDem(const Ground& ground, std::vector<BenchmarkRow>* rows) {
+  std::map<StateKey, std::vector<const Sample*>> states;
+  double wall = 0;
+  for (const Sample& row : ground.repeats) states[KeyOf(row)].push_back(&row);
+  for (const Sample& row : ground.test) wall += row.source->wall_s();
+  std::vector<Compared> compared;
+  for (const auto& [key, repeats] : states) {
+    if (repeats.size() < 2) continue;
+    for (const Sample* one : repeats) {
+      Compared j{one->slip, one->attack_angle_rad,    one->load_n, {},
+                 one->mean, HalfWidthOf(*one, ground)};
+      for (const Sample* other : repeats) {
+        for (int o = 0; o < kOutputs && other != one; ++o) {
+          j.truth[o] += other->mean[o] / static_cast<double>(repeats.size() - 1);
+        }
+      }
+      compared.push_back(j);
+    }
+  }
+  if (compared.empty()) return;
+  const double ns = wall / static_cast<double>(ground.test.size()) * 1e9;
+  Append(MeasureErrors(Head(ground, "dem", "dem", ns), compared, ground.patch.sd, ground.radius_m),
+         rows);
+}
+
+Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
+  Ground g;
+  g.pair = pair.name;
+  g.radius_m = set.scene.wheel().radius_m();
+  g.limits = LimitsOf(set.scene);
+  g.train = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
+  g.test = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TEST);
+  g.repeats = ReplicateSamples(set.runs);
+  g.patch = EstimateBedVariability(g.repeats, g.train, g.radius_m);
+  if (g.test.empty()) throw std::invalid_argument(pair.path + "/runs.json: no test state that ran");
+  return g;
+}
+
+}  // namespace
+
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils,
+                                  bool accept_unusual) {
+  std::vector<PairFolder> pairs;
+  if (fs::exists(root + "/runs.json")) {
+    return {{root, fs::weakly_canonical(root).filename().string(), soils, accept_unusual}};
+  }
+  if (fs::is_directory(root)) {
+    for (const auto& entry : fs::directory_iterator(root)) {
+      if (!fs::exists(entry.path() / "runs.json")) continue;
+      pairs.push_back(
+          {entry.path().string(), entry.path().filename().string(), soils, accept_unusual});
+    }
+  }
+  if (pairs.empty()) {
+    throw std::invalid_argument(root + ": expected a folder with a runs.json, or one of such");
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const PairFolder& a, const PairFolder& b) { return a.name < b.name; });
+  return pairs;
+}
+
+std::vector<BenchmarkRow> RunAccuracyBenchmark(const PairFolder& pair, double seconds) {
+  const TrainingSet set = ReadRuns(pair.path + "/runs.json");
+  const Ground ground = GroundOf(pair, set);
+  std::vector<BenchmarkRow> rows;
+  BenchmarkUntuned(pair, set.scene, ground, seconds, &rows);
+  BenchmarkModels(pair, ground, seconds, &rows);
+  BenchmarkKriging(ground, seconds, &rows);
+  BenchmarkCoarse(pair.path + "/coarse.json", ground, &rows);
+  BenchmarkDem(ground, &rows);
+  return rows;
+}
+
+}  // namespace grouser::surrogate

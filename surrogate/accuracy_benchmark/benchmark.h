@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "surrogate/accuracy_benchmark/errors.h"
+
+namespace grouser::surrogate {
+
+/// A wheel on a soil, as a folder:
+///   runs.json      what was learned from, and the test states (grouser-fit summarise)
+///   hybrid.model, lookup.model, bekker.model   (grouser-ladder fit)
+///   coarse.json    the test states with coarser grains; may be missing
+///   measured.csv   the same wheel measured; may be missing
+///   untuned.soil   name of a soil of the table, for the untuned Bekker model; may
+///                  be missing
+struct PairFolder {
+  std::string path, name;
+  std::string soils;            ///< table of published soils
+  bool accept_unusual = false;  ///< ReadSoils, ReadMeasured
+};
+
+/// Folders below `root` that hold a runs.json, by name. Throws
+/// std::invalid_argument where there is none.
+std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils = {},
+                                  bool accept_unusual = false);
+
+/// Fits hybrid, lookup and bekker to the folder's runs and writes the models
+/// there, each tested as the server does (WriteTestedModel). `command`: for their
+/// provenance; accept_unusual: as ReadMeasured's; progress: a line a file.
+void FitPair(const std::string& folder, const std::string& command, bool accept_unusual,
+             const std::function<void(const std::string&)>& progress);
+
+/// Rows of a pair, kinds from the cheapest: bekker_untuned, bekker, lookup, hybrid,
+/// kriging, coarse_dem, dem, all on the same test states against full DEM, and
+/// those of in-process kinds against measurement. Time: models a state of a batch
+/// of 10,000 on this core; kriging one at a time; DEM the mean of its runs' own
+/// wall times. dem: every repeat of a patch state against the mean of the others,
+/// so that its error is what one more run would be wrong by. seconds: spent on
+/// the timing of each kind.
+std::vector<BenchmarkRow> RunAccuracyBenchmark(const PairFolder& pair, double seconds);
+
+std::string BenchmarkJson(const std::vector<BenchmarkRow>& rows);
+std::string BenchmarkText(const std::vector<BenchmarkRow>& rows);
+/// Markdown: by pair its targets, a table of region `all` by kind and output, and one
+/// by region.
+struct Target;
+std::string BenchmarkMarkdown(const std::vector<BenchmarkRow>& rows,
+                              const std::vector<Target>& targets);
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "surrogate/accuracy_benchmark/benchmark.h"
+#include "surrogate/accuracy_benchmark/targets.h"
+#include "surrogate/fit/json.h"
+
+namespace grouser::surrogate {
+namespace {
+
+std::string Time(double ns) {
+  if (std::isnan(ns)) return "-";
+  if (ns < 1e3) return fmt::format("{:.0f} ns", ns);
+  if (ns < 1e6) return fmt::format("{:.1f} us", ns * 1e-3);
+  if (ns < 1e9) return fmt::format("{:.1f} ms", ns * 1e-6);
+  return fmt::format("{:.0f} s", ns * 1e-9);
+}
+
+std::string Number(double x, const char* form) {
+  return std::isnan(x) ? "-" : fmt::format(fmt::runtime(form), x);
+}
+
+/// Units in which people read an output: lengths in mm.
+struct Unit {
+  std::string name;
+  double factor;
+};
+Unit UnitOf(const std::string& output) {
+  const std::string si = std::ranges::find(kOutputFields, output, &OutputField::name)->unit;
+  return si == "m" ? Unit{"mm", 1e3} : Unit{si, 1};
+}
+
+void MarkdownRows(const std::vector<BenchmarkRow>& rows, const std::string& pair,
+                  const std::string& reference,
+                  const std::function<bool(const BenchmarkRow&)>& take, std::string* out) {
+  *out +=
+      "| kind | time | region | output | n | rmse | p95 / load | R2 | rmse / noise | in 90 % | "
+      "width / sd |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const BenchmarkRow& r : rows) {
+    if (r.pair != pair || r.reference != reference || !take(r)) continue;
+    const Unit unit = UnitOf(r.output);
+    *out += fmt::format(
+        "| {} | {} | {} | {} | {} | {:.3g} {} | {:.1f} % | {} | {} | {} | {} |\n", r.kind,
+        Time(r.ns_per_answer), r.region, r.output, r.n, r.rmse * unit.factor, unit.name,
+        100 * r.p95_over_load, Number(r.r2, "{:.3f}"), Number(r.noise_ratio, "{:.2f}"),
+        std::isnan(r.coverage90)
+            ? std::string("-")
+            : fmt::format("{:.0f} %{}", 100 * r.coverage90, r.covered ? "" : " (outside the band)"),
+        Number(r.width_sd, "{:.1f}"));
+  }
+}
+
+}  // namespace
+
+std::string BenchmarkJson(const std::vector<BenchmarkRow>& rows) {
+  Json json;
+  json.Open('[');
+  for (const BenchmarkRow& r : rows) {
+    json.Open('{').Key("pair").Value(r.pair).Key("kind").Value(r.kind);
+    json.Key("reference").Value(r.reference).Key("ns_per_answer").Value(r.ns_per_answer);
+    json.Key("output").Value(r.output).Key("region").Value(r.region).Key("n").Value(r.n);
+    json.Key("rmse").Value(r.rmse).Key("p95_over_load").Value(r.p95_over_load);
+    json.Key("r2").Value(r.r2).Key("noise_ratio").Value(r.noise_ratio);
+    json.Key("coverage90").Value(r.coverage90).Key("covered").Value(r.covered);
+    json.Key("width_sd").Value(r.width_sd).Close('}');
+  }
+  json.Close(']');
+  return json.text();
+}
+
+std::string BenchmarkText(const std::vector<BenchmarkRow>& rows) {
+  std::string out = fmt::format(
+      "{:<24} {:<14} {:>9} {:<9} {:<8} {:<8} {:>3} {:>9} {:>7} {:>7} {:>6} "
+      "{:>6} {:>6}\n",
+      "pair", "kind", "time", "against", "region", "output", "n", "rmse", "p95 %", "R2", "/noise",
+      "in90 %", "w/sd");
+  for (const BenchmarkRow& r : rows) {
+    out += fmt::format(
+        "{:<24} {:<14} {:>9} {:<9} {:<8} {:<8} {:>3} {:>9.3g} {:>7.1f} {:>7} {:>6} {:>5}{} {:>6}\n",
+        r.pair, r.kind, Time(r.ns_per_answer), r.reference, r.region, r.output, r.n, r.rmse,
+        100 * r.p95_over_load, Number(r.r2, "{:.3f}"), Number(r.noise_ratio, "{:.2f}"),
+        Number(100 * r.coverage90, "{:.0f}"), std::isnan(r.coverage90) || r.covered ? ' ' : '!',
+        Number(r.width_sd, "{:.1f}"));
+  }
+  return out + "! outside the exact 95 % binomial band of a 90 % interval; rmse in N, N m, m\n";
+}
+
+std::string BenchmarkMarkdown(const std::vector<BenchmarkRow>& rows,
+                              const std::vector<Target>& targets) {
+  std::vector<std::string> pairs;
+  for (const BenchmarkRow& r : rows) {
+    if (pairs.empty() || pairs.back() != r.pair) pairs.push_back(r.pair);
+  }
+  std::string out;
+  for (const std::string& pair : pairs) {
+    std::vector<Target> own;
+    for (const Target& t : targets) {
+      if (t.pair == pair) own.push_back(t);
+    }
+    out += "### " + pair + ": targets of the default kind and of speed\n" + TargetsMarkdown(own);
+    out += "\n### " + pair + ": all test states, against full DEM\n";
+    MarkdownRows(
+        rows, pair, "dem", [](const BenchmarkRow& r) { return r.region == "all"; }, &out);
+    out += "\n### " + pair + ": the default kind, by region\n";
+    MarkdownRows(
+        rows, pair, "dem",
+        [](const BenchmarkRow& r) { return r.kind == "hybrid" && r.region != "all"; }, &out);
+    const bool measured = std::any_of(rows.begin(), rows.end(), [&](const BenchmarkRow& r) {
+      return r.pair == pair && r.reference == "measured";
+    });
+    if (!measured) continue;
+    out += "\n### " + pair + ": against the measured wheel\n";
+    MarkdownRows(
+        rows, pair, "measured", [](const BenchmarkRow& r) { return r.kind == "hybrid"; }, &out);
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace grouser::surrogate

@@ -1,0 +1,272 @@
+#include "surrogate/models/model_selector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace grouser::surrogate {
+namespace {
+
+constexpr std::size_t kBlock = ModelSelector::kBlock;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kNoPromise = kNoEquilibrium | kSlope | kVirginAssumed | kRate;
+
+/// How an answer stands to its tolerance.
+struct Standing {
+  bool promises = false;
+  double ratio = kInf;  // claim over tolerance of the worst output
+  int output = 0;
+
+  bool suffices() const { return promises && ratio <= 1; }
+  bool BetterThan(const Standing& other) const {
+    return promises != other.promises ? promises : ratio < other.ratio;
+  }
+};
+
+/// Chosen states side by side, and room for their answers.
+struct Gathered {
+  std::array<std::array<double, kBlock>, 7> in;
+  std::array<std::uint32_t, kBlock> pass, flags;
+  std::array<std::array<std::array<double, kBlock>, kParts>, kOutputs> part;
+  std::array<double, kBlock> slip, attack_angle;
+
+  WheelStatesView Take(const WheelStatesView& from, const std::uint32_t* which, std::size_t m) {
+    const std::span<const double> axes[] = {from.v_x,     from.v_y,         from.rim_speed,
+                                            from.load,    from.slope_pitch, from.slope_roll,
+                                            from.yaw_rate};
+    std::array<std::span<const double>, 7> to;
+    for (std::size_t a = 0; a < to.size(); ++a) {
+      if (axes[a].empty()) continue;
+      for (std::size_t i = 0; i < m; ++i) in[a][i] = axes[a][which[i]];
+      to[a] = {in[a].data(), m};
+    }
+    std::span<const std::uint32_t> passes;
+    if (!from.pass_number.empty()) {
+      for (std::size_t i = 0; i < m; ++i) pass[i] = from.pass_number[which[i]];
+      passes = {pass.data(), m};
+    }
+    return {to[0], to[1], to[2], to[3], to[4], to[5], to[6], passes};
+  }
+  /// The parts that `wanted` has, and the intervals.
+  ResponsesView Room(const ResponsesView& wanted, std::size_t m) {
+    ResponsesView view;
+    for (int o = 0; o < kOutputs; ++o) {
+      for (int p = 0; p < kParts; ++p) {
+        const bool interval = p == kLow || p == kHigh;
+        if ((wanted.output[o].*kPartMembers[p]).empty() && !interval) continue;
+        view.output[o].*kPartMembers[p] = {part[o][p].data(), m};
+      }
+    }
+    view.flags = {flags.data(), m};
+    if (!wanted.slip.empty()) view.slip = {slip.data(), m};
+    if (!wanted.attack_angle.empty()) view.attack_angle = {attack_angle.data(), m};
+    return view;
+  }
+};
+
+void CopyAnswer(const ResponsesView& from, std::size_t i, const ResponsesView& to, std::size_t j) {
+  for (int o = 0; o < kOutputs; ++o) {
+    for (const auto part : kPartMembers) {
+      const std::span<double> target = to.output[o].*part;
+      if (!target.empty()) target[j] = (from.output[o].*part)[i];
+    }
+  }
+  to.flags[j] = from.flags[i];
+  if (!to.slip.empty()) to.slip[j] = from.slip[i];
+  if (!to.attack_angle.empty()) to.attack_angle[j] = from.attack_angle[i];
+}
+
+Standing StandingOf(const SelectableModel& selectable, const AccuracyRequest& accuracy,
+                    const WheelStatesView& in, const ResponsesView& out, std::size_t i) {
+  Standing s;
+  if ((out.flags[i] & kInvalid) != 0) return s;
+  const bool turns = !in.yaw_rate.empty() && in.yaw_rate[i] != 0;
+  s.promises = (out.flags[i] & kNoPromise) == 0 && !turns;
+  const bool rest = in.v_x[i] == 0 && in.v_y[i] == 0 && in.rim_speed[i] == 0;
+  // At rest as rolling freely; the interval, a unit outside the hull, is what counts.
+  const ErrorRegion region =
+      rest ? ErrorRegion::kTowed : ErrorRegionAt(in.v_x[i], in.v_y[i], in.rim_speed[i]);
+  const std::array<double, kOutputs> tolerance = accuracy.At(in.load[i], selectable.radius_m);
+  s.ratio = 0;
+  for (int o = 0; o < kOutputs; ++o) {
+    if (tolerance[o] == kInf) continue;
+    const OutputView& to = out.output[o];
+    const double claim = ClaimedError(selectable, region, o, to.low[i], to.high[i], in.load[i]);
+    if (claim / tolerance[o] <= s.ratio) continue;
+    s.ratio = claim / tolerance[o];
+    s.output = o;
+  }
+  return s;
+}
+
+/// One block through the models.
+class BlockSelection {
+ public:
+  BlockSelection(const std::vector<SelectableModel>& models, const AccuracyRequest& accuracy,
+                 const WheelStatesView& in, const ResponsesView& out)
+      : models_(models), accuracy_(accuracy), in_(in), out_(out), n_(in.load.size()) {}
+
+  /// Spends up to `allowed` beyond what the first model costs; returns what it spent [ns].
+  double Run(double allowed) noexcept {
+    double spent = models_[0].cost_ns * static_cast<double>(n_);
+    First();
+    for (std::uint32_t k = 1; k < models_.size() && open_count_ > 0; ++k) {
+      const double left = (allowed - spent) / models_[k].cost_ns;
+      const std::size_t m = left >= static_cast<double>(open_count_) ? open_count_
+                            : left >= 1 ? static_cast<std::size_t>(left)
+                                        : 0;
+      if (m == 0) continue;
+      spent += models_[k].cost_ns * static_cast<double>(m);
+      Next(k, m);
+    }
+    return spent;
+  }
+
+  void Finish(std::size_t first, std::span<std::uint32_t> answered_by, Shortfall* worst) noexcept {
+    for (std::size_t i = 0; i < open_count_; ++i) {
+      const std::uint32_t at = open_[i];
+      out_.flags[at] |= kToleranceUnmet;
+      const Standing& s = standing_[at];
+      const bool mends = s.promises && (out_.flags[at] & kStatic) == 0;
+      if (worst && mends && s.ratio > worst->excess) {
+        *worst = {first + at, s.ratio, s.output, in_.load[at]};
+      }
+    }
+    if (!answered_by.empty()) std::copy_n(answered_by_.begin(), n_, answered_by.begin() + first);
+  }
+
+ private:
+  /// The cheapest answers where the answers go; intervals that nobody wants, here.
+  void First() noexcept {
+    ResponsesView view = out_;
+    for (int o = 0; o < kOutputs; ++o) {
+      OutputView& to = view.output[o];
+      if (to.low.empty()) to.low = {room_.part[o][0].data(), n_};
+      if (to.high.empty()) to.high = {room_.part[o][1].data(), n_};
+    }
+    models_[0].model->Evaluate(in_, view);
+    for (std::size_t i = 0; i < n_; ++i) {
+      answered_by_[i] = 0;
+      if ((view.flags[i] & (kInvalid | kAirborne)) != 0) continue;
+      standing_[i] = StandingOf(models_[0], accuracy_, in_, view, i);
+      if (!standing_[i].suffices()) open_[open_count_++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  /// Model k on the first m open states.
+  void Next(std::uint32_t k, std::size_t m) noexcept {
+    const WheelStatesView states = room_.Take(in_, open_.data(), m);
+    const ResponsesView answers = room_.Room(out_, m);
+    models_[k].model->Evaluate(states, answers);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < m; ++i) {
+      const std::uint32_t at = open_[i];
+      const Standing s = StandingOf(models_[k], accuracy_, states, answers, i);
+      if (s.BetterThan(standing_[at])) {
+        standing_[at] = s;
+        answered_by_[at] = k;
+        CopyAnswer(answers, i, out_, at);
+      }
+      if (!s.suffices()) open_[kept++] = at;
+    }
+    std::copy(open_.begin() + m, open_.begin() + open_count_, open_.begin() + kept);
+    open_count_ -= m - kept;
+  }
+
+  const std::vector<SelectableModel>& models_;
+  const AccuracyRequest& accuracy_;
+  WheelStatesView in_;
+  ResponsesView out_;
+  std::size_t n_, open_count_ = 0;
+  std::array<std::uint32_t, kBlock> open_, answered_by_;
+  std::array<Standing, kBlock> standing_;
+  Gathered room_;
+};
+
+TrainingDomain Around(const std::vector<SelectableModel>& models) {
+  TrainingDomain box = models[0].hull;
+  for (const SelectableModel& r : models) {
+    box.slip_min = std::min(box.slip_min, r.hull.slip_min);
+    box.slip_max = std::max(box.slip_max, r.hull.slip_max);
+    box.attack_angle_max_rad = std::max(box.attack_angle_max_rad, r.hull.attack_angle_max_rad);
+    box.load_min_n = std::min(box.load_min_n, r.hull.load_min_n);
+    box.load_max_n = std::max(box.load_max_n, r.hull.load_max_n);
+  }
+  return box;
+}
+
+void Check(const std::vector<SelectableModel>& models) {
+  if (models.empty())
+    throw std::invalid_argument("model selector: no selectable, expected one or more");
+  for (std::size_t k = 0; k < models.size(); ++k) {
+    const SelectableModel& r = models[k];
+    const std::string where = "model selector: selectable " + std::to_string(k) + ": ";
+    const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+    if (!r.model) throw std::invalid_argument(where + "no model");
+    if (!positive(r.cost_ns)) throw std::invalid_argument(where + "cost_ns: expected > 0");
+    if (!positive(r.radius_m)) throw std::invalid_argument(where + "radius_m: expected > 0");
+    if (r.radius_m == models[0].radius_m) continue;
+    throw std::invalid_argument(where + "radius_m: expected that of selectable 0: one wheel");
+  }
+}
+
+}  // namespace
+
+ModelSelector::ModelSelector(std::vector<SelectableModel> models) : models_(std::move(models)) {
+  Check(models_);
+  const TrainingDomain box = Around(models_);
+  std::vector<std::pair<double, SelectableModel>> order;
+  // One alone is compared with nothing.
+  for (const SelectableModel& r : models_) {
+    order.emplace_back(models_.size() > 1 ? MeanClaim(r, box) : 0, r);
+  }
+  std::ranges::stable_sort(order, {}, [](const auto& x) { return x.second.cost_ns; });
+  for (auto first = order.begin(); first != order.end();) {
+    const double most = kSameCost * first->second.cost_ns;
+    const auto end =
+        std::find_if(first, order.end(), [&](const auto& x) { return x.second.cost_ns >= most; });
+    std::stable_sort(first, end, [](const auto& a, const auto& b) { return a.first < b.first; });
+    first = end;
+  }
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    models_[k] = order[k].second;
+    mean_claim_.push_back(order[k].first);
+    if (mean_claim_[k] < mean_claim_[most_accurate_]) most_accurate_ = k;
+  }
+}
+
+std::size_t ModelSelector::ByBudget(const AccuracyRequest& accuracy, std::size_t n) const noexcept {
+  if (accuracy.budget_ns == 0) return most_accurate_;
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < models_.size(); ++k) {
+    const bool fits = models_[k].cost_ns * static_cast<double>(n) <= accuracy.budget_ns;
+    if (fits && mean_claim_[k] < mean_claim_[best]) best = k;
+  }
+  return best;
+}
+
+void ModelSelector::Evaluate(const WheelStatesView& in, const AccuracyRequest& accuracy,
+                             const ResponsesView& out, std::span<std::uint32_t> answered_by,
+                             Shortfall* worst) const noexcept {
+  const std::size_t n = in.load.size();
+  if (worst) *worst = {};
+  if (!accuracy.HasTolerance()) {
+    const std::size_t k = ByBudget(accuracy, n);
+    models_[k].model->Evaluate(in, out);
+    std::ranges::fill(answered_by, static_cast<std::uint32_t>(k));
+    return;
+  }
+  double spent = 0;
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    const std::size_t count = std::min(kBlock, n - first);
+    const double share = static_cast<double>(first + count) / static_cast<double>(n);
+    const double allowed = accuracy.budget_ns > 0 ? accuracy.budget_ns * share - spent : kInf;
+    BlockSelection block(models_, accuracy, Cut(in, first, count), Cut(out, first, count));
+    spent += block.Run(allowed);
+    block.Finish(first, answered_by, worst);
+  }
+}
+
+}  // namespace grouser::surrogate
