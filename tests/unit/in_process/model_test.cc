@@ -54,7 +54,7 @@ TEST(Model, NamesTheKind) {
   if (expected == v1alpha1::MODEL_KIND_UNSPECIFIED) expected = v1alpha1::MODEL_KIND_HYBRID;
   std::string name = Model::Open(kShipped).kind();
   for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  ASSERT_TRUE(v1alpha1::Rung_Parse("MODEL_KIND_" + name, &model)) << name;
+  ASSERT_TRUE(v1alpha1::ModelKind_Parse("MODEL_KIND_" + name, &model)) << name;
   EXPECT_EQ(model, expected);
 }
 

@@ -93,16 +93,16 @@ TEST(Promise, TheCheapestIsUsedWhereItSuffices) {
 /// The pair's models as a model selector, without a clock.
 struct Pair {
   Pair() {
-    std::vector<SelectableModel> models;
+    std::vector<SelectableModel> choices;
     double cost = 10;
     for (const char* name : {"bekker", "lookup", "hybrid"}) {
       messages.push_back(
           records::ReadModelFile(kPair + ("/" + std::string(name)) + ".model").model);
       models.push_back(MakeModel(messages.back()));
-      models.push_back(MakeSelectableModel(messages.back(), *models.back()));
-      models.back().cost_ns = cost *= 2;
+      choices.push_back(MakeSelectableModel(messages.back(), *models.back()));
+      choices.back().cost_ns = cost *= 2;
     }
-    selector = std::make_unique<const ModelSelector>(models);
+    selector = std::make_unique<const ModelSelector>(choices);
   }
   std::vector<v1alpha1::Model> messages;
   std::vector<std::unique_ptr<const WheelModel>> models;
@@ -111,7 +111,7 @@ struct Pair {
 
 /// n states inside the hull, where slips are possible, and who answered them.
 struct States : StateBatch {
-  explicit States(std::size_t n, const TrainingDomain& box) : StateBatch(n, {}), kind(n) {
+  explicit States(std::size_t n, const TrainingDomain& box) : StateBatch(n, {}), answered_by(n) {
     part[kFx][kValue].resize(n);
     std::mt19937_64 random(5);
     const auto draw = [&](double a, double b) {
@@ -125,10 +125,10 @@ struct States : StateBatch {
   }
   void Ask(const ModelSelector& selector, const AccuracyRequest& accuracy, std::size_t first,
            std::size_t n) {
-    selector.Evaluate(In(first, n), accuracy, Out(first, n), std::span(kind).subspan(first, n),
-                      nullptr);
+    selector.Evaluate(In(first, n), accuracy, Out(first, n),
+                      std::span(answered_by).subspan(first, n), nullptr);
   }
-  std::vector<std::uint32_t> kind;
+  std::vector<std::uint32_t> answered_by;
 };
 
 TEST(PromiseOfThePair, LooseIsNeverUnmetInsideTheHullAndTinyAlwaysIs) {
@@ -162,10 +162,10 @@ TEST(PromiseOfThePair, AnswersDoNotDependOnTheBatch) {
       one.Ask(*pair.selector, accuracy, first, size);
     }
     for (std::size_t i = 0; i < 1000 / size * size; ++i) {
-      ASSERT_EQ(one.kind[i], all.kind[i]) << i;
+      ASSERT_EQ(one.answered_by[i], all.answered_by[i]) << i;
       ASSERT_EQ(one.flags[i], all.flags[i]) << i;
       ASSERT_EQ(one.part[kFx][kValue][i], all.part[kFx][kValue][i]) << i;
-      ++used[all.kind[i]];
+      ++used[all.answered_by[i]];
     }
   }
   EXPECT_GT(used[1], 0);
