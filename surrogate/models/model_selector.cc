@@ -199,16 +199,16 @@ TrainingDomain Around(const std::vector<SelectableModel>& models) {
 
 void Check(const std::vector<SelectableModel>& models) {
   if (models.empty())
-    throw std::invalid_argument("model selector: no selectable, expected one or more");
+    throw std::invalid_argument("model selector: no model, expected one or more");
   for (std::size_t k = 0; k < models.size(); ++k) {
     const SelectableModel& r = models[k];
-    const std::string where = "model selector: selectable " + std::to_string(k) + ": ";
+    const std::string where = "model selector: model " + std::to_string(k) + ": ";
     const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
     if (!r.model) throw std::invalid_argument(where + "no model");
     if (!positive(r.cost_ns)) throw std::invalid_argument(where + "cost_ns: expected > 0");
     if (!positive(r.radius_m)) throw std::invalid_argument(where + "radius_m: expected > 0");
     if (r.radius_m == models[0].radius_m) continue;
-    throw std::invalid_argument(where + "radius_m: expected that of selectable 0: one wheel");
+    throw std::invalid_argument(where + "radius_m: expected that of model 0: one wheel");
   }
 }
 
