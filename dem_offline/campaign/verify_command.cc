@@ -33,6 +33,9 @@ int Run(const dem::verify::Suite& suite, const VerifyArguments& a) {
   if (a.full) command += " --full";
   if (a.quick) command += " --quick";
   if (!a.only.empty()) command += " --case " + a.only;
+  if (options.threads != VerifyArguments().threads) {
+    command += " --threads " + std::to_string(options.threads);
+  }
   return dem::verify::RunAndPrint(suite, options, output, command + " --markdown");
 }
 

@@ -132,4 +132,12 @@ std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
+std::string ReadInputFile(const std::string& path, const std::string& expected) {
+  try {
+    return ReadFileBytes(path);
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(std::string(error.what()) + ", expected " + expected);
+  }
+}
+
 }  // namespace grouser::records

@@ -20,4 +20,8 @@ inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{2} << 30;
 /// more than there is memory). Throws std::runtime_error "PATH: cause".
 std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes = kMaxFileBytes);
 
+/// The same of a file that a user named. Throws std::invalid_argument
+/// "PATH: cause, expected EXPECTED".
+std::string ReadInputFile(const std::string& path, const std::string& expected);
+
 }  // namespace grouser::records

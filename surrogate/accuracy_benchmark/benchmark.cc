@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/kriging.h"
 #include "surrogate/accuracy_benchmark/timing.h"
@@ -77,18 +78,17 @@ BenchmarkRow Head(const Ground& ground, const std::string& kind, const char* ref
 /// Nothing fitted: the wheel on a published soil (untuned.soil names it).
 void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Ground& ground,
                       double seconds, std::vector<BenchmarkRow>* rows) {
-  std::ifstream named(pair.path + "/untuned.soil");
-  std::string name;
-  if (!std::getline(named, name)) return;
+  const std::string named = pair.path + "/untuned.soil";
+  if (!std::filesystem::exists(named)) return;
+  std::string name = records::ReadInputFile(named, "the name of a soil");
+  name.erase(std::find(name.begin(), name.end(), '\n'), name.end());
   const std::string table = pair.soils;
-  std::ifstream file(table);
-  if (!file) throw std::invalid_argument(table + ": cannot be read, expected the table of soils");
+  std::istringstream file(records::ReadInputFile(table, "the table of soils"));
   const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
   const auto soil =
       std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
   if (soil == soils.end()) {
-    throw std::invalid_argument(pair.path + "/untuned.soil: '" + name + "', expected a soil of " +
-                                table);
+    throw std::invalid_argument(named + ": '" + name + "', expected a soil of " + table);
   }
   const BekkerModel physics(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
                             {scene.wheel().radius_m(), scene.wheel().width_m()});

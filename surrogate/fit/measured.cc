@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -14,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/records/durable_file.h"
 #include "surrogate/fit/error_table.h"
 
 namespace grouser::surrogate {
@@ -179,9 +179,7 @@ const v1alpha1::RunSummary* Nearest(const v1alpha1::MeasuredPoint& p,
 
 std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path,
                                                   const WheelLimits& limits, bool accept_unusual) {
-  std::ifstream file(path);
-  if (!file)
-    throw std::invalid_argument(path + ": cannot be read, expected a CSV of measured tests");
+  std::istringstream file(records::ReadInputFile(path, "a CSV of measured tests"));
   Reader reader{path, limits, {}};
   const std::string source = path.substr(path.find_last_of('/') + 1);
   std::vector<v1alpha1::MeasuredPoint> points;

@@ -7,12 +7,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <set>
 #include <stdexcept>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
 #include "surrogate/fit/stress_profile.h"
@@ -29,9 +28,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// expected: what the file should be, for the message.
 template <class Message>
 Message ReadJson(const std::string& path, const std::string& expected) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) Fail(path, "cannot be read, expected " + expected);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = records::ReadInputFile(path, expected);
   Message message;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;

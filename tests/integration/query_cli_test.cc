@@ -107,6 +107,13 @@ TEST_F(QueryCliTest, ExitCodesAndTexts) {
   EXPECT_THAT(nobody.err, HasSubstr("127.0.0.1:1"));
 }
 
+TEST_F(QueryCliTest, ReachesTheLoopbackInterfaceInSpiteOfAProxy) {
+  ASSERT_EQ(setenv("http_proxy", "http://127.0.0.1:9", 1), 0);  // nobody answers there
+  const auto health = Client({"health"});
+  unsetenv("http_proxy");
+  EXPECT_EQ(health.code, 0) << health.err;
+}
+
 TEST_F(QueryCliTest, ExampleRuns) {
   const auto example = testing::RunProgram("planner_loop", {server_->address(), "3"}, dir_.path());
   EXPECT_EQ(example.code, 0) << example.err;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -175,7 +176,10 @@ TEST_F(Files, CampaignErrorsNameTheFile) {
     }
     return std::string("accepted");
   };
-  EXPECT_THAT(complaint(), HasSubstr("campaign.json: cannot be read"));
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("campaign.json: cannot open"), HasSubstr("expected")));
+  ASSERT_EQ(mkfifo((folder_ / "campaign.json").c_str(), 0600), 0);  // a reader that waits hangs
+  EXPECT_THAT(complaint(), HasSubstr("campaign.json: not a regular file"));
+  std::filesystem::remove(folder_ / "campaign.json");
   Write("campaign.json", "{\"runs\": [");
   EXPECT_THAT(complaint(), HasSubstr("not the JSON of a campaign"));
   WriteCampaign({synthetic::MakeRun({}, "broken", 0, 0, 24, v1alpha1::RUN_ROLE_TRAIN, 1)});
