@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "clients/in_process/parts.h"
-#include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
 #include "surrogate/models/wheel_model.h"
+#include "surrogate/model_io/upgrade.h"
 
 namespace grouser {
 namespace {
@@ -87,7 +87,7 @@ Model& Model::operator=(Model&& other) noexcept = default;
 Model::~Model() = default;
 
 Model Model::Open(const std::filesystem::path& model_file) try {
-  const records::LoadedModel loaded = records::ReadModelFile(model_file.string());
+  const records::LoadedModel loaded = surrogate::ReadModel(model_file.string());
   const v1alpha1::Model& message = loaded.model;
   auto parts = std::make_unique<Parts>();
   parts->evaluator = surrogate::MakeModel(message);

@@ -8,7 +8,6 @@
 #include <memory>
 #include <stdexcept>
 
-#include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/errors.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/training_set.h"
@@ -16,6 +15,7 @@
 #include "surrogate/model_io/selectable_model.h"
 #include "surrogate/models/model_selector.h"
 #include "surrogate/models/state_batch.h"
+#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -50,7 +50,7 @@ Loaded Load(const std::string& folder, const PromiseOptions& options) {
   for (std::size_t k = 0; k < kModels.size(); ++k) {
     const std::string file = folder + "/" + kModels[k] + ".model";
     if (!std::filesystem::exists(file)) throw std::invalid_argument(file + ": not there");
-    v1alpha1::Model message = records::ReadModelFile(file).model;
+    v1alpha1::Model message = ReadModel(file).model;
     if (options.without_held_out) DropHeldOut(&message);
     loaded.models.push_back(MakeModel(message));
     models.push_back(MakeSelectableModel(message, *loaded.models.back()));

@@ -178,10 +178,10 @@ class ShippedSnapshotTest : public SnapshotTest {
         shipped_(with_shipped_, testing::MakeFakeModel) {
     std::filesystem::create_directory(dir_ / "shipped");
   }
-  std::string Ship(const std::string& file, double gain, double created_unix_s,
+  std::string Ship(const std::string& file, double gain, int created_s,
                    bool passes = true) {
     auto message = testing::FakeMessage("sand", gain);
-    message.set_created_unix_s(created_unix_s);
+    message.mutable_created()->set_seconds(created_s);
     if (!passes) message.mutable_golden(0)->set_value(0, 1e3);
     return records::WriteModelFile(dir_ / ("shipped/" + file), message);
   }
@@ -251,7 +251,7 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
       const auto status = Evaluate(*snapshot, "sand", states, false, &model, &responses);
       const bool whole = status.ok() &&
                          responses.f_x().value(0) == model->message.golden(0).value(0) &&
-                         model->message.bekker().values().at("gain") ==
+                         model->message.bekker().n() ==
                              static_cast<double>(snapshot->generation());
       if (!whole) ++wrong;
       ++answers;

@@ -355,7 +355,7 @@ TEST_F(Files, WriteTestedModelLeavesTheOldFileWhereTheServerWouldRefuse) {
   model.mutable_domain()->set_load_max_n(-1);
   refuses("load");
   model = good;
-  (*model.mutable_bekker()->mutable_values())["c1"] = std::nan("");
+  model.mutable_bekker()->set_c1(std::nan(""));
   refuses("c1");
   const std::string digest = WriteTestedModel(path, good);
   EXPECT_EQ(records::ReadModelFile(path).digest, digest);
