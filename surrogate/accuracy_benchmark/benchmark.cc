@@ -17,10 +17,10 @@
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/soils/soil_table.h"
-#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::surrogate {
 namespace {

@@ -1,8 +1,7 @@
 #include "surrogate/fit/fit_model.h"
 
-#include <google/protobuf/util/time_util.h>
-
 #include <fmt/format.h>
+#include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,12 +4,12 @@
 
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
 #include "proto/records/run_file.h"
+#include "surrogate/fit/json.h"
 #include "surrogate/fit/training_set.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
@@ -45,11 +45,11 @@ Content ReadRunContent(const std::string& file) {
 }
 
 Content ReadJsonContent(const std::string& file, const std::string& bytes) {
-  auto json = nlohmann::json::parse(bytes);
+  Json json = Json::parse(bytes);
   // What has gone since: soil.bekker, which nothing used.
-  const nlohmann::json::json_pointer soil("/scene/soil");
+  const Json::json_pointer soil("/scene/soil");
   const bool converted = json.contains(soil) && json.at(soil).erase("bekker") > 0;
-  const nlohmann::json::json_pointer planned("/runs/0/state");
+  const Json::json_pointer planned("/runs/0/state");
   if (!json.contains("scene")) throw std::runtime_error(file + ": JSON of no campaign");
   if (json.contains(planned)) {
     v1alpha1::Campaign campaign;
@@ -151,14 +151,14 @@ std::string MigrationText(const std::vector<Migration>& files) {
 }
 
 std::string MigrationJson(const std::vector<Migration>& files) {
-  auto out = nlohmann::ordered_json::array();
+  Json out = Json::array();
   for (const Migration& m : files) {
     out.push_back({{"file", m.file}, {"result", m.result}, {"text", m.text}});
     if (m.after.empty()) continue;
     out.back()["sha256_before"] = m.before;
     out.back()["sha256_after"] = m.after;
   }
-  return out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return Text(out);
 }
 
 }  // namespace grouser::surrogate

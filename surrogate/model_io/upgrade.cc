@@ -27,6 +27,18 @@ BekkerParameters FromValues(const google::protobuf::Map<std::string, double>& va
   return parameters;
 }
 
+// Without field 5, Bekker numbers that scenes could have and nothing used ("lite" messages
+// cannot discard what they do not know).
+v1alpha1::Soil KnownPart(const v1alpha1::Soil& from) {
+  v1alpha1::Soil soil;
+  soil.set_name(from.name());
+  soil.set_bulk_density_kg_per_m3(from.bulk_density_kg_per_m3());
+  soil.set_gravity_m_per_s2(from.gravity_m_per_s2());
+  if (from.has_grains()) *soil.mutable_grains() = from.grains();
+  soil.set_source(from.source());
+  return soil;
+}
+
 }  // namespace
 
 // The only reader of what the message calls deprecated.
@@ -34,6 +46,7 @@ BekkerParameters FromValues(const google::protobuf::Map<std::string, double>& va
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
 bool UpgradeModel(v1alpha1::Model* model) {
   if (!model->has_bekker_values() && !model->has_created_unix_s()) return false;
+  if (model->has_soil()) *model->mutable_soil() = KnownPart(model->soil());
   try {
     if (model->has_bekker_values()) {
       if (model->has_bekker()) throw std::invalid_argument("both bekker and bekker_values");
