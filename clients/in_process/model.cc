@@ -11,8 +11,8 @@
 #include "clients/in_process/parts.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
-#include "surrogate/models/wheel_model.h"
 #include "surrogate/model_io/upgrade.h"
+#include "surrogate/models/wheel_model.h"
 
 namespace grouser {
 namespace {
@@ -56,7 +56,8 @@ Answers ViewOf(Answer* answer) noexcept {
 std::string NameOf(v1alpha1::ModelKind model) {
   if (model == v1alpha1::MODEL_KIND_UNSPECIFIED) model = v1alpha1::MODEL_KIND_HYBRID;
   std::string name = v1alpha1::ModelKind_Name(model);
-  if (name.starts_with("MODEL_KIND_")) name.erase(0, 5);
+  constexpr std::string_view kPrefix = "MODEL_KIND_";
+  if (name.starts_with(kPrefix)) name.erase(0, kPrefix.size());
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;
 }

@@ -14,11 +14,11 @@
 #include <utility>
 
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
 #include "surrogate/models/state_batch.h"
 #include "tests/unit/count_allocations.h"
-#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::bench {
 namespace {

@@ -58,7 +58,8 @@ TEST(ModelFile, ForeignFlippedAndNewerFilesAreRefused) {
   std::string newer = bytes;
   newer[15] = '9';
   WriteFileDurably(folder / "x", newer);
-  EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }), HasSubstr("expected one up to '002'"));
+  EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }),
+              HasSubstr("expected one up to '002'"));
   WriteFileDurably(folder / "x", bytes + "more");
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }), HasSubstr("extended"));
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "none"); }), HasSubstr("none: cannot open"));

@@ -178,8 +178,7 @@ class ShippedSnapshotTest : public SnapshotTest {
         shipped_(with_shipped_, testing::MakeFakeModel) {
     std::filesystem::create_directory(dir_ / "shipped");
   }
-  std::string Ship(const std::string& file, double gain, int created_s,
-                   bool passes = true) {
+  std::string Ship(const std::string& file, double gain, int created_s, bool passes = true) {
     auto message = testing::FakeMessage("sand", gain);
     message.mutable_created()->set_seconds(created_s);
     if (!passes) message.mutable_golden(0)->set_value(0, 1e3);
@@ -251,8 +250,7 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
       const auto status = Evaluate(*snapshot, "sand", states, false, &model, &responses);
       const bool whole = status.ok() &&
                          responses.f_x().value(0) == model->message.golden(0).value(0) &&
-                         model->message.bekker().n() ==
-                             static_cast<double>(snapshot->generation());
+                         model->message.bekker().n() == static_cast<double>(snapshot->generation());
       if (!whole) ++wrong;
       ++answers;
     }
