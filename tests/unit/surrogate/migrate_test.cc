@@ -29,7 +29,7 @@ const std::string kRun = "5b15eb07a0396110.run.h5";
 const std::vector<std::string> kFiles = {"bekker.model", kRun, "campaign.json",
                                          "earlier.runs.json"};
 
-/// Copies of files that version 0.1 wrote.
+/// Copies of files of model version 001 and run schema 1.
 class MigrateTest : public testing::Test {
  protected:
   MigrateTest() {

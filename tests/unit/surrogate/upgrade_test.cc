@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Written by version 0.1 of grouser-fit, its provenance cut to one run.
+/// Written by grouser-fit of model version 001, its provenance cut to one run.
 const std::string kModel = GROUSER_EARLIER "/bekker.model";
 
 TEST(ReadModel, GivesAModelOfVersion001InTodaysForm) {
