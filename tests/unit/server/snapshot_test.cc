@@ -10,6 +10,7 @@
 #include "proto/records/model_file.h"
 #include "server/core/evaluator.h"
 #include "server/core/snapshot_store.h"
+#include "surrogate/model_io/self_test.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -65,6 +66,18 @@ TEST_F(SnapshotTest, FollowsTheRepository) {
   const auto snapshot = store_.Current();
   ASSERT_TRUE(snapshot->Find("sand@previous", &previous).ok());
   EXPECT_EQ(previous->digest, a);
+}
+
+// State folders outlive releases; an alias of before still finds its model.
+TEST_F(SnapshotTest, ServesAModelFileOfAnEarlierVersionUnderItsOwnDigest) {
+  const std::string digest = repository_.Publish(GROUSER_EARLIER "/bekker.model");
+  const std::string name = repository_.List(nullptr).at(0).name;
+  repository_.SetAlias(name, "stable", digest, "test", "");
+  SnapshotStore store(repository_, surrogate::MakeTestedModel);
+  EXPECT_THAT(store.Refresh().problems, SizeIs(0));
+  EXPECT_EQ(DigestOf(store, name), digest);
+  const auto snapshot = store.Current();
+  EXPECT_TRUE(snapshot->models().at(0)->message.bekker().has_n());
 }
 
 TEST_F(SnapshotTest, LoadedModelsAreReused) {
