@@ -75,7 +75,7 @@ int Submit(const Common& common, SubmitOptions options) {
   return Print(common, response.job());
 }
 
-int ListJobs(const Common& common, std::uint32_t limit) {
+int ListJobs(const Common& common, int limit) {
   const auto response = MakeClient(common).List(limit);
   if (common.json) {
     PrintJson(response);
@@ -167,9 +167,11 @@ void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* actio
   watch->add_option("job", *id, "Job")->required();
   watch->callback([=] { *action = [=] { return Watch(*common, *id); }; });
 
-  auto limit = std::make_shared<std::uint32_t>(20);
+  auto limit = std::make_shared<int>(20);
   auto* jobs = app.add_subcommand("jobs", "The latest jobs");
-  jobs->add_option("--limit", *limit, "How many")->capture_default_str();
+  jobs->add_option("--limit", *limit, "How many")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   jobs->callback([=] { *action = [=] { return ListJobs(*common, *limit); }; });
 
   auto request_id = std::make_shared<std::string>();

@@ -80,8 +80,10 @@ std::string JobStateName(v1alpha1::JobState state) {
 
 void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
                     const std::vector<double>& loads) {
-  fmt::print("model {} (generation {}), {:.1f} us in the server\n", response.model(),
-             response.generation(), response.latency_us());
+  fmt::print(
+      "model {} (generation {}), {:.1f} us in the server\n", response.model(),
+      response.generation(),
+      1e6 * static_cast<double>(response.latency().seconds()) + 1e-3 * response.latency().nanos());
   const auto& r = response.responses();
   for (int i = 0; i < r.flags_size(); ++i) {
     PrintState(r, i, loads[i]);
@@ -95,23 +97,44 @@ void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
   }
 }
 
+namespace {
+
+void PrintInfo(const v1alpha1::ModelInfo& model) {
+  std::string aliases;
+  for (const auto& alias : model.aliases()) {
+    if (!aliases.empty()) aliases += ", ";
+    aliases += alias;
+  }
+  const auto& domain = model.domain();
+  fmt::print("{}@sha256:{}\n  aliases: {}{}\n", model.name(), model.digest(),
+             aliases.empty() ? "-" : aliases, model.shipped() ? "; shipped" : "");
+  fmt::print("  wheel {:.4g} x {:.4g} m on {}; {} runs\n", model.radius_m(), model.width_m(),
+             model.soil(), model.runs());
+  fmt::print(
+      "  domain: slip {:.3g} to {:.3g}, |attack angle| to {:.3g} deg, load {:.3g} to {:.3g} N\n",
+      domain.slip_min(), domain.slip_max(), domain.attack_angle_max_rad() * kDegPerRad,
+      domain.load_min_n(), domain.load_max_n());
+}
+
+}  // namespace
+
 void PrintModels(const v1alpha1::ListModelsResponse& response) {
   fmt::print("generation {}\n", response.generation());
-  for (const auto& model : response.models()) {
-    std::string aliases;
-    for (const auto& alias : model.aliases()) {
-      if (!aliases.empty()) aliases += ", ";
-      aliases += alias;
-    }
-    const auto& domain = model.domain();
-    fmt::print("{}@sha256:{}\n  aliases: {}{}\n", model.name(), model.digest(),
-               aliases.empty() ? "-" : aliases, model.shipped() ? "; shipped" : "");
-    fmt::print("  wheel {:.4g} x {:.4g} m on {}; {} runs\n", model.radius_m(), model.width_m(),
-               model.soil(), model.provenance().runs_size());
-    fmt::print(
-        "  domain: slip {:.3g} to {:.3g}, |attack angle| to {:.3g} deg, load {:.3g} to {:.3g} N\n",
-        domain.slip_min(), domain.slip_max(), domain.attack_angle_max_rad() * kDegPerRad,
-        domain.load_min_n(), domain.load_max_n());
+  for (const auto& model : response.models()) PrintInfo(model);
+}
+
+void PrintModel(const v1alpha1::GetModelResponse& response) {
+  PrintInfo(response.model());
+  const auto& made = response.provenance();
+  fmt::print("  made by: {} (grouser {}; {})\n", made.command(), made.grouser_version(),
+             made.reason());
+  if (!made.base_digest().empty()) fmt::print("  refitted from {}\n", made.base_digest());
+  fmt::print("  {:9} {:8} {:16} {:>5} {:>10} {:>10} {:>10}\n", "region", "output", "set", "n",
+             "rmse", "max", "covered90");
+  for (const auto& row : response.errors()) {
+    fmt::print("  {:9} {:8} {:16} {:>5} {:>10.3g} {:>10.3g} {:>10.3g}\n",
+               WithoutPrefix(v1alpha1::Region_Name(row.region()), "REGION_"), row.output(),
+               row.set(), row.n(), row.rmse(), row.max_abs(), row.covered90());
   }
 }
 

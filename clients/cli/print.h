@@ -20,6 +20,7 @@ void PrintJson(const google::protobuf::Message& message);
 void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
                     const std::vector<double>& loads);
 void PrintModels(const v1alpha1::ListModelsResponse& response);
+void PrintModel(const v1alpha1::GetModelResponse& response);
 void PrintJob(const v1alpha1::Job& job);
 
 /// The outputs of a response in the order of surrogate::Output.

@@ -31,7 +31,7 @@ struct LcmOptions {
 
 /// Why a state is INVALID, from what was asked.
 std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
-  const double load = states.closure_value(i);
+  const double load = states.load_n(i);
   if (!std::isfinite(load) || load <= 0) {
     return fmt::format("load {:.4g} N, expected a finite one, 0 or more", load);
   }
@@ -64,7 +64,7 @@ int RunQuery(const Common& common, const QueryOptions& options) {
   if (common.json) {
     PrintJson(response);
   } else {
-    const auto& loads = request.states().closure_value();
+    const auto& loads = request.states().load_n();
     PrintResponses(response, {loads.begin(), loads.end()});
     PrintAccuracyOutcome(response, common.jobs == Common().jobs ? "" : common.jobs);
   }
@@ -75,6 +75,13 @@ int RunModels(const Common& common) {
   const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
   const auto response = client.ListModels();
   common.json ? PrintJson(response) : PrintModels(response);
+  return kExitOk;
+}
+
+int RunModel(const Common& common, const std::string& model) {
+  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  const auto response = client.GetModel(model);
+  common.json ? PrintJson(response) : PrintModel(response);
   return kExitOk;
 }
 
@@ -99,11 +106,11 @@ grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::Wheel
   };
   grouser_lcm::wheel_query_t query;
   query.model = model;
-  query.n = states.closure_value_size();
+  query.n = states.load_n_size();
   query.v_x = copy(states.velocity().v_x_m_per_s());
   query.v_y = copy(states.velocity().v_y_m_per_s());
   query.rim_speed = copy(states.velocity().rim_speed_m_per_s());
-  query.load = copy(states.closure_value());
+  query.load = copy(states.load_n());
   return query;
 }
 
@@ -201,6 +208,11 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
 
   auto* models = app.add_subcommand("models", "Models that are served");
   models->callback([=] { *action = [=] { return RunModels(*common); }; });
+
+  auto* one = app.add_subcommand("model", "One model with its error table and provenance");
+  auto name = std::make_shared<std::string>();
+  one->add_option("model", *name, model_text);
+  one->callback([=] { *action = [=] { return RunModel(*common, *name); }; });
 
   auto* health = app.add_subcommand("health", "Whether a program serves (exit 0) or not (1)");
   auto service = std::make_shared<std::string>("server");

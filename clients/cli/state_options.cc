@@ -55,8 +55,8 @@ v1alpha1::WheelStates StateOptions::Build() const {
                                   v_y_.size(), rim_.size(), load_.size()});
   const Spread load("--load", load_, 0, n);
   v1alpha1::WheelStates states;
-  states.set_closure(v1alpha1::CLOSURE_LOAD);
-  for (std::size_t i = 0; i < n; ++i) states.add_closure_value(load[i]);
+
+  for (std::size_t i = 0; i < n; ++i) states.add_load_n(load[i]);
   if (by_slip) {
     const Spread slip("--slip", slip_, 0, n);
     const Spread angle("--angle-deg", angle_deg_, 0, n);

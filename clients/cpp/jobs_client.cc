@@ -43,12 +43,18 @@ v1alpha1::Job JobsClient::Get(const std::string& job_id) const {
   return std::move(*response.mutable_job());
 }
 
-v1alpha1::ListJobsResponse JobsClient::List(std::uint32_t limit) const {
+v1alpha1::ListJobsResponse JobsClient::List(int limit) const {
+  v1alpha1::ListJobsResponse all;
   v1alpha1::ListJobsRequest request;
-  request.set_limit(limit);
-  v1alpha1::ListJobsResponse response;
-  Call(*stub_, &Stub::ListJobs, request, &response, address_, deadline_);
-  return response;
+  do {
+    request.set_page_size(limit - all.jobs_size());
+    v1alpha1::ListJobsResponse page;
+    Call(*stub_, &Stub::ListJobs, request, &page, address_, deadline_);
+    request.set_page_token(page.next_page_token());
+    all.MergeFrom(page);
+  } while (!request.page_token().empty() && all.jobs_size() < limit);
+  all.clear_next_page_token();
+  return all;
 }
 
 v1alpha1::Job JobsClient::Watch(const std::string& job_id,

@@ -17,7 +17,8 @@ class JobsClient {
 
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request) const;
   v1alpha1::Job Get(const std::string& job_id) const;
-  v1alpha1::ListJobsResponse List(std::uint32_t limit) const;
+  /// The newest jobs, at most `limit`, of as many pages as that takes.
+  v1alpha1::ListJobsResponse List(int limit) const;
   /// Calls `on_change` with the present state and every change until the job
   /// has ended or `on_change` returns false; returns the last state. No
   /// deadline: DEM takes its time.

@@ -52,10 +52,27 @@ void TerrainClient::Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
 }
 
 v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
+  v1alpha1::ListModelsResponse all;
+  v1alpha1::ListModelsRequest request;
+  do {
+    grpc::ClientContext context;
+    context.set_deadline(DeadlineAfter(deadline_));
+    v1alpha1::ListModelsResponse page;
+    ThrowUnlessOk(stub_->ListModels(&context, request, &page), address_);
+    request.set_page_token(page.next_page_token());
+    all.MergeFrom(page);
+  } while (!request.page_token().empty());
+  all.clear_next_page_token();
+  return all;
+}
+
+v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) const {
+  v1alpha1::GetModelRequest request;
+  request.set_model(model);
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  v1alpha1::ListModelsResponse response;
-  ThrowUnlessOk(stub_->ListModels(&context, {}, &response), address_);
+  v1alpha1::GetModelResponse response;
+  ThrowUnlessOk(stub_->GetModel(&context, request, &response), address_);
   return response;
 }
 

@@ -44,7 +44,9 @@ class TerrainClient {
   /// The same, reusing the memory of `response`.
   void Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
                 v1alpha1::EvaluateWheelsResponse* response) const;
+  /// All models, of all pages.
   v1alpha1::ListModelsResponse ListModels() const;
+  v1alpha1::GetModelResponse GetModel(const std::string& model) const;
   /// Opens a stream without a deadline.
   std::unique_ptr<WheelStreamSession> OpenStream() const;
 

@@ -12,7 +12,7 @@ inline void AddVelocityState(double v_x, double v_y, double rim_speed, double lo
   states->mutable_velocity()->add_v_x_m_per_s(v_x);
   states->mutable_velocity()->add_v_y_m_per_s(v_y);
   states->mutable_velocity()->add_rim_speed_m_per_s(rim_speed);
-  states->add_closure_value(load_n);
+  states->add_load_n(load_n);
 }
 
 /// Adds one state as slip [-] (see SlipForm) and attack angle [rad] at the
@@ -21,7 +21,7 @@ inline void AddSlipState(double slip, double attack_angle_rad, double load_n,
                          v1alpha1::WheelStates* states) {
   states->mutable_slip()->add_slip(slip);
   states->mutable_slip()->add_attack_angle_rad(attack_angle_rad);
-  states->add_closure_value(load_n);
+  states->add_load_n(load_n);
 }
 
 }  // namespace grouser::client

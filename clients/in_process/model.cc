@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "clients/in_process/parts.h"
-#include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser {
@@ -30,7 +30,6 @@ static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrog
               SameBit(kStatic, surrogate::kStatic) &&
               SameBit(kNoEquilibrium, surrogate::kNoEquilibrium) &&
               SameBit(kRate, surrogate::kRate) && SameBit(kSlope, surrogate::kSlope) &&
-              SameBit(kRigidAssumed, surrogate::kRigidAssumed) &&
               SameBit(kVirginAssumed, surrogate::kVirginAssumed) &&
               SameBit(kFormUnknown, surrogate::kFormUnknown) &&
               SameBit(kToleranceUnmet, surrogate::kToleranceUnmet) &&
@@ -56,7 +55,8 @@ Answers ViewOf(Answer* answer) noexcept {
 std::string NameOf(v1alpha1::ModelKind model) {
   if (model == v1alpha1::MODEL_KIND_UNSPECIFIED) model = v1alpha1::MODEL_KIND_HYBRID;
   std::string name = v1alpha1::ModelKind_Name(model);
-  if (name.starts_with("MODEL_KIND_")) name.erase(0, 5);
+  constexpr std::string_view kPrefix = "MODEL_KIND_";
+  if (name.starts_with(kPrefix)) name.erase(0, kPrefix.size());
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;
 }
@@ -87,7 +87,7 @@ Model& Model::operator=(Model&& other) noexcept = default;
 Model::~Model() = default;
 
 Model Model::Open(const std::filesystem::path& model_file) try {
-  const records::LoadedModel loaded = records::ReadModelFile(model_file.string());
+  const records::LoadedModel loaded = surrogate::ReadModel(model_file.string());
   const v1alpha1::Model& message = loaded.model;
   auto parts = std::make_unique<Parts>();
   parts->evaluator = surrogate::MakeModel(message);

@@ -85,7 +85,8 @@ word_model() {
     '' | -h | --help)
       cat <<'HELP'
 Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
-  list      models of a running server, their aliases, domain and errors
+  list      models of a running server, their aliases and domain
+  served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
   compare   DEM, surrogate with interval, and measurement
@@ -97,6 +98,7 @@ Examples:
 HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client models "$@" ;;
+    served) shift; run_program grouser-client model "$@" ;;
     show | eval | compare | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac

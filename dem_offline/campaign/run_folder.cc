@@ -71,7 +71,7 @@ v1alpha1::Campaign RunFolder::ReadCampaign() const {
   }
   try {
     v1alpha1::Campaign campaign;
-    records::FromJson(records::ReadFileBytes(path), path, &campaign);
+    records::FromJson(records::ReadFileBytes(path), path, &campaign, /*earlier=*/true);
     return campaign;
   } catch (const std::exception& error) {
     throw InputError(error.what());

@@ -1,6 +1,6 @@
 #include "dem_offline/campaign/run_one.h"
 
-#include <chrono>
+#include <google/protobuf/util/time_util.h>
 
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/run_identity.h"
@@ -15,8 +15,7 @@ records::RunFile FileOf(const Backend& backend, const v1alpha1::WheelTestSpec& s
   context.tile_sha256 = tile.sha256;
   context.engine_version = backend.engine_version;
   context.isa = backend.isa;
-  context.created_unix_s =
-      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  context.created = google::protobuf::util::TimeUtil::GetCurrentTime();
   return ToRunFile(context, tile.tile, result);
 }
 

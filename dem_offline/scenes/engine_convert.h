@@ -20,7 +20,7 @@ struct RunContext {
   std::string tile_sha256;
   std::string engine_version;
   std::string isa;
-  double created_unix_s = 0;
+  google::protobuf::Timestamp created;
 };
 records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
                            const dem::WheelTestResult& result);

@@ -26,7 +26,6 @@ std::string RunId(const v1alpha1::WheelTestSpec& spec, const std::string& engine
   bare.clear_scene();
   bare.mutable_soil()->clear_name();
   bare.mutable_soil()->clear_source();
-  bare.mutable_soil()->clear_bekker();
   bare.mutable_wheel()->clear_name();
   bare.mutable_wheel()->clear_source();
   auto* state = bare.mutable_state();

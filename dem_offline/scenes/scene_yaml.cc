@@ -92,24 +92,12 @@ void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* ou
   }
 }
 
-void ReadBekker(YamlSection bekker, v1alpha1::BekkerSoil* out) {
-  out->set_n(bekker.Number("n", {0.0, 3.0, true}));
-  out->set_k_c_n_per_m_n_plus_1(bekker.Number("k_c_n_per_m_n_plus_1"));
-  out->set_k_phi_n_per_m_n_plus_2(bekker.Number("k_phi_n_per_m_n_plus_2"));
-  out->set_cohesion_pa(bekker.Number("cohesion_pa", kNonNegative));
-  out->set_friction_angle_rad(bekker.Number("friction_angle_deg", {0.0, 60.0}) * kDegree);
-  out->set_shear_modulus_k_m(bekker.Number("shear_modulus_k_m", kPositive));
-  out->set_bulk_density_kg_per_m3(bekker.Number("bulk_density_kg_per_m3", kPositive));
-  bekker.Finish();
-}
-
 void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
   out->set_name(soil.Text("name"));
   out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3", kPositive));
   out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2"));
   out->set_source(soil.Text("source"));
   ReadGrains(soil.Section("grains"), out->bulk_density_kg_per_m3(), out->mutable_grains());
-  if (soil.Has("bekker")) ReadBekker(soil.Section("bekker"), out->mutable_bekker());
   soil.Finish();
 }
 

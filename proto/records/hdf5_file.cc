@@ -250,16 +250,20 @@ void H5Image::WriteFormat(const std::string& format, int schema) {
   WriteNumber("/", "schema", schema);
 }
 
-void H5Image::CheckFormat(const std::string& format, int schema) const {
+int H5Image::CheckFormat(const std::string& format, int newest) const {
   if (H5Aexists(file_.get(), "format") <= 0) {
     Fail("foreign HDF5 file: no root attribute 'format', expected '" + format + "'");
   }
   const std::string found = ReadText("format");
   if (found != format) Fail("holds '" + found + "', expected '" + format + "'");
   const double found_schema = ReadNumber("/", "schema");
-  if (found_schema != schema) {
-    Fail("has schema " + std::to_string(found_schema) + ", expected " + std::to_string(schema));
+  const int schema =
+      found_schema >= 1 && found_schema <= newest ? static_cast<int>(found_schema) : 0;
+  if (schema != found_schema || schema == 0) {
+    Fail("has schema " + std::to_string(found_schema) + ", expected 1 to " +
+         std::to_string(newest));
   }
+  return schema;
 }
 
 void H5Image::Save() {

@@ -55,9 +55,9 @@ class H5Image {
   /// Names in a group, sorted.
   std::vector<std::string> List(const std::string& group) const;
 
-  /// Checks root attributes `format` and `schema`.
+  /// Root attributes `format` and `schema`; CheckFormat takes schemas from 1 on and returns it.
   void WriteFormat(const std::string& format, int schema);
-  void CheckFormat(const std::string& format, int schema) const;
+  int CheckFormat(const std::string& format, int newest) const;
 
   /// Writes the image durably to `path`.
   void Save();

@@ -17,9 +17,11 @@ std::string ToJson(const google::protobuf::Message& message, bool indented) {
   return json;
 }
 
-void FromJson(const std::string& json, const std::string& where,
-              google::protobuf::Message* message) {
-  const auto status = google::protobuf::util::JsonStringToMessage(json, message);
+void FromJson(const std::string& json, const std::string& where, google::protobuf::Message* message,
+              bool earlier) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = earlier;
+  const auto status = google::protobuf::util::JsonStringToMessage(json, message, options);
   if (!status.ok()) {
     throw std::runtime_error(where + ": not a " + message->GetTypeName() +
                              " in JSON: " + status.ToString());

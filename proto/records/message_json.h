@@ -12,8 +12,9 @@ namespace grouser::records {
 std::string ToJson(const google::protobuf::Message& message, bool indented = false);
 
 /// Reads what ToJson writes. `where` names the source in the error:
-/// std::runtime_error "WHERE: not a TYPE in JSON: cause". Unknown keys are errors.
-void FromJson(const std::string& json, const std::string& where,
-              google::protobuf::Message* message);
+/// std::runtime_error "WHERE: not a TYPE in JSON: cause". Unknown keys are errors
+/// unless `earlier`: files of earlier versions hold fields that are gone.
+void FromJson(const std::string& json, const std::string& where, google::protobuf::Message* message,
+              bool earlier = false);
 
 }  // namespace grouser::records

@@ -3,6 +3,7 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 
@@ -15,9 +16,10 @@ namespace {
 // Layout: magic (13 bytes), version (3 digits), payload length (8 bytes, little
 // endian), SHA-256 of the payload (64 hex digits), payload.
 constexpr char kMagic[] = "GROUSERMODEL\n";
-constexpr char kVersion[] = "001";
 constexpr std::size_t kMagicSize = 13, kVersionSize = 3, kLengthSize = 8, kDigestSize = 64;
 constexpr std::size_t kHeaderSize = kMagicSize + kVersionSize + kLengthSize + kDigestSize;
+
+std::string VersionText(int version) { return "00" + std::to_string(version); }
 
 std::string LengthBytes(std::uint64_t length) {
   std::string bytes;
@@ -49,8 +51,8 @@ std::string SerializeDeterministically(const v1alpha1::Model& model) {
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
   const std::string payload = SerializeDeterministically(model);
   const std::string digest = Sha256OfString(payload);
-  WriteFileDurably(path,
-                   std::string(kMagic) + kVersion + LengthBytes(payload.size()) + digest + payload);
+  WriteFileDurably(path, kMagic + VersionText(kModelFileVersion) + LengthBytes(payload.size()) +
+                             digest + payload);
   return digest;
 }
 
@@ -62,9 +64,12 @@ LoadedModel ReadModelFile(const std::string& path) {
   if (bytes.compare(0, kMagicSize, kMagic) != 0) {
     fail("not a Grouser model file (expected it to start with GROUSERMODEL)");
   }
-  if (bytes.compare(kMagicSize, kVersionSize, kVersion) != 0) {
-    fail("model file of version '" + bytes.substr(kMagicSize, kVersionSize) +
-         "', expected version '" + kVersion + "'");
+  LoadedModel loaded;
+  const std::string version = bytes.substr(kMagicSize, kVersionSize);
+  while (loaded.version > 0 && version != VersionText(loaded.version)) --loaded.version;
+  if (loaded.version == 0) {
+    fail("model file of version '" + version + "', expected one up to '" +
+         VersionText(kModelFileVersion) + "'");
   }
   if (bytes.size() < kHeaderSize) fail("truncated model file (the header is incomplete)");
   const std::uint64_t length = LengthOf(bytes, kMagicSize + kVersionSize);
@@ -73,7 +78,6 @@ LoadedModel ReadModelFile(const std::string& path) {
     fail("truncated or extended model file: " + std::to_string(have) +
          " bytes of payload, expected " + std::to_string(length));
   }
-  LoadedModel loaded;
   const std::string payload = bytes.substr(kHeaderSize);
   loaded.digest = Sha256OfString(payload);
   const std::string stored = bytes.substr(kHeaderSize - kDigestSize, kDigestSize);
@@ -83,6 +87,18 @@ LoadedModel ReadModelFile(const std::string& path) {
   }
   if (!loaded.model.ParseFromString(payload)) fail("payload is not a grouser.v1alpha1.Model");
   return loaded;
+}
+
+google::protobuf::Timestamp TimestampOf(double unix_s) {
+  constexpr double kEndOf9999 = 253402300800.0;
+  if (!(unix_s >= 0 && unix_s < kEndOf9999)) {
+    throw std::invalid_argument("created_unix_s: " + std::to_string(unix_s) +
+                                ", expected seconds since 1970, before the year 10000");
+  }
+  google::protobuf::Timestamp time;
+  time.set_seconds(static_cast<std::int64_t>(unix_s));
+  time.set_nanos(static_cast<std::int32_t>((unix_s - std::floor(unix_s)) * 1e9));
+  return time;
 }
 
 }  // namespace grouser::records

@@ -9,7 +9,9 @@ namespace grouser::records {
 
 /// Model files: 16-byte header (magic "GROUSERMODEL\n", version), then the
 /// length and the SHA-256 of the payload, then a serialised v1alpha1.Model.
-/// No HDF5 here: the server links this target.
+/// No HDF5 here: the server links this target. Version 001 had bekker_values and
+/// created_unix_s; surrogate::ReadModel reads both.
+inline constexpr int kModelFileVersion = 2;
 
 /// Writes aside, syncs, renames, syncs the folder. Returns the digest: the
 /// lower-case hex SHA-256 of the payload. Throws std::runtime_error with path
@@ -22,12 +24,18 @@ inline constexpr std::uint64_t kMaxModelFileBytes = std::uint64_t{256} << 20;
 struct LoadedModel {
   v1alpha1::Model model;
   std::string digest;
+  int version = kModelFileVersion;
 };
 
-/// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
-/// missing, truncated, corrupted or foreign file, one of more than
+/// The message as the file holds it, of version 001 or today's (surrogate::ReadModel gives
+/// it in today's form). Throws std::runtime_error "PATH: what is wrong, what was expected"
+/// for a missing, truncated, corrupted or foreign file, one of more than
 /// kMaxModelFileBytes, and what is no regular file. Never waits.
 LoadedModel ReadModelFile(const std::string& path);
+
+/// Seconds since 1970 as files of earlier versions hold them. Throws std::invalid_argument
+/// beyond the years 1970 to 9999.
+google::protobuf::Timestamp TimestampOf(double unix_s);
 
 /// Writes any small text or binary file with the same guarantees.
 void WriteFileDurably(const std::string& path, const std::string& bytes);

@@ -5,6 +5,7 @@
 
 #include "proto/records/hdf5_file.h"
 #include "proto/records/message_json.h"
+#include "proto/records/model_file.h"
 
 namespace grouser::records {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 using internal::H5Image;
 
 constexpr char kFormat[] = "grouser-run";
-constexpr int kSchema = 1;
 
 // Unit of a series from the ending of its name ("f_x_n" is in N). The longest
 // ending comes first: "v_x_m_per_s" is not in s, "torque_n_m" not in m.
@@ -105,12 +105,21 @@ void CheckEqualLengths(const std::string& path, const DoubleArrays& series) {
   }
 }
 
+void Upgrade(v1alpha1::RunRecord* record) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  if (!record->has_created_unix_s()) return;
+  *record->mutable_created() = TimestampOf(record->created_unix_s());
+  record->clear_created_unix_s();
+#pragma GCC diagnostic pop
+}
+
 }  // namespace
 
 void WriteRunFile(const std::string& path, const RunFile& run) {
   CheckEqualLengths(path, run.series);
   H5Image file = H5Image::Create(path);
-  file.WriteFormat(kFormat, kSchema);
+  file.WriteFormat(kFormat, kRunFileSchema);
   file.WriteText("record_json", RecordJson(run.record));
   WriteSummary(file, run.record);
   WriteProfiles(file, run.record);
@@ -123,9 +132,15 @@ void WriteRunFile(const std::string& path, const RunFile& run) {
 
 RunFile ReadRunFile(const std::string& path) {
   const H5Image file = H5Image::Open(path);
-  file.CheckFormat(kFormat, kSchema);
   RunFile run;
-  FromJson(file.ReadText("record_json"), path + ": record_json", &run.record);
+  run.schema = file.CheckFormat(kFormat, kRunFileSchema);
+  FromJson(file.ReadText("record_json"), path + ": record_json", &run.record,
+           run.schema < kRunFileSchema);
+  try {
+    Upgrade(&run.record);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(path + ": record_json: " + error.what());
+  }
   if (run.record.experiment_case() == v1alpha1::RunRecord::EXPERIMENT_NOT_SET) {
     throw std::runtime_error(path + ": holds no experiment that this version knows");
   }

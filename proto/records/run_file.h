@@ -11,10 +11,14 @@ namespace grouser::records {
 /// Named one-dimensional arrays that stand beside a record.
 using DoubleArrays = std::map<std::string, std::vector<double>>;
 
+/// Version of run files. Schema 1 had created_unix_s and soil.bekker.
+inline constexpr int kRunFileSchema = 2;
+
 /// A run file: the record, and time series by name (see RunRecord).
 struct RunFile {
   v1alpha1::RunRecord record;
-  DoubleArrays series;  ///< "time_s", "f_x_n", ...; equal lengths
+  DoubleArrays series;          ///< "time_s", "f_x_n", ...; equal lengths
+  int schema = kRunFileSchema;  ///< of the file that it was read from
 };
 
 /// Writes `path` as HDF5: aside, synced, renamed, folder synced. Throws
@@ -22,8 +26,8 @@ struct RunFile {
 /// partial file remains.
 void WriteRunFile(const std::string& path, const RunFile& run);
 
-/// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
-/// missing, truncated or foreign file.
+/// A run file of any schema, its record in today's form. Throws std::runtime_error
+/// "PATH: what is wrong, what was expected" for a missing, truncated or foreign file.
 RunFile ReadRunFile(const std::string& path);
 
 /// A settled tile, as written by the campaign (arrays by name with their

@@ -27,7 +27,6 @@ static_assert(SameBit(v1alpha1::STATE_FLAG_INVALID, surrogate::kInvalid) &&
               SameBit(v1alpha1::STATE_FLAG_NO_EQUILIBRIUM, surrogate::kNoEquilibrium) &&
               SameBit(v1alpha1::STATE_FLAG_RATE, surrogate::kRate) &&
               SameBit(v1alpha1::STATE_FLAG_SLOPE, surrogate::kSlope) &&
-              SameBit(v1alpha1::STATE_FLAG_RIGID_ASSUMED, surrogate::kRigidAssumed) &&
               SameBit(v1alpha1::STATE_FLAG_VIRGIN_ASSUMED, surrogate::kVirginAssumed) &&
               SameBit(v1alpha1::STATE_FLAG_FORM_UNKNOWN, surrogate::kFormUnknown) &&
               SameBit(v1alpha1::STATE_FLAG_TOLERANCE_UNMET, surrogate::kToleranceUnmet) &&
@@ -70,8 +69,8 @@ class LengthCheck {
  private:
   LengthCheck& Compare(const char* field, int size) {
     if (status_.ok() && size != n_) {
-      status_ = Status::InvalidArgument(fmt::format(
-          "states.{}: {} entries, expected {} as in states.closure_value", field, size, n_));
+      status_ = Status::InvalidArgument(
+          fmt::format("states.{}: {} entries, expected {} as in states.load_n", field, size, n_));
     }
     return *this;
   }
@@ -79,23 +78,6 @@ class LengthCheck {
   int n_;
   Status status_;
 };
-
-Status CheckClosure(v1alpha1::Closure closure) {
-  switch (closure) {
-    case v1alpha1::CLOSURE_UNSPECIFIED:
-    case v1alpha1::CLOSURE_LOAD:
-      return Status::Ok();
-    case v1alpha1::CLOSURE_SINKAGE:
-    case v1alpha1::CLOSURE_TORQUE:
-      // Inverting the mean response would leave the intervals wrong: they are
-      // fitted at a given load.
-      return Status::InvalidArgument("states.closure: " + v1alpha1::Closure_Name(closure) +
-                                     " is not supported, expected CLOSURE_LOAD");
-    default:
-      return Status::InvalidArgument(
-          fmt::format("states.closure: {} is unknown, expected CLOSURE_LOAD", int{closure}));
-  }
-}
 
 /// Velocity form of a slip-form message, into the echo arrays.
 void FromSlipForm(const v1alpha1::SlipForm& form, double training_speed,
@@ -145,9 +127,8 @@ void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* 
                 surrogate::OutputView* view) {
   view->value = Fill(array->mutable_value(), n);
   if (values_only) {
-    for (auto* unused :
-         {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
-          array->mutable_high(), array->mutable_sd_form(), array->mutable_sd_soil()}) {
+    for (auto* unused : {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
+                         array->mutable_high(), array->mutable_sd_form()}) {
       unused->Clear();
     }
     return;
@@ -157,8 +138,6 @@ void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* 
   view->low = Fill(array->mutable_low(), n);
   view->high = Fill(array->mutable_high(), n);
   std::ranges::fill(Fill(array->mutable_sd_form(), n), sd_form);
-  // One model is one soil: how far the ground is another soil is unknown here.
-  std::ranges::fill(Fill(array->mutable_sd_soil(), n), kNan);
 }
 
 /// The wire's output arrays in the order of surrogate::Output.
@@ -176,7 +155,6 @@ void ClearAirborne(std::span<const std::uint32_t> flags,
     for (v1alpha1::OutputArray* array : arrays) {
       if (array->sd_form_size() == 0) return;  // values only
       array->set_sd_form(static_cast<int>(i), 0);
-      array->set_sd_soil(static_cast<int>(i), 0);
     }
   }
 }
@@ -202,18 +180,17 @@ void EvaluateSelected(const surrogate::WheelStatesView& in, const surrogate::Res
 }  // namespace
 
 Status ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
-  const int n = states.closure_value_size();
+  const int n = states.load_n_size();
   if (n > max_states) {
     return Status::ResourceExhausted(
-        fmt::format("states.closure_value: {} entries, at most {} in one message", n, max_states));
+        fmt::format("states.load_n: {} entries, at most {} in one message", n, max_states));
   }
   if (states.kinematics_case() == v1alpha1::WheelStates::KINEMATICS_NOT_SET) {
     return Status::InvalidArgument("states.kinematics: missing, expected velocity or slip");
   }
-  if (Status closure = CheckClosure(states.closure()); !closure.ok()) return closure;
   if (n == 0) {
     return Status::InvalidArgument(
-        fmt::format("states.closure_value: empty, expected 1 to {} entries", max_states));
+        fmt::format("states.load_n: empty, expected 1 to {} entries", max_states));
   }
   LengthCheck check(n);
   if (states.has_velocity()) {
@@ -243,7 +220,7 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
 
 void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
                     v1alpha1::WheelResponses* responses, Selection* selection) {
-  const int n = states.closure_value_size();
+  const int n = states.load_n_size();
   if (states.has_velocity()) {
     *responses->mutable_velocity() = states.velocity();
   } else {
@@ -255,7 +232,7 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   in.v_x = View(velocity.v_x_m_per_s());
   in.v_y = View(velocity.v_y_m_per_s());
   in.rim_speed = View(velocity.rim_speed_m_per_s());
-  in.load = View(states.closure_value());
+  in.load = View(states.load_n());
   in.slope_pitch = View(states.slope_pitch_rad());
   in.slope_roll = View(states.slope_roll_rad());
   in.yaw_rate = View(states.yaw_rate_rad_per_s());

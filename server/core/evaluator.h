@@ -12,10 +12,9 @@ namespace grouser::server {
 /// Most states in one message.
 inline constexpr int kMaxStates = 10000;
 
-/// Checks a message as a whole: kinematics given, closure supported (load),
-/// 1 to `max_states` states, every array of one length. INVALID_ARGUMENT or
-/// RESOURCE_EXHAUSTED naming the field and the lengths. Values of single
-/// states are not looked at.
+/// Checks a message as a whole: kinematics given, 1 to `max_states` states, every array of one
+/// length. INVALID_ARGUMENT or RESOURCE_EXHAUSTED naming the field and the lengths. Values of
+/// single states are not looked at.
 Status ValidateStates(const v1alpha1::WheelStates& states, int max_states = kMaxStates);
 
 /// An accuracy request and the models that may answer it.

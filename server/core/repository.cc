@@ -1,5 +1,6 @@
 #include "server/core/repository.h"
 
+#include <google/protobuf/util/time_util.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "proto/records/durable_file.h"
 #include "server/core/alias_file.h"
 #include "server/core/model_reference.h"
+#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::server {
 namespace {
@@ -88,7 +90,7 @@ std::vector<Repository::File> Repository::Files() const {
 }
 
 records::LoadedModel Repository::Read(const File& file) {
-  auto loaded = records::ReadModelFile(file.path);
+  auto loaded = surrogate::ReadModel(file.path);
   if (!file.shipped && fs::path(file.path).stem() != loaded.digest) {
     throw std::runtime_error(file.path + ": its content is " + loaded.digest +
                              ", expected the digest that names the file");
@@ -103,8 +105,8 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
     try {
       const auto loaded = Read(file);
       if (!seen.insert(loaded.digest).second) continue;
-      entries.push_back({file.path, loaded.model.name(), loaded.digest,
-                         loaded.model.created_unix_s(), file.shipped});
+      entries.push_back(
+          {file.path, loaded.model.name(), loaded.digest, loaded.model.created(), file.shipped});
     } catch (const std::exception& e) {
       if (problems != nullptr) problems->push_back(e.what());
     }
@@ -121,7 +123,7 @@ void Repository::AddShippedDefaults(const std::vector<Entry>& entries, Aliases* 
   for (const Entry& entry : entries) {
     if (!entry.shipped) continue;
     const Entry*& chosen = newest[entry.name];
-    if (chosen == nullptr || entry.created_unix_s > chosen->created_unix_s) chosen = &entry;
+    if (chosen == nullptr || entry.created > chosen->created) chosen = &entry;
   }
   for (const auto& [name, chosen] : newest) {
     aliases->by_model[name].emplace(std::string(kDefaultAlias), chosen->digest);

@@ -35,13 +35,13 @@ class Repository {
   /// std::runtime_error when a folder that exists cannot be read.
   std::vector<File> Files() const;
 
-  /// Reads one. Throws std::runtime_error for what ReadModelFile refuses, and
+  /// Reads one. Throws std::runtime_error for what surrogate::ReadModel refuses, and
   /// for a file of the state folder whose name is not its content's digest.
   static records::LoadedModel Read(const File& file);
 
   struct Entry {
     std::string path, name, digest;
-    double created_unix_s = 0;
+    google::protobuf::Timestamp created;
     bool shipped = false;
   };
   /// Every readable model; unreadable files are reported in `problems`.

@@ -1,12 +1,14 @@
 #include "server/jobs/job_book.h"
 
 #include <fmt/core.h>
+#include <google/protobuf/util/time_util.h>
 #include <sys/random.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <stdexcept>
 
+#include "proto/records/model_file.h"
 #include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/request_checks.h"
@@ -14,7 +16,9 @@
 namespace grouser::server {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+using google::protobuf::util::TimeUtil;
+
+constexpr double kLongestEta = 1e9;  ///< [s]; of more nothing is known
 
 /// Progress raises revisions in memory only. A requeue after a restart leaps
 /// over all that may have been seen, so that revisions never go back.
@@ -66,7 +70,7 @@ std::size_t JobBook::CountQueued() const {
 }
 
 void JobBook::Touch(JobRow& row) const {
-  row.job.set_changed_unix_s(clock_());
+  *row.job.mutable_update_time() = records::TimestampOf(clock_());
   row.job.set_revision(row.job.revision() + 1);
 }
 
@@ -130,10 +134,10 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     row.job.set_seed(spec.seed());
     row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
     row.job.set_message("waiting for a worker");
-    row.job.set_eta_s(kUnknown);
+    row.job.clear_eta();
     row.job.set_subscribers(1);
     row.job.set_lease_epoch(1);
-    row.job.set_submitted_unix_s(clock_());
+    *row.job.mutable_submit_time() = records::TimestampOf(clock_());
     Touch(row);
     asked.job_id = row.job.job_id();
     store_.Insert(row, asked);
@@ -152,16 +156,31 @@ v1alpha1::Job JobBook::Get(const std::string& job_id) {
   return stored->job;
 }
 
-std::vector<v1alpha1::Job> JobBook::List(std::uint32_t limit) {
-  auto jobs = store_.List(limit);
-  for (auto& job : jobs) {
-    if (const JobRow* row = Find(job.job_id())) job = row->job;
-    if (job.has_run()) {
-      job.mutable_run()->clear_stress();
-      job.mutable_run()->clear_surface();
-    }
+v1alpha1::ListJobsResponse JobBook::List(const v1alpha1::ListJobsRequest& request) {
+  if (request.page_size() < 0) {
+    throw StatusError(StatusCode::kInvalidArgument,
+                      fmt::format("page_size: {}, expected 0 or more", request.page_size()));
   }
-  return jobs;
+  const std::size_t asked = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
+  const std::size_t size = std::min<std::size_t>(asked, kMaxPageSize);
+  auto jobs = store_.List(size, request.page_token());
+  if (!jobs) {
+    throw StatusError(StatusCode::kInvalidArgument,
+                      "page_token: '" + request.page_token().substr(0, 80) +
+                          "', expected the next_page_token of a page before");
+  }
+  v1alpha1::ListJobsResponse response;
+  for (auto& job : *jobs) {
+    const JobRow* row = Find(job.job_id());
+    v1alpha1::Job& listed = *response.add_jobs() = row ? row->job : std::move(job);
+    if (!listed.has_run()) continue;
+    listed.mutable_run()->clear_stress();
+    listed.mutable_run()->clear_surface();
+  }
+  if (jobs->size() == size) {
+    response.set_next_page_token(response.jobs(response.jobs_size() - 1).job_id());
+  }
+  return response;
 }
 
 v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& request_id) {
@@ -179,7 +198,7 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
   if (row.job.subscribers() == 0) {
     row.job.set_job_state(v1alpha1::JOB_STATE_CANCELLED);
     row.job.set_message("cancelled: no subscriber is left");
-    row.job.set_eta_s(kUnknown);
+    row.job.clear_eta();
     row.job.set_lease_epoch(held + 1);  // whatever a worker still reports is stale
   }
   Touch(row);
@@ -204,7 +223,7 @@ std::optional<JobRow> JobBook::Change(const std::string& job_id, std::uint64_t e
                              " is no move of the state machine");
     }
     row->job.set_progress(0);
-    row->job.set_eta_s(kUnknown);
+    row->job.clear_eta();
   }
   Touch(*row);
   if (!store_.Save(*row, epoch)) return std::nullopt;
@@ -219,7 +238,11 @@ bool JobBook::Progress(const std::string& job_id, std::uint64_t epoch, double fr
     return false;
   }
   row->job.set_progress(std::clamp(fraction, 0.0, 1.0));
-  row->job.set_eta_s(eta_s);
+  if (std::isfinite(eta_s) && eta_s >= 0 && eta_s < kLongestEta) {
+    *row->job.mutable_eta() = TimeUtil::MillisecondsToDuration(std::llround(1e3 * eta_s));
+  } else {
+    row->job.clear_eta();
+  }
   row->job.set_message(message);
   Touch(*row);
   listener_(row->job);

@@ -38,8 +38,9 @@ class JobBook {
 
   /// Throws StatusError(kNotFound).
   v1alpha1::Job Get(const std::string& job_id);
-  /// Newest first, without stress and surface profiles.
-  std::vector<v1alpha1::Job> List(std::uint32_t limit);
+  /// A page, newest first, without stress and surface profiles. Throws
+  /// StatusError(kInvalidArgument) for a negative size or a token that no page gave.
+  v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request);
 
   /// Withdraws a subscription; the job is CANCELLED when none is left. Of an
   /// ended job or a withdrawn subscription: no change. Throws
@@ -64,6 +65,7 @@ class JobBook {
                                Publish publish = Publish::kYes);
 
   /// Progress of the running stage, in memory and to listeners only.
+  /// eta_s: NaN where unknown.
   bool Progress(const std::string& job_id, std::uint64_t epoch, double fraction, double eta_s,
                 const std::string& message);
 

@@ -2,8 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <limits>
 #include <stdexcept>
 #include <utility>
+
+#include "proto/records/model_file.h"
 
 namespace grouser::server {
 namespace {
@@ -52,6 +55,15 @@ void BindBlob(SQLite::Statement& statement, int index, const google::protobuf::M
   statement.bind(index, bytes.data(), static_cast<int>(bytes.size()));  // SQLite copies them
 }
 
+/// Rows of versions before 0.2 have their times as seconds.
+void Upgrade(v1alpha1::Job* job) {
+  if (job->submitted_unix_s() == 0) return;
+  *job->mutable_submit_time() = records::TimestampOf(job->submitted_unix_s());
+  *job->mutable_update_time() = records::TimestampOf(job->changed_unix_s());
+  job->clear_submitted_unix_s();
+  job->clear_changed_unix_s();
+}
+
 /// Columns as in kColumns. Throws DamagedRow.
 JobRow ReadRow(SQLite::Statement& row, const std::string& path) {
   JobRow out;
@@ -66,6 +78,7 @@ JobRow ReadRow(SQLite::Statement& row, const std::string& path) {
     throw DamagedRow(path + ": the row of job '" + id +
                      "' is damaged, expected serialised messages that agree with its columns");
   }
+  Upgrade(&out.job);
   return out;
 }
 
@@ -174,9 +187,9 @@ std::uint32_t JobStore::CountSubscribers(const std::string& job_id) {
   return query.getColumn(0).getUInt();
 }
 
-std::vector<JobRow> JobStore::ReadRows(SQLite::Statement& query) const {
+std::vector<JobRow> JobStore::ReadRows(SQLite::Statement& query, std::size_t limit) const {
   std::vector<JobRow> rows;
-  while (query.executeStep()) {
+  while (rows.size() < limit && query.executeStep()) {
     try {
       rows.push_back(ReadRow(query, Path()));
     } catch (const DamagedRow& e) {
@@ -196,12 +209,20 @@ std::vector<JobRow> JobStore::LoadOpen() {
   return ReadRows(query);
 }
 
-std::vector<v1alpha1::Job> JobStore::List(std::uint32_t limit) {
+std::optional<std::vector<v1alpha1::Job>> JobStore::List(std::size_t limit,
+                                                         const std::string& before) {
+  std::int64_t end = std::numeric_limits<std::int64_t>::max();
+  if (!before.empty()) {
+    SQLite::Statement place(db_, "SELECT seq FROM jobs WHERE job_id=?");
+    place.bind(1, before);
+    if (!place.executeStep()) return std::nullopt;
+    end = place.getColumn(0).getInt64();
+  }
   SQLite::Statement query(
-      db_, std::string("SELECT ") + kColumns + " FROM jobs ORDER BY seq DESC LIMIT ?");
-  query.bind(1, limit);
+      db_, std::string("SELECT ") + kColumns + " FROM jobs WHERE seq<? ORDER BY seq DESC");
+  query.bind(1, end);
   std::vector<v1alpha1::Job> jobs;
-  for (auto& row : ReadRows(query)) jobs.push_back(std::move(row.job));
+  for (auto& row : ReadRows(query, limit)) jobs.push_back(std::move(row.job));
   return jobs;
 }
 

@@ -58,14 +58,15 @@ class JobStore {
   // and pass it over; Find throws std::runtime_error.
   /// All that have not ended, oldest first.
   std::vector<JobRow> LoadOpen();
-  /// Newest first.
-  std::vector<v1alpha1::Job> List(std::uint32_t limit);
+  /// Newest first, from the one submitted before `before` (a job's id; empty: the newest).
+  /// nullopt where no such job is known.
+  std::optional<std::vector<v1alpha1::Job>> List(std::size_t limit, const std::string& before = "");
 
   static constexpr int kSchemaVersion = 1;
 
  private:
   void Migrate();
-  std::vector<JobRow> ReadRows(SQLite::Statement& query) const;
+  std::vector<JobRow> ReadRows(SQLite::Statement& query, std::size_t limit = SIZE_MAX) const;
   void InsertRequest(const RequestRow& request);
   bool Update(const JobRow& row, std::uint64_t held_epoch);
 

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
 #include "server/core/model_reference.h"
 #include "server/core/status.h"
@@ -13,6 +12,7 @@
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
 #include "server/jobs/scheduler_steps.h"
+#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::server {
 namespace {
@@ -89,7 +89,7 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(
   } catch (const std::runtime_error& e) {
     Precondition(e.what());  // the alias file is damaged; a digest needs none
   }
-  const auto loaded = records::ReadModelFile(entry.path);
+  const auto loaded = surrogate::ReadModel(entry.path);
   const auto spec = BuildSpec(loaded.model, request);
   auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
                                JoinKeyOf(entry.digest, spec), spec);
@@ -102,19 +102,6 @@ v1alpha1::GetJobResponse JobsApp::Get(const v1alpha1::GetJobRequest& request) {
   CheckJobId(request.job_id());
   v1alpha1::GetJobResponse response;
   *response.mutable_job() = book_.Get(request.job_id());
-  return response;
-}
-
-v1alpha1::ListJobsResponse JobsApp::List(const v1alpha1::ListJobsRequest& request) {
-  if (request.limit() > kMaxListLimit) {
-    throw StatusError(StatusCode::kInvalidArgument, "limit: " + std::to_string(request.limit()) +
-                                                        ", expected at most " +
-                                                        std::to_string(kMaxListLimit));
-  }
-  v1alpha1::ListJobsResponse response;
-  for (auto& job : book_.List(request.limit() == 0 ? kDefaultListLimit : request.limit())) {
-    *response.add_jobs() = std::move(job);
-  }
   return response;
 }
 

@@ -44,7 +44,9 @@ class JobsApp {
   // Requests.
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request);
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
-  v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request);
+  v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request) {
+    return book_.List(request);
+  }
   v1alpha1::CancelJobResponse Cancel(const v1alpha1::CancelJobRequest& request);
   /// `peer`: named as who where the request names nobody.
   v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request,

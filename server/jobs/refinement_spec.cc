@@ -39,10 +39,10 @@ void Require(bool there, const v1alpha1::Model& model, const char* field) {
 /// Names, sources and continuum parameters removed.
 v1alpha1::WheelTestSpec Essence(const v1alpha1::WheelTestSpec& spec) {
   v1alpha1::WheelTestSpec out = spec;
+  out.DiscardUnknownFields();  // of jobs of earlier versions
   out.clear_scene();
   out.mutable_soil()->clear_name();
   out.mutable_soil()->clear_source();
-  out.mutable_soil()->clear_bekker();
   out.mutable_soil()->clear_bulk_density_kg_per_m3();
   out.mutable_wheel()->clear_name();
   out.mutable_wheel()->clear_source();

@@ -12,13 +12,13 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
-#include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/kriging.h"
 #include "surrogate/accuracy_benchmark/timing.h"
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/soils/soil_table.h"
@@ -118,7 +118,7 @@ void BenchmarkModels(const PairFolder& pair, const Ground& ground, double second
       throw std::invalid_argument(file + ": not there; `grouser-ladder fit " + pair.path +
                                   "` makes it");
     }
-    const v1alpha1::Model message = records::ReadModelFile(file).model;
+    const v1alpha1::Model message = ReadModel(file).model;
     const std::unique_ptr<const WheelModel> model = MakeModel(message);
     const double ns = TimeOfModel(*model, ground.test, seconds);
     const auto answer = [&](const Sample& row) {

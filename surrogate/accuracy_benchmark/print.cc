@@ -55,19 +55,24 @@ void MarkdownRows(const std::vector<BenchmarkRow>& rows, const std::string& pair
 }  // namespace
 
 std::string BenchmarkJson(const std::vector<BenchmarkRow>& rows) {
-  Json json;
-  json.Open('[');
+  Json out = Json::array();
   for (const BenchmarkRow& r : rows) {
-    json.Open('{').Key("pair").Value(r.pair).Key("kind").Value(r.kind);
-    json.Key("reference").Value(r.reference).Key("ns_per_answer").Value(r.ns_per_answer);
-    json.Key("output").Value(r.output).Key("region").Value(r.region).Key("n").Value(r.n);
-    json.Key("rmse").Value(r.rmse).Key("p95_over_load").Value(r.p95_over_load);
-    json.Key("r2").Value(r.r2).Key("noise_ratio").Value(r.noise_ratio);
-    json.Key("coverage90").Value(r.coverage90).Key("covered").Value(r.covered);
-    json.Key("width_sd").Value(r.width_sd).Close('}');
+    out.push_back({{"pair", r.pair},
+                   {"kind", r.kind},
+                   {"reference", r.reference},
+                   {"ns_per_answer", r.ns_per_answer},
+                   {"output", r.output},
+                   {"region", r.region},
+                   {"n", r.n},
+                   {"rmse", r.rmse},
+                   {"p95_over_load", r.p95_over_load},
+                   {"r2", r.r2},
+                   {"noise_ratio", r.noise_ratio},
+                   {"coverage90", r.coverage90},
+                   {"covered", r.covered},
+                   {"width_sd", r.width_sd}});
   }
-  json.Close(']');
-  return json.text();
+  return Text(out);
 }
 
 std::string BenchmarkText(const std::vector<BenchmarkRow>& rows) {

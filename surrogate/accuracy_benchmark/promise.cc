@@ -8,12 +8,13 @@
 #include <memory>
 #include <stdexcept>
 
-#include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/errors.h"
 #include "surrogate/fit/error_table.h"
+#include "surrogate/fit/json.h"
 #include "surrogate/fit/training_set.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/models/model_selector.h"
 #include "surrogate/models/state_batch.h"
 
@@ -50,7 +51,7 @@ Loaded Load(const std::string& folder, const PromiseOptions& options) {
   for (std::size_t k = 0; k < kModels.size(); ++k) {
     const std::string file = folder + "/" + kModels[k] + ".model";
     if (!std::filesystem::exists(file)) throw std::invalid_argument(file + ": not there");
-    v1alpha1::Model message = records::ReadModelFile(file).model;
+    v1alpha1::Model message = ReadModel(file).model;
     if (options.without_held_out) DropHeldOut(&message);
     loaded.models.push_back(MakeModel(message));
     models.push_back(MakeSelectableModel(message, *loaded.models.back()));
@@ -165,24 +166,22 @@ std::string PromiseText(const Promise& p) {
 }
 
 std::string PromiseJson(const Promise& p) {
-  std::string out = "[";
+  Json out = Json::array();
   for (const PromiseRow& row : p.rows) {
-    out += fmt::format("{}{{\"tolerance\": \"{}\", \"n\": {}, \"met\": {}, \"by_model\": {{",
-                       out.size() > 1 ? ",\n " : "", row.tolerance, row.n, row.met);
-    for (std::size_t k = 0; k < p.models.size(); ++k) {
-      out += fmt::format("{}\"{}\": {}", k ? ", " : "", p.models[k], row.by_model[k]);
-    }
-    out += "}, \"within\": {";
-    bool first = true;
+    Json by_model = Json::object(), within = Json::object();
+    for (std::size_t k = 0; k < p.models.size(); ++k) by_model[p.models[k]] = row.by_model[k];
     for (const Output o : kPredicted) {
-      if (!row.compared[o]) continue;
-      out += fmt::format("{}\"{}\": {}", first ? "" : ", ", kOutputFields[o].name, row.within[o]);
-      first = false;
+      if (row.compared[o]) within[kOutputFields[o].name] = row.within[o];
     }
-    out += fmt::format("}}, \"all_within\": {}, \"fewest\": {}}}", row.all_within,
-                       FewestWithin(row.met));
+    out.push_back({{"tolerance", row.tolerance},
+                   {"n", row.n},
+                   {"met", row.met},
+                   {"by_model", by_model},
+                   {"within", within},
+                   {"all_within", row.all_within},
+                   {"fewest", FewestWithin(row.met)}});
   }
-  return out + "]\n";
+  return Text(out) + "\n";
 }
 
 }  // namespace grouser::surrogate

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/benchmark.h"
+#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -123,7 +123,7 @@ std::vector<Target> TargetsOf(const std::vector<BenchmarkRow>& rows, const std::
 
 std::vector<Target> TargetsOf(const std::vector<BenchmarkRow>& rows, const PairFolder& pair) {
   CrossConformal cross;
-  const v1alpha1::Model hybrid = records::ReadModelFile(pair.path + "/hybrid.model").model;
+  const v1alpha1::Model hybrid = ReadModel(pair.path + "/hybrid.model").model;
   for (const v1alpha1::ErrorRow& row : hybrid.errors()) {
     if (row.set() != "cross_conformal") continue;
     cross.share[row.output()] = row.covered90();

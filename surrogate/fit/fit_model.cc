@@ -1,9 +1,9 @@
 #include "surrogate/fit/fit_model.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -161,8 +161,7 @@ void FillHead(const FitRequest& request, const std::vector<Sample>& rows, bool s
   p->set_command(request.command);
   p->set_reason(request.reason);
   p->set_grouser_version(GROUSER_VERSION);
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  model->set_created_unix_s(std::chrono::duration<double>(now).count());
+  *model->mutable_created() = google::protobuf::util::TimeUtil::GetCurrentTime();
   model->mutable_measured()->Add(request.measured.begin(), request.measured.end());
 }
 

@@ -1,28 +1,15 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace grouser::surrogate {
 
-/// A JSON text that grows in order; NaN and infinity become the strings "NaN",
-/// "Infinity", "-Infinity", as protobuf's JSON writes them.
-class Json {
- public:
-  Json& Open(char bracket);   ///< '{' or '['
-  Json& Close(char bracket);  ///< '}' or ']'
-  Json& Key(const std::string& name);
-  Json& Value(double value);
-  Json& Value(int value);
-  Json& Value(bool value);
-  Json& Value(const std::string& value);
-  Json& Value(const char* value) { return Value(std::string(value)); }
-  Json& Raw(const std::string& json);
-  const std::string& text() const { return text_; }
+/// Keys keep the order in which they come.
+using Json = nlohmann::ordered_json;
 
- private:
-  void Separate();
-  std::string text_;
-  bool fresh_ = true;
-};
+/// One line. NaN and infinity become the strings "NaN", "Infinity", "-Infinity", as protobuf's
+/// JSON writes them; bytes that are no UTF-8 are replaced.
+std::string Text(Json json);
 
 }  // namespace grouser::surrogate

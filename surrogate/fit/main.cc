@@ -11,15 +11,16 @@
 #include <string>
 #include <vector>
 
-#include "proto/records/model_file.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
+#include "surrogate/fit/migrate.h"
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
 
 namespace {
@@ -30,7 +31,7 @@ using namespace grouser::surrogate;
 constexpr int kOk = 0, kFailed = 1, kUsage = 2, kGateFailed = 3;
 
 struct Arguments {
-  std::vector<std::string> run_dirs;
+  std::vector<std::string> run_dirs, files;
   std::string name, out, measured, base, run, candidate, model, kind = "hybrid", reason,
                                                                 role = "test";
   double slip = 0, angle_deg = 0, load = 0, speed = 0;
@@ -117,7 +118,7 @@ int Summarise(const Arguments& a) {
 }
 
 int Profiles(const Arguments& a) {
-  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const records::LoadedModel loaded = ReadModel(a.model);
   const BekkerModel physics = MakeHybrid(loaded.model).physics();
   const TrainingSet set = ReadAll(a.run_dirs);
   const std::vector<Sample> rows =
@@ -138,21 +139,21 @@ int Weigh(const Arguments& a) {
 }
 
 int Refit(const Arguments& a) {
-  const records::LoadedModel base = records::ReadModelFile(a.base);
+  const records::LoadedModel base = ReadModel(a.base);
   FitRequest request = RefitRequest(base.model, base.digest, a.run);
   request.reason = a.reason.empty() ? "refinement" : a.reason;
   return FitAndWrite(std::move(request), a);
 }
 
 int Show(const Arguments& a) {
-  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const records::LoadedModel loaded = ReadModel(a.model);
   MakeTestedModel(loaded.model);  // says what is wrong with a bad one
   Print(a.json ? ModelJson(loaded.model, loaded.digest) : ModelText(loaded.model, loaded.digest));
   return kOk;
 }
 
 int Eval(const Arguments& a) {
-  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const records::LoadedModel loaded = ReadModel(a.model);
   const auto made = MakeScalar(loaded.model);
   const TabulatedModel& model = *made;
   const double trained = loaded.model.domain().speed_m_per_s();
@@ -168,7 +169,7 @@ int Eval(const Arguments& a) {
 }
 
 int Compare(const Arguments& a) {
-  const records::LoadedModel loaded = records::ReadModelFile(a.model);
+  const records::LoadedModel loaded = ReadModel(a.model);
   const auto made = MakeScalar(loaded.model);
   const TabulatedModel& model = *made;
   const std::vector<v1alpha1::MeasuredPoint> points =
@@ -190,14 +191,24 @@ int Compare(const Arguments& a) {
 }
 
 int Gate(const Arguments& a) {
-  const records::LoadedModel base = records::ReadModelFile(a.base);
-  const records::LoadedModel candidate = records::ReadModelFile(a.candidate);
+  const records::LoadedModel base = ReadModel(a.base);
+  const records::LoadedModel candidate = ReadModel(a.candidate);
   const std::vector<GateResult> checks = GateChecks(base.model, candidate.model);
   Print(a.json ? GateJson(checks) : GateText(checks));
   for (const GateResult& check : checks) {
     if (!check.passed) return kGateFailed;
   }
   return kOk;
+}
+
+int MigrateAll(const Arguments& a) {
+  std::vector<Migration> done;
+  bool failed = false;
+  for (const std::string& file : a.files) {
+    failed |= done.emplace_back(Migrate(file, a.out)).result == "failed";
+  }
+  Print(a.json ? MigrationJson(done) : MigrationText(done));
+  return failed ? kUsage : kOk;
 }
 
 void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) {
@@ -265,6 +276,12 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
   gate->add_option("--base", a->base, "model file")->required();
   gate->add_option("--candidate", a->candidate, "model file")->required();
+  CLI::App* migrate =
+      add("migrate", "Convert files of earlier versions to today's form", MigrateAll);
+  migrate->add_option("files", a->files, "model files, run files, campaign.json, *.runs.json")
+      ->required();
+  migrate->add_option("--out", a->out,
+                      "folder to write to; else in place, the originals kept as FILE.before");
 }
 
 }  // namespace
@@ -282,6 +299,7 @@ int main(int argc, char** argv) {
       "  grouser-fit profiles --runs campaign/ --model cmu.model\n"
       "  grouser-fit refit --base cmu.model --run new.run.h5 --out cmu-2.model\n"
       "  grouser-fit gate --base cmu.model --candidate cmu-2.model\n"
+      "  grouser-fit migrate old/*.model --out new\n"
       "Exit codes: 0 ok, 1 failed, 2 usage or bad input, 3 a gate check failed.");
   Arguments arguments;
   arguments.command = "grouser-fit";

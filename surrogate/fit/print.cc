@@ -1,13 +1,12 @@
 #include "surrogate/fit/print.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "proto/records/message_json.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/json.h"
 #include "surrogate/model_io/write_model.h"
@@ -76,15 +75,7 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
 std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
   v1alpha1::Model slim = model;
   slim.mutable_residual()->clear_coefficients();
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(slim, &json, options);
-  if (!status.ok()) throw std::runtime_error("model to JSON: " + status.ToString());
-  Json out;
-  out.Open('{').Key("digest").Value(digest).Key("model").Raw(json).Close('}');
-  return out.text();
+  return Text({{"digest", digest}, {"model", Json::parse(records::ToJson(slim))}});
 }
 
 std::string AnswerText(const Query& q, const WheelAnswer& a) {
@@ -107,22 +98,25 @@ std::string AnswerText(const Query& q, const WheelAnswer& a) {
 }
 
 std::string AnswerJson(const Query& q, const WheelAnswer& a, const std::string& reference) {
-  Json out;
-  out.Open('{').Key("model").Value(reference);
-  out.Key("slip").Value(q.slip).Key("attack_angle_rad").Value(q.attack_angle_rad);
-  out.Key("load_n").Value(q.load_n).Key("speed_m_per_s").Value(q.speed_m_per_s);
-  out.Key("flags").Value(static_cast<int>(a.flags)).Key("flag_names").Open('[');
+  Json flags = Json::array(), outputs;
   for (const FlagField& f : kFlagFields) {
-    if ((a.flags & f.flag) != 0) out.Value(f.name);
+    if ((a.flags & f.flag) != 0) flags.push_back(f.name);
   }
-  out.Close(']').Key("outputs").Open('{');
   for (int o = 0; o < kOutputs; ++o) {
-    out.Key(kOutputFields[o].name).Open('{').Key("value").Value(a.value[o]);
-    out.Key("low").Value(a.value[o] - a.half_width[o]);
-    out.Key("high").Value(a.value[o] + a.half_width[o]);
-    out.Key("sd_fit").Value(a.sd_fit[o]).Key("sd_patch").Value(a.sd_patch[o]).Close('}');
+    outputs[kOutputFields[o].name] = {{"value", a.value[o]},
+                                      {"low", a.value[o] - a.half_width[o]},
+                                      {"high", a.value[o] + a.half_width[o]},
+                                      {"sd_fit", a.sd_fit[o]},
+                                      {"sd_patch", a.sd_patch[o]}};
   }
-  return out.Close('}').Close('}').text();
+  return Text({{"model", reference},
+               {"slip", q.slip},
+               {"attack_angle_rad", q.attack_angle_rad},
+               {"load_n", q.load_n},
+               {"speed_m_per_s", q.speed_m_per_s},
+               {"flags", a.flags},
+               {"flag_names", flags},
+               {"outputs", outputs}});
 }
 
 std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
@@ -155,53 +149,44 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
 }
 
 std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string& reference) {
-  Json out;
-  out.Open('{').Key("model").Value(reference).Key("rows").Open('[');
+  Json states = Json::array(), errors = Json::array();
   for (const MeasuredRow& row : rows) {
     const v1alpha1::MeasuredPoint& p = *row.measured;
-    out.Open('{').Key("source").Value(p.source()).Key("slip").Value(p.slip());
-    out.Key("attack_angle_deg").Value(p.attack_angle_rad() * kDegrees);
-    out.Key("load_n").Value(p.load_n());
-    out.Key("region").Value(RegionName(RegionOf(p.slip(), p.attack_angle_rad())));
-    out.Key("flags").Value(static_cast<int>(row.model.flags));
-    out.Key("measured").Open('{');
-    for (const Output o : kMeasurable) {
-      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(p.value(o));
-      out.Key("sd").Value(p.sd(o)).Close('}');
+    Json measured, surrogate, dem;
+    if (row.dem != nullptr) {
+      dem = {{"run_id", row.dem->run_id()},
+             {"slip", row.dem->slip()},
+             {"attack_angle_deg", row.dem->attack_angle_rad() * kDegrees},
+             {"load_n", row.dem->load_n()}};
     }
-    out.Close('}').Key("surrogate").Open('{');
     for (const Output o : kMeasurable) {
+      const char* name = kOutputFields[o].name;
       const double value = row.model.value[o], half = row.model.half_width[o];
-      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(value);
-      out.Key("low").Value(value - half).Key("high").Value(value + half).Close('}');
+      measured[name] = {{"value", p.value(o)}, {"sd", p.sd(o)}};
+      surrogate[name] = {{"value", value}, {"low", value - half}, {"high", value + half}};
+      if (row.dem == nullptr) continue;
+      dem[name] = {{"value", row.dem->mean(o)}, {"standard_error", row.dem->standard_error(o)}};
     }
-    out.Close('}').Key("dem");
-    if (row.dem == nullptr) {
-      out.Raw("null").Close('}');
-      continue;
-    }
-    out.Open('{').Key("run_id").Value(row.dem->run_id()).Key("slip").Value(row.dem->slip());
-    out.Key("attack_angle_deg").Value(row.dem->attack_angle_rad() * kDegrees);
-    out.Key("load_n").Value(row.dem->load_n());
-    for (const Output o : kMeasurable) {
-      out.Key(kOutputFields[o].name).Open('{').Key("value").Value(row.dem->mean(o));
-      out.Key("standard_error").Value(row.dem->standard_error(o)).Close('}');
-    }
-    out.Close('}').Close('}');
+    states.push_back({{"source", p.source()},
+                      {"slip", p.slip()},
+                      {"attack_angle_deg", p.attack_angle_rad() * kDegrees},
+                      {"load_n", p.load_n()},
+                      {"region", RegionName(RegionOf(p.slip(), p.attack_angle_rad()))},
+                      {"flags", row.model.flags},
+                      {"measured", measured},
+                      {"surrogate", surrogate},
+                      {"dem", dem}});
   }
-  out.Close(']').Key("errors").Open('[');
   for (const MeasuredError& e : MeasuredErrors(rows)) {
-    out.Open('{').Key("region").Value(RegionName(e.region));
-    out.Key("output")
-        .Value(kOutputFields[e.output].name)
-        .Key("n")
-        .Value(e.n)
-        .Key("rmse")
-        .Value(e.rmse);
-    out.Key("n_dem").Value(e.n_dem).Key("rmse_dem").Value(e.rmse_dem);
-    out.Key("mean_measured").Value(e.mean_measured).Close('}');
+    errors.push_back({{"region", RegionName(e.region)},
+                      {"output", kOutputFields[e.output].name},
+                      {"n", e.n},
+                      {"rmse", e.rmse},
+                      {"n_dem", e.n_dem},
+                      {"rmse_dem", e.rmse_dem},
+                      {"mean_measured", e.mean_measured}});
   }
-  return out.Close(']').Close('}').text();
+  return Text({{"model", reference}, {"rows", states}, {"errors", errors}});
 }
 
 std::string GateText(const std::vector<GateResult>& checks) {
@@ -213,13 +198,11 @@ std::string GateText(const std::vector<GateResult>& checks) {
 }
 
 std::string GateJson(const std::vector<GateResult>& checks) {
-  Json out;
-  out.Open('[');
+  Json out = Json::array();
   for (const GateResult& c : checks) {
-    out.Open('{').Key("name").Value(c.name).Key("passed").Value(c.passed);
-    out.Key("detail").Value(c.detail).Close('}');
+    out.push_back({{"name", c.name}, {"passed", c.passed}, {"detail", c.detail}});
   }
-  return out.Close(']').text();
+  return Text(out);
 }
 
 }  // namespace grouser::surrogate

@@ -17,20 +17,14 @@ double NoiseRatio(const PhysicsErrors& errors, const std::array<double, kOutputs
   return errors.rmse[o] / patch[o];
 }
 
-void AddErrors(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch, Json* json) {
-  json->Open('{').Key("runs").Value(errors.runs).Key("profiles").Value(errors.profiles);
+Json ErrorsJson(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch) {
+  Json json = {{"runs", errors.runs}, {"profiles", errors.profiles}};
   for (const Output o : kPredicted) {
-    json->Key(std::string(kOutputFields[o].name) + "_over_noise")
-        .Value(NoiseRatio(errors, patch, o));
+    json[std::string(kOutputFields[o].name) + "_over_noise"] = NoiseRatio(errors, patch, o);
   }
-  json->Key("normal").Value(errors.misfit.normal);
-  json->Key("tangential").Value(errors.misfit.tangential).Close('}');
-}
-
-void AddArray(const char* name, const std::vector<double>& values, double unit, Json* json) {
-  json->Key(name).Open('[');
-  for (const double v : values) json->Value(v * unit);
-  json->Close(']');
+  json["normal"] = errors.misfit.normal;
+  json["tangential"] = errors.misfit.tangential;
+  return json;
 }
 
 }  // namespace
@@ -56,31 +50,35 @@ std::string ProfilesText(const std::vector<ProfileRow>& rows, const ProfileMisfi
 
 std::string ProfilesJson(const std::vector<ProfileRow>& rows, const ProfileMisfit& repeats,
                          const std::string& reference) {
-  Json json;
   const ProfileMisfit pooled = PooledMisfit(rows);
-  json.Open('{').Key("model").Value(reference);
-  json.Key("normal").Value(pooled.normal).Key("tangential").Value(pooled.tangential);
-  json.Key("repeats_normal").Value(repeats.normal);
-  json.Key("repeats_tangential").Value(repeats.tangential);
-  json.Key("runs").Open('[');
+  Json runs = Json::array();
   for (const ProfileRow& p : rows) {
-    json.Open('{').Key("run_id").Value(p.row->source->run_id()).Key("slip").Value(p.row->slip);
-    json.Key("attack_angle_deg").Value(p.row->attack_angle_rad * kDegrees);
-    json.Key("load_n").Value(p.row->load_n).Key("share").Value(p.compared.share);
-    json.Key("used").Value(p.used).Key("sinkage_m").Value(p.sinkage);
-    json.Key("measured_sinkage_m").Value(p.row->mean[kSinkage]);
-    json.Key("normal").Value(p.misfit.normal).Key("tangential").Value(p.misfit.tangential);
-    std::vector<double> angle;
-    for (std::size_t i = 0; i < p.model.size(); ++i) angle.push_back(p.model.MiddleOf(i));
-    AddArray("angle_deg", angle, kDegrees, &json);
-    AddArray("measured_normal_pa", p.compared.measured.normal, 1, &json);
-    AddArray("measured_tangential_pa", p.compared.measured.tangential, 1, &json);
-    AddArray("model_normal_pa", p.model.normal, 1, &json);
-    AddArray("model_tangential_pa", p.model.tangential, 1, &json);
-    json.Close('}');
+    Json angles = Json::array();
+    for (std::size_t i = 0; i < p.model.size(); ++i) {
+      angles.push_back(p.model.MiddleOf(i) * kDegrees);
+    }
+    runs.push_back({{"run_id", p.row->source->run_id()},
+                    {"slip", p.row->slip},
+                    {"attack_angle_deg", p.row->attack_angle_rad * kDegrees},
+                    {"load_n", p.row->load_n},
+                    {"share", p.compared.share},
+                    {"used", p.used},
+                    {"sinkage_m", p.sinkage},
+                    {"measured_sinkage_m", p.row->mean[kSinkage]},
+                    {"normal", p.misfit.normal},
+                    {"tangential", p.misfit.tangential},
+                    {"angle_deg", angles},
+                    {"measured_normal_pa", p.compared.measured.normal},
+                    {"measured_tangential_pa", p.compared.measured.tangential},
+                    {"model_normal_pa", p.model.normal},
+                    {"model_tangential_pa", p.model.tangential}});
   }
-  json.Close(']').Close('}');
-  return json.text();
+  return Text({{"model", reference},
+               {"normal", pooled.normal},
+               {"tangential", pooled.tangential},
+               {"repeats_normal", repeats.normal},
+               {"repeats_tangential", repeats.tangential},
+               {"runs", runs}});
 }
 
 std::string WeightsText(const std::vector<WeightTrial>& trials,
@@ -119,23 +117,20 @@ std::string WeightsText(const std::vector<WeightTrial>& trials,
 
 std::string WeightsJson(const std::vector<WeightTrial>& trials,
                         const std::array<double, kOutputs>& patch) {
-  Json json;
-  json.Open('[');
+  Json out = Json::array();
   for (const WeightTrial& t : trials) {
-    json.Open('{').Key("weight").Value(t.weight).Key("seconds").Value(t.seconds);
-    json.Key("left_out");
-    AddErrors(t.left_out, patch, &json);
-    json.Key("held_out");
-    AddErrors(t.test, patch, &json);
-    json.Key("parameters").Open('{');
+    Json parameters;
     for (const BekkerField& field : BekkerFields()) {
-      json.Key(field.name).Open('{').Key("value").Value(t.parameters.*field.member);
-      json.Key("standard_error").Value(t.spread.*field.member).Close('}');
+      parameters[field.name] = {{"value", t.parameters.*field.member},
+                                {"standard_error", t.spread.*field.member}};
     }
-    json.Close('}').Close('}');
+    out.push_back({{"weight", t.weight},
+                   {"seconds", t.seconds},
+                   {"left_out", ErrorsJson(t.left_out, patch)},
+                   {"held_out", ErrorsJson(t.test, patch)},
+                   {"parameters", parameters}});
   }
-  json.Close(']');
-  return json.text();
+  return Text(out);
 }
 
 }  // namespace grouser::surrogate

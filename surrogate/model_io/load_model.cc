@@ -155,28 +155,6 @@ TrainingDomain HullOf(const v1alpha1::Model& model) {
   return hull;
 }
 
-BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message) {
-  BekkerParameters parameters;
-  std::size_t known = 0;
-  for (const BekkerField& field : BekkerFields()) {
-    const auto found = message.values().find(field.name);
-    if (found == message.values().end()) {
-      if (field.optional) continue;  // a file of before: the default
-      throw std::invalid_argument(std::string("bekker.values: no entry \"") + field.name + "\"");
-    }
-    parameters.*field.member = found->second;
-    ++known;
-  }
-  if (message.values().size() != known) {
-    for (const auto& [name, value] : message.values()) {
-      bool found = false;
-      for (const BekkerField& field : BekkerFields()) found |= name == field.name;
-      if (!found) throw std::invalid_argument("bekker.values: unknown entry \"" + name + "\"");
-    }
-  }
-  return parameters;
-}
-
 namespace {
 
 void CheckHead(const v1alpha1::Model& model) {

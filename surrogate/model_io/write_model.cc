@@ -5,12 +5,6 @@
 
 namespace grouser::surrogate {
 
-void SetBekker(const BekkerParameters& parameters, v1alpha1::Model* model) {
-  auto& values = *model->mutable_bekker()->mutable_values();
-  values.clear();
-  for (const BekkerField& field : BekkerFields()) values[field.name] = parameters.*field.member;
-}
-
 void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
                  v1alpha1::Model* model) {
   constexpr double kPi = std::numbers::pi;

@@ -26,7 +26,8 @@ void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::
 /// Throws as MakeModel.
 void SetGoldenVectors(v1alpha1::Model* model);
 
-/// Throws std::invalid_argument naming the key that is missing or unknown.
+/// Throws std::invalid_argument naming the parameter that is missing, or saying that one is
+/// unknown.
 BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message);
 
 /// The evaluator without its self-test. Throws as MakeModel; MakeHybrid also for

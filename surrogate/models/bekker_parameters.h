@@ -28,7 +28,7 @@ struct BekkerParameters {
   double turn_speed = 0.15;         ///< v_x/M within which entry and exit swap [-]
   double turn_spin = 0.1;           ///< weight of the rim speed in that swap [-]
   double unit_weight = 13000.0;     ///< gamma = rho g of the bed [N/m^3]
-  // Absent in files before version 0.2: the values here leave old answers as they were.
+  // Absent in older files: the values here leave old answers as they were.
   double pressure_form = kBekkerForm;  ///< kBekkerForm or kReeceForm
   double reece_k_c = 0.0;              ///< Reece's cohesive modulus k_c' [-]
   double reece_k_phi = 0.0;            ///< Reece's frictional modulus k_phi' [-]
@@ -36,7 +36,8 @@ struct BekkerParameters {
   double grouser_share = 0.5;          ///< of h_g that counts in the shearing radius [-]
 };
 
-/// Name, unit and range of each parameter, as in model files.
+/// Name, unit and range of each parameter, in the order of v1alpha1.BekkerParameters, whose
+/// fields have the unit in their name besides.
 struct BekkerField {
   const char* name;
   const char* unit;

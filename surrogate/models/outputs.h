@@ -66,7 +66,6 @@ enum Flag : std::uint32_t {
   kNoEquilibrium = 16,     ///< the soil does not carry the load
   kRate = 32,              ///< faster than the quasi-static range
   kSlope = 64,             ///< a slope was given, the model has none
-  kRigidAssumed = 128,     ///< tyre treated as rigid
   kVirginAssumed = 256,    ///< pass > 1 given, the model has none
   kFormUnknown = 512,      ///< not compared with a measurement here
   kToleranceUnmet = 1024,  ///< no model suffices, or the budget ended
@@ -84,7 +83,6 @@ inline constexpr FlagField kFlagFields[] = {
     {kNoEquilibrium, "NO_EQUILIBRIUM"},
     {kRate, "RATE"},
     {kSlope, "SLOPE"},
-    {kRigidAssumed, "RIGID_ASSUMED"},
     {kVirginAssumed, "VIRGIN_ASSUMED"},
     {kFormUnknown, "FORM_UNKNOWN"},
     {kToleranceUnmet, "TOLERANCE_UNMET"},

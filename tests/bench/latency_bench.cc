@@ -38,14 +38,14 @@ v1alpha1::WheelStates RandomStates(const v1alpha1::Domain& domain, int n, std::m
   };
   const double speed = domain.speed_m_per_s() > 0 ? domain.speed_m_per_s() : 0.1;
   v1alpha1::WheelStates states;
-  states.set_closure(v1alpha1::CLOSURE_LOAD);
+
   auto* velocity = states.mutable_velocity();
   for (int i = 0; i < n; ++i) {
     const double angle = draw(-1, 1) * domain.attack_angle_max_rad();
     velocity->add_v_x_m_per_s(draw(0.2, 1) * speed * std::cos(angle));
     velocity->add_v_y_m_per_s(draw(0.2, 1) * speed * std::sin(angle));
     velocity->add_rim_speed_m_per_s(draw(0.2, 1) * speed);
-    states.add_closure_value(draw(domain.load_min_n(), domain.load_max_n()));
+    states.add_load_n(draw(domain.load_min_n(), domain.load_max_n()));
   }
   return states;
 }
@@ -65,11 +65,11 @@ grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::Wheel
   };
   grouser_lcm::wheel_query_t query;
   query.model = model;
-  query.n = states.closure_value_size();
+  query.n = states.load_n_size();
   query.v_x = copy(states.velocity().v_x_m_per_s());
   query.v_y = copy(states.velocity().v_y_m_per_s());
   query.rim_speed = copy(states.velocity().rim_speed_m_per_s());
-  query.load = copy(states.closure_value());
+  query.load = copy(states.load_n());
   return query;
 }
 

@@ -13,8 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/upgrade.h"
 #include "surrogate/models/hybrid.h"
 #include "surrogate/models/lookup.h"
 #include "surrogate/models/state_batch.h"
@@ -174,7 +174,7 @@ std::string ShippedModel() {
 
 std::vector<SurrogateRow> MeasureSurrogate(const SurrogateOptions& options) {
   const std::string path = options.model.empty() ? ShippedModel() : options.model;
-  Bench bench(records::ReadModelFile(path).model, options.seed);
+  Bench bench(surrogate::ReadModel(path).model, options.seed);
   return bench.Run(options.repetitions);
 }
 

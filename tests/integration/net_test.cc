@@ -89,7 +89,7 @@ TEST_P(NetTest, ALostAddressEndsTheProgram) {
 v1alpha1::EvaluateWheelsRequest SomeStates() {
   v1alpha1::EvaluateWheelsRequest request;
   for (int i = 0; i < 50; ++i) {
-    request.mutable_states()->add_closure_value(24);
+    request.mutable_states()->add_load_n(24);
     request.mutable_states()->mutable_slip()->add_slip(0.01 * i);
     request.mutable_states()->mutable_slip()->add_attack_angle_rad(0);
   }

@@ -119,7 +119,7 @@ TEST_F(QueryAccuracyTest, AnyKindNamesThePairAndADigestStandsAlone) {
     auto request = Request(model);
     request.mutable_accuracy()->set_share_of_load(0.16);
     auto response = client_->Evaluate(request);
-    response.clear_latency_us();
+    response.clear_latency();
     return response;
   };
   auto by_hybrid = ask(kName), by_lookup = ask(std::string(kName) + "-lookup");
@@ -159,7 +159,7 @@ TEST_F(QueryAccuracyTest, LooseIsMetTinyIsNotAndTheHintCanBeSubmitted) {
   EXPECT_EQ(hint.output(), "sinkage");
   EXPECT_GT(hint.excess(), 1);
   EXPECT_EQ(hint.model(), tiny.selectable_models(tiny.answered_by(index)));
-  EXPECT_EQ(hint.state().load_n(), request.states().closure_value(index));
+  EXPECT_EQ(hint.state().load_n(), request.states().load_n(index));
   v1alpha1::SubmitRefinementRequest submit;
   submit.set_request_id("test");
   submit.set_model(hint.model());
@@ -171,7 +171,7 @@ TEST_F(QueryAccuracyTest, LooseIsMetTinyIsNotAndTheHintCanBeSubmitted) {
 TEST_F(QueryAccuracyTest, NoAccuracyRequestAnswersAsBefore) {
   const auto same = [&](const EvaluateWheelsRequest& request) {
     auto response = client_->Evaluate(request);
-    response.clear_latency_us();
+    response.clear_latency();
     return response.SerializeAsString();
   };
   auto empty = Request();

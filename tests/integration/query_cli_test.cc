@@ -87,6 +87,8 @@ TEST_F(QueryCliTest, ModelsAndHealth) {
   ASSERT_TRUE(
       google::protobuf::util::JsonStringToMessage(Client({"models", "--json"}).out, &listing).ok());
   EXPECT_EQ(listing.models_size(), 1);
+  EXPECT_THAT(Client({"model", "sand"}).out, AllOf(HasSubstr("sand@sha256:"), HasSubstr("rmse")));
+  EXPECT_EQ(Client({"model", "mud"}).code, 1);
   const auto health = Client({"health"});
   EXPECT_EQ(health.code, 0);
   EXPECT_EQ(health.out, "SERVING\n");

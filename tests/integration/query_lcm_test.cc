@@ -114,7 +114,7 @@ class QueryLcmTest : public ::testing::Test {
     velocity->add_v_x_m_per_s(0.08);
     velocity->add_v_y_m_per_s(0.01);
     velocity->add_rim_speed_m_per_s(0.1);
-    request.mutable_states()->add_closure_value(24);
+    request.mutable_states()->add_load_n(24);
     return client::TerrainClient(server.address(), kTimeout).Evaluate(request);
   }
   testing::TempDir dir_;

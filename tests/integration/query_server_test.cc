@@ -82,7 +82,7 @@ TEST_F(QueryServerTest, Unary) {
 TEST_F(QueryServerTest, BiggestBatchAndOneMore) {
   EXPECT_EQ(client_->Evaluate(Request(10000)).responses().f_x().high_size(), 10000);
   ExpectRefused(Request(10001), grpc::StatusCode::RESOURCE_EXHAUSTED,
-                AllOf(HasSubstr("states.closure_value"), HasSubstr("10001")));
+                AllOf(HasSubstr("states.load_n"), HasSubstr("10001")));
   ExpectAnswers();
 }
 
@@ -91,12 +91,9 @@ TEST_F(QueryServerTest, BadMessagesNameTheField) {
                 AllOf(HasSubstr("clay"), HasSubstr("sand@stable")));
   ExpectRefused(Request(0), grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("states.kinematics"));
   auto mismatched = Request(2);
-  mismatched.mutable_states()->add_closure_value(1);
+  mismatched.mutable_states()->add_load_n(1);
   ExpectRefused(mismatched, grpc::StatusCode::INVALID_ARGUMENT,
                 HasSubstr("states.velocity.v_x_m_per_s: 2 entries, expected 3"));
-  auto closure = Request(1);
-  closure.mutable_states()->set_closure(v1alpha1::CLOSURE_TORQUE);
-  ExpectRefused(closure, grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("states.closure"));
   auto too_big = Request(1);
   too_big.set_model(std::string(5 * 1024 * 1024, 'x'));
   ExpectRefused(too_big, grpc::StatusCode::RESOURCE_EXHAUSTED, HasSubstr("message"));
@@ -107,7 +104,7 @@ TEST_F(QueryServerTest, BadStatesAreFlaggedWhileOthersAreAnswered) {
   auto request = Request(5);
   auto* velocity = request.mutable_states()->mutable_velocity();
   velocity->set_v_x_m_per_s(1, kNan);
-  request.mutable_states()->set_closure_value(2, -3);
+  request.mutable_states()->set_load_n(2, -3);
   velocity->set_rim_speed_m_per_s(3, std::numeric_limits<double>::infinity());
   const auto responses = client_->Evaluate(request).responses();
   for (const int bad : {1, 2, 3}) {
@@ -191,6 +188,10 @@ TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
   EXPECT_EQ(client_->Evaluate(Request(1, "sand@sha256:" + digest_.substr(0, 12))).model(),
             "sand@sha256:" + digest_);
   EXPECT_EQ(client_->ListModels().models_size(), 2);
+  const auto one = client_->GetModel("sand");
+  EXPECT_EQ(one.model().digest(), newer);
+  EXPECT_GT(one.errors_size(), 0);
+  EXPECT_THROW(client_->GetModel("mud"), ClientError);
 }
 
 TEST_F(QueryServerTest, DamagedRepositoryKeepsTheServerAnswering) {

@@ -43,7 +43,6 @@ enum Flag : std::uint32_t {
   kNoEquilibrium = 16,  ///< the soil does not carry the load
   kRate = 32,           ///< faster than the quasi-static range
   kSlope = 64,
-  kRigidAssumed = 128,
   kVirginAssumed = 256,
   kFormUnknown = 512,  ///< the interval is against DEM; against a measurement it is unknown
   kToleranceUnmet = 1024,

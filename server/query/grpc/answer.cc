@@ -60,32 +60,10 @@ Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest&
     response->mutable_error()->set_code(static_cast<int>(status.code));
     response->mutable_error()->set_message(status.message);
   }
-  const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
-  response->set_latency_us(spent.count());
+  const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
+  response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
+  response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
   return status;
-}
-
-void DescribeModels(const SnapshotStore& store, v1alpha1::ListModelsResponse* response) {
-  const auto snapshot = store.Current();
-  response->set_generation(snapshot->generation());
-  for (const auto& model : snapshot->models()) {
-    const auto& message = model->message;
-    auto* info = response->add_models();
-    info->set_name(message.name());
-    info->set_digest(model->digest);
-    if (const auto it = snapshot->aliases().find(message.name()); it != snapshot->aliases().end()) {
-      for (const auto& [alias, target] : it->second) {
-        if (target == model) info->add_aliases(alias);
-      }
-    }
-    *info->mutable_domain() = message.domain();
-    *info->mutable_errors() = message.errors();
-    *info->mutable_provenance() = message.provenance();
-    info->set_radius_m(message.wheel().radius_m());
-    info->set_width_m(message.wheel().width_m());
-    info->set_soil(message.soil().name());
-    info->set_shipped(model->shipped);
-  }
 }
 
 }  // namespace grouser::server

@@ -10,7 +10,4 @@ namespace grouser::server {
 Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
               v1alpha1::EvaluateWheelsResponse* response);
 
-/// Models of the current snapshot with their aliases.
-void DescribeModels(const SnapshotStore& store, v1alpha1::ListModelsResponse* response);
-
 }  // namespace grouser::server

@@ -2,6 +2,7 @@
 
 #include "server/net/grpc_status.h"
 #include "server/query/grpc/answer.h"
+#include "server/query/grpc/describe_models.h"
 #include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
@@ -32,12 +33,22 @@ TerrainService::StreamWheels(grpc::CallbackServerContext* /*context*/) {
 }
 
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
-                                                     const v1alpha1::ListModelsRequest* /*request*/,
+                                                     const v1alpha1::ListModelsRequest* request,
                                                      v1alpha1::ListModelsResponse* response) {
   auto* call = new UnaryCall(gate_, *context);
-  if (!call->admitted()) return call;
-  DescribeModels(store_, response);
-  call->Finish(grpc::Status::OK);
+  if (call->admitted()) {
+    call->Finish(ToGrpcStatus(server::ListModels(*store_.Current(), *request, response)));
+  }
+  return call;
+}
+
+grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* context,
+                                                   const v1alpha1::GetModelRequest* request,
+                                                   v1alpha1::GetModelResponse* response) {
+  auto* call = new UnaryCall(gate_, *context);
+  if (call->admitted()) {
+    call->Finish(ToGrpcStatus(server::GetModel(*store_.Current(), *request, response)));
+  }
   return call;
 }
 

@@ -24,6 +24,9 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
   grpc::ServerUnaryReactor* ListModels(grpc::CallbackServerContext* context,
                                        const v1alpha1::ListModelsRequest* request,
                                        v1alpha1::ListModelsResponse* response) override;
+  grpc::ServerUnaryReactor* GetModel(grpc::CallbackServerContext* context,
+                                     const v1alpha1::GetModelRequest* request,
+                                     v1alpha1::GetModelResponse* response) override;
 
  private:
   const SnapshotStore& store_;

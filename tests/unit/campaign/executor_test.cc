@@ -214,6 +214,17 @@ TEST_F(ExecutorTest, StopWhileSettlingStoresNoTile) {
 }
 
 // kill -9 at many moments: never a broken file, and nothing finished is redone.
+// Its soil has Bekker numbers, which are gone: its runs are not repeated for that.
+TEST(RunFolder, ReadsACampaignOfAnEarlierVersion) {
+  const v1alpha1::Campaign campaign = RunFolder(GROUSER_EARLIER).ReadCampaign();
+  ASSERT_EQ(campaign.runs_size(), 1);
+  const v1alpha1::WheelTestSpec spec = SpecOf(campaign, campaign.runs(0));
+  const std::string id = campaign.runs(0).run_id();
+  const auto record = records::ReadRunFile(GROUSER_EARLIER "/" + id + ".run.h5").record;
+  EXPECT_EQ(RunId(spec, record.numerics().engine_version()), id);
+  EXPECT_EQ(RunId(record.spec(), record.numerics().engine_version()), id);
+}
+
 TEST_F(ExecutorTest, KilledAtAnyMomentItResumesAndRepeatsNothing) {
   const auto campaign = SomeCampaign(30, 2);
   std::size_t before = 0;

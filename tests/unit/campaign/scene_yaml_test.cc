@@ -26,7 +26,6 @@ TEST(SceneYaml, ReadsAShippedScene) {
   EXPECT_EQ(scene.wheel().radius_m(), 0.0625);
   EXPECT_EQ(scene.soil().grains().sizes_size(), 3);
   EXPECT_DOUBLE_EQ(scene.rig().stress_bin_rad(), 5 * std::numbers::pi / 180);
-  EXPECT_FALSE(scene.soil().has_bekker());
 }
 
 // One edit of the good file each: line to replace, by what, and the complaint.

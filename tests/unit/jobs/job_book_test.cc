@@ -70,13 +70,13 @@ TEST_F(JobBookTest, SubmissionIsIdempotentAlsoAfterARestart) {
   EXPECT_EQ(again.job().job_id(), first.job().job_id());
   EXPECT_FALSE(again.joined());
   EXPECT_EQ(again.job().subscribers(), 1u);
-  EXPECT_EQ(book_->List(10).size(), 1u);
+  EXPECT_EQ(book_->List({}).jobs_size(), 1);
 }
 
 TEST_F(JobBookTest, SameRequestIdWithOtherContentIsRefused) {
   Submit(Request("a", 0.35));
   EXPECT_EQ(CodeOf([&] { Submit(Request("a", 0.36)); }), StatusCode::kAlreadyExists);
-  EXPECT_EQ(book_->List(10).size(), 1u);
+  EXPECT_EQ(book_->List({}).jobs_size(), 1);
 }
 
 TEST_F(JobBookTest, EqualWorkIsJoinedAndCancelledWhenNoneIsLeft) {
@@ -200,14 +200,53 @@ TEST_F(JobBookTest, ListsNewestFirstWithoutProfiles) {
     row.job.mutable_run()->mutable_surface()->add_height_m(1);
     row.job.mutable_run()->mutable_stress()->add_normal_pa(1);
   });
-  const auto jobs = book_->List(10);
-  ASSERT_EQ(jobs.size(), 2u);
-  EXPECT_EQ(jobs[0].job_id(), b);
-  EXPECT_EQ(jobs[1].run().run_id(), "r");
-  EXPECT_FALSE(jobs[1].run().has_surface());
-  EXPECT_FALSE(jobs[1].run().has_stress());
+  const auto page = book_->List({});
+  ASSERT_EQ(page.jobs_size(), 2);
+  EXPECT_EQ(page.next_page_token(), "");
+  EXPECT_EQ(page.jobs(0).job_id(), b);
+  EXPECT_EQ(page.jobs(1).run().run_id(), "r");
+  EXPECT_FALSE(page.jobs(1).run().has_surface());
+  EXPECT_FALSE(page.jobs(1).run().has_stress());
   EXPECT_TRUE(book_->Get(a).run().has_surface());
-  EXPECT_EQ(book_->List(1).size(), 1u);
+}
+
+TEST_F(JobBookTest, PagesGoOnWhereTheOneBeforeEnded) {
+  std::vector<std::string> ids;
+  for (const char* name : {"a", "b", "c"})
+    ids.push_back(Submit(Request(name, ids.size() * 0.1)).job().job_id());
+  ListJobsRequest request;
+  request.set_page_size(2);
+  const auto first = book_->List(request);
+  ASSERT_EQ(first.jobs_size(), 2);
+  EXPECT_EQ(first.jobs(0).job_id(), ids[2]);
+  Submit(Request("d", 0.7));  // newer ones move no page
+  request.set_page_token(first.next_page_token());
+  const auto second = book_->List(request);
+  ASSERT_EQ(second.jobs_size(), 1);
+  EXPECT_EQ(second.jobs(0).job_id(), ids[0]);
+  EXPECT_EQ(second.next_page_token(), "");
+  request.set_page_token("job-nowhere");
+  EXPECT_EQ(CodeOf([&] { book_->List(request); }), StatusCode::kInvalidArgument);
+  request.Clear();
+  request.set_page_size(-1);
+  EXPECT_EQ(CodeOf([&] { book_->List(request); }), StatusCode::kInvalidArgument);
+}
+
+// Rows of version 0.1 keep their times in seconds.
+TEST_F(JobBookTest, RowsOfEarlierVersionsAreRead) {
+  const std::string id = Submit(Request("a")).job().job_id();
+  JobRow row = *store_->Find(id);
+  row.job.clear_submit_time();
+  row.job.clear_update_time();
+  row.job.set_submitted_unix_s(1000.25);
+  row.job.set_changed_unix_s(1001.5);
+  ASSERT_TRUE(store_->Save(row, row.job.lease_epoch()));
+  Reopen();
+  const Job read = book_->Get(id);
+  EXPECT_EQ(read.submit_time().seconds(), 1000);
+  EXPECT_EQ(read.submit_time().nanos(), 250'000'000);
+  EXPECT_EQ(read.update_time().seconds(), 1001);
+  EXPECT_EQ(read.submitted_unix_s(), 0);
 }
 
 TEST_F(JobBookTest, AFailedStoreChangesNothing) {
@@ -240,7 +279,7 @@ TEST_F(JobBookTest, OneDamagedRowIsPassedOverAndKept) {
   }
   Reopen();
   EXPECT_EQ(book_->Open().size(), 1u);
-  EXPECT_EQ(book_->List(100).size(), 1u);
+  EXPECT_EQ(book_->List({}).jobs_size(), 1);
   SQLite::Database db(dir_ / "jobs.sqlite");
   EXPECT_EQ(db.execAndGet("SELECT COUNT(*) FROM jobs").getInt(), 1 + int(std::size(damages)));
 }

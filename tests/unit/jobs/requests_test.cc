@@ -196,6 +196,9 @@ TEST(RefinementSpec, ARecordAnswersItsOwnSpecOnly) {
   record.mutable_spec()->set_scene("another name");
   record.mutable_spec()->mutable_soil()->clear_source();
   EXPECT_TRUE(Answers(record, spec));
+  auto earlier = spec;  // of a job of before: its soil holds a field that has gone
+  ASSERT_TRUE(earlier.mutable_soil()->MergeFromString(std::string("\x2a\x02\x08\x01", 4)));
+  EXPECT_TRUE(Answers(record, earlier));
   record.mutable_spec()->set_seed(8);
   EXPECT_FALSE(Answers(record, spec));
   *record.mutable_spec() = spec;

@@ -189,7 +189,7 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     EXPECT_LE(DemStarts().size(), 2u);
   }
 
-  std::vector<Job> StoredJobs() const { return JobStore(state_ + "/jobs/jobs.sqlite").List(10); }
+  std::vector<Job> StoredJobs() const { return *JobStore(state_ + "/jobs/jobs.sqlite").List(10); }
 
   /// Forgets all but the fakes.
   void Clear() {

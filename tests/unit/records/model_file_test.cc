@@ -17,8 +17,7 @@ using ::testing::HasSubstr;
 v1alpha1::Model SomeModel() {
   v1alpha1::Model model;
   model.set_name("sand-wheel");
-  (*model.mutable_bekker()->mutable_values())["n"] = 1.1;
-  (*model.mutable_bekker()->mutable_values())["k_phi"] = 2e6;
+  model.mutable_bekker()->set_n(1.1);
   model.add_sd_form(std::numeric_limits<double>::quiet_NaN());
   return model;
 }
@@ -30,7 +29,7 @@ TEST(ModelFile, RoundTrip) {
   EXPECT_EQ(loaded.digest, digest);
   EXPECT_EQ(digest.size(), 64u);
   EXPECT_EQ(loaded.model.SerializeAsString().size(), SomeModel().SerializeAsString().size());
-  EXPECT_EQ(loaded.model.bekker().values().at("n"), 1.1);
+  EXPECT_EQ(loaded.model.bekker().n(), 1.1);
   EXPECT_EQ(WriteModelFile(folder / "again", loaded.model), digest);
 }
 
@@ -59,7 +58,8 @@ TEST(ModelFile, ForeignFlippedAndNewerFilesAreRefused) {
   std::string newer = bytes;
   newer[15] = '9';
   WriteFileDurably(folder / "x", newer);
-  EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }), HasSubstr("expected version '001'"));
+  EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }),
+              HasSubstr("expected one up to '002'"));
   WriteFileDurably(folder / "x", bytes + "more");
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }), HasSubstr("extended"));
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "none"); }), HasSubstr("none: cannot open"));

@@ -12,6 +12,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/hdf5_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "tests/unit/records/temp_folder.h"
 #include "tests/unit/records/throws.h"
@@ -58,6 +59,41 @@ TEST(RunFile, ARecordSaysWhichExperimentItIs) {
   WriteRunFile(folder / "a.run.h5", run);
   EXPECT_THAT(MessageOf([&] { ReadRunFile(folder / "a.run.h5"); }),
               HasSubstr("a.run.h5: holds no experiment that this version knows"));
+}
+
+// What has gone since is passed over in a file of schema 1 alone.
+TEST(RunFile, KeysAreUnknownByTheFilesSchema) {
+  const TempFolder folder;
+  const auto complaint = [&](int schema) {
+    auto file = internal::H5Image::Create(folder / "a.run.h5");
+    file.WriteFormat("grouser-run", schema);
+    file.WriteText("record_json", R"({"gone": 1, "created_unix_s": 1e9})");
+    file.Save();
+    return MessageOf([&] { ReadRunFile(folder / "a.run.h5"); });
+  };
+  EXPECT_THAT(complaint(1), HasSubstr("holds no experiment"));
+  EXPECT_THAT(complaint(2), HasSubstr("gone"));
+  for (const int schema : {0, 3}) {
+    EXPECT_THAT(complaint(schema), HasSubstr("expected 1 to 2")) << schema;
+  }
+}
+
+TEST(RunFile, ARecordOfSchema1IsGivenInTodaysForm) {
+  const TempFolder folder;
+  const auto read = [&](const std::string& created) {
+    auto file = internal::H5Image::Create(folder / "a.run.h5");
+    file.WriteFormat("grouser-run", 1);
+    file.WriteText("record_json", R"({"spec": {"scene": "a"}, "created_unix_s": )" + created + "}");
+    file.CreateGroup("/series");
+    file.Save();
+    return ReadRunFile(folder / "a.run.h5");
+  };
+  const RunFile run = read("1795417257.5");
+  EXPECT_EQ(run.schema, 1);
+  EXPECT_EQ(run.record.created().seconds(), 1795417257);
+  EXPECT_EQ(run.record.created().nanos(), 500000000);
+  EXPECT_THAT(ToJson(run.record), testing::Not(HasSubstr("created_unix_s")));
+  EXPECT_THAT(MessageOf([&] { read("-1"); }), HasSubstr("a.run.h5: record_json: created_unix_s"));
 }
 
 TEST(RunFile, RoundTripIsExact) {

@@ -22,7 +22,7 @@ using ::testing::UnorderedElementsAre;
 Snapshot::ModelPtr Make(const std::string& name, char digest, double half,
                         const std::string& soil = "sand", double width = 0.05) {
   v1alpha1::Model message = testing::FakeMessage(name, 0.5);
-  (*message.mutable_bekker()->mutable_values())["half"] = half;
+  message.mutable_bekker()->set_c1(half);
   message.mutable_soil()->set_name(soil);
   message.mutable_wheel()->set_width_m(width);
   for (int k = 0; k < 6; ++k) message.add_sd_form(half);
@@ -64,7 +64,7 @@ class AccuracyRequestTest : public ::testing::Test {
     states_.mutable_velocity()->add_v_x_m_per_s(v_x);
     states_.mutable_velocity()->add_v_y_m_per_s(0);
     states_.mutable_velocity()->add_rim_speed_m_per_s(0.1);
-    states_.add_closure_value(load);
+    states_.add_load_n(load);
   }
   std::string NameOf(int i) const {
     return selection_.selectable->models[selection_.answered_by[i]]->message.name();

@@ -27,7 +27,7 @@ WheelStates Velocities(int n) {
     states.mutable_velocity()->add_v_x_m_per_s(0.05);
     states.mutable_velocity()->add_v_y_m_per_s(0);
     states.mutable_velocity()->add_rim_speed_m_per_s(0.1);
-    states.add_closure_value(24);
+    states.add_load_n(24);
   }
   return states;
 }
@@ -100,7 +100,6 @@ TEST_F(EvaluatorTest, AnswersVelocityForm) {
 TEST_F(EvaluatorTest, UnknownFormIsNanAndFlaggedNeverZero) {
   ASSERT_TRUE(Run(Velocities(1)).ok());
   EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(0)));
-  EXPECT_TRUE(std::isnan(responses_.f_x().sd_soil(0)));
   EXPECT_EQ(responses_.flags(0), v1alpha1::STATE_FLAG_FORM_UNKNOWN);
 }
 
@@ -108,7 +107,7 @@ TEST_F(EvaluatorTest, SlipFormAtTrainingSpeedEqualsItsVelocities) {
   WheelStates states;
   states.mutable_slip()->add_slip(0.2);
   states.mutable_slip()->add_attack_angle_rad(0.5);
-  states.add_closure_value(30);
+  states.add_load_n(30);
   ASSERT_TRUE(Run(states).ok());
   EXPECT_NEAR(responses_.slip().slip(0), 0.2, 1e-12);
   EXPECT_NEAR(responses_.slip().attack_angle_rad(0), 0.5, 1e-12);
@@ -118,7 +117,7 @@ TEST_F(EvaluatorTest, SlipFormAtTrainingSpeedEqualsItsVelocities) {
 
   WheelStates by_velocity;
   *by_velocity.mutable_velocity() = responses_.velocity();
-  by_velocity.add_closure_value(30);
+  by_velocity.add_load_n(30);
   const double f_x = responses_.f_x().value(0);
   ASSERT_TRUE(Run(by_velocity).ok());
   EXPECT_DOUBLE_EQ(responses_.f_x().value(0), f_x);
@@ -130,7 +129,7 @@ TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic)
     states.mutable_slip()->add_slip(slip);
     states.mutable_slip()->add_attack_angle_rad(angle);
     states.mutable_slip()->add_speed_m_per_s(speed);
-    states.add_closure_value(24);
+    states.add_load_n(24);
   };
   add(2.5, 0, 0.1);
   add(0.1, 0, -0.1);
@@ -150,8 +149,8 @@ TEST_F(EvaluatorTest, SlipFormWithImpossibleSlipOrSpeedIsInvalidAndAtRestStatic)
 // Sums over a vehicle stay finite: nothing of a wheel off the ground is NaN.
 TEST_F(EvaluatorTest, AWheelOffTheGroundAnswersZeros) {
   WheelStates states = Velocities(4);
-  states.set_closure_value(1, 0);
-  states.set_closure_value(2, -0.0);
+  states.set_load_n(1, 0);
+  states.set_load_n(2, -0.0);
   ASSERT_TRUE(Run(states).ok());
   const auto* wire = WheelResponses::descriptor();
   for (const int i : {1, 2}) {
@@ -160,7 +159,7 @@ TEST_F(EvaluatorTest, AWheelOffTheGroundAnswersZeros) {
       const auto& output = dynamic_cast<const v1alpha1::OutputArray&>(
           responses_.GetReflection()->GetMessage(responses_, wire->FindFieldByName(field.name)));
       for (const auto* part : {&output.value(), &output.sd_fit(), &output.sd_patch(), &output.low(),
-                               &output.high(), &output.sd_form(), &output.sd_soil()}) {
+                               &output.high(), &output.sd_form()}) {
         EXPECT_EQ(part->Get(i), 0) << field.name;
       }
     }
@@ -176,7 +175,7 @@ TEST_F(EvaluatorTest, BadStatesAreFlaggedAndHarmNoOther) {
   WheelStates states = Velocities(6);
   states.mutable_velocity()->set_v_x_m_per_s(1, testing::kNan);
   states.mutable_velocity()->set_rim_speed_m_per_s(2, kInf);
-  states.set_closure_value(3, -1);
+  states.set_load_n(3, -1);
   states.mutable_velocity()->set_v_x_m_per_s(4, 0);
   states.mutable_velocity()->set_rim_speed_m_per_s(4, 0);
   ASSERT_TRUE(Run(states).ok());
@@ -207,9 +206,9 @@ TEST_F(EvaluatorTest, RefusesEmptyAndOversizedBatches) {
   WheelStates empty;
   empty.mutable_velocity();
   ExpectRefused(empty, StatusCode::kInvalidArgument,
-                AllOf(HasSubstr("states.closure_value"), HasSubstr("empty")));
+                AllOf(HasSubstr("states.load_n"), HasSubstr("empty")));
   ExpectRefused(Velocities(kMaxStates + 1), StatusCode::kResourceExhausted,
-                AllOf(HasSubstr("states.closure_value"), HasSubstr("10001"), HasSubstr("10000")));
+                AllOf(HasSubstr("states.load_n"), HasSubstr("10001"), HasSubstr("10000")));
   EXPECT_TRUE(Run(Velocities(kMaxStates)).ok());
 }
 
@@ -226,18 +225,9 @@ TEST_F(EvaluatorTest, RefusesMismatchedLengthsNamingFieldAndLengths) {
   ExpectRefused(states, StatusCode::kInvalidArgument, HasSubstr("states.yaw_rate_rad_per_s"));
   WheelStates slip;
   slip.mutable_slip()->add_slip(0.1);
-  slip.add_closure_value(24);
+  slip.add_load_n(24);
   ExpectRefused(slip, StatusCode::kInvalidArgument,
                 HasSubstr("states.slip.attack_angle_rad: 0 entries"));
-}
-
-TEST_F(EvaluatorTest, RefusesClosuresItHasNotByName) {
-  WheelStates states = Velocities(1);
-  states.set_closure(v1alpha1::CLOSURE_SINKAGE);
-  ExpectRefused(states, StatusCode::kInvalidArgument,
-                AllOf(HasSubstr("states.closure"), HasSubstr("CLOSURE_SINKAGE")));
-  states.set_closure(static_cast<v1alpha1::Closure>(42));
-  ExpectRefused(states, StatusCode::kInvalidArgument, HasSubstr("42"));
 }
 
 TEST_F(EvaluatorTest, ResolvesReferences) {

@@ -63,7 +63,7 @@ inline v1alpha1::Model FakeMessage(const std::string& name, double gain) {
   message.mutable_domain()->set_speed_m_per_s(0.1);
   message.set_interval_level(0.9);
   message.set_averaging_length_m(0.3);
-  (*message.mutable_bekker()->mutable_values())["gain"] = gain;
+  message.mutable_bekker()->set_n(gain);  // FakeModel has it for its gain
   auto* golden = message.add_golden();
   golden->set_v_x_m_per_s(0.05);
   golden->set_rim_speed_m_per_s(0.1);
@@ -73,14 +73,12 @@ inline v1alpha1::Model FakeMessage(const std::string& name, double gain) {
   return message;
 }
 
-/// ModelFactory of FakeMessage(), with "half" beside "gain" if it is there;
-/// refuses a gain of 0.
+/// ModelFactory of FakeMessage(): gain n, half c1 if it is there; refuses a gain of 0.
 inline std::unique_ptr<const surrogate::WheelModel> MakeFakeModel(const v1alpha1::Model& message) {
-  const double gain = message.bekker().values().at("gain");
+  const double gain = message.bekker().n();
   if (gain == 0) throw std::runtime_error("bekker.gain: 0, expected another number");
-  const auto half = message.bekker().values().find("half");
   return std::make_unique<FakeModel>(gain, message.wheel().radius_m(),
-                                     half == message.bekker().values().end() ? 3 : half->second);
+                                     message.bekker().has_c1() ? message.bekker().c1() : 3);
 }
 
 }  // namespace grouser::testing

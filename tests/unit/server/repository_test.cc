@@ -26,9 +26,9 @@ class RepositoryTest : public ::testing::Test {
     std::filesystem::create_directories(dir_ / "shipped");
   }
 
-  std::string Ship(const std::string& name, double gain, double created_unix_s = 0) {
+  std::string Ship(const std::string& name, double gain, int created_s = 0) {
     auto message = testing::FakeMessage(name, gain);
-    message.set_created_unix_s(created_unix_s);
+    message.mutable_created()->set_seconds(created_s);
     return records::WriteModelFile(dir_ / ("shipped/" + name + std::to_string(gain) + ".model"),
                                    message);
   }

@@ -10,6 +10,7 @@
 #include "proto/records/model_file.h"
 #include "server/core/evaluator.h"
 #include "server/core/snapshot_store.h"
+#include "surrogate/model_io/self_test.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -65,6 +66,18 @@ TEST_F(SnapshotTest, FollowsTheRepository) {
   const auto snapshot = store_.Current();
   ASSERT_TRUE(snapshot->Find("sand@previous", &previous).ok());
   EXPECT_EQ(previous->digest, a);
+}
+
+// State folders outlive releases; an alias of before still finds its model.
+TEST_F(SnapshotTest, ServesAModelFileOfAnEarlierVersionUnderItsOwnDigest) {
+  const std::string digest = repository_.Publish(GROUSER_EARLIER "/bekker.model");
+  const std::string name = repository_.List(nullptr).at(0).name;
+  repository_.SetAlias(name, "stable", digest, "test", "");
+  SnapshotStore store(repository_, surrogate::MakeTestedModel);
+  EXPECT_THAT(store.Refresh().problems, SizeIs(0));
+  EXPECT_EQ(DigestOf(store, name), digest);
+  const auto snapshot = store.Current();
+  EXPECT_TRUE(snapshot->models().at(0)->message.bekker().has_n());
 }
 
 TEST_F(SnapshotTest, LoadedModelsAreReused) {
@@ -178,10 +191,9 @@ class ShippedSnapshotTest : public SnapshotTest {
         shipped_(with_shipped_, testing::MakeFakeModel) {
     std::filesystem::create_directory(dir_ / "shipped");
   }
-  std::string Ship(const std::string& file, double gain, double created_unix_s,
-                   bool passes = true) {
+  std::string Ship(const std::string& file, double gain, int created_s, bool passes = true) {
     auto message = testing::FakeMessage("sand", gain);
-    message.set_created_unix_s(created_unix_s);
+    message.mutable_created()->set_seconds(created_s);
     if (!passes) message.mutable_golden(0)->set_value(0, 1e3);
     return records::WriteModelFile(dir_ / ("shipped/" + file), message);
   }
@@ -243,7 +255,7 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
     states.mutable_velocity()->add_v_x_m_per_s(0.05);
     states.mutable_velocity()->add_v_y_m_per_s(0);
     states.mutable_velocity()->add_rim_speed_m_per_s(0.1);
-    states.add_closure_value(24);
+    states.add_load_n(24);
     v1alpha1::WheelResponses responses;
     while (!stop) {
       const auto snapshot = store_.Current();
@@ -251,8 +263,7 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
       const auto status = Evaluate(*snapshot, "sand", states, false, &model, &responses);
       const bool whole = status.ok() &&
                          responses.f_x().value(0) == model->message.golden(0).value(0) &&
-                         model->message.bekker().values().at("gain") ==
-                             static_cast<double>(snapshot->generation());
+                         model->message.bekker().n() == static_cast<double>(snapshot->generation());
       if (!whole) ++wrong;
       ++answers;
     }

@@ -359,18 +359,18 @@ TEST_F(Files, WriteTestedModelLeavesTheOldFileWhereTheServerWouldRefuse) {
   model.mutable_domain()->set_load_max_n(-1);
   refuses("load");
   model = good;
-  (*model.mutable_bekker()->mutable_values())["c1"] = std::nan("");
+  model.mutable_bekker()->set_c1(std::nan(""));
   refuses("c1");
   const std::string digest = WriteTestedModel(path, good);
   EXPECT_EQ(records::ReadModelFile(path).digest, digest);
 }
 
 TEST(Json, EscapesAndKeepsNaN) {
-  Json json;
-  json.Open('{').Key("a\"b").Value(std::nan("")).Key("c").Open('[').Value(1).Value(true);
-  json.Close(']').Key("d").Value("line\n").Key("e").Value("\xff").Close('}');
-  EXPECT_EQ(json.text(),
-            "{\"a\\\"b\":\"NaN\",\"c\":[1,true],\"d\":\"line\\n\",\"e\":\"\xEF\xBF\xBD\"}")
+  const double nan = std::nan("");
+  const Json json = {{"a\"b", nan}, {"c", {1, true, -HUGE_VAL}}, {"d", "line\n"}, {"e", "\xff"}};
+  EXPECT_EQ(
+      Text(json),
+      "{\"a\\\"b\":\"NaN\",\"c\":[1,true,\"-Infinity\"],\"d\":\"line\\n\",\"e\":\"\xEF\xBF\xBD\"}")
       << "bytes that are no UTF-8 are replaced";
 }
 

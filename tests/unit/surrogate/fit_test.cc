@@ -191,7 +191,7 @@ TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
   }
 
   v1alpha1::Model spoiled = refit;
-  (*spoiled.mutable_bekker()->mutable_values())["friction_angle"] = 0.05;
+  spoiled.mutable_bekker()->set_friction_angle_rad(0.05);
   const auto failed = [&](const std::string& name) {
     for (const GateResult& check : GateChecks(base, spoiled)) {
       if (check.name == name) return !check.passed;

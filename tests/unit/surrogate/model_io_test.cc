@@ -87,10 +87,12 @@ std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
 // Files of before the forms and grousers: what is absent is the default.
 TEST(MakeModel, TakesAFileWithoutTheOptionalParameters) {
   EXPECT_EQ(Complaint([](v1alpha1::Model* m) {
-              for (const BekkerField& field : BekkerFields()) {
-                if (field.optional) m->mutable_bekker()->mutable_values()->erase(field.name);
-              }
-              EXPECT_EQ(m->bekker().values().size(), 18);
+              v1alpha1::BekkerParameters* bekker = m->mutable_bekker();
+              bekker->clear_pressure_form();
+              bekker->clear_reece_k_c();
+              bekker->clear_reece_k_phi();
+              bekker->clear_grouser_height_m();
+              bekker->clear_grouser_share();
             }),
             "accepted");
 }
@@ -101,10 +103,12 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(Complaint([](M m) { m->clear_name(); }), HasSubstr("name"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_wheel()->set_radius_m(0); }),
               HasSubstr("wheel radius"));
-  EXPECT_THAT(Complaint([](M m) { m->mutable_bekker()->mutable_values()->erase("n"); }),
-              HasSubstr("no entry \"n\""));
-  EXPECT_THAT(Complaint([](M m) { (*m->mutable_bekker()->mutable_values())["nn"] = 1; }),
-              HasSubstr("unknown entry \"nn\""));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_bekker()->clear_n(); }), HasSubstr("bekker: no n"));
+  EXPECT_THAT(Complaint([](M m) {
+                const auto later = std::string("\xf8\x3f\x01", 3);  // field 1023
+                m->mutable_bekker()->MergeFromString(later);
+              }),
+              HasSubstr("bekker: a parameter that this version does not know"));
   EXPECT_THAT(Complaint([](M m) { m->clear_sd_patch(); }), HasSubstr("sd_patch: 0 numbers"));
   EXPECT_THAT(Complaint([](M m) { m->add_sd_bulldozing(1); }),
               HasSubstr("sd_bulldozing: 1 numbers"));
@@ -125,7 +129,8 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
 
 TEST(MakeModel, GoldenVectorsCatchASwappedParameter) {
   EXPECT_THAT(Complaint([](v1alpha1::Model* m) {
-                (*m->mutable_bekker()->mutable_values())["k_phi"] *= 1 + 1e-6;
+                auto* bekker = m->mutable_bekker();
+                bekker->set_k_phi_n_per_m_n_plus_2(bekker->k_phi_n_per_m_n_plus_2() * (1 + 1e-6));
               }),
               testing::HasSubstr("golden["));
 }

@@ -226,7 +226,7 @@ TEST(StressProfile, WithoutOneOrWithoutWeightTheFitIsThatOfTotals) {
   EXPECT_EQ(ProfileWeightOf(v1alpha1::MODEL_KIND_HYBRID), 0);
   runs.resize(8);
   FitRequest request = synthetic::MakeRequest(runs);
-  const auto c1_of = [](const v1alpha1::Model& model) { return model.bekker().values().at("c1"); };
+  const auto c1_of = [](const v1alpha1::Model& model) { return model.bekker().c1(); };
   const double hybrid = c1_of(FitModel(request));
   request.kind = v1alpha1::MODEL_KIND_BEKKER;
   const double bekker = c1_of(FitModel(request));
