@@ -259,7 +259,7 @@ records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
   record.set_travel_m(result.travel_m);
   record.set_contact_length_m(result.contact_length_m);
   record.set_stopped_by(dem::Explain(result.stopped));
-  *record.mutable_created() = context.created;
+  *record.mutable_create_time() = context.created;
   RecordMeans(result, &record);
   RecordEnergy(result.energy, record.mutable_energy());
   RecordBed(result, tile, record.mutable_bed());

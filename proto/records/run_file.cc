@@ -109,7 +109,7 @@ void Upgrade(v1alpha1::RunRecord* record) {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
   if (!record->has_created_unix_s()) return;
-  *record->mutable_created() = TimestampOf(record->created_unix_s());
+  *record->mutable_create_time() = TimestampOf(record->created_unix_s());
   record->clear_created_unix_s();
 #pragma GCC diagnostic pop
 }

@@ -106,7 +106,7 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
       const auto loaded = Read(file);
       if (!seen.insert(loaded.digest).second) continue;
       entries.push_back(
-          {file.path, loaded.model.name(), loaded.digest, loaded.model.created(), file.shipped});
+          {file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(), file.shipped});
     } catch (const std::exception& e) {
       if (problems != nullptr) problems->push_back(e.what());
     }

@@ -100,7 +100,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
     if (!FindDigest(models, loaded.model->digest)) models.push_back(loaded.model);
     const auto& message = loaded.model->message;
     entries.push_back(
-        {file.path, message.name(), loaded.model->digest, message.created(), file.shipped});
+        {file.path, message.name(), loaded.model->digest, message.create_time(), file.shipped});
     good[file.path] = std::move(loaded);
   }
   Repository::Aliases wanted = state_aliases_;

@@ -161,7 +161,7 @@ void FillHead(const FitRequest& request, const std::vector<Sample>& rows, bool s
   p->set_command(request.command);
   p->set_reason(request.reason);
   p->set_grouser_version(GROUSER_VERSION);
-  *model->mutable_created() = google::protobuf::util::TimeUtil::GetCurrentTime();
+  *model->mutable_create_time() = google::protobuf::util::TimeUtil::GetCurrentTime();
   model->mutable_measured()->Add(request.measured.begin(), request.measured.end());
 }
 

@@ -56,7 +56,7 @@ bool UpgradeModel(v1alpha1::Model* model) {
       model->clear_bekker_values();
     }
     if (model->has_created_unix_s()) {
-      *model->mutable_created() = records::TimestampOf(model->created_unix_s());
+      *model->mutable_create_time() = records::TimestampOf(model->created_unix_s());
       model->clear_created_unix_s();
     }
   } catch (const std::invalid_argument& error) {

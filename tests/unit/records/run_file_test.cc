@@ -90,8 +90,8 @@ TEST(RunFile, ARecordOfSchema1IsGivenInTodaysForm) {
   };
   const RunFile run = read("1795417257.5");
   EXPECT_EQ(run.schema, 1);
-  EXPECT_EQ(run.record.created().seconds(), 1795417257);
-  EXPECT_EQ(run.record.created().nanos(), 500000000);
+  EXPECT_EQ(run.record.create_time().seconds(), 1795417257);
+  EXPECT_EQ(run.record.create_time().nanos(), 500000000);
   EXPECT_THAT(ToJson(run.record), testing::Not(HasSubstr("created_unix_s")));
   EXPECT_THAT(MessageOf([&] { read("-1"); }), HasSubstr("a.run.h5: record_json: created_unix_s"));
 }

@@ -28,7 +28,7 @@ class RepositoryTest : public ::testing::Test {
 
   std::string Ship(const std::string& name, double gain, int created_s = 0) {
     auto message = testing::FakeMessage(name, gain);
-    message.mutable_created()->set_seconds(created_s);
+    message.mutable_create_time()->set_seconds(created_s);
     return records::WriteModelFile(dir_ / ("shipped/" + name + std::to_string(gain) + ".model"),
                                    message);
   }

@@ -193,7 +193,7 @@ class ShippedSnapshotTest : public SnapshotTest {
   }
   std::string Ship(const std::string& file, double gain, int created_s, bool passes = true) {
     auto message = testing::FakeMessage("sand", gain);
-    message.mutable_created()->set_seconds(created_s);
+    message.mutable_create_time()->set_seconds(created_s);
     if (!passes) message.mutable_golden(0)->set_value(0, 1e3);
     return records::WriteModelFile(dir_ / ("shipped/" + file), message);
   }

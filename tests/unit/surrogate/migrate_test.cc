@@ -101,7 +101,7 @@ TEST_F(MigrateTest, ARunKeepsItsRecordAndSeries) {
   EXPECT_EQ(records::ToJson(is.record), records::ToJson(was.record));
   EXPECT_EQ(is.series, was.series);
   EXPECT_EQ(is.record.run_id() + ".run.h5", kRun);
-  EXPECT_GT(is.record.created().seconds(), 1'700'000'000);
+  EXPECT_GT(is.record.create_time().seconds(), 1'700'000'000);
 }
 
 TEST_F(MigrateTest, CampaignsKeepAllThatIsReadOfThem) {

@@ -32,7 +32,7 @@ TEST(ReadModel, GivesAModelOfVersion001InTodaysForm) {
   for (const BekkerField& field : BekkerFields()) {
     EXPECT_EQ(parameters.*field.member, values.at(field.name)) << field.name;
   }
-  const auto& created = loaded.model.created();
+  const auto& created = loaded.model.create_time();
   EXPECT_NEAR(created.nanos(), 1e9 * std::fmod(raw.model.created_unix_s(), 1), 1);
   EXPECT_EQ(created.seconds(), std::floor(raw.model.created_unix_s()));
   EXPECT_NO_THROW(MakeTestedModel(loaded.model));
