@@ -23,24 +23,9 @@ void AddBenchCommand(CLI::App& app, Action* action) {
   auto json = std::make_shared<bool>(false);
   CLI::App* bench = app.add_subcommand("bench", "Times the engine on beds that its peers run too");
   bench->footer(kBenchExamples);
-  bench->add_option("--workload", o->workload, "bed, shear or wheel")->capture_default_str();
-  bench->add_option("--particles", o->particles, "Grains of a world")->capture_default_str();
-  bench->add_option("--cores", o->cores, "Threads, of one world or one a world")
-      ->capture_default_str();
-  bench->add_option("--device", o->device, "cpu, cuda, or emulated")->capture_default_str();
-  bench->add_option("--order", o->order, "Of the grains given to the engine: sorted or shuffled")
-      ->capture_default_str();
-  bench->add_option("--worlds", o->worlds, "Worlds at a time")->capture_default_str();
-  bench->add_option("--tangential", o->laws.tangential, "Tangential law of the contacts")
-      ->capture_default_str();
-  bench->add_option("--rolling", o->laws.rolling, "Rolling law of the contacts")
-      ->capture_default_str();
-  bench->add_option("--steps", o->steps, "Timed steps")->capture_default_str();
-  bench->add_option("--repeat", o->repeat, "Times; the median counts")->capture_default_str();
-  bench->add_option("--seed", o->seed, "Of the bed")->capture_default_str();
-  bench->add_option("--bed", o->bed, "File of the bed: read, or made and written");
-  bench->add_option("--scene", o->scene, "wheel: full, or needed (window, freezing, largest step)")
-      ->capture_default_str();
+  ForEachOption(*o, [&](const char* name, auto& field, const char* help) {
+    bench->add_option(name, field, help)->capture_default_str();
+  });
   bench->add_flag("--json", *json, "As a JSON object on stdout");
   bench->callback([=] {
     *action = [o, json](const StopSignals& signals) {

@@ -13,32 +13,9 @@ constexpr char kVerifyExamples[] = R"(Examples:
   grouser-dem verify --markdown   # as the tables of docs/verification.md
 The table goes to stdout, progress to stderr. Exit code: 0 all rows pass, 1 one fails.)";
 
-struct VerifyArguments {
-  bool quick = false, full = false, json = false, markdown = false, quiet = false;
-  std::string only, device = "cpu";
-  int threads = 2;
-};
-
-int Run(const dem::verify::Suite& suite, const VerifyArguments& a) {
-  using dem::verify::Level;
-  using dem::verify::Output;
-  dem::verify::SuiteOptions options;
-  options.level = a.full ? Level::kFull : a.quick ? Level::kQuick : Level::kDefault;
-  options.only = a.only;
-  options.device = a.device;
-  options.threads = a.device == "cpu" ? a.threads : 1;
-  options.progress = !a.quiet;
-  const Output output = a.json ? Output::kJson : a.markdown ? Output::kMarkdown : Output::kTable;
-  std::string command = "./grouser dem " + suite.name;
-  if (a.full) command += " --full";
-  if (a.quick) command += " --quick";
-  if (!a.only.empty()) command += " --case " + a.only;
-  return dem::verify::RunAndPrint(suite, options, output, command + " --markdown");
-}
-
 void AddSuite(CLI::App& app, Action* action, const char* name, const char* about,
               dem::verify::Suite (*make)()) {
-  auto arguments = std::make_shared<VerifyArguments>();
+  auto arguments = std::make_shared<dem::verify::SuiteCommand>();
   CLI::App* command = app.add_subcommand(name, about);
   command->footer(kVerifyExamples);
   auto* quick = command->add_flag("--quick", arguments->quick, "Cases of seconds alone");
@@ -57,7 +34,7 @@ void AddSuite(CLI::App& app, Action* action, const char* name, const char* about
   command->callback([=] {
     *action = [arguments, make](const StopSignals& signals) {
       signals.EndAtOnce();
-      return Run(make(), *arguments);
+      return RunAndPrint(make(), *arguments, "./grouser dem");
     };
   });
 }

@@ -207,15 +207,10 @@ void Ensemble::Push(int world) {
     SendTables();
   }
   SendWorld(world);
-  for (;;) {
+  do {
     memory_.Checkpoint();
     device_.Start(View(), combination_);
-    std::int32_t bits;
-    if (!Overflowed(&bits)) return;
-    ++regrowths_;
-    memory_.Restore();
-    Regrow(bits);
-  }
+  } while (!Fitted());
 }
 
 std::vector<Grain> Ensemble::Grains(int world) const {
