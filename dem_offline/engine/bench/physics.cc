@@ -1,8 +1,7 @@
-#include "dem_offline/engine/bench/physics.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "dem_offline/engine/bench/bed.h"
 #include "dem_offline/engine/contact/contact_body.h"
 
 namespace grouser::dem::bench {

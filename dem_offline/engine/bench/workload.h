@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "dem_offline/engine/bench/bed.h"
-#include "dem_offline/engine/bench/physics.h"
 #include "dem_offline/engine/rig/steady.h"
 #include "dem_offline/engine/world/world.h"
 

@@ -293,7 +293,8 @@ void Collapse(Rows& rows) {
 
 Cases FlowCases() {
   return {{"heap_5_s", Level::kDefault, StandingHeap},
-          {"hopper_anand", Level::kFull, AnandHopper}, {"beverloo", Level::kFull, Beverloo},
+          {"hopper_anand", Level::kFull, AnandHopper},
+          {"beverloo", Level::kFull, Beverloo},
           {"column_collapse", Level::kFull, Collapse}};
 }
 

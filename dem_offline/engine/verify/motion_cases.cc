@@ -93,10 +93,7 @@ void TwoBodiesWithGravity(Rows& rows) {
   }
   std::vector<double> errors;
   for (const int steps : {16, 32, 64}) {
-    WorldConfig c = Cell(Model({.normal = "linear_spring",
-                                .tangential = "linear_history",
-                                .settings = {{"linear_spring", "stiffness_n_per_m", k}}},
-                               {1e9, 0.3}, {.restitution = 1, .friction = 0}),
+    WorldConfig c = Cell(Model(LinearSprings(k), {1e9, 0.3}, {.restitution = 1, .friction = 0}),
                          0.2, end / steps);
     c.gravity_m_per_s2 = {0, 0, -g};
     World world(
@@ -144,12 +141,7 @@ Motions MotionsOf(const World& world, double middle) {
 /// Every law that answers a pair's two sides alike. (own_spin takes each
 /// grain's own spin and is exempt.)
 void MomentumOfAGas(Rows& rows) {
-  for (const Laws& laws : {Laws{.rolling = "epsd"},
-                           Laws{"linear_spring",
-                                "linear_history",
-                                "constant_torque",
-                                "none",
-                                {{"linear_spring", "stiffness_n_per_m", 2e4}}},
+  for (const Laws& laws : {Laws{.rolling = "epsd"}, LinearSprings(2e4, "constant_torque"),
                            Laws{"hertz_oden_martins", "mindlin_displacement", "none"},
                            Laws{"hertz_dashpot", "linear_history", "none"},
                            Laws{"elasto_plastic", "linear_history", "epsd"},

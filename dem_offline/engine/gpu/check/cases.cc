@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "dem_offline/engine/bench/bed.h"
-#include "dem_offline/engine/bench/physics.h"
 #include "dem_offline/engine/core/json.h"
 #include "dem_offline/engine/gpu/check/check.h"
 
