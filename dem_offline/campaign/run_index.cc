@@ -20,17 +20,12 @@ namespace grouser::campaign {
 namespace {
 
 constexpr std::array<const char*, 6> kOutputs = {"f_x", "f_y", "f_z", "torque", "m_z", "sinkage"};
-constexpr int kSchema = 1;
-constexpr int kFirstMean = 13;  // column of the first mean
-constexpr int kColumns = kFirstMean + 12;
+constexpr int kSchema = 2;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 constexpr char kTable[] =
-    "CREATE TABLE IF NOT EXISTS runs (run_id TEXT PRIMARY KEY, file TEXT, sha256 TEXT,"
-    " status INTEGER, reason TEXT, slip REAL, attack_angle_rad REAL, load_n REAL,"
-    " speed_m_per_s REAL, seed INTEGER, travel_m REAL, wall_s REAL, stat TEXT,"
-    " f_x REAL, f_x_se REAL, f_y REAL, f_y_se REAL, f_z REAL, f_z_se REAL, torque REAL,"
-    " torque_se REAL, m_z REAL, m_z_se REAL, sinkage REAL, sinkage_se REAL)";
+    "CREATE TABLE IF NOT EXISTS runs (run_id TEXT PRIMARY KEY, file TEXT, stamp TEXT,"
+    " reason TEXT, wall_s REAL, summary BLOB)";  // a RunSummary
 
 // The file is no index, or an old or broken one: it may be set aside.
 struct UnusableIndex : std::runtime_error {
@@ -43,30 +38,6 @@ std::string StampOf(const std::string& path) {
   if (stat(path.c_str(), &info) != 0) return "";
   return fmt::format("{} {}", info.st_size,
                      info.st_mtim.tv_sec * 1'000'000'000LL + info.st_mtim.tv_nsec);
-}
-
-IndexedRun RowOf(SQLite::Statement& row) {
-  const auto number = [&row](int column) { return os::NumberOf(row.getColumn(column)); };
-  IndexedRun run;
-  auto& summary = run.summary;
-  summary.set_run_id(row.getColumn(0).getString());
-  summary.set_file(row.getColumn(1).getString());
-  summary.set_sha256(row.getColumn(2).getString());
-  summary.set_status(static_cast<v1alpha1::RunStatus>(row.getColumn(3).getInt()));
-  run.reason = row.getColumn(4).getString();
-  summary.set_slip(number(5));
-  summary.set_attack_angle_rad(number(6));
-  summary.set_load_n(number(7));
-  summary.set_speed_m_per_s(number(8));
-  summary.set_seed(static_cast<std::uint64_t>(row.getColumn(9).getInt64()));
-  summary.set_travel_m(number(10));
-  run.wall_s = number(11);
-  run.stamp = row.getColumn(12).getString();
-  for (int i = 0; i < 6; ++i) {
-    summary.add_mean(number(kFirstMean + 2 * i));
-    summary.add_standard_error(number(kFirstMean + 2 * i + 1));
-  }
-  return run;
 }
 
 SQLite::Database OpenIndex(const std::string& path) {
@@ -150,19 +121,10 @@ RunIndex::RunIndex(const RunFolder& folder)
     : folder_(folder), db_(OpenOrReplace(folder_.IndexPath())) {}
 
 void RunIndex::Put(const IndexedRun& run) {
-  std::string places = "?";
-  for (int i = 1; i < kColumns; ++i) places += ",?";
-  SQLite::Statement insert(db_, "INSERT OR REPLACE INTO runs VALUES (" + places + ")");
-  const auto& summary = run.summary;
-  SQLite::bind(insert, summary.run_id(), summary.file(), summary.sha256(),
-               static_cast<int>(summary.status()), run.reason, summary.slip(),
-               summary.attack_angle_rad(), summary.load_n(), summary.speed_m_per_s(),
-               static_cast<std::int64_t>(summary.seed()), summary.travel_m(), run.wall_s,
-               run.stamp);
-  for (int i = 0; i < 6; ++i) {
-    insert.bind(kFirstMean + 2 * i + 1, summary.mean(i));
-    insert.bind(kFirstMean + 2 * i + 2, summary.standard_error(i));
-  }
+  SQLite::Statement insert(db_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?,?,?)");
+  SQLite::bind(insert, run.summary.run_id(), run.summary.file(), run.stamp, run.reason, run.wall_s);
+  const std::string summary = run.summary.SerializeAsString();
+  insert.bind(6, summary.data(), static_cast<int>(summary.size()));
   insert.exec();
 }
 
@@ -196,10 +158,13 @@ std::map<std::string, std::string> RunIndex::Refresh() {
 
 std::map<std::string, IndexedRun> RunIndex::All() {
   std::map<std::string, IndexedRun> runs;
-  SQLite::Statement select(db_, "SELECT * FROM runs");
+  SQLite::Statement select(db_, "SELECT run_id, stamp, reason, wall_s, summary FROM runs");
   while (select.executeStep()) {
-    IndexedRun run = RowOf(select);
-    runs[run.summary.run_id()] = std::move(run);
+    IndexedRun& run = runs[select.getColumn(0).getString()];
+    run.stamp = select.getColumn(1).getString();
+    run.reason = select.getColumn(2).getString();
+    run.wall_s = os::NumberOf(select.getColumn(3));
+    run.summary.ParseFromString(select.getColumn(4).getString());
   }
   return runs;
 }

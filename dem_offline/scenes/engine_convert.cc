@@ -182,6 +182,7 @@ void RecordNumerics(const dem::WheelTestResult& result, v1alpha1::NumericsReport
   numerics->set_rayleigh_time_s(result.rayleigh_time_s);
   numerics->set_particle_steps(result.particle_steps);
   numerics->set_awake_particle_steps(result.use.active_particle_steps);
+  numerics->set_deep_particle_steps(result.use.deep_particle_steps);
   numerics->set_wall_s(result.wall_s);
   numerics->set_quantum_m(result.quantum_m);
   numerics->set_list_rebuilds(result.list_rebuilds);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 
@@ -14,11 +15,25 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::uint64_t kMostCount = 1000000000;
 
+using Keys = std::initializer_list<const char*>;
+
+/// Numbers whose keys are the names of the message's fields.
+void ReadNumbers(YamlSection& section, Keys keys, google::protobuf::Message* out) {
+  for (const char* key : keys) {
+    const auto* field = out->GetDescriptor()->FindFieldByName(key);
+    out->GetReflection()->SetDouble(out, field, section.Number(key));
+  }
+}
+/// The same of those that are there.
+void ReadOptional(YamlSection& section, Keys keys, google::protobuf::Message* out) {
+  for (const char* key : keys) {
+    if (section.Has(key)) ReadNumbers(section, {key}, out);
+  }
+}
+
 void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
   for (YamlSection& bin : grains.Sections("sizes")) {
-    auto* size = out->add_sizes();
-    size->set_diameter_m(bin.Number("diameter_m"));
-    size->set_mass_fraction(bin.Number("mass_fraction"));
+    ReadNumbers(bin, {"diameter_m", "mass_fraction"}, out->add_sizes());
     bin.Finish();
   }
 }
@@ -42,12 +57,7 @@ void ReadSettings(YamlSection& contact, Message* out) {
 
 /// What differs at the wheel or the floor.
 void ReadInterface(YamlSection section, v1alpha1::InterfaceLaws* out) {
-  if (section.Has("rolling_damping")) {
-    out->set_rolling_damping(section.Number("rolling_damping"));
-  }
-  if (section.Has("surface_energy_j_per_m2")) {
-    out->set_surface_energy_j_per_m2(section.Number("surface_energy_j_per_m2"));
-  }
+  ReadOptional(section, {"rolling_damping", "surface_energy_j_per_m2"}, out);
   ReadSettings(section, out);
   section.Finish();
 }
@@ -72,13 +82,10 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
 }
 
 void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* out) {
-  out->set_grain_density_kg_per_m3(grains.Number("grain_density_kg_per_m3"));
-  out->set_youngs_modulus_pa(grains.Number("youngs_modulus_pa"));
-  out->set_poisson_ratio(grains.Number("poisson_ratio"));
-  out->set_restitution(grains.Number("restitution"));
-  out->set_friction(grains.Number("friction"));
-  out->set_rolling_friction(grains.Number("rolling_friction"));
-  out->set_solid_fraction(grains.Number("solid_fraction"));
+  ReadNumbers(grains,
+              {"grain_density_kg_per_m3", "youngs_modulus_pa", "poisson_ratio", "restitution",
+               "friction", "rolling_friction", "solid_fraction"},
+              out);
   ReadSizes(grains, out);
   if (grains.Has("contact")) ReadContact(grains.Section("contact"), out->mutable_contact());
   grains.Finish();
@@ -103,21 +110,14 @@ void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
 
 void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
   out->set_name(wheel.Text("name"));
-  out->set_radius_m(wheel.Number("radius_m"));
-  out->set_width_m(wheel.Number("width_m"));
-  out->set_restitution(wheel.Number("restitution"));
-  out->set_friction(wheel.Number("friction"));
-  out->set_rolling_friction(wheel.Number("rolling_friction"));
+  ReadNumbers(wheel, {"radius_m", "width_m", "restitution", "friction", "rolling_friction"}, out);
   out->set_source(wheel.Text("source"));
   if (wheel.Has("treads")) {
     for (YamlSection& tread : wheel.Sections("treads")) {
       auto* t = out->add_treads();
       t->set_count(static_cast<std::uint32_t>(tread.Count("count", 0, kMostCount)));
-      t->set_height_m(tread.Number("height_m"));
-      t->set_root_thickness_m(tread.Number("root_thickness_m"));
-      t->set_tip_thickness_m(tread.NumberOr("tip_thickness_m", 0));
-      t->set_width_m(tread.NumberOr("width_m", 0));
-      t->set_offset_m(tread.NumberOr("offset_m", 0));
+      ReadNumbers(tread, {"height_m", "root_thickness_m"}, t);
+      ReadOptional(tread, {"tip_thickness_m", "width_m", "offset_m"}, t);
       t->set_lean_rad(tread.NumberOr("lean_deg", 0) * kDegree);
       tread.Finish();
     }
@@ -174,13 +174,10 @@ void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
 }
 
 void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
-  out->set_bed_length_m(rig.Number("bed_length_m"));
-  out->set_bed_width_m(rig.Number("bed_width_m"));
-  out->set_bed_depth_m(rig.Number("bed_depth_m"));
-  out->set_speed_m_per_s(rig.Number("speed_m_per_s"));
-  out->set_max_time_s(rig.Number("max_time_s"));
-  out->set_rayleigh_fraction(rig.Number("rayleigh_fraction"));
-  out->set_target_relative_error(rig.Number("target_relative_error"));
+  ReadNumbers(rig,
+              {"bed_length_m", "bed_width_m", "bed_depth_m", "speed_m_per_s", "max_time_s",
+               "rayleigh_fraction", "target_relative_error"},
+              out);
   out->set_stress_bin_rad(rig.Number("stress_bin_deg") * kDegree);
   out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 0, kMostCount)));
   if (rig.Has("scene")) ReadSceneChoice(rig, out->mutable_scene());

@@ -1,9 +1,7 @@
-#include <google/protobuf/struct.pb.h>
-
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "dem_offline/scenes/engine_convert.h"
-#include "proto/records/message_json.h"
 
 namespace grouser::campaign {
 namespace {
@@ -59,18 +57,12 @@ void CheckShape(const dem::Tile& tile, const std::string& path) {
   }
 }
 
-std::string MetaJson(const std::string& tile_key, const dem::Tile& tile) {
-  google::protobuf::Struct meta;
-  (*meta.mutable_fields())["tile_key"].set_string_value(tile_key);
-  (*meta.mutable_fields())["grains"].set_number_value(static_cast<double>(tile.radius_m.size()));
-  return records::ToJson(meta);
-}
-
 }  // namespace
 
 records::TileFile ToTileFile(const dem::Tile& tile, const std::string& tile_key) {
   records::TileFile file;
-  file.meta_json = MetaJson(tile_key, tile);
+  // Keys in their order: equal beds give equal files.
+  file.meta_json = nlohmann::json{{"tile_key", tile_key}, {"grains", tile.radius_m.size()}}.dump();
   file.doubles = {{"length_m", {tile.length_m}},
                   {"width_m", {tile.width_m}},
                   {"depth_m", {tile.depth_m}},
@@ -90,10 +82,9 @@ records::TileFile ToTileFile(const dem::Tile& tile, const std::string& tile_key)
 
 dem::Tile ToTile(const records::TileFile& file, const std::string& tile_key,
                  const std::string& path) {
-  google::protobuf::Struct meta;
-  records::FromJson(file.meta_json, path + ": tile meta", &meta);
-  const auto key = meta.fields().find("tile_key");
-  if (key == meta.fields().end() || key->second.string_value() != tile_key) {
+  const auto meta = nlohmann::json::parse(file.meta_json, nullptr, /*allow_exceptions=*/false);
+  if (!meta.is_object()) Fail(path, "tile meta: no JSON object");
+  if (meta.value("tile_key", nlohmann::json()) != tile_key) {
     Fail(path, "holds another tile than " + tile_key);
   }
   dem::Tile tile;

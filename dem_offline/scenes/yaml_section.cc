@@ -187,14 +187,15 @@ std::string YamlSection::TextOr(const std::string& key, const std::string& other
   return Has(key) ? Text(key) : otherwise;
 }
 
-std::vector<double> YamlSection::Numbers(const std::string& key, const Range& range) {
-  const YAML::Node list = Find(key, "a list of numbers");
+template <class T, class Read>
+std::vector<T> YamlSection::List(const std::string& key, const std::string& what, Read&& read) {
+  const YAML::Node list = Find(key, "a list of " + what);
   if (!list.IsSequence() || list.size() == 0) {
-    FailAt(list.Mark(), key, Describe(list), "a non-empty list of numbers");
+    FailAt(list.Mark(), key, Describe(list), "a non-empty list of " + what);
   }
-  std::vector<double> values;
+  std::vector<T> values;
   for (const auto& node : list) {
-    const double value = ToNumber(node, key, range);
+    const T value = read(node);
     if (std::find(values.begin(), values.end(), value) != values.end()) {
       FailAt(node.Mark(), key, Describe(node) + " twice", "each value once");
     }
@@ -203,21 +204,15 @@ std::vector<double> YamlSection::Numbers(const std::string& key, const Range& ra
   return values;
 }
 
+std::vector<double> YamlSection::Numbers(const std::string& key, const Range& range) {
+  return List<double>(key, "numbers",
+                      [&](const YAML::Node& node) { return ToNumber(node, key, range); });
+}
+
 std::vector<std::uint64_t> YamlSection::Counts(const std::string& key, std::uint64_t min,
                                                std::uint64_t max) {
-  const YAML::Node list = Find(key, "a list of whole numbers");
-  if (!list.IsSequence() || list.size() == 0) {
-    FailAt(list.Mark(), key, Describe(list), "a non-empty list of whole numbers");
-  }
-  std::vector<std::uint64_t> values;
-  for (const auto& node : list) {
-    const std::uint64_t value = ToCount(node, key, min, max);
-    if (std::find(values.begin(), values.end(), value) != values.end()) {
-      FailAt(node.Mark(), key, Describe(node) + " twice", "each value once");
-    }
-    values.push_back(value);
-  }
-  return values;
+  return List<std::uint64_t>(key, "whole numbers",
+                             [&](const YAML::Node& node) { return ToCount(node, key, min, max); });
 }
 
 YamlSection YamlSection::Section(const std::string& key) {

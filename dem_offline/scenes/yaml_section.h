@@ -73,6 +73,8 @@ class YamlSection {
   YamlSection(std::string file, std::string path, YAML::Node node);
   YAML::Node Find(const std::string& key, const std::string& expected);
   double ToNumber(const YAML::Node& node, const std::string& key, const Range& range) const;
+  template <class T, class Read>
+  std::vector<T> List(const std::string& key, const std::string& what, Read&& read);
   std::uint64_t ToCount(const YAML::Node& node, const std::string& key, std::uint64_t min,
                         std::uint64_t max) const;
   [[noreturn]] void FailAt(const YAML::Mark& mark, const std::string& key, const std::string& got,

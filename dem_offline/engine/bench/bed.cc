@@ -5,6 +5,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "dem_offline/engine/core/random.h"
+
 namespace grouser::dem::bench {
 namespace {
 
@@ -16,22 +18,6 @@ constexpr double kAlmost = 1e-2;          // kinetic energy over m g d: has fall
 constexpr double kQuiet = 1e-4;           // is at rest
 constexpr int kForgettings = 4;           // times that histories are dropped before the bed is kept
 constexpr double kForgettingTime = 0.04;  // [s] to come to rest again after each
-
-/// SplitMix64: the same numbers on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 1) {}
-  std::uint64_t Next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
-  }
-  double Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
-
- private:
-  std::uint64_t state_;
-};
 
 double MeanVolume(const BedSource& r) {
   return M_PI / 6 * std::pow(r.mean_diameter_m, 3) * (1 + r.spread * r.spread);
@@ -46,7 +32,7 @@ void SizeBox(const BedSource& r, Bed* bed) {
 
 /// A jittered lattice, just wide enough that nothing touches.
 std::vector<GrainState> Loose(const BedSource& r, const Bed& bed) {
-  Random random(r.seed);
+  Random random = RandomOfSeed(r.seed);
   const double largest = r.mean_diameter_m * (1 + r.spread), pitch = 1.02 * largest;
   const int nx = std::max(1, static_cast<int>(bed.length_m / pitch)),
             ny = std::max(1, static_cast<int>(bed.width_m / pitch));
@@ -187,7 +173,7 @@ void SortInSpace(Bed& bed) {
 }
 
 void Shuffle(Bed& bed, std::uint64_t seed) {
-  Random random(seed);
+  Random random = RandomOfSeed(seed);
   for (std::size_t i = bed.grains.size(); i > 1; --i) {
     std::swap(bed.grains[i - 1], bed.grains[random.Next() % i]);
   }

@@ -61,6 +61,15 @@ double BenchStep(const BedSource& source);  ///< [s]
 /// std::runtime_error when it does not come to rest.
 Bed MakeBed(const BedSource& source);
 
+/// A bed between two rough plates (its own lowest and highest grains, glued)
+/// that glide past one another along x, without gravity. Made under constant
+/// normal stress until the shear is steady, kept and timed at constant volume:
+/// the one condition that needs no controller and that any code repeats.
+/// Starts from MakeBed(source); velocities are part of the bed.
+///   I = shear rate x d sqrt(density/stress_zz) = `inertial_number`
+/// where stress_zz is `stress_pa` [Pa]. Deterministic.
+Bed MakeShearBed(const BedSource& source, double inertial_number = 0.01, double stress_pa = 1500);
+
 /// Cell by cell, as a simulation that sorts its grains would have them.
 void SortInSpace(Bed& bed);
 /// The same grains in another order, by seed.
@@ -74,5 +83,20 @@ Contents BenchContents(const Bed& bed);
 /// Throw std::runtime_error with the file's name.
 void SaveBed(const Bed& bed, const std::string& path);
 Bed LoadBed(const std::string& path);
+
+/// What two codes must agree on, of the grain-grain contacts of one instant.
+struct Physics {
+  double mean_overlap_over_radius = 0;  ///< over the smaller radius [-]
+  double coordination = 0;              ///< contacts with grains per grain [-]
+  double stress_zz_pa = 0;              ///< sum of F_z l_z over contacts, over the volume;
+  double stress_xz_pa = 0;              ///<   compression positive
+  std::int64_t contacts = 0;
+};
+/// `volume_m3`: of the stress tensor. Contacts between two glued grains do not
+/// count. Forces are worked out anew from positions, velocities (half a step
+/// old) and the histories kept.
+Physics Measure(const World& world, double volume_m3);
+
+double StressVolume(const Bed& bed);  ///< length x width x height [m^3]
 
 }  // namespace grouser::dem::bench

@@ -1,43 +1,10 @@
-#include "dem_offline/engine/bench/physics.h"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "dem_offline/engine/laws/generic.h"
+#include "dem_offline/engine/bench/bed.h"
+#include "dem_offline/engine/contact/contact_body.h"
 
 namespace grouser::dem::bench {
-namespace {
-
-/// Contact of grain a with grain b as `a` sees it; overlap <= 0: none.
-ContactGeometry Geometry(const Grain& a, const Grain& b, const std::array<float, 3>& q) {
-  const auto diff = [](std::int32_t i, std::int32_t j) {  // of a period: the nearest image
-    return static_cast<float>(
-        static_cast<std::int32_t>(static_cast<std::uint32_t>(i) - static_cast<std::uint32_t>(j)));
-  };
-  ContactGeometry g = {};
-  const Vec3f d = {diff(a.x, b.x) * q[0], diff(a.y, b.y) * q[1], diff(a.z, b.z) * q[2]};
-  const float distance = std::sqrt(Dot(d, d));
-  g.overlap = a.radius + b.radius - distance;
-  if (!(g.overlap > 0)) return g;
-  g.n = (1 / distance) * d;
-  g.r_own = a.radius;
-  g.r_other = b.radius;
-  g.r_eff = a.radius * b.radius / (a.radius + b.radius);
-  g.m_own = a.mass;
-  g.m_eff = a.mass * b.mass / (a.mass + b.mass);
-  const float ia = 1.4f * a.mass * a.radius * a.radius, ib = 1.4f * b.mass * b.radius * b.radius;
-  g.roll_inertia = ia * ib / (ia + ib);
-  const Vec3f wa = {a.wx, a.wy, a.wz}, wb = {b.wx, b.wy, b.wz};
-  const Vec3f v = {a.vx - b.vx, a.vy - b.vy, a.vz - b.vz};
-  const float bite = 0.5f * g.overlap;
-  g.v_rel = v - Cross((a.radius - bite) * wa + (b.radius - bite) * wb, g.n);
-  g.w_rel = wa - wb;
-  g.w_own = wa;
-  return g;
-}
-
-}  // namespace
 
 double StressVolume(const Bed& bed) { return bed.length_m * bed.width_m * bed.height_m; }
 
@@ -51,8 +18,11 @@ Physics Measure(const World& world, double volume_m3) {
   world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
     const Grain &a = grains[i], &b = grains[j];
     if ((a.kind & kGlued) && (b.kind & kGlued)) return;
-    const ContactGeometry g = Geometry(a, b, q);
-    if (!(g.overlap > 0)) return;
+    const Separation apart =
+        Separate<false>(WrapDiff(a.x, b.x), WrapDiff(a.y, b.y), WrapDiff(a.z, b.z),
+                        a.radius + b.radius, q.data(), 0.0f);
+    if (!apart.touch) return;
+    const ContactGeometry g = GeometryOf<false>(SideOf(a), SideOf(b), apart, 0.0f);
     float copy[kMaxHistoryWords];
     std::copy(words, words + model.layout().words, copy);
     // A step of no length: springs as they are.

@@ -4,46 +4,19 @@
 
 #include "dem_offline/engine/bench/wheel.h"
 #include "dem_offline/engine/bench/workload.h"
+#include "dem_offline/engine/core/json.h"
 
 namespace grouser::dem::bench {
 namespace {
 
-/// Fields of one JSON object, in the order of the calls.
-class Json {
- public:
-  Json& Text(const char* key, const std::string& value) { return Raw(key, "\"" + value + "\""); }
-  Json& Number(const char* key, double value) {
-    char text[40];
-    std::snprintf(text, sizeof(text), "%.10g", value);
-    return Raw(key, text);
-  }
-  Json& Numbers(const char* key, const std::vector<double>& values) {
-    std::string list;
-    char text[40];
-    for (const double v : values) {
-      std::snprintf(text, sizeof(text), "%s%.10g", list.empty() ? "" : ", ", v);
-      list += text;
-    }
-    return Raw(key, "[" + list + "]");
-  }
-  Json& Raw(const char* key, const std::string& value) {
-    out_ += (out_.empty() ? "" : ", ") + ("\"" + std::string(key) + "\": ") + value;
-    return *this;
-  }
-  std::string Done() const { return "{" + out_ + "}"; }
-
- private:
-  std::string out_;
-};
-
 std::string PhasesJson(const BenchResult& r) {
-  Json out;
-  for (const BenchPhase& p : r.phases) out.Number((p.name + "_s").c_str(), p.seconds);
+  JsonObject out;
+  for (const BenchPhase& p : r.phases) out.Number(p.name + "_s", p.seconds);
   return out.Done();
 }
 
 std::string PhysicsJson(const BenchResult& r) {
-  return Json()
+  return JsonObject()
       .Number("mean_overlap_over_radius", r.physics.mean_overlap_over_radius)
       .Number("coordination", r.physics.coordination)
       .Number("stress_zz_pa", r.physics.stress_zz_pa)
@@ -55,7 +28,7 @@ std::string PhysicsJson(const BenchResult& r) {
 /// What a peer needs to do the same.
 std::string SetupJson(int sides) {
   const WheelBench b;
-  return Json()
+  return JsonObject()
       .Number("radius_m", b.wheel.radius_m)
       .Number("width_m", b.wheel.width_m)
       .Number("load_n", b.load_n)
@@ -73,29 +46,26 @@ std::string SetupJson(int sides) {
 }  // namespace
 
 std::string ToJson(const WheelVerdict& w) {
-  return Json()
-      .Raw("stopped", w.stopped ? "true" : "false")
+  JsonObject out;
+  out.Flag("stopped", w.stopped)
       .Text("drifting", w.drifting)
       .Number("from_s", w.from_s)
       .Number("time_s", w.time_s)
       .Number("travel_m", w.travel_m)
-      .Number("contact_length_m", w.contact_length_m)
-      .Number("f_x_n", w.f_x_n)
-      .Number("se_f_x_n", w.se_f_x_n)
-      .Number("f_y_n", w.f_y_n)
-      .Number("se_f_y_n", w.se_f_y_n)
-      .Number("f_z_n", w.f_z_n)
-      .Number("se_f_z_n", w.se_f_z_n)
-      .Number("torque_n_m", w.torque_n_m)
-      .Number("se_torque_n_m", w.se_torque_n_m)
-      .Number("sinkage_m", w.sinkage_m)
-      .Number("se_sinkage_m", w.se_sinkage_m)
-      .Done();
+      .Number("contact_length_m", w.contact_length_m);
+  for (const auto& [name, m] : {std::pair<std::string, BlockMean>{"f_x_n", w.f_x_n},
+                                {"f_y_n", w.f_y_n},
+                                {"f_z_n", w.f_z_n},
+                                {"torque_n_m", w.torque_n_m},
+                                {"sinkage_m", w.sinkage_m}}) {
+    out.Number(name, m.mean).Number("se_" + name, m.standard_error);
+  }
+  return out.Done();
 }
 
 std::string ToJson(const BenchResult& r) {
   const BenchOptions& o = r.options;
-  Json out;
+  JsonObject out;
   out.Text("workload", o.workload)
       .Number("particles", static_cast<double>(r.particles))
       .Number("worlds", o.worlds)
@@ -159,8 +129,9 @@ std::string ToText(const BenchResult& r) {
                   "\n  %s scene, %s after %.2f s: F_x %.3f +- %.3f N, F_y %.3f +- %.3f N, torque "
                   "%.4f +- %.4f N m, sinkage %.2f mm",
                   o.scene.c_str(), r.wheel.stopped ? "stopped" : "not precise", r.wheel.time_s,
-                  r.wheel.f_x_n, r.wheel.se_f_x_n, r.wheel.f_y_n, r.wheel.se_f_y_n,
-                  r.wheel.torque_n_m, r.wheel.se_torque_n_m, 1e3 * r.wheel.sinkage_m);
+                  r.wheel.f_x_n.mean, r.wheel.f_x_n.standard_error, r.wheel.f_y_n.mean,
+                  r.wheel.f_y_n.standard_error, r.wheel.torque_n_m.mean,
+                  r.wheel.torque_n_m.standard_error, 1e3 * r.wheel.sinkage_m.mean);
     out += line;
   }
   if (o.workload == "shear") {

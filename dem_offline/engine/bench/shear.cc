@@ -1,8 +1,8 @@
-#include "dem_offline/engine/bench/shear.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "dem_offline/engine/bench/bed.h"
 
 namespace grouser::dem::bench {
 namespace {

@@ -62,32 +62,23 @@ WheelVerdict VerdictOf(const Series& series, const SteadyWindow& window) {
   out.drifting = window.drifting;
   out.travel_m = window.travel_m;
   out.contact_length_m = window.contact_length_m;
-  const auto mean = [&](const std::vector<double>& column, double* value, double* error) {
-    const BlockMean m =
-        AverageBlocks(std::span(column).subspan(window.first, window.last - window.first));
-    *value = m.mean;
-    *error = m.standard_error;
+  const auto mean = [&](const std::vector<double>& column) {
+    return AverageBlocks(std::span(column).subspan(window.first, window.last - window.first));
   };
-  mean(series.f_x_n, &out.f_x_n, &out.se_f_x_n);
-  mean(series.f_y_n, &out.f_y_n, &out.se_f_y_n);
-  mean(series.f_z_n, &out.f_z_n, &out.se_f_z_n);
-  mean(series.torque_n_m, &out.torque_n_m, &out.se_torque_n_m);
-  mean(series.sinkage_m, &out.sinkage_m, &out.se_sinkage_m);
+  out.f_x_n = mean(series.f_x_n);
+  out.f_y_n = mean(series.f_y_n);
+  out.f_z_n = mean(series.f_z_n);
+  out.torque_n_m = mean(series.torque_n_m);
+  out.sinkage_m = mean(series.sinkage_m);
   return out;
 }
 
 Series Head(const Series& s, std::size_t samples) {
   Series out;
-  const auto cut = [&](const std::vector<double>& from) {
-    return std::vector<double>(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(samples));
-  };
-  out.time_s = cut(s.time_s);
-  out.f_x_n = cut(s.f_x_n);
-  out.f_y_n = cut(s.f_y_n);
-  out.f_z_n = cut(s.f_z_n);
-  out.torque_n_m = cut(s.torque_n_m);
-  out.sinkage_m = cut(s.sinkage_m);
-  out.travel_m = cut(s.travel_m);
+  for (auto column : {&Series::time_s, &Series::f_x_n, &Series::f_y_n, &Series::f_z_n,
+                      &Series::torque_n_m, &Series::sinkage_m, &Series::travel_m}) {
+    (out.*column).assign((s.*column).begin(), (s.*column).begin() + static_cast<long>(samples));
+  }
   return out;
 }
 

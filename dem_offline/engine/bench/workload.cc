@@ -5,11 +5,11 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <thread>
 
-#include "dem_offline/engine/bench/shear.h"
 #include "dem_offline/engine/bench/wheel.h"
 #include "dem_offline/engine/gpu/device.h"
 #include "dem_offline/engine/rig/work.h"
@@ -145,22 +145,22 @@ void CheckOptions(const BenchOptions& o) {
   Expect(o.device == "cpu" || o.workload != "wheel", "device", o.device,
          "cpu for a wheel: this one moves as the peers can, not as the rig");
   Expect(o.order == "sorted" || o.order == "shuffled", "order", o.order, "sorted or shuffled");
-  const auto in = [](const char* option, std::int64_t v, std::int64_t least, const char* expected) {
-    Expect(v >= least, option, std::to_string(v), expected);
-  };
-  in("particles", o.particles, 1000, "at least 1000");
-  in("cores", o.cores, 1, "at least 1");
-  in("worlds", o.worlds, 1, "at least 1");
-  in("steps", o.steps, 1, "at least 1");
-  in("warmup", o.warmup, 0, "at least 0");
-  in("repeat", o.repeat, 1, "at least 1");
-  in("physics_samples", o.physics_samples, 1, "at least 1");
-  const auto most = [&](const char* option, std::int64_t v, std::int64_t limit) {
-    Expect(v <= limit, option, std::to_string(v), ("at most " + std::to_string(limit)).c_str());
-  };
-  most("cores", o.cores, 1024);
-  most("worlds", o.worlds, 1 << 20);
-  most("physics_samples", o.physics_samples, o.steps);
+  constexpr std::int64_t kAny = std::numeric_limits<std::int64_t>::max();
+  const struct {
+    const char* option;
+    std::int64_t value, least, most;
+  } counts[] = {{"particles", o.particles, 1000, kAny},
+                {"cores", o.cores, 1, 1024},
+                {"worlds", o.worlds, 1, 1 << 20},
+                {"steps", o.steps, 1, kAny},
+                {"warmup", o.warmup, 0, kAny},
+                {"repeat", o.repeat, 1, kAny},
+                {"physics_samples", o.physics_samples, 1, o.steps}};
+  for (const auto& c : counts) {
+    const std::string got = std::to_string(c.value);
+    Expect(c.value >= c.least, c.option, got, ("at least " + std::to_string(c.least)).c_str());
+    Expect(c.value <= c.most, c.option, got, ("at most " + std::to_string(c.most)).c_str());
+  }
   const double grains = static_cast<double>(o.particles) * o.worlds;
   CheckWork("particles, worlds and steps",
             {.grains = static_cast<double>(o.particles),

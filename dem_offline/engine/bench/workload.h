@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bench/bed.h"
-#include "dem_offline/engine/bench/physics.h"
+#include "dem_offline/engine/rig/steady.h"
 #include "dem_offline/engine/world/world.h"
 
 // Timings of the engine that a peer can repeat on the same bed.
@@ -37,14 +37,37 @@ struct BenchOptions {
   double skin_m = 0;           ///< of the lists; 0: the engine's own choice
 };
 
+/// Calls f(name, field, help) for every option of a command line.
+template <class F>
+void ForEachOption(BenchOptions& o, F&& f) {
+  f("--workload", o.workload, "bed, shear or wheel");
+  f("--particles", o.particles, "Grains of a world");
+  f("--cores", o.cores, "Threads, of one world or one a world");
+  f("--device", o.device, "cpu, cuda, or emulated");
+  f("--order", o.order, "Of the grains given to the engine: sorted or shuffled");
+  f("--worlds", o.worlds, "Worlds at a time");
+  f("--tangential", o.laws.tangential, "Tangential law of the contacts");
+  f("--rolling", o.laws.rolling, "Rolling law of the contacts");
+  f("--steps", o.steps, "Timed steps");
+  f("--warmup", o.warmup, "Untimed steps before");
+  f("--repeat", o.repeat, "Times; the median counts");
+  f("--seed", o.seed, "Of the bed");
+  f("--preparation-friction", o.preparation_friction, "Of a bed that is made");
+  f("--bed", o.bed, "File of the bed: read, or made and written");
+  f("--physics-samples", o.physics_samples, "Instants at which overlaps and stresses are taken");
+  f("--skin", o.skin_m, "Of the lists [m]; 0: the engine's own choice");
+  f("--scene", o.scene, "wheel: full, or needed (window, freezing, largest step)");
+  f("--wheel-sides", o.wheel_sides, "wheel: of a prism, a closed mesh; 0: round");
+  f("--series", o.series, "wheel: file for the forces");
+}
+
 /// Where the stopping rule of wheel tests (rig/steady.h) ends a series, and what it says.
 struct WheelVerdict {
   bool stopped = false;           ///< false: the series ended first
   double from_s = 0, time_s = 0;  ///< of the window's beginning and end
   std::string drifting;           ///< what still drifts; empty: nothing
   double travel_m = 0, contact_length_m = 0;
-  double f_x_n = 0, f_y_n = 0, f_z_n = 0, torque_n_m = 0, sinkage_m = 0;  ///< means
-  double se_f_x_n = 0, se_f_y_n = 0, se_f_z_n = 0, se_torque_n_m = 0, se_sinkage_m = 0;
+  BlockMean f_x_n, f_y_n, f_z_n, torque_n_m, sinkage_m;
 };
 
 /// Wall time of a part of the step, summed over worlds and timed steps.

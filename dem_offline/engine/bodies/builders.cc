@@ -46,13 +46,13 @@ Shape OfOne(const Part& part, double reach, bool round) {
   return shape;
 }
 
-Part Rim(double radius_m, double width_m) {
-  CheckLength("radius_m", radius_m);
-  CheckLength("width_m", width_m);
+Part PartOf(PartKind kind, double a, double b, double c, double d = 0) {
   Part part;
-  part.kind = PartKind::kCylinder;
-  part.a = static_cast<float>(radius_m);
-  part.b = static_cast<float>(0.5 * width_m);
+  part.kind = kind;
+  part.a = static_cast<float>(a);
+  part.b = static_cast<float>(b);
+  part.c = static_cast<float>(c);
+  part.d = static_cast<float>(d);
   return part;
 }
 
@@ -130,16 +130,12 @@ void AddBars(const Tread& t, double radius_m, double width_m, Shape* shape) {
                             s,
                             0,
                             c};
-    Part part;
-    part.kind = PartKind::kPrism;
+    Part part = PartOf(PartKind::kPrism, bar.root_half, bar.length_half,
+                       radius_m + t.height_m - bar.foot, bar.tip_half);
     for (int i = 0; i < 9; ++i) part.axes[i] = static_cast<float>(axes[i]);
     part.centre[0] = static_cast<float>(bar.foot * s);
     part.centre[1] = static_cast<float>(t.offset_m);
     part.centre[2] = static_cast<float>(bar.foot * c);
-    part.a = static_cast<float>(bar.root_half);
-    part.b = static_cast<float>(bar.length_half);
-    part.c = static_cast<float>(radius_m + t.height_m - bar.foot);
-    part.d = static_cast<float>(bar.tip_half);
     shape->parts.push_back(part);
   }
   const double lean = lean_sine < 0 ? -lean_sine : lean_sine;
@@ -180,29 +176,24 @@ Shape HalfSpace(const double normal[3]) {
 }
 
 Shape SmoothWheel(double radius_m, double width_m) {
-  const Part part = Rim(radius_m, width_m);
-  return OfOne(part, std::sqrt(radius_m * radius_m + 0.25 * width_m * width_m), true);
+  CheckLength("radius_m", radius_m);
+  CheckLength("width_m", width_m);
+  return OfOne(PartOf(PartKind::kCylinder, radius_m, 0.5 * width_m, 0),
+               std::sqrt(radius_m * radius_m + 0.25 * width_m * width_m), true);
 }
 
 Shape HollowCylinder(double radius_m, double length_m, double wall_m) {
   CheckLength("radius_m", radius_m);
   CheckLength("length_m", length_m);
   if (!(wall_m >= 0 && wall_m < 1e6)) Refuse("wall_m", wall_m, "a length >= 0 m (0: a bore)");
-  Part part;
-  part.kind = PartKind::kHollowCylinder;
-  part.a = static_cast<float>(radius_m);
-  part.b = static_cast<float>(0.5 * length_m);
-  part.c = static_cast<float>(wall_m);
   const double outer = radius_m + wall_m;
-  return OfOne(part, std::sqrt(outer * outer + 0.25 * length_m * length_m), true);
+  return OfOne(PartOf(PartKind::kHollowCylinder, radius_m, 0.5 * length_m, wall_m),
+               std::sqrt(outer * outer + 0.25 * length_m * length_m), true);
 }
 
 Shape Disc(double radius_m) {
   CheckLength("radius_m", radius_m);
-  Part part;
-  part.kind = PartKind::kDisc;
-  part.a = static_cast<float>(radius_m);
-  return OfOne(part, radius_m, false);
+  return OfOne(PartOf(PartKind::kDisc, radius_m, 0, 0), radius_m, false);
 }
 
 Shape Annulus(double inner_radius_m, double outer_radius_m) {
@@ -211,23 +202,16 @@ Shape Annulus(double inner_radius_m, double outer_radius_m) {
   if (!(outer_radius_m > inner_radius_m)) {
     Refuse("outer_radius_m", outer_radius_m, "more than inner_radius_m");
   }
-  Part part;
-  part.kind = PartKind::kAnnulus;
-  part.a = static_cast<float>(inner_radius_m);
-  part.b = static_cast<float>(outer_radius_m);
-  return OfOne(part, outer_radius_m, false);
+  return OfOne(PartOf(PartKind::kAnnulus, inner_radius_m, outer_radius_m, 0), outer_radius_m,
+               false);
 }
 
 Shape Box(double x_m, double y_m, double z_m) {
   CheckLength("x_m", x_m);
   CheckLength("y_m", y_m);
   CheckLength("z_m", z_m);
-  Part part;
-  part.kind = PartKind::kBox;
-  part.a = static_cast<float>(0.5 * x_m);
-  part.b = static_cast<float>(0.5 * y_m);
-  part.c = static_cast<float>(0.5 * z_m);
-  return OfOne(part, 0.5 * std::sqrt(x_m * x_m + y_m * y_m + z_m * z_m), false);
+  return OfOne(PartOf(PartKind::kBox, 0.5 * x_m, 0.5 * y_m, 0.5 * z_m),
+               0.5 * std::sqrt(x_m * x_m + y_m * y_m + z_m * z_m), false);
 }
 
 Shape TreadedWheel(double radius_m, double width_m, const std::vector<Tread>& treads) {

@@ -12,19 +12,10 @@
 namespace grouser::dem {
 namespace {
 
-using Vec = std::array<double, 3>;
-
 /// Thinner than this (height over longest edge) a triangle has no normal.
 constexpr double kThinnest = 1e-10;
 constexpr double kLargest = 1e6;  // [m]
 constexpr std::int32_t kLeaf = 4;
-
-Vec Minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec Times(double s, const Vec& a) { return {s * a[0], s * a[1], s * a[2]}; }
-double Dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec Cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 [[noreturn]] void Refuse(const std::string& what) { throw std::invalid_argument("mesh: " + what); }
 
@@ -95,21 +86,21 @@ void Mesh::MakeNormals() {
   const auto faces = static_cast<std::int32_t>(soup_.triangles.size());
   double low = 1e300, high = -1e300, radius2 = 0, reach2 = 0;
   for (std::int32_t f = 0; f < faces; ++f) {
-    const Vec a = Minus(Corner(f, 1), Corner(f, 0)), b = Minus(Corner(f, 2), Corner(f, 1)),
-              c = Minus(Corner(f, 0), Corner(f, 2));
-    const Vec n = Cross(a, b);
-    const double area = std::sqrt(Dot(n, n));
-    if (!(area > kThinnest * std::max({Dot(a, a), Dot(b, b), Dot(c, c)}) && area > 1e-100)) {
+    const Vec3d a = Sub(Corner(f, 1), Corner(f, 0)), b = Sub(Corner(f, 2), Corner(f, 1)),
+                c = Sub(Corner(f, 0), Corner(f, 2));
+    const Vec3d n = CrossD(a, b);
+    const double area = std::sqrt(DotD(n, n));
+    if (!(area > kThinnest * std::max({DotD(a, a), DotD(b, b), DotD(c, c)}) && area > 1e-100)) {
       Refuse("face " + std::to_string(f) +
              " is degenerate (corners on one line or in one point), expected a triangle with area");
     }
-    normal_.push_back(Times(1 / area, n));
+    normal_.push_back(Scale(1 / area, n));
     for (int k = 0; k < 3; ++k) {
-      const Vec& v = Corner(f, k);
+      const Vec3d& v = Corner(f, k);
       low = std::min(low, v[1]);
       high = std::max(high, v[1]);
       radius2 = std::max(radius2, v[0] * v[0] + v[2] * v[2]);
-      reach2 = std::max(reach2, Dot(v, v));
+      reach2 = std::max(reach2, DotD(v, v));
     }
   }
   reach_ = std::sqrt(reach2);
@@ -150,7 +141,7 @@ void Mesh::JoinEdges(double smooth_angle_rad) {
     other_[s.face][s.edge] = t.face;
     other_[t.face][t.edge] = s.face;
     Unite(&piece, s.face, t.face);
-    if (Dot(normal_[s.face], normal_[t.face]) > straight) Unite(&smooth, s.face, t.face);
+    if (DotD(normal_[s.face], normal_[t.face]) > straight) Unite(&smooth, s.face, t.face);
   }
   NumberSurfaces(&smooth, &piece);
 }
@@ -190,10 +181,10 @@ void Mesh::MakeCorners() {
   for (std::size_t f = 0; f < soup_.triangles.size(); ++f) {
     const auto face = static_cast<std::int32_t>(f);
     for (int k = 0; k < 3; ++k) {
-      const Vec a = Minus(Corner(face, (k + 1) % 3), Corner(face, k));
-      const Vec b = Minus(Corner(face, (k + 2) % 3), Corner(face, k));
+      const Vec3d a = Sub(Corner(face, (k + 1) % 3), Corner(face, k));
+      const Vec3d b = Sub(Corner(face, (k + 2) % 3), Corner(face, k));
       const double angle =
-          std::acos(std::clamp(Dot(a, b) / std::sqrt(Dot(a, a) * Dot(b, b)), -1.0, 1.0));
+          std::acos(std::clamp(DotD(a, b) / std::sqrt(DotD(a, a) * DotD(b, b)), -1.0, 1.0));
       const std::int32_t v = soup_.triangles[f][k];
       for (int i = 0; i < 3; ++i) corner_normal_[v][i] += angle * normal_[f][i];
       spokes.emplace_back(v, soup_.triangles[f][(k + 1) % 3]);
@@ -222,7 +213,7 @@ void Mesh::Split(std::int32_t node, std::int32_t first, std::int32_t count) {
   Box box = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
   for (std::int32_t i = first; i < first + count; ++i) {
     for (int k = 0; k < 3; ++k) {
-      const Vec& v = Corner(ordered_[i], k);
+      const Vec3d& v = Corner(ordered_[i], k);
       for (int a = 0; a < 3; ++a) {
         box.low[a] = std::min(box.low[a], v[a]);
         box.high[a] = std::max(box.high[a], v[a]);
@@ -239,7 +230,7 @@ void Mesh::Split(std::int32_t node, std::int32_t first, std::int32_t count) {
     nodes_[node].count = count;
     return;
   }
-  const Vec size = Minus(box.high, box.low);
+  const Vec3d size = Sub(box.high, box.low);
   const int axis = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
   const auto middle = [&](std::int32_t f) {
     return Corner(f, 0)[axis] + Corner(f, 1)[axis] + Corner(f, 2)[axis];

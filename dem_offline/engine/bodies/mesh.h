@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/shape.h"
+#include "dem_offline/engine/core/vec3d.h"
 
 namespace grouser::dem {
 
 /// Triangles as read: shared vertices, counter-clockwise seen from outside.
 struct TriangleSoup {
-  std::vector<std::array<double, 3>> vertices;  ///< [m]
+  std::vector<Vec3d> vertices;  ///< [m]
   std::vector<std::array<std::int32_t, 3>> triangles;
 };
 
@@ -43,7 +44,6 @@ class Mesh {
   float LowerBound(Vec3f p) const;         ///< distance to the bounding box [m]
   double reach() const { return reach_; }  ///< largest vertex distance from the origin [m]
   int surfaces() const { return surfaces_; }
-  const std::vector<std::int32_t>& surface_of() const { return surface_of_; }
   const TriangleSoup& soup() const { return soup_; }
 
   /// Everything stays within rho <= radius about y, low <= y <= high [m].
@@ -54,9 +54,8 @@ class Mesh {
   bool closed() const;  ///< every piece is a solid
 
  private:
-  using Vec = std::array<double, 3>;
   struct Box {
-    Vec low, high;
+    Vec3d low, high;
   };
   /// Of the search tree. Inner nodes: children at `left` and `left + 1`.
   struct Node {
@@ -72,7 +71,7 @@ class Mesh {
     int feature;
     double square;  ///< of the distance
     double side;    ///< > 0: p is in front of the surface there
-    Vec foot;
+    Vec3d foot;
     bool kept;
   };
   struct Found {
@@ -89,27 +88,27 @@ class Mesh {
   void MakeTree();
   void Split(std::int32_t node, std::int32_t first, std::int32_t count);
 
-  const Vec& Corner(std::int32_t face, int k) const {
+  const Vec3d& Corner(std::int32_t face, int k) const {
     return soup_.vertices[static_cast<std::size_t>(soup_.triangles[face][k])];
   }
-  int ClosestFeature(std::int32_t face, const Vec& p, Vec* foot) const;
-  void Look(std::int32_t face, const Vec& p, double reach2, Found* found) const;
-  double Side(const Best& best, const Vec& p) const;
-  bool IsLowest(const Best& best, const Vec& p, double tolerance) const;
-  void KeepVisible(const Vec& p, double tolerance, Found* found) const;
-  bool Hopeless(const Node& node, const Vec& p, double reach2, const Found& found) const;
-  SurfacePoint ToPoint(const Best& best, const Vec& p) const;
+  int ClosestFeature(std::int32_t face, const Vec3d& p, Vec3d* foot) const;
+  void Look(std::int32_t face, const Vec3d& p, double reach2, Found* found) const;
+  double Side(const Best& best, const Vec3d& p) const;
+  bool IsLowest(const Best& best, const Vec3d& p, double tolerance) const;
+  void KeepVisible(const Vec3d& p, double tolerance, Found* found) const;
+  bool Hopeless(const Node& node, const Vec3d& p, double reach2, const Found& found) const;
+  SurfacePoint ToPoint(const Best& best, const Vec3d& p) const;
 
   TriangleSoup soup_;
   std::vector<std::int32_t> surface_of_;
   int surfaces_ = 0;
   double reach_ = 0;
   Hull hull_;
-  std::vector<Vec> normal_;                         ///< of faces
+  std::vector<Vec3d> normal_;                       ///< of faces
   std::vector<std::array<std::int32_t, 3>> other_;  ///< face beyond each edge; -1: none
   std::vector<std::int32_t> piece_of_surface_;
   std::vector<char> piece_closed_;
-  std::vector<Vec> corner_normal_;                  ///< angle-weighted, of vertices
+  std::vector<Vec3d> corner_normal_;                ///< angle-weighted, of vertices
   std::vector<std::int32_t> spoke_first_, spokes_;  ///< neighbours of each vertex
   std::vector<Node> nodes_;
   std::vector<std::int32_t> ordered_;  ///< faces, as the tree's leaves name them

@@ -6,20 +6,9 @@
 namespace grouser::dem {
 namespace {
 
-using Vec = std::array<double, 3>;
-
 constexpr int kDeepest = 64;  // halving 1e8 faces goes 26 deep
 
-Vec Minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec Along(const Vec& a, double s, const Vec& d) {
-  return {a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]};
-}
-double Dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec Cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double SquareTo(const Vec& low, const Vec& high, const Vec& p) {
+double SquareTo(const Vec3d& low, const Vec3d& high, const Vec3d& p) {
   double sum = 0;
   for (int a = 0; a < 3; ++a) {
     const double d = p[a] < low[a] ? low[a] - p[a] : (p[a] > high[a] ? p[a] - high[a] : 0.0);
@@ -32,52 +21,52 @@ double SquareTo(const Vec& low, const Vec& high, const Vec& p) {
 
 /// Zones of a triangle (corners, edges, face), by the signs of p's projections
 /// on its sides.
-int Mesh::ClosestFeature(std::int32_t face, const Vec& p, Vec* foot) const {
-  const Vec &a = Corner(face, 0), &b = Corner(face, 1), &c = Corner(face, 2);
-  const Vec ab = Minus(b, a), ac = Minus(c, a), bc = Minus(c, b);
-  const Vec ap = Minus(p, a), bp = Minus(p, b), cp = Minus(p, c);
-  const double ab_a = Dot(ab, ap), ac_a = Dot(ac, ap);
-  const double ab_b = Dot(ab, bp), bc_b = Dot(bc, bp);
-  const double ac_c = Dot(ac, cp), bc_c = Dot(bc, cp);
-  const auto at = [&](const Vec& corner, int feature) {
+int Mesh::ClosestFeature(std::int32_t face, const Vec3d& p, Vec3d* foot) const {
+  const Vec3d &a = Corner(face, 0), &b = Corner(face, 1), &c = Corner(face, 2);
+  const Vec3d ab = Sub(b, a), ac = Sub(c, a), bc = Sub(c, b);
+  const Vec3d ap = Sub(p, a), bp = Sub(p, b), cp = Sub(p, c);
+  const double ab_a = DotD(ab, ap), ac_a = DotD(ac, ap);
+  const double ab_b = DotD(ab, bp), bc_b = DotD(bc, bp);
+  const double ac_c = DotD(ac, cp), bc_c = DotD(bc, cp);
+  const auto at = [&](const Vec3d& corner, int feature) {
     *foot = corner;
     return feature;
   };
   if (ab_a <= 0 && ac_a <= 0) return at(a, 0);
   if (ab_b >= 0 && bc_b <= 0) return at(b, 1);
   if (ac_c >= 0 && bc_c >= 0) return at(c, 2);
-  const Vec& n = normal_[face];
+  const Vec3d& n = normal_[face];
   // Outside an edge: on the other side of it than the face.
-  if (ab_a > 0 && ab_b < 0 && Dot(Cross(n, ab), ap) <= 0) {
-    return at(Along(a, ab_a / Dot(ab, ab), ab), 3);
+  if (ab_a > 0 && ab_b < 0 && DotD(CrossD(n, ab), ap) <= 0) {
+    return at(Add(a, Scale(ab_a / DotD(ab, ab), ab)), 3);
   }
-  if (bc_b > 0 && bc_c < 0 && Dot(Cross(n, bc), bp) <= 0) {
-    return at(Along(b, bc_b / Dot(bc, bc), bc), 4);
+  if (bc_b > 0 && bc_c < 0 && DotD(CrossD(n, bc), bp) <= 0) {
+    return at(Add(b, Scale(bc_b / DotD(bc, bc), bc)), 4);
   }
-  if (ac_a > 0 && ac_c < 0 && Dot(Cross(n, ac), ap) >= 0) {
-    return at(Along(a, ac_a / Dot(ac, ac), ac), 5);
+  if (ac_a > 0 && ac_c < 0 && DotD(CrossD(n, ac), ap) >= 0) {
+    return at(Add(a, Scale(ac_a / DotD(ac, ac), ac)), 5);
   }
-  return at(Along(p, -Dot(ap, n), n), kFace);
+  return at(Add(p, Scale(-DotD(ap, n), n)), kFace);
 }
 
 /// Which side of the surface p is on at the nearest point.
-double Mesh::Side(const Best& best, const Vec& p) const {
-  const Vec away = Minus(p, best.foot);
-  const Vec& n = normal_[best.face];
-  if (best.feature == kFace) return Dot(Minus(p, Corner(best.face, 0)), n);
+double Mesh::Side(const Best& best, const Vec3d& p) const {
+  const Vec3d away = Sub(p, best.foot);
+  const Vec3d& n = normal_[best.face];
+  if (best.feature == kFace) return DotD(Sub(p, Corner(best.face, 0)), n);
   if (best.feature < 3) {
     const std::int32_t v = soup_.triangles[best.face][best.feature];
-    return Dot(away, corner_normal_[v]);
+    return DotD(away, corner_normal_[v]);
   }
   const std::int32_t beyond = other_[best.face][best.feature - 3];
-  return Dot(away, beyond < 0 ? n : Along(n, 1.0, normal_[beyond]));
+  return DotD(away, beyond < 0 ? n : Add(n, Scale(1.0, normal_[beyond])));
 }
 
-void Mesh::Look(std::int32_t face, const Vec& p, double reach2, Found* found) const {
+void Mesh::Look(std::int32_t face, const Vec3d& p, double reach2, Found* found) const {
   Best best;
   best.feature = ClosestFeature(face, p, &best.foot);
-  const Vec away = Minus(p, best.foot);
-  best.square = Dot(away, away);
+  const Vec3d away = Sub(p, best.foot);
+  best.square = DotD(away, away);
   if (!(best.square < reach2)) return;
   best.surface = surface_of_[face];
   best.face = face;
@@ -99,30 +88,30 @@ void Mesh::Look(std::int32_t face, const Vec& p, double reach2, Found* found) co
 }
 
 /// Does no face at the nearest point, of whichever surface, lead nearer to p?
-bool Mesh::IsLowest(const Best& best, const Vec& p, double tolerance) const {
-  const Vec away = Minus(p, best.foot);
-  const auto nearer = [&](const Vec& direction) {
-    const double gain = Dot(away, direction);
-    return gain > 0 && gain * gain > tolerance * tolerance * Dot(direction, direction);
+bool Mesh::IsLowest(const Best& best, const Vec3d& p, double tolerance) const {
+  const Vec3d away = Sub(p, best.foot);
+  const auto nearer = [&](const Vec3d& direction) {
+    const double gain = DotD(away, direction);
+    return gain > 0 && gain * gain > tolerance * tolerance * DotD(direction, direction);
   };
   if (best.feature == kFace) return true;
   if (best.feature < 3) {
     const std::int32_t v = soup_.triangles[best.face][best.feature];
     for (std::int32_t s = spoke_first_[v]; s < spoke_first_[v + 1]; ++s) {
-      if (nearer(Minus(soup_.vertices[spokes_[s]], best.foot))) return false;
+      if (nearer(Sub(soup_.vertices[spokes_[s]], best.foot))) return false;
     }
     return true;
   }
   const int e = best.feature - 3;
   const std::int32_t beyond = other_[best.face][e];
   if (beyond < 0) return true;
-  const Vec back = Minus(Corner(best.face, e), Corner(best.face, (e + 1) % 3));
-  return !nearer(Cross(normal_[beyond], back));  // into the face beyond
+  const Vec3d back = Sub(Corner(best.face, e), Corner(best.face, (e + 1) % 3));
+  return !nearer(CrossD(normal_[beyond], back));  // into the face beyond
 }
 
 /// Of each piece: from inside its one nearest point; from outside the lowest
 /// points of what p can see. Then no place twice.
-void Mesh::KeepVisible(const Vec& p, double tolerance, Found* found) const {
+void Mesh::KeepVisible(const Vec3d& p, double tolerance, Found* found) const {
   for (int i = 0; i < found->count; ++i) found->at[i].side = Side(found->at[i], p);
   for (int i = 0; i < found->count; ++i) {
     Best& b = found->at[i];
@@ -150,25 +139,25 @@ void Mesh::KeepVisible(const Vec& p, double tolerance, Found* found) const {
     for (int i = 0; i < j && found->at[j].kept; ++i) {
       Best &a = found->at[i], &b = found->at[j];
       if (!a.kept) continue;
-      const Vec apart = Minus(a.foot, b.foot);
-      if (Dot(apart, apart) > tolerance * tolerance) continue;
+      const Vec3d apart = Sub(a.foot, b.foot);
+      if (DotD(apart, apart) > tolerance * tolerance) continue;
       const double da = std::sqrt(a.square), db = std::sqrt(b.square);
       (da <= db + tolerance ? b : a).kept = false;
     }
   }
 }
 
-SurfacePoint Mesh::ToPoint(const Best& best, const Vec& p) const {
+SurfacePoint Mesh::ToPoint(const Best& best, const Vec3d& p) const {
   const bool solid = piece_closed_[piece_of_surface_[best.surface]] != 0;
   const bool behind = best.side < 0;
   const double inward = solid && behind ? -1.0 : 1.0;  // the normal looks away from p
   double distance = std::sqrt(best.square);
-  Vec n = normal_[best.face];
+  Vec3d n = normal_[best.face];
   if (best.feature == kFace) {
     distance = behind ? -best.side : best.side;
     if (behind && !solid) n = {-n[0], -n[1], -n[2]};
   } else if (best.square > 1e-60) {
-    const Vec away = Minus(p, best.foot);
+    const Vec3d away = Sub(p, best.foot);
     n = {inward * away[0] / distance, inward * away[1] / distance, inward * away[2] / distance};
   }
   return {kMeshKey + best.surface,
@@ -178,7 +167,7 @@ SurfacePoint Mesh::ToPoint(const Best& best, const Vec& p) const {
 }
 
 /// Out of reach, or of one surface that has a nearer point already?
-bool Mesh::Hopeless(const Node& node, const Vec& p, double reach2, const Found& found) const {
+bool Mesh::Hopeless(const Node& node, const Vec3d& p, double reach2, const Found& found) const {
   const double square = SquareTo(node.box.low, node.box.high, p);
   if (!(square < reach2)) return true;
   for (int i = 0; i < found.count && node.surface >= 0; ++i) {
@@ -188,7 +177,7 @@ bool Mesh::Hopeless(const Node& node, const Vec& p, double reach2, const Found& 
 }
 
 int Mesh::Nearest(Vec3f at, float reach, SurfacePoint* out, int capacity) const {
-  const Vec p = {at.x, at.y, at.z};
+  const Vec3d p = {at.x, at.y, at.z};
   const double reach2 = static_cast<double>(reach) * reach;
   Found found;
   std::int32_t stack[kDeepest];

@@ -84,9 +84,6 @@ float SweptDistance(const Shape& shape, Vec3f p);
 /// boxes and meshes [m].
 float StillDistance(const Shape& shape, Vec3f p);
 
-/// Distance to one part.
-SignedDistance PartDistance(const Part& part, Vec3f p);
-
 // Builders. Lengths in metres; throw std::invalid_argument by field name.
 Shape HalfSpace(const double normal[3]);  ///< through the origin
 Shape SmoothWheel(double radius_m, double width_m);

@@ -25,10 +25,8 @@ std::vector<Packed> Pack(const std::vector<Grain>& grains, const CellGrid& grid)
 
 template <class A, class B>
 float Distance2(const A& a, const B& b, const std::array<float, 3>& q) {
-  const float dx = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
-  const float dy = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
-  const float dz = static_cast<float>(WrapDiff(a.z, b.z)) * q[2];
-  return dx * dx + dy * dy + dz * dz;
+  const Vec3f d = Apart(a, b, q.data());
+  return Dot(d, d);
 }
 
 template <class A, class B>

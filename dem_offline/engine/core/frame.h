@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "dem_offline/engine/core/vec3.h"
+#include "dem_offline/engine/core/grain.h"
 
 namespace grouser::dem {
 
@@ -32,6 +32,14 @@ GROUSER_HD std::int32_t SpanFix(double value_m, double span_m) {
 /// a - b, the shorter way round the period.
 GROUSER_HD std::int32_t WrapDiff(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
+}
+
+/// Place a from place b [m] (grains, or what else has x, y, z), the nearest image; q: quanta [m].
+template <class A, class B>
+GROUSER_HD Vec3f Apart(const A& a, const B& b, const float* q) {
+  return {static_cast<float>(WrapDiff(a.x, b.x)) * q[0],
+          static_cast<float>(WrapDiff(a.y, b.y)) * q[1],
+          static_cast<float>(WrapDiff(a.z, b.z)) * q[2]};
 }
 
 }  // namespace grouser::dem

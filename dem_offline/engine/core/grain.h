@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "dem_offline/engine/core/vec3.h"
+
 namespace grouser::dem {
 
 /// Grains are worked on in tiles of this many neighbours in memory, one per
@@ -21,6 +23,10 @@ struct alignas(64) Grain {
   std::int32_t kind;             ///< material in the low 16 bits, flags above
   float rest_x, rest_y, rest_z;  ///< what rounding left over [quanta]: slow grains never stall
   std::int32_t id;               ///< persistent
+  GROUSER_HD void SetMotion(Vec3f velocity, Vec3f spin) {
+    vx = velocity.x, vy = velocity.y, vz = velocity.z;
+    wx = spin.x, wy = spin.y, wz = spin.z;
+  }
 };
 
 inline constexpr std::int32_t kGlued = 1 << 16;   ///< keeps its velocity
@@ -35,6 +41,10 @@ inline constexpr std::int32_t MaterialOf(const Grain& g) { return g.kind & 0xfff
 struct alignas(32) GrainLoad {
   float fx, fy, fz, deepest;   ///< deepest: largest overlap with another grain [m]
   float tx, ty, tz, touching;  ///< touching: number of contacts
+  GROUSER_HD void Add(Vec3f force, Vec3f moment) {
+    fx += force.x, fy += force.y, fz += force.z;
+    tx += moment.x, ty += moment.y, tz += moment.z;
+  }
 };
 
 }  // namespace grouser::dem

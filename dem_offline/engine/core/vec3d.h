@@ -26,6 +26,9 @@ GROUSER_HD double DotD(const Vec3d& a, const Vec3d& b) {
 GROUSER_HD Vec3d CrossD(const Vec3d& a, const Vec3d& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+GROUSER_HD Vec3f ToFloat(const Vec3d& a) {
+  return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
+}
 GROUSER_HD double Norm(const Vec3d& a) { return std::sqrt(DotD(a, a)); }
 
 }  // namespace grouser::dem

@@ -51,16 +51,8 @@ WorldView Ensemble::ViewOfWorld(std::size_t number) const {
   const WorldConfig& c = w.config;
   WorldView v = {};
   v.count = static_cast<std::int32_t>(w.count);
-  const auto q = c.frame.Quantum();
-  v.drift.dt = static_cast<float>(c.dt_s);
-  v.drift.drag = w.drag;
-  v.drift.planar = c.planar;
-  for (int a = 0; a < 3; ++a) {
-    v.drift.quantum[a] = q[a];
-    v.drift.per_quantum[a] = v.drift.dt / q[a];
-    v.gravity[a] = static_cast<float>(c.gravity_m_per_s2[a]);
-    v.drift.gravity_dt[a] = v.gravity[a] * v.drift.dt;
-  }
+  v.drift = DriftNumbers(w);
+  for (int a = 0; a < 3; ++a) v.gravity[a] = static_cast<float>(c.gravity_m_per_s2[a]);
   v.energy = c.energy;
   v.sort = SortGridOf(w);
   v.inertia_factor = static_cast<float>(c.inertia_factor);

@@ -65,7 +65,6 @@ class Ensemble {
   std::int64_t steps(int world) const { return states_[world].steps; }
   StepFault fault(int world) const;
   std::int32_t rebuilds(int world) const { return states_[world].rebuilds; }
-  std::int32_t prunes(int world) const { return states_[world].prunes; }
   int sorts() const { return sorts_; }
   int regrowths() const { return regrowths_; }  ///< of lists that were too short
   /// Grains and loads of a world as they are now, in the order of its memory.
@@ -98,6 +97,7 @@ class Ensemble {
   std::int64_t NextStop(int world, std::int64_t until) const;
   void Relayout(const Layout& next);
   bool Overflowed(std::int32_t* bits);
+  bool Fitted();
   EnsembleView View();
   std::size_t IndexOf(int world, int body) const;
 

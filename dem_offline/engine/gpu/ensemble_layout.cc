@@ -55,6 +55,7 @@ void Ensemble::SendMembers() {
   memory_.members = Buffer<ClumpTemplate::Member>(device_, members.size());
   memory_.members.Upload(members);
   memory_.clump_around = Buffer<ClumpSurroundings>(device_, worlds_.size());
+  memory_.member_place = Buffer<std::int32_t>(device_, place.size());
   memory_.member_place.Upload(place);
   memory_.clumps.now.Upload(clumps_);
 }
@@ -103,25 +104,11 @@ std::size_t Ensemble::IndexOf(int world, int body) const {
 void Ensemble::Relayout(const Layout& layout) {
   Layout next = layout;
   next.Place();
-  const Layout& old = layout_;
-  EnsembleMemory fresh;
-  fresh.Allocate(device_, next, words_);
-  const auto move = [&](auto& to, const auto& from, std::int64_t wide_from, std::int64_t wide_to) {
-    to.Upload(MoveTiles(from.Download(), old, next, wide_from, wide_to));
-  };
-  const ListSizes &a = old.sizes, &b = next.sizes;
-  move(fresh.grains.now, memory_.grains.now, 1, 1);
-  move(fresh.loads.now, memory_.loads.now, 1, 1);
-  move(fresh.kinetics.now, memory_.kinetics.now, 1, 1);
-  move(fresh.bounds.now, memory_.bounds.now, 1, 1);
-  move(fresh.found.now, memory_.found.now, 1, 1);
-  fresh.tile_energy.now.Upload(MoveWhole(memory_.tile_energy.now.Download(), old, next));
-  move(fresh.reach, memory_.reach, 1, 1);
-  move(fresh.outer_count.now, memory_.outer_count.now, 1, 1);
-  move(fresh.outer_partner.now, memory_.outer_partner.now, a.outer_slots, b.outer_slots);
+  memory_.Relayout(device_, layout_, next, words_);
+  layout_ = next;
   std::vector<WorldState> states = memory_.states.now.Download();
   for (WorldState& s : states) s.overflow = 0;
-  fresh.states.now.Upload(states);
+  memory_.states.now.Upload(states);
   std::vector<BodyRecord> bodies = memory_.bodies.now.Download();
   for (std::size_t n = 0; n < bodies.size(); ++n) {
     bodies[n].capacity = next.entries[n];
@@ -129,32 +116,7 @@ void Ensemble::Relayout(const Layout& layout) {
     bodies[n].first_slot = next.first_slot[n];
     bodies[n].first_tile = next.first_tile[n];
   }
-  fresh.bodies.now.Upload(bodies);
-  fresh.clear.now.Upload(
-      MoveBodies(memory_.clear.now.Download(), old.first_entry, next.first_entry, 1));
-  for (int k = 0; k < 2; ++k) {
-    move(fresh.inner_count[k].now, memory_.inner_count[k].now, 1, 1);
-    move(fresh.inner_partner[k].now, memory_.inner_partner[k].now, a.inner_slots, b.inner_slots);
-    move(fresh.history[k].now, memory_.history[k].now, a.inner_slots * words_,
-         b.inner_slots * words_);
-    fresh.near_body[k].now.Upload(
-        MoveBodies(memory_.near_body[k].now.Download(), old.first_entry, next.first_entry, 1));
-    fresh.key[k].now.Upload(
-        MoveBodies(memory_.key[k].now.Download(), old.first_slot, next.first_slot, 1));
-    fresh.word[k].now.Upload(
-        MoveBodies(memory_.word[k].now.Download(), old.first_slot, next.first_slot, words_));
-  }
-  fresh.wheels = std::move(memory_.wheels);
-  fresh.stress = std::move(memory_.stress);
-  fresh.clumps.now.Upload(memory_.clumps.now.Download());
-  fresh.member_place = std::move(memory_.member_place);
-  fresh.members = std::move(memory_.members);
-  fresh.clump_around = std::move(memory_.clump_around);
-  fresh.parts = std::move(memory_.parts);
-  fresh.rings = std::move(memory_.rings);
-  fresh.params = std::move(memory_.params);
-  memory_ = std::move(fresh);
-  layout_ = next;
+  memory_.bodies.now.Upload(bodies);
   SendTables();
 }
 

@@ -26,6 +26,8 @@ struct Kept {
 /// All arrays of an ensemble on its device.
 struct EnsembleMemory {
   void Allocate(Device& device, const Layout& layout, int words);
+  /// The same state in arrays of another layout, to the bit; tables have to be sent again.
+  void Relayout(Device& device, const Layout& from, const Layout& to, int words);
   void AllocateWheels(Device& device, std::size_t worlds_count, std::size_t bins);
   void Checkpoint();
   void Restore();
@@ -65,9 +67,51 @@ struct EnsembleMemory {
   Kept<WheelRecord> wheels;  ///< empty: no wheel tests
   Kept<double> stress;
 
- private:
+  /// Calls f(array, extent, what it counts as) for every array that the layout sizes.
   template <class F>
-  void ForEachKept(F&& f);
+  void ForEach(F&& f) {
+    constexpr auto kGrains = &MemoryPlan::grains, kLists = &MemoryPlan::lists,
+                   kHistories = &MemoryPlan::histories, kCells = &MemoryPlan::cells,
+                   kBodies = &MemoryPlan::bodies;
+    constexpr auto kInner = &ListSizes::inner_slots;
+    f(worlds, Extent{Of::kWorld}, kGrains);
+    f(states, Extent{Of::kWorld}, kGrains);
+    f(world_of_tile, Extent{Of::kTile}, kGrains);
+    f(tile_energy, Extent{Of::kTile}, kGrains);
+    f(grains, Extent{Of::kGrain}, kGrains);
+    f(loads, Extent{Of::kGrain}, kGrains);
+    f(kinetics, Extent{Of::kGrain}, kGrains);
+    f(bounds, Extent{Of::kGrain}, kGrains);
+    f(found, Extent{Of::kGrain}, kGrains);
+    f(reach, Extent{Of::kGrain}, kGrains);
+    f(grain_energy, Extent{Of::kGrain}, kGrains);
+    f(sort_wanted, Extent{Of::kWorld}, kGrains);
+    f(clumps, Extent{Of::kClump}, kGrains);
+    f(clump_of, Extent{Of::kClumpGrain}, kGrains);
+    f(world_of_cell, Extent{Of::kCell}, kCells);
+    f(cell_count, Extent{Of::kCell}, kCells);
+    f(cell_items, Extent{Of::kCell, &ListSizes::cell_slots}, kCells);
+    f(outer_count, Extent{Of::kGrain}, kLists);
+    f(outer_partner, Extent{Of::kGrain, &ListSizes::outer_slots}, kLists);
+    f(bodies, Extent{Of::kBody}, kBodies);
+    f(body_of_tile, Extent{Of::kBodyTile}, kBodies);
+    f(tile_near, Extent{Of::kBodyTile}, kBodies);
+    f(body_of_run, Extent{Of::kRun}, kBodies);
+    f(run_sums, Extent{Of::kRun}, kBodies);
+    f(touches, Extent{Of::kEntry}, kBodies);
+    f(clear, Extent{Of::kEntry}, kBodies);
+    f(records, Extent{Of::kSlot}, kBodies);
+    for (int k = 0; k < 2; ++k) {
+      f(sort_key[k], Extent{Of::kGrain}, kGrains);
+      f(sort_place[k], Extent{Of::kGrain}, kGrains);
+      f(inner_count[k], Extent{Of::kGrain}, kLists);
+      f(inner_partner[k], Extent{Of::kGrain, kInner}, kLists);
+      f(history[k], Extent{Of::kGrain, kInner, true}, kHistories);
+      f(near_body[k], Extent{Of::kEntry}, kBodies);
+      f(key[k], Extent{Of::kSlot}, kBodies);
+      f(word[k], Extent{Of::kSlot, nullptr, true}, kBodies);
+    }
+  }
 };
 
 }  // namespace grouser::dem::gpu

@@ -52,12 +52,19 @@ void Ensemble::Advance() {
     if (steps <= 0) return;
     memory_.Checkpoint();
     device_.Steps(View(), combination_, static_cast<int>(std::min<std::int64_t>(steps, kBatch)));
-    std::int32_t bits;
-    if (!Overflowed(&bits)) continue;
-    ++regrowths_;
-    memory_.Restore();
-    Regrow(bits);
+    Fitted();
   }
+}
+
+/// Whether all lists were long enough; if not, they are longer now and everything is as
+/// at the checkpoint.
+bool Ensemble::Fitted() {
+  std::int32_t bits;
+  if (!Overflowed(&bits)) return true;
+  ++regrowths_;
+  memory_.Restore();
+  Regrow(bits);
+  return false;
 }
 
 /// Sorts the worlds that stand at a multiple of their sort_steps and go on from
@@ -75,7 +82,7 @@ void Ensemble::SortDue(const std::vector<std::int64_t>& until, const std::vector
   }
   if (std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) return;
   ++sorts_;
-  for (;;) {
+  do {
     memory_.Checkpoint();
     EnsembleMemory& m = memory_;
     m.sort_wanted.Upload(wanted);
@@ -85,12 +92,7 @@ void Ensemble::SortDue(const std::vector<std::int64_t>& until, const std::vector
                      m.loads.then.data(), m.kinetics.then.data()});
     v.was = m.sort_place[1].data();
     device_.Start(v, combination_);
-    std::int32_t bits;
-    if (!Overflowed(&bits)) return;
-    ++regrowths_;
-    memory_.Restore();
-    Regrow(bits);
-  }
+  } while (!Fitted());
 }
 
 }  // namespace grouser::dem::gpu

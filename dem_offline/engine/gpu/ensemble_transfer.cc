@@ -106,7 +106,7 @@ BodyRecord Ensemble::RecordOf(std::size_t number, const DeviceBodyState& h) cons
   b.world = index.world;
   b.per_grain = layout_.per_grain[number];
   b.capacity = layout_.entries[number];
-  b.count[0] = static_cast<std::int32_t>(h.near.size());
+  b.count[0] = static_cast<std::int32_t>(h.slots.near.size());
   b.search = 1;
   b.first_entry = layout_.first_entry[number];
   b.first_slot = layout_.first_slot[number];
@@ -127,7 +127,7 @@ void Ensemble::SendBodies(int world, const DeviceState& h) {
   for (std::size_t k = 0; k < h.bodies.size(); ++k) {
     const DeviceBodyState& from = h.bodies[k];
     const std::size_t b = IndexOf(world, static_cast<int>(k));
-    const auto near = static_cast<std::int32_t>(from.near.size());
+    const auto near = static_cast<std::int32_t>(from.slots.near.size());
     if (near > layout_.entries[b]) {
       Layout next = layout_;
       next.entries[b] = RunsFor(near);
@@ -135,9 +135,9 @@ void Ensemble::SendBodies(int world, const DeviceState& h) {
     }
     memory_.bodies.now.Upload(std::vector<BodyRecord>{RecordOf(b, from)},
                               static_cast<std::int64_t>(b));
-    memory_.near_body[0].now.Upload(from.near, layout_.first_entry[b]);
-    memory_.key[0].now.Upload(from.key, layout_.first_slot[b]);
-    memory_.word[0].now.Upload(from.words, layout_.first_slot[b] * words_);
+    memory_.near_body[0].now.Upload(from.slots.near, layout_.first_entry[b]);
+    memory_.key[0].now.Upload(from.slots.key, layout_.first_slot[b]);
+    memory_.word[0].now.Upload(from.slots.words, layout_.first_slot[b] * words_);
   }
 }
 
@@ -185,10 +185,13 @@ void Ensemble::Pull(int world) {
     const BodyRecord r = memory_.bodies.now.Download(static_cast<std::int64_t>(b), 1)[0];
     const std::int32_t n = r.count[r.turn];
     since.Add(r.energy);
-    h.bodies.push_back(
-        {r.body, r.track, r.per_grain, memory_.near_body[r.turn].now.Download(r.first_entry, n),
-         memory_.key[r.turn].now.Download(r.first_slot, n * r.per_grain),
-         memory_.word[r.turn].now.Download(r.first_slot * words_, n * r.per_grain * words_)});
+    BodySlots slots;
+    slots.per_grain = r.per_grain;
+    slots.near = memory_.near_body[r.turn].now.Download(r.first_entry, n);
+    slots.key = memory_.key[r.turn].now.Download(r.first_slot, n * r.per_grain);
+    slots.words =
+        memory_.word[r.turn].now.Download(r.first_slot * words_, n * r.per_grain * words_);
+    h.bodies.push_back({r.body, r.track, slots});
   }
   h.energy.AddStep(since);
   worlds_[world]->ImportState(h);
@@ -207,15 +210,10 @@ void Ensemble::Push(int world) {
     SendTables();
   }
   SendWorld(world);
-  for (;;) {
+  do {
     memory_.Checkpoint();
     device_.Start(View(), combination_);
-    std::int32_t bits;
-    if (!Overflowed(&bits)) return;
-    ++regrowths_;
-    memory_.Restore();
-    Regrow(bits);
-  }
+  } while (!Fitted());
 }
 
 std::vector<Grain> Ensemble::Grains(int world) const {

@@ -39,6 +39,44 @@ std::int64_t Layout::RoundEntry(int r) const {
   return first_entry[b];
 }
 
+std::int64_t ElementsOf(const Extent& extent, const Layout& l, int words) {
+  const auto count = [&]() -> std::int64_t {
+    switch (extent.of) {
+      case Of::kWorld:
+        return static_cast<std::int64_t>(l.tiles.size());
+      case Of::kTile:
+        return l.grains() / kTile;
+      case Of::kGrain:
+        return l.grains();
+      case Of::kClumpGrain:
+        return l.clumps > 0 ? l.grains() : 0;
+      case Of::kCell:
+        return l.all_cells();
+      case Of::kClump:
+        return l.clumps;
+      case Of::kBody:
+        return static_cast<std::int64_t>(l.bodies.size());
+      case Of::kBodyTile:
+        return l.body_tiles();
+      case Of::kEntry:
+        return l.all_entries();
+      case Of::kRun:
+        return l.all_entries() / kRun;
+      case Of::kSlot:
+        return l.slots();
+    }
+    return 0;
+  };
+  return count() * extent.Width(l, words);
+}
+
+std::vector<std::int64_t> FirstRows(Of of, const Layout& l) {
+  if (of == Of::kEntry) return l.first_entry;
+  if (of == Of::kSlot) return l.first_slot;
+  if (of != Of::kGrain && of != Of::kTile) return {};
+  return Sums(l.tiles.size(), [&](std::size_t w) { return std::int64_t{l.tiles[w]}; });
+}
+
 std::vector<std::int32_t> WorldOfTile(const Layout& l) { return Owners(l.first, kTile); }
 std::vector<std::int32_t> WorldOfCell(const Layout& l) { return Owners(l.first_cell, 1); }
 std::vector<std::int32_t> BodyOfTile(const Layout& l) { return Owners(l.first_tile, 1); }

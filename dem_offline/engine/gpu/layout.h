@@ -56,42 +56,54 @@ std::vector<std::int32_t> WorldOfCell(const Layout& layout);
 std::vector<std::int32_t> BodyOfTile(const Layout& layout);
 std::vector<std::int32_t> BodyOfRun(const Layout& layout);
 
-/// Moves an array of grains, `wide_from` elements each, from one layout to another.
+/// What an array has elements of: so many each (slots of ListSizes, words of a history).
+enum class Of {
+  kWorld,
+  kTile,
+  kGrain,
+  kClumpGrain,
+  kCell,
+  kClump,
+  kBody,
+  kBodyTile,
+  kEntry,
+  kRun,
+  kSlot
+};
+struct Extent {
+  Of of;
+  std::int32_t ListSizes::*slots = nullptr;
+  bool words = false;
+  std::int64_t Width(const Layout& l, int history_words) const {
+    return std::int64_t{slots ? l.sizes.*slots : 1} * (words ? history_words : 1);
+  }
+};
+
+/// Elements of an array; words: of one contact's history.
+std::int64_t ElementsOf(const Extent& extent, const Layout& layout, int words);
+
+/// Where the rows begin that belong to each world or body; what has as many elements in
+/// every layout has none.
+std::vector<std::int64_t> FirstRows(Of of, const Layout& layout);
+
+/// An array of one layout as it is in another: what fits of every row.
 template <class T>
-std::vector<T> MoveTiles(const std::vector<T>& in, const Layout& from, const Layout& to,
-                         std::int64_t wide_from, std::int64_t wide_to) {
-  std::vector<T> out(to.grains() * wide_to, T{});
-  for (std::size_t w = 0; w < from.tiles.size(); ++w) {
-    const std::int64_t tiles = std::min(from.tiles[w], to.tiles[w]);
-    for (std::int64_t t = 0; t < tiles; ++t) {
-      std::copy_n(in.begin() + (from.first[w] + t * kTile) * wide_from,
-                  std::min(wide_from, wide_to) * kTile,
-                  out.begin() + (to.first[w] + t * kTile) * wide_to);
+std::vector<T> Moved(const std::vector<T>& in, const Extent& extent, const Layout& from,
+                     const Layout& to, int words) {
+  const std::vector<std::int64_t> old_rows = FirstRows(extent.of, from),
+                                  new_rows = FirstRows(extent.of, to);
+  if (old_rows.empty()) return in;
+  const std::int64_t in_row = extent.of == Of::kGrain ? kTile : 1;
+  const std::int64_t old_row = in_row * extent.Width(from, words),
+                     new_row = in_row * extent.Width(to, words);
+  std::vector<T> out(new_rows.back() * new_row, T{});
+  for (std::size_t k = 0; k + 1 < old_rows.size(); ++k) {
+    const std::int64_t rows =
+        std::min(old_rows[k + 1] - old_rows[k], new_rows[k + 1] - new_rows[k]);
+    for (std::int64_t r = 0; r < rows; ++r) {
+      std::copy_n(in.begin() + (old_rows[k] + r) * old_row, std::min(old_row, new_row),
+                  out.begin() + (new_rows[k] + r) * new_row);
     }
-  }
-  return out;
-}
-
-/// The same of one element a tile.
-template <class T>
-std::vector<T> MoveWhole(const std::vector<T>& in, const Layout& from, const Layout& to) {
-  std::vector<T> out(to.grains() / kTile, T{});
-  for (std::size_t w = 0; w < from.tiles.size(); ++w) {
-    std::copy_n(in.begin() + from.first[w] / kTile, std::min(from.tiles[w], to.tiles[w]),
-                out.begin() + to.first[w] / kTile);
-  }
-  return out;
-}
-
-/// The same of what belongs to bodies; first_*: of each body, `wide` elements each.
-template <class T>
-std::vector<T> MoveBodies(const std::vector<T>& in, const std::vector<std::int64_t>& first_from,
-                          const std::vector<std::int64_t>& first_to, std::int64_t wide) {
-  std::vector<T> out(first_to.back() * wide, T{});
-  for (std::size_t b = 0; b + 1 < first_from.size(); ++b) {
-    const std::int64_t n =
-        std::min(first_from[b + 1] - first_from[b], first_to[b + 1] - first_to[b]);
-    std::copy_n(in.begin() + first_from[b] * wide, n * wide, out.begin() + first_to[b] * wide);
   }
   return out;
 }

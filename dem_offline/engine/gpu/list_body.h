@@ -100,14 +100,6 @@ struct FillCell {
   }
 };
 
-/// Square of the distance of two centres [m^2].
-GROUSER_HD float Square(const Grain& a, const Grain& b, const float* q, float* dz) {
-  const float x = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
-  const float y = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
-  *dz = static_cast<float>(WrapDiff(a.z, b.z)) * q[2];
-  return x * x + y * y + *dz * *dz;
-}
-
 /// All neighbours of a grain within the search reach, by gap, then by height
 /// between the centres: sums in that order depend neither on the place in
 /// memory nor on the order of the cells.
@@ -134,15 +126,15 @@ struct FindOuter {
         const Grain& h = v.grain[w.first + j];
         if (g.kind & h.kind & kFrozen) continue;
         if (clump >= 0 && clump == v.clump_of[w.first + j]) continue;
-        float dz;
-        const float d2 = Square(g, h, w.drift.quantum, &dz);
+        const Vec3f apart = Apart(g, h, w.drift.quantum);
+        const float d2 = Dot(apart, apart);
         const float sum = g.radius + h.radius, most = sum + w.search_reach;
         if (!(d2 < most * most)) continue;
         if (n == kMostOuter || n == v.outer_slots) {
           Raise(&s.overflow, kOuterFull);
           return;
         }
-        const float open = Sqrt(d2) - sum, rise = dz < 0 ? -dz : dz;
+        const float open = Sqrt(d2) - sum, rise = apart.z < 0 ? -apart.z : apart.z;
         int at = n++;
         for (; at > 0 && (open < gap[at - 1] ||
                           (open == gap[at - 1] &&
@@ -178,8 +170,8 @@ struct PruneInner {
     int n = 0;
     for (int k = 0; k < v.outer_count[i]; ++k) {
       const std::int32_t j = v.outer_partner[EnsembleView::At(i, k, v.outer_slots)];
-      float dz;
-      const float d2 = Square(g, v.grain[w.first + j], w.drift.quantum, &dz);
+      const Vec3f apart = Apart(g, v.grain[w.first + j], w.drift.quantum);
+      const float d2 = Dot(apart, apart);
       // The lower place first: both sides round alike.
       const float own = v.reach[i], its = v.reach[w.first + j];
       const float limit = (m.place < j ? own + its : its + own) + w.range;

@@ -64,14 +64,8 @@ struct Forces {
         history[EnsembleView::At(i, k * v.words + n, slots)] = word[n];
       }
       const float sign = first ? 1.0f : -1.0f;
-      const Vec3f moment = first ? c.on_first : c.on_second;
-      sum.fx += sign * c.force.x;
-      sum.fy += sign * c.force.y;
-      sum.fz += sign * c.force.z;
+      sum.Add(sign * c.force, first ? c.on_first : c.on_second);
       sum.deepest = Max(sum.deepest, c.deepest);
-      sum.tx += moment.x;
-      sum.ty += moment.y;
-      sum.tz += moment.z;
       sum.touching += c.touching;
     }
     v.load[i] = sum;

@@ -52,10 +52,7 @@ struct RecordStress {
       for (int n = 0; n < v.touches[b.first_entry + k]; ++n) {
         const TouchRecord& t = v.records[b.first_slot + k * b.per_grain + n];
         if (!t.active || !t.rim) continue;
-        const StressPart part = StressOf(r.grid, t.point, t.force);
-        sums[3 * part.bin] += part.normal;
-        sums[3 * part.bin + 1] += part.tangential;
-        sums[3 * part.bin + 2] += part.axial;
+        AddTo(sums, StressOf(r.grid, t.point, t.force));
       }
     }
   }

@@ -18,30 +18,17 @@ StressRecorder::StressRecorder(const WheelShape& wheel, const RigSettings& rig, 
 }
 
 void StressRecorder::NextChunk(double time_s) {
-  Chunk c;
-  c.time_s = time_s;
-  c.normal.assign(grid_.bins(), 0.0);
-  c.tangential = c.axial = c.normal;
-  chunks_.push_back(std::move(c));
+  chunks_.push_back({time_s, 0, std::vector<double>(3 * grid_.bins(), 0.0)});
 }
 
 void StressRecorder::Add(const BodyContact& contact) {
-  if (!contact.rim) return;
-  const StressPart part = StressOf(grid_, contact.point, contact.force);
-  Chunk& c = chunks_.back();
-  c.normal[part.bin] += part.normal;
-  c.tangential[part.bin] += part.tangential;
-  c.axial[part.bin] += part.axial;
+  if (contact.rim) AddTo(chunks_.back().sums.data(), StressOf(grid_, contact.point, contact.force));
 }
 
 void StressRecorder::AddSums(long steps, const std::vector<double>& sums) {
   Chunk& c = chunks_.back();
   c.steps += steps;
-  for (int i = 0; i < grid_.bins(); ++i) {
-    c.normal[i] += sums[3 * i];
-    c.tangential[i] += sums[3 * i + 1];
-    c.axial[i] += sums[3 * i + 2];
-  }
+  for (std::size_t i = 0; i < c.sums.size(); ++i) c.sums[i] += sums[i];
 }
 
 StressProfile StressRecorder::Average(double from_s, double to_s) const {
@@ -49,25 +36,20 @@ StressProfile StressRecorder::Average(double from_s, double to_s) const {
   out.first_angle_rad = -M_PI;
   out.angle_step_rad = grid_.step_rad;
   out.width_bins = grid_.widths;
-  out.normal_pa.assign(grid_.angles * grid_.widths, 0.0);
-  out.shear_tangential_pa = out.shear_axial_pa = out.normal_pa;
+  std::vector<double> sums(3 * grid_.bins(), 0.0);
   long steps = 0;
   for (const Chunk& c : chunks_) {
     if (c.time_s < from_s || c.time_s >= to_s) continue;
     steps += c.steps;
-    for (std::size_t i = 0; i < c.normal.size(); ++i) {
-      out.normal_pa[i] += c.normal[i];
-      out.shear_tangential_pa[i] += c.tangential[i];
-      out.shear_axial_pa[i] += c.axial[i];
-    }
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += c.sums[i];
   }
   const double area = wheel_.radius_m * grid_.step_rad * wheel_.width_m / grid_.widths;
   const double scale = steps > 0 ? 1.0 / (static_cast<double>(steps) * area) : 0.0;
   std::vector<double> mean(grid_.angles, 0.0);
-  for (int i = 0; i < grid_.angles * grid_.widths; ++i) {
-    out.normal_pa[i] *= scale;
-    out.shear_tangential_pa[i] *= scale;
-    out.shear_axial_pa[i] *= scale;
+  for (int i = 0; i < grid_.bins(); ++i) {
+    out.normal_pa.push_back(sums[3 * i] * scale);
+    out.shear_tangential_pa.push_back(sums[3 * i + 1] * scale);
+    out.shear_axial_pa.push_back(sums[3 * i + 2] * scale);
     mean[i / grid_.widths] += out.normal_pa[i] / grid_.widths;
   }
   const int peak = static_cast<int>(std::max_element(mean.begin(), mean.end()) - mean.begin());

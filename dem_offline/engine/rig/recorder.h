@@ -32,7 +32,7 @@ class StressRecorder {
   struct Chunk {
     double time_s = 0;
     long steps = 0;
-    std::vector<double> normal, tangential, axial;  // sums of forces [N]
+    std::vector<double> sums;  // [bins x 3] of forces [N]
   };
   WheelShape wheel_;
   StressGrid grid_;

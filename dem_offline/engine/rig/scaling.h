@@ -8,17 +8,6 @@ namespace grouser::dem {
 /// (ContactLength, steady.h) at this sinkage.
 double MeanPressure(const WheelShape& wheel, double load_n, double sinkage_m);
 
-/// Overlap of two touching grains over their radius [-] in a bed under the
-/// pressure p [Pa]: delta/R = 2.6 (p/E*)^(2/3), E* = E/(2 (1 - nu^2)) of two equal
-/// grains; Hertz, spheres of about one size, delta/R under 0.1.
-double OverlapUnder(double pressure_pa, double youngs_modulus_pa, double poisson_ratio);
-
-/// The reverse: Young's modulus [Pa] for which the 99th percentile of overlaps
-/// at the largest load is this share of the radius (0.01 reference, 0.04
-/// coarse, 0.07 demo). Throws std::invalid_argument unless all are > 0.
-double ModulusForOverlap(const WheelShape& wheel, double load_n, double sinkage_m,
-                         double poisson_ratio, double overlap_over_radius);
-
 /// Largest time step [s] at which a wheel test keeps its energy: 0.75 of the least
 /// PackedLimit (laws/time_step.h) over the sizes, from what the laws of the soil and
 /// at the wheel state, at this overlap over the radius.

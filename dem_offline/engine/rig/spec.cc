@@ -159,39 +159,16 @@ SceneSettings ReducedDomain() {
 }
 
 const char* Explain(StopCause cause) {
-  switch (cause) {
-    case StopCause::kTimeUp:
-      return "time is up";
-    case StopCause::kPrecise:
-      return "precise enough";
-    case StopCause::kBedEnd:
-      return "end of the bed";
-    case StopCause::kOverload:
-      return "overload";
-    case StopCause::kLost:
-      return "the drawbar cannot be held";
-    case StopCause::kFault:
-      return "fault";
-    case StopCause::kCaller:
-      return "stopped by caller";
-  }
-  return "";
+  static constexpr const char* kWords[] = {
+      // in the order of the causes
+      "time is up", "precise enough",   "end of the bed", "overload", "the drawbar cannot be held",
+      "fault",      "stopped by caller"};
+  return kWords[static_cast<int>(cause)];
 }
 
 const char* NameOf(RunStatus status) {
-  switch (status) {
-    case RunStatus::kSteady:
-      return "steady";
-    case RunStatus::kUnsteady:
-      return "unsteady";
-    case RunStatus::kOverload:
-      return "overload";
-    case RunStatus::kFailed:
-      return "failed";
-    case RunStatus::kLost:
-      return "lost";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"steady", "unsteady", "overload", "failed", "lost"};
+  return kNames[static_cast<int>(status)];
 }
 
 const char* EngineVersion() { return "5"; }

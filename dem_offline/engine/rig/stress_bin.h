@@ -22,6 +22,13 @@ struct StressPart {
   double normal, tangential, axial;
 };
 
+/// sums: [bins x 3] of forces [N].
+GROUSER_HD void AddTo(double* sums, const StressPart& part) {
+  sums[3 * part.bin] += part.normal;
+  sums[3 * part.bin + 1] += part.tangential;
+  sums[3 * part.bin + 2] += part.axial;
+}
+
 /// point: from the hub, force: on the wheel, both in world axes.
 GROUSER_HD StressPart StressOf(const StressGrid& g, Vec3f point_m, Vec3f force_n) {
   constexpr double kPi = 3.14159265358979323846;

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <random>
 #include <stdexcept>
 
+#include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/preparation.h"
 #include "dem_offline/engine/world/world.h"
@@ -15,21 +15,6 @@ namespace {
 constexpr double kFractionTolerance = 0.004;
 constexpr std::int64_t kLookSteps = 200;  // between looks at whether it is quiet
 constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
-
-/// splitmix64: the same stream on every machine (std:: distributions are not).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 1) {}
-  double Uniform() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 class Preparation {
  public:
@@ -103,7 +88,7 @@ class Preparation {
 
   /// Loose jittered lattice holding enough solid for the bed and its cut.
   std::vector<GrainState> Loose() const {
-    Random random(spec_.seed);
+    Random random = RandomOfSeed(spec_.seed);
     const LooseLattice lattice = LatticeOf(spec_);
     double solid = lattice.solid_m3;
     const double pitch = lattice.pitch_m;

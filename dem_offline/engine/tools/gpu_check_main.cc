@@ -1,11 +1,7 @@
 // grouser-gpu-check: a device against the CPU's engine, and against itself.
 // Plain program: builds on a machine that has nothing but compilers.
-#include <cstdio>
-#include <exception>
-#include <stdexcept>
-#include <string>
-
 #include "dem_offline/engine/gpu/check/check.h"
+#include "dem_offline/engine/tools/options.h"
 
 namespace {
 
@@ -18,21 +14,11 @@ constexpr char kUsage[] =
 int Main(int argc, char** argv) {
   std::string name = "cuda";
   bool quick = false, json = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string flag = argv[i];
-    if (flag == "--quick") {
-      quick = true;
-    } else if (flag == "--json") {
-      json = true;
-    } else if (flag == "--device" && i + 1 < argc) {
-      name = argv[++i];
-    } else if (flag == "--help") {
-      std::fputs(kUsage, stdout);
-      return 0;
-    } else {
-      throw std::invalid_argument(flag + ": unknown, or no value");
-    }
-  }
+  grouser::dem::Options options;
+  options.Flag("--quick", &quick);
+  options.Flag("--json", &json);
+  options.Value("--device", &name);
+  options.Parse(argc, argv);
   const auto device = OpenDevice(name);
   const auto rows = check::RunChecks(*device, quick);
   bool kept = true;
@@ -49,13 +35,5 @@ int Main(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return Main(argc, argv);
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "grouser-gpu-check: %s\n%s", error.what(), kUsage);
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "grouser-gpu-check: %s\n", error.what());
-    return 1;
-  }
+  return grouser::dem::RunProgram("grouser-gpu-check", kUsage, argc, argv, Main);
 }

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <memory>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 #include <thread>
 #include <vector>
 
 #include "dem_offline/engine/gpu/ensemble.h"
 #include "dem_offline/engine/gpu/rig.h"
+#include "dem_offline/engine/tools/options.h"
 
 namespace {
 
@@ -29,8 +26,8 @@ constexpr char kUsage[] =
     "        toothed wheel (4 x 4: reference 1); its 12 s at 6.7e-6 s are extrapolated.\n"
     "S (60) seconds are timed. JSON on stdout.\n";
 
-struct Options {
-  std::string what, device = "cuda";
+struct Job {
+  std::string device = "cuda";
   double seconds = 60;
   int tests = 189, copies = 4;
 };
@@ -60,7 +57,7 @@ WheelTestSpec TestOf(int number) {
   return s;
 }
 
-int Wheels(const Options& o, gpu::Device& device) {
+int Wheels(const Job& o, gpu::Device& device) {
   const Tile tile = PrepareBed(BedOf(TestOf(0)), {});
   std::vector<gpu::WheelJob> jobs;
   for (int n = 0; n < o.tests; ++n) jobs.push_back({TestOf(n), &tile});
@@ -211,7 +208,7 @@ std::vector<ClumpState> Pour(double* top) {
   return bed;
 }
 
-int Clumps(const Options& o, gpu::Device& device) {
+int Clumps(const Job& o, gpu::Device& device) {
   constexpr double kStep = 6.7e-6, kSimulated = 12, kMembers = 614432;
   constexpr int kAtOnce = 64;
   double top = 0;
@@ -240,44 +237,25 @@ int Clumps(const Options& o, gpu::Device& device) {
   return 0;
 }
 
-Options Read(int argc, char** argv) {
-  Options o;
-  for (int i = 1; i < argc; ++i) {
-    const std::string flag = argv[i];
-    const bool more = i + 1 < argc;
-    if (flag == "--device" && more) {
-      o.device = argv[++i];
-    } else if (flag == "--seconds" && more) {
-      o.seconds = std::stod(argv[++i]);
-    } else if (flag == "--tests" && more) {
-      o.tests = std::stoi(argv[++i]);
-    } else if (flag == "--copies" && more) {
-      o.copies = std::stoi(argv[++i]);
-    } else if (o.what.empty() && (flag == "wheels" || flag == "clumps")) {
-      o.what = flag;
-    } else {
-      throw std::invalid_argument(flag + ": unknown, or no value");
-    }
-  }
-  if (o.what.empty() || !(o.seconds > 0) || o.tests < 1 || o.copies < 1) {
+int Main(int argc, char** argv) {
+  Job job;
+  Options options;
+  options.Value("--device", &job.device);
+  options.Value("--seconds", &job.seconds);
+  options.Value("--tests", &job.tests);
+  options.Value("--copies", &job.copies);
+  options.Parse(argc, argv, 2);
+  const std::string what = argc < 2 ? "" : argv[1];
+  if ((what != "wheels" && what != "clumps") || !(job.seconds > 0) || job.tests < 1 ||
+      job.copies < 1) {
     throw std::invalid_argument("expected wheels or clumps, and numbers above 0");
   }
-  return o;
+  const auto device = gpu::OpenDevice(job.device);
+  return what == "wheels" ? Wheels(job, *device) : Clumps(job, *device);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    if (argc == 2 && std::string(argv[1]) == "--help") return std::fputs(kUsage, stdout) < 0;
-    const Options o = Read(argc, argv);
-    const auto device = gpu::OpenDevice(o.device);
-    return o.what == "wheels" ? Wheels(o, *device) : Clumps(o, *device);
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "grouser-gpu-measure: %s\n%s", error.what(), kUsage);
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "grouser-gpu-measure: %s\n", error.what());
-    return 1;
-  }
+  return RunProgram("grouser-gpu-measure", kUsage, argc, argv, Main);
 }

@@ -1,10 +1,5 @@
 // grouser-verify: the engine checks itself, with nothing but the engine built.
-#include <cstdio>
-#include <cstring>
-#include <exception>
-#include <stdexcept>
-#include <string>
-
+#include "dem_offline/engine/tools/options.h"
 #include "dem_offline/engine/verify/suite.h"
 
 namespace {
@@ -19,55 +14,26 @@ constexpr char kUsage[] =
     "2 bad usage.\n";
 
 int Main(int argc, char** argv) {
-  if (argc < 2) throw std::invalid_argument("expected verify or torture");
-  const std::string word = argv[1];
+  const std::string word = argc < 2 ? "" : argv[1];
   if (word != "verify" && word != "torture") {
-    throw std::invalid_argument(word + ": expected verify or torture");
+    throw std::invalid_argument("expected verify or torture, got '" + word + "'");
   }
-  SuiteOptions options;
-  Output output = Output::kTable;
-  std::string command = "grouser-verify " + word;
-  for (int i = 2; i < argc; ++i) {
-    const std::string flag = argv[i];
-    const auto value = [&] {
-      if (++i >= argc) throw std::invalid_argument(flag + ": expected a value");
-      return std::string(argv[i]);
-    };
-    if (flag == "--quick") {
-      options.level = Level::kQuick;
-    } else if (flag == "--full") {
-      options.level = Level::kFull;
-    } else if (flag == "--case") {
-      options.only = value();
-    } else if (flag == "--threads") {
-      options.threads = std::stoi(value());
-    } else if (flag == "--device") {
-      options.device = value();
-      options.threads = 1;
-      command += " --device " + options.device;
-      continue;
-    } else if (flag == "--json") {
-      output = Output::kJson;
-    } else if (flag == "--markdown") {
-      output = Output::kMarkdown;
-    } else if (flag == "--quiet") {
-      options.progress = false;
-    } else {
-      throw std::invalid_argument(flag + ": unknown");
-    }
-    if (flag != "--quiet") command += " " + flag;
-  }
-  const Suite suite = word == "verify" ? VerifySuite() : TortureSuite();
-  return RunAndPrint(suite, options, output, command);
+  SuiteCommand command;
+  grouser::dem::Options options;
+  options.Flag("--quick", &command.quick);
+  options.Flag("--full", &command.full);
+  options.Value("--case", &command.only);
+  options.Value("--threads", &command.threads);
+  options.Value("--device", &command.device);
+  options.Flag("--json", &command.json);
+  options.Flag("--markdown", &command.markdown);
+  options.Flag("--quiet", &command.quiet);
+  options.Parse(argc, argv, 2);
+  return RunAndPrint(word == "verify" ? VerifySuite() : TortureSuite(), command, "grouser-verify");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "grouser-verify: %s\n%s", error.what(), kUsage);
-    return 2;
-  }
+  return grouser::dem::RunProgram("grouser-verify", kUsage, argc, argv, Main);
 }

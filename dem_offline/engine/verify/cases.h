@@ -6,32 +6,23 @@
 
 namespace grouser::dem::verify {
 
-Cases HertzCases();
-Cases BounceCases();
-Cases ObliqueCases();
+Cases ImpactCases();
 Cases TangentialCases();
 Cases RollingCases();
 Cases RestitutionCases();
-Cases CohesionCases();
-Cases BondCases();
-Cases ChainCases();
-Cases OrderCases();
-Cases MomentumCases();
+Cases CohesionAndBondCases();
+Cases MotionCases();
 Cases WheelEnergyCases();
 Cases SimilarityCases();
 Cases PackingCases();
 Cases PileCases();
-Cases HeapCases();
-Cases HopperCases();
-Cases ColumnCases();
+Cases FlowCases();
 
 Cases StiffCases();  ///< size and stiffness ratios, steps, speeds, overlaps
-Cases PlaceCases();  ///< far away, gravity, one grain, none, slow creep
+Cases PlaceCases();  ///< far away, gravity, one grain, none, slow creep, symmetries
 Cases WheelTortureCases();
-Cases SnapCases();       ///< JKR snap-off, bond cascade
-Cases EnduranceCases();  ///< a heap at rest, a million steps
+Cases EnduranceCases();  ///< JKR snap-off, bond cascade, a heap at rest, a million steps
 Cases MeshCases();
 Cases DeterminismCases();
-Cases SymmetryCases();
 
 }  // namespace grouser::dem::verify

@@ -7,26 +7,28 @@
 namespace grouser::dem::verify {
 namespace {
 
-constexpr double kDiameter = 0.01, kDensity = 2500, kPressure = 1000, kSide = 11 * kDiameter;
+constexpr double kPackedDiameter = 0.01, kPackedDensity = 2500, kPressure = 1000,
+                 kPackedSide = 11 * kPackedDiameter;
 
 struct Packing {
   double solid_fraction = 0, coordination = 0, rattlers = 0;
 };
 
 std::vector<GrainState> LooseGas(int count, double fraction, std::uint64_t seed) {
-  const double height = count * M_PI / 6 * std::pow(kDiameter, 3) / fraction / (kSide * kSide);
-  const int n = static_cast<int>(kSide / kDiameter);
+  const double height =
+      count * M_PI / 6 * std::pow(kPackedDiameter, 3) / fraction / (kPackedSide * kPackedSide);
+  const int n = static_cast<int>(kPackedSide / kPackedDiameter);
   const int layers = (count + n * n - 1) / (n * n);
   Random random(seed);
   std::vector<GrainState> out;
   const double speed = 0.3;
   for (int i = 0; i < count; ++i) {
     GrainState g = {};
-    g.x_m = (i % n + 0.5) * kSide / n;
-    g.y_m = (i / n % n + 0.5) * kSide / n;
+    g.x_m = (i % n + 0.5) * kPackedSide / n;
+    g.y_m = (i / n % n + 0.5) * kPackedSide / n;
     g.z_m = (i / n / n + 0.5) * height / layers;
-    g.radius_m = kDiameter / 2;
-    g.density_kg_per_m3 = kDensity;
+    g.radius_m = kPackedDiameter / 2;
+    g.density_kg_per_m3 = kPackedDensity;
     for (double* v : {&g.v_x, &g.v_y, &g.v_z}) *v = random.Between(-speed, speed);
     out.push_back(g);
   }
@@ -57,7 +59,7 @@ std::vector<int> CarryingContacts(const World& world, int least) {
   return contacts;
 }
 
-Packing Measure(const World& world, double low, double high, int least) {
+Packing PackingOf(const World& world, double low, double high, int least) {
   Packing out;
   double volume = 0;
   std::int64_t inside = 0, loose = 0;
@@ -71,33 +73,35 @@ Packing Measure(const World& world, double low, double high, int least) {
     loose += contacts[i] == 0 ? 1 : 0;
     touching += contacts[i];
   }
-  out.solid_fraction = volume / (kSide * kSide * (high - low));
+  out.solid_fraction = volume / (kPackedSide * kPackedSide * (high - low));
   out.coordination = touching / static_cast<double>(inside - loose);
   out.rattlers = static_cast<double>(loose) / static_cast<double>(inside);
   return out;
 }
 
 /// kappa = (E/((1 - nu^2) P))^(2/3): overlaps are about d/kappa. Contacts grow with the overlap,
-/// and published ones are for little pressure: kStiff is nearer to that limit, and our choice.
-constexpr double kSoft = 6000, kStiff = 39000;
+/// and published ones are for little pressure: kStiffKappa is nearer to that limit, and our choice.
+constexpr double kSoftKappa = 6000, kStiffKappa = 39000;
 
 /// Thermalised at constant volume, then compressed by a piston that is pushed
 /// by the pressure but no faster than `inertial` allows.
 Packing Compress(double friction, int count, double inertial, std::uint64_t seed,
-                 double kappa = kSoft) {
+                 double kappa = kSoftKappa) {
   const double modulus = std::pow(kappa, 1.5) * 0.91 * kPressure;
-  const double dt = 1.7e-5 * std::sqrt(kSoft / kappa);
+  const double dt = 1.7e-5 * std::sqrt(kSoftKappa / kappa);
   ContactModel model = Model({.settings = {{"hertz_restitution", "critical_damping_share", 0.98}}},
                              {modulus, 0.3}, {.restitution = 0.5, .friction = friction});
-  WorldConfig c = Cell(model, kSide, dt);
+  WorldConfig c = Cell(model, kPackedSide, dt);
   c.frame.z_span_m = 2;
   std::vector<GrainState> grains = LooseGas(count, 0.45, seed);
-  const double height = count * M_PI / 6 * std::pow(kDiameter, 3) / 0.45 / (kSide * kSide);
+  const double height =
+      count * M_PI / 6 * std::pow(kPackedDiameter, 3) / 0.45 / (kPackedSide * kPackedSide);
   Body piston = Plane({0, 0, -1}, {0, 0, height});
   piston.motion = BodyMotion::kPrescribed;
   World world(c, Scene(grains, {Floor(), piston}));
-  const double unit = std::sqrt(SphereMass(kDiameter / 2, kDensity) / (kDiameter * kPressure));
-  const double fastest = inertial / unit * height, area = kSide * kSide;
+  const double unit =
+      std::sqrt(SphereMass(kPackedDiameter / 2, kPackedDensity) / (kPackedDiameter * kPressure));
+  const double fastest = inertial / unit * height, area = kPackedSide * kPackedSide;
   const double gain = 0.2 * fastest;  // of the servo
   const auto compress = [&](double seconds) {
     for (double t = 0; t < seconds; t += dt) {
@@ -111,22 +115,24 @@ Packing Compress(double friction, int count, double inertial, std::uint64_t seed
   world.SetDrag(1 - dt / (4 * unit));
   compress(60 * unit);
   const double top = world.body(1).position_m[2];
-  return Measure(world, 4 * kDiameter, top - 4 * kDiameter, friction > 0 ? 2 : 4);
+  return PackingOf(world, 4 * kPackedDiameter, top - 4 * kPackedDiameter, friction > 0 ? 2 : 4);
 }
 
-constexpr char kSource[] = "Agnolin & Roux 2007";
+constexpr char kPackingSource[] = "Agnolin & Roux 2007";
 
 void Frictionless(Rows& rows) {
   const Packing p = Compress(0, 3000, 3e-3, 1);
-  rows.Absolute("solid fraction without friction [-]", 0.639, p.solid_fraction, 0.01, kSource);
+  rows.Absolute("solid fraction without friction [-]", 0.639, p.solid_fraction, 0.01,
+                kPackingSource);
   rows.Absolute("contacts per grain that carries [-]", 6.0, p.coordination, 0.15,
                 "isostatic; Agnolin & Roux 2007");
 }
 
 void Frictional(Rows& rows) {
-  const Packing p = Compress(0.3, 3000, 3e-3, 1, kStiff);
-  rows.Absolute("solid fraction with friction 0.3 [-]", 0.593, p.solid_fraction, 0.01, kSource);
-  rows.Absolute("contacts per grain that carries [-]", 4.5, p.coordination, 0.25, kSource);
+  const Packing p = Compress(0.3, 3000, 3e-3, 1, kStiffKappa);
+  rows.Absolute("solid fraction with friction 0.3 [-]", 0.593, p.solid_fraction, 0.01,
+                kPackingSource);
+  rows.Absolute("contacts per grain that carries [-]", 4.5, p.coordination, 0.25, kPackingSource);
 }
 
 /// What the size of the cell and the rate of compression do to both.
@@ -136,12 +142,12 @@ void Convergence(Rows& rows) {
     const Packing slow = Compress(friction, 3000, 1e-3, 1),
                   large = Compress(friction, 6000, 3e-3, 2);
     rows.Absolute(Format("friction %g: solid fraction, 1/3 of the rate [-]", friction), expected,
-                  slow.solid_fraction, 0.01, kSource);
+                  slow.solid_fraction, 0.01, kPackingSource);
     rows.Absolute(Format("friction %g: solid fraction, twice the grains [-]", friction), expected,
-                  large.solid_fraction, 0.01, kSource);
+                  large.solid_fraction, 0.01, kPackingSource);
   }
   rows.Absolute("contacts per grain that carries, softer: overlaps of d/6000 [-]", 4.5,
-                Compress(0.3, 3000, 3e-3, 1).coordination, 0.25, kSource);
+                Compress(0.3, 3000, 3e-3, 1).coordination, 0.25, kPackingSource);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // The table of a suite, for people, programs and docs/.
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
+#include "dem_offline/engine/core/json.h"
 #include "dem_offline/engine/verify/suite.h"
 
 namespace grouser::dem::verify {
@@ -24,22 +24,8 @@ Cells Line(const Suite& suite, const Row& r) {
           pass,   seconds};
 }
 
-std::string Quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      out += Format("\\u%04x", c);
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
-}
-
-std::string JsonValue(const Value& v) {
-  if (!v.text.empty()) return Quoted(v.text);
-  return std::isfinite(v.number) ? Format("%.9g", v.number) : "null";
+void Put(const char* key, const Value& v, JsonObject* out) {
+  v.text.empty() ? out->Number(key, v.number) : out->Text(key, v.text);
 }
 
 std::string Verdict(const SuiteResult& result) {
@@ -68,20 +54,19 @@ std::string Table(const Suite& suite, const SuiteResult& result) {
 }
 
 std::string Json(const Suite& suite, const SuiteResult& result) {
-  const Cells head = Head(suite);
-  std::string out = "[";
+  const bool torture = IsTorture(suite);
+  std::string out;
   for (const Row& r : result.rows) {
-    out += out.size() > 1 ? ",\n {" : "\n {";
-    out += "\"case\": " + Quoted(r.name) + ", " + Quoted(head[1]) + ": " + Quoted(r.quantity);
-    if (!IsTorture(suite)) {
-      out += ", \"expected\": " + JsonValue(r.expected) + ", \"source\": " + Quoted(r.source);
-    }
-    out += ", \"got\": " + JsonValue(r.got);
-    if (!IsTorture(suite)) out += ", \"tolerance\": " + Quoted(r.tolerance);
-    out += std::string(", \"pass\": ") + (r.pass ? "true" : "false");
-    out += Format(", \"seconds\": %.4f}", r.seconds);
+    JsonObject row;
+    row.Text("case", r.name).Text(torture ? "criterion" : "quantity", r.quantity);
+    if (!torture) Put("expected", r.expected, &row);
+    if (!torture) row.Text("source", r.source);
+    Put("got", r.got, &row);
+    if (!torture) row.Text("tolerance", r.tolerance);
+    row.Flag("pass", r.pass).Number("seconds", r.seconds);
+    out += (out.empty() ? "\n " : ",\n ") + row.Done();
   }
-  return out + "\n]\n";
+  return "[" + out + "\n]\n";
 }
 
 std::string Markdown(const Suite& suite, const SuiteResult& result, const std::string& command) {

@@ -50,6 +50,10 @@ class Rows {
   void AtLeast(const std::string& quantity, double limit, double got, const std::string& source);
   /// A criterion in words, whether it holds, and what was seen.
   void Holds(const std::string& criterion, bool pass, Value got);
+  /// A criterion in words that says: got < limit.
+  void Below(const std::string& criterion, double limit, double got) {
+    Holds(criterion, got < limit, got);
+  }
   /// A sentence below the table (convergence studies, causes of a miss).
   void Note(const std::string& text) { notes_.push_back(name_ + ": " + text); }
 

@@ -52,6 +52,12 @@ struct Laws {
   const char* cohesion = "none";
   std::vector<Setting> settings = {};
 };
+inline Laws LinearSprings(double n_per_m, const char* rolling = "none") {
+  return {.normal = "linear_spring",
+          .tangential = "linear_history",
+          .rolling = rolling,
+          .settings = {{"linear_spring", "stiffness_n_per_m", n_per_m}}};
+}
 /// Throws std::invalid_argument for a law or field that the registry has not.
 LawSettings SettingsFor(const std::vector<Setting>& settings);
 /// Grains of one material (0) and rigid bodies (1), all with interface `f`.

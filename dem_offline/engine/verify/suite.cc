@@ -104,12 +104,22 @@ SuiteResult RunSuite(const Suite& suite, const SuiteOptions& options) {
   return out;
 }
 
-int RunAndPrint(const Suite& suite, const SuiteOptions& options, Output output,
-                const std::string& command) {
+int RunAndPrint(const Suite& suite, const SuiteCommand& c, const std::string& program) {
+  SuiteOptions options;
+  options.level = c.full ? Level::kFull : c.quick ? Level::kQuick : Level::kDefault;
+  options.only = c.only;
+  options.device = c.device;
+  options.threads = c.device == "cpu" ? c.threads : 1;
+  options.progress = !c.quiet;
   const SuiteResult result = RunSuite(suite, options);
-  const std::string text = output == Output::kJson       ? Json(suite, result)
-                           : output == Output::kMarkdown ? Markdown(suite, result, command)
-                                                         : Table(suite, result);
+  std::string line = program + " " + suite.name;
+  if (c.full || c.quick) line += c.full ? " --full" : " --quick";
+  if (!c.only.empty()) line += " --case " + c.only;
+  if (c.device != "cpu") line += " --device " + c.device;
+  if (c.threads != SuiteCommand().threads) line += " --threads " + std::to_string(c.threads);
+  const std::string text = c.json       ? Json(suite, result)
+                           : c.markdown ? Markdown(suite, result, line + " --markdown")
+                                        : Table(suite, result);
   std::fwrite(text.data(), 1, text.size(), stdout);
   std::fflush(stdout);
   return result.Failed() == 0 ? 0 : 1;

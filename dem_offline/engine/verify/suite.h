@@ -53,10 +53,14 @@ std::string Table(const Suite& suite, const SuiteResult& result);
 std::string Json(const Suite& suite, const SuiteResult& result);
 std::string Markdown(const Suite& suite, const SuiteResult& result, const std::string& command);
 
-enum class Output { kTable, kJson, kMarkdown };
+/// What a command line asks of a suite.
+struct SuiteCommand {
+  bool quick = false, full = false, json = false, markdown = false, quiet = false;
+  std::string only, device = "cpu";
+  int threads = 2;
+};
 /// What the programs do: run, print on stdout, and return the exit status (1
-/// when a row failed).
-int RunAndPrint(const Suite& suite, const SuiteOptions& options, Output output,
-                const std::string& command);
+/// when a row failed). program: how it was called, for the Markdown.
+int RunAndPrint(const Suite& suite, const SuiteCommand& command, const std::string& program);
 
 }  // namespace grouser::dem::verify

@@ -18,18 +18,17 @@ Suite VerifySuite() {
   return {"verify",
           "The engine against exact and published answers: a row is one number, where it comes "
           "from, and how far the engine may be off.",
-          Joined({HertzCases(), BounceCases(), ObliqueCases(), TangentialCases(), RollingCases(),
-                  RestitutionCases(), CohesionCases(), BondCases(), ChainCases(), OrderCases(),
-                  MomentumCases(), WheelEnergyCases(), SimilarityCases(), PackingCases(),
-                  PileCases(), HeapCases(), HopperCases(), ColumnCases()})};
+          Joined({ImpactCases(), TangentialCases(), RollingCases(), RestitutionCases(),
+                  CohesionAndBondCases(), MotionCases(), WheelEnergyCases(), SimilarityCases(),
+                  PackingCases(), PileCases(), FlowCases()})};
 }
 
 Suite TortureSuite() {
   return {"torture",
           "Cases chosen to break the engine: none may crash, hang, go non-finite unnoticed, or be "
           "averaged after failing.",
-          Joined({StiffCases(), PlaceCases(), WheelTortureCases(), SnapCases(), EnduranceCases(),
-                  MeshCases(), DeterminismCases(), SymmetryCases()})};
+          Joined({StiffCases(), PlaceCases(), WheelTortureCases(), EnduranceCases(), MeshCases(),
+                  DeterminismCases()})};
 }
 
 }  // namespace grouser::dem::verify

@@ -62,12 +62,7 @@ GrainState World::StateOf(std::int32_t id) const {
 
 void World::SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin) {
   Grain& g = state_.grains[state_.index_of.at(id)];
-  g.vx = static_cast<float>(velocity[0]);
-  g.vy = static_cast<float>(velocity[1]);
-  g.vz = static_cast<float>(velocity[2]);
-  g.wx = static_cast<float>(spin[0]);
-  g.wy = static_cast<float>(spin[1]);
-  g.wz = static_cast<float>(spin[2]);
+  g.SetMotion(ToFloat(velocity), ToFloat(spin));
   state_.kinetics[state_.index_of[id]] = AtRest(g);
 }
 
@@ -115,14 +110,9 @@ EnergyBalance World::Balance() const {
   e.kinetic = KineticEnergy();
   e.potential = PotentialEnergy();
   const BondStatistics& bonds = state_.bond_statistics;
-  e.stored = state_.energy.stored + state_.inactive_j + bonds.stored_j;
+  static_cast<EnergySums&>(e) = state_.energy;
+  e.stored += state_.inactive_j + bonds.stored_j;
   e.frozen = state_.frozen_j;
-  e.normal_damping = state_.energy.normal_damping;
-  e.tangent_damping = state_.energy.tangent_damping;
-  e.slip = state_.energy.slip;
-  e.rolling = state_.energy.rolling;
-  e.plastic = state_.energy.plastic;
-  e.cohesion = state_.energy.cohesion;
   e.bonds = bonds.damped_j + bonds.broken_j;
   for (const BodyEntry& b : state_.bodies) e.body_work += b.work_j;
   return e;
@@ -139,19 +129,11 @@ std::vector<float> World::OverlapRatios() const {
   const auto q = state_.config.frame.Quantum();
   for (std::int64_t c = 0; c < state_.list.inner_pairs(); ++c) {
     const Grain &a = state_.grains[state_.list.first(c)], &b = state_.grains[state_.list.second(c)];
-    const float dx = static_cast<float>(WrapDiff(a.x, b.x)) * q[0];
-    const float dy = static_cast<float>(WrapDiff(a.y, b.y)) * q[1];
-    const float dz = static_cast<float>(WrapDiff(a.z, b.z)) * q[2];
-    const float gap = std::sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius;
+    const Vec3f d = Apart(a, b, q.data());
+    const float gap = std::sqrt(Dot(d, d)) - a.radius - b.radius;
     if (gap < 0) out.push_back(-gap / std::min(a.radius, b.radius));
   }
   return out;
-}
-
-std::int64_t World::pairs_touching() const {
-  double sides = 0;
-  for (std::int64_t i = 0; i < state_.count; ++i) sides += state_.loads[i].touching;
-  return static_cast<std::int64_t>(sides / 2);
 }
 
 double World::BytesPerStep() const {

@@ -62,15 +62,6 @@ void BodyPass::StepBack(SimulationState& w) {
   for (BodyEntry& b : w.bodies) StepBodyBack(around, &b.body, &b);
 }
 
-Body& World::body(int b) { return state_.bodies.at(b).body; }
-const Body& World::body(int b) const { return state_.bodies.at(b).body; }
-int World::bodies() const { return static_cast<int>(state_.bodies.size()); }
-const Wrench& World::wrench(int b) const { return state_.bodies.at(b).wrench; }
-double World::body_work_j(int b) const { return state_.bodies.at(b).work_j; }
-void World::RecordContacts(std::function<void(const BodyContact&)> sink) {
-  state_.sink = std::move(sink);
-}
-
 const float* World::BodyHistory(std::int64_t i, int body, std::int32_t key) const {
   const BodySlots& s = state_.bodies.at(body).slots;
   const auto at = std::lower_bound(s.near.begin(), s.near.end(), static_cast<std::int32_t>(i));

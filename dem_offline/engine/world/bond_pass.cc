@@ -69,15 +69,6 @@ std::pair<double, double> ReducedOf(const Grain& a, const Grain& b, double inert
   return {1 / (1.0 / a.mass + 1.0 / b.mass), 1 / (1 / ia + 1 / ib)};
 }
 
-void AddLoad(GrainLoad& f, const Vec3d& force, const Vec3d& moment) {
-  f.fx += static_cast<float>(force[0]);
-  f.fy += static_cast<float>(force[1]);
-  f.fz += static_cast<float>(force[2]);
-  f.tx += static_cast<float>(moment[0]);
-  f.ty += static_cast<float>(moment[1]);
-  f.tz += static_cast<float>(moment[2]);
-}
-
 }  // namespace
 
 void BondPass::Add(SimulationState& w, const Contents& c) {
@@ -186,8 +177,9 @@ void BondPass::Forces(SimulationState& w) {
       stat.damped_j -= dt * (DotD(drag, v) + DotD(brake, o));
     }
     stat.stored_j += e.stored;
-    AddLoad(w.loads[e.b], force, dem::Add(moment, CrossD(s.arm_b, force)));
-    AddLoad(w.loads[e.a], Scale(-1, force), Scale(-1, dem::Add(moment, CrossD(s.arm_a, force))));
+    w.loads[e.b].Add(ToFloat(force), ToFloat(dem::Add(moment, CrossD(s.arm_b, force))));
+    w.loads[e.a].Add(ToFloat(Scale(-1, force)),
+                     ToFloat(Scale(-1, dem::Add(moment, CrossD(s.arm_a, force)))));
   }
 }
 
@@ -209,8 +201,5 @@ double BondPass::CriticalStep(const SimulationState& w) {
   }
   return least;
 }
-
-const BondStatistics& World::bond_statistics() const { return state_.bond_statistics; }
-bool World::BondIntact(std::int64_t b) const { return state_.bonds.at(b).intact; }
 
 }  // namespace grouser::dem

@@ -62,12 +62,7 @@ GROUSER_HD bool PlaceClump(const ClumpSurroundings& around, const ClumpTemplate:
     g.x = WrapFix(at[0], frame.length_m);
     g.y = WrapFix(at[1], frame.width_m);
     g.z = SpanFix(at[2], frame.z_span_m);
-    g.vx = static_cast<float>(v[0]);
-    g.vy = static_cast<float>(v[1]);
-    g.vz = static_cast<float>(v[2]);
-    g.wx = static_cast<float>(spin[0]);
-    g.wy = static_cast<float>(spin[1]);
-    g.wz = static_cast<float>(spin[2]);
+    g.SetMotion(ToFloat(v), ToFloat(spin));
   }
   return true;
 }

@@ -103,8 +103,6 @@ double ClumpPass::Kinetic(const SimulationState& w) {
   return sum;
 }
 
-std::int64_t World::clumps() const { return static_cast<std::int64_t>(state_.clumps.size()); }
-
 ClumpState World::Clump(std::int64_t c) const {
   const ClumpEntry& e = state_.clumps.at(c);
   const double half = state_.started ? 0.5 * state_.config.dt_s : 0.0;

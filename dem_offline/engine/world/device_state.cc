@@ -21,7 +21,7 @@ DeviceState World::ExportState() const {
     h.words.insert(h.words.end(), word, word + words);
   });
   for (const BodyEntry& b : state_.bodies) {
-    h.bodies.push_back({b.body, b, b.slots.per_grain, b.slots.near, b.slots.key, b.slots.words});
+    h.bodies.push_back({b.body, b, b.slots});
   }
   h.clumps = state_.clumps;
   h.energy = state_.energy;
@@ -50,11 +50,8 @@ void World::ImportState(const DeviceState& h) {
     BodyEntry& to = state_.bodies[n];
     static_cast<BodyTrack&>(to) = from.track;
     static_cast<RigidBody&>(to.body) = from.body;
-    to.slots.per_grain = from.per_grain;
-    to.slots.near = from.near;
-    to.slots.key = from.key;
-    to.slots.words = from.words;
-    to.slots.clear.assign(from.near.size(), 0.0f);
+    to.slots = from.slots;
+    to.slots.clear.assign(from.slots.near.size(), 0.0f);
   }
   state_.clumps = h.clumps;
   state_.energy = h.energy;

@@ -3,21 +3,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem_offline/engine/core/drift_kernel.h"
-#include "dem_offline/engine/core/energy_sums.h"
-#include "dem_offline/engine/world/clump_body.h"
-#include "dem_offline/engine/world/rigid_body.h"
+#include "dem_offline/engine/world/simulation_state.h"
 
 namespace grouser::dem {
 
-/// Where the grains near a body stand with it.
+/// A body, and where the grains near it stand with it (but for BodySlots::clear).
 struct DeviceBodyState {
   RigidBody body;
   BodyTrack track;
-  int per_grain = 1;
-  std::vector<std::int32_t> near;  ///< places, rising
-  std::vector<std::int32_t> key;   ///< [near x per_grain]; -1: free
-  std::vector<float> words;        ///< [near x per_grain x words]
+  BodySlots slots;
 };
 
 /// All of a world that changes as it runs, for another back end to go on with

@@ -5,24 +5,29 @@
 
 namespace grouser::dem {
 
+DriftView DriftNumbers(const SimulationState& w) {
+  DriftView v = {};
+  v.dt = static_cast<float>(w.config.dt_s);
+  v.drag = w.drag;
+  v.planar = w.config.planar;
+  const auto q = w.config.frame.Quantum();
+  for (int a = 0; a < 3; ++a) {
+    v.quantum[a] = q[a];
+    v.per_quantum[a] = v.dt / q[a];
+    v.gravity_dt[a] = static_cast<float>(w.config.gravity_m_per_s2[a]) * v.dt;
+  }
+  return v;
+}
+
 StepFault World::Drift() {
   ClumpPass::Move(state_);
   if (state_.count == 0) return StepFault::kNone;
-  DriftView v = {};
+  DriftView v = DriftNumbers(state_);
   v.grains = state_.grains.data();
   v.loads = state_.loads.data();
   v.kinetics = state_.kinetics.data();
   v.bounds = state_.bounds.data();
   v.idle = state_.idle.empty() ? nullptr : state_.idle.data();
-  v.dt = static_cast<float>(state_.config.dt_s);
-  v.drag = state_.drag;
-  const auto q = state_.config.frame.Quantum();
-  for (int a = 0; a < 3; ++a) {
-    v.quantum[a] = q[a];
-    v.per_quantum[a] = v.dt / q[a];
-    v.gravity_dt[a] = static_cast<float>(state_.config.gravity_m_per_s2[a]) * v.dt;
-  }
-  v.planar = state_.config.planar;
   const DriftKernelFn drift = KernelsFor(nullptr, state_.combination, false).drift;
   const int size = state_.team.size();
   std::vector<DriftFound> found(size);

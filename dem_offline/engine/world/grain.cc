@@ -43,12 +43,7 @@ Grain MakeGrain(const GrainState& s, const WorldConfig& config, std::int32_t id)
   g.y = config.frame.FixY(s.y_m - config.origin_m[1]);
   g.z = config.frame.FixZ(s.z_m - config.origin_m[2]);
   g.radius = static_cast<float>(r);
-  g.vx = static_cast<float>(s.v_x);
-  g.vy = static_cast<float>(s.v_y);
-  g.vz = static_cast<float>(s.v_z);
-  g.wx = static_cast<float>(s.w_x);
-  g.wy = static_cast<float>(s.w_y);
-  g.wz = static_cast<float>(s.w_z);
+  g.SetMotion(ToFloat({s.v_x, s.v_y, s.v_z}), ToFloat({s.w_x, s.w_y, s.w_z}));
   const double sphere = s.density_kg_per_m3 * 4.0 / 3.0 * M_PI * r * r * r;
   g.mass = static_cast<float>(s.mass_kg > 0 ? s.mass_kg : sphere);
   g.kind = s.material | (s.glued ? kGlued : 0);

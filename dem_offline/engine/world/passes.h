@@ -53,6 +53,9 @@ bool MaySort(const SimulationState& w);
 /// Columns in which World::Sort and a device put the grains in order.
 SortGrid SortGridOf(const SimulationState& w);
 
+/// What a drift needs beside the grains' arrays.
+DriftView DriftNumbers(const SimulationState& w);
+
 /// Throws std::invalid_argument "grain I: field: got, expected ...".
 void CheckGrain(const GrainState& s, std::size_t i, int materials);
 Grain MakeGrain(const GrainState& s, const WorldConfig& config, std::int32_t id);

@@ -15,20 +15,12 @@ namespace grouser::dem {
 struct Wrench {
   double fx = 0, fy = 0, fz = 0, tx = 0, ty = 0, tz = 0;
   GROUSER_HD void Add(const Wrench& o) {
-    fx += o.fx;
-    fy += o.fy;
-    fz += o.fz;
-    tx += o.tx;
-    ty += o.ty;
-    tz += o.tz;
+    fx += o.fx, fy += o.fy, fz += o.fz;
+    tx += o.tx, ty += o.ty, tz += o.tz;
   }
   GROUSER_HD void Add(Vec3f force, Vec3f moment) {
-    fx += force.x;
-    fy += force.y;
-    fz += force.z;
-    tx += moment.x;
-    ty += moment.y;
-    tz += moment.z;
+    fx += force.x, fy += force.y, fz += force.z;
+    tx += moment.x, ty += moment.y, tz += moment.z;
   }
 };
 

@@ -38,10 +38,6 @@ struct TouchRecord {
   ContactEnergy energy;
 };
 
-GROUSER_HD Vec3f ToFloat(const Vec3d& a) {
-  return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
-}
-
 /// Moves the words of keys that are still there into their new slots. A mesh
 /// passes the history of the one surface left on to the one entered.
 GROUSER_HD void MatchSlots(const SurfacePoint* at, int n, int per_grain, int words,
@@ -171,12 +167,7 @@ GROUSER_HD int TouchGrain(const TouchView& v, const Grain& g, const Evaluate& ev
       continue;
     }
     const Vec3f torque = r.moment - lever * Cross(c.n, r.force);
-    load->fx += r.force.x;
-    load->fy += r.force.y;
-    load->fz += r.force.z;
-    load->tx += torque.x;
-    load->ty += torque.y;
-    load->tz += torque.z;
+    load->Add(r.force, torque);
     load->touching += 1.0f;
     record.force = -1.0f * r.force;
     record.moment = -1.0f * (Cross(record.point, r.force) + r.moment);

@@ -45,19 +45,11 @@ const WorldConfig& Checked(const WorldConfig& c) {
 }  // namespace
 
 const char* Explain(StepFault fault) {
-  switch (fault) {
-    case StepFault::kNone:
-      return "";
-    case StepFault::kNonFinite:
-      return "a grain became non-finite";
-    case StepFault::kTooFast:
-      return "a grain moved a quarter radius in one step";
-    case StepFault::kTunnelled:
-      return "a grain went through a body";
-    case StepFault::kOverlap:
-      return "two grains overlap by nine tenths of a radius";
-  }
-  return "";
+  static constexpr const char* kWords[] = {
+      // in the order of the faults
+      "", "a grain became non-finite", "a grain moved a quarter radius in one step",
+      "a grain went through a body", "two grains overlap by nine tenths of a radius"};
+  return kWords[static_cast<int>(fault)];
 }
 
 World::World(const WorldConfig& config, const Contents& contents) : state_(Checked(config)) {
@@ -274,15 +266,6 @@ void World::Forces() {
   BondPass::Forces(state_);
   BodyPass::Forces(state_);
   ClumpPass::Gather(state_);
-}
-
-void World::SetContacts(const ContactModel& contacts) {
-  if (!(contacts.laws() == state_.config.contacts.laws()) ||
-      contacts.materials() != state_.config.contacts.materials()) {
-    throw std::invalid_argument("contacts: expected the laws and materials the world began with");
-  }
-  state_.config.contacts = contacts;
-  state_.params = contacts.Table();
 }
 
 double RayleighTime(double radius_m, double density_kg_per_m3, double youngs_modulus_pa,

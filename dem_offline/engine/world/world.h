@@ -28,13 +28,15 @@ class World {
   void Start();
 
   int AddBody(const Body& body);
-  Body& body(int b);  ///< pose and motion may be changed between steps
-  const Body& body(int b) const;
-  int bodies() const;
-  const Wrench& wrench(int b) const;
-  double body_work_j(int b) const;  ///< done by the body on the grains
+  /// Pose and motion may be changed between steps.
+  Body& body(int b) { return state_.bodies.at(b).body; }
+  const Body& body(int b) const { return state_.bodies.at(b).body; }
+  int bodies() const { return static_cast<int>(state_.bodies.size()); }
+  const Wrench& wrench(int b) const { return state_.bodies.at(b).wrench; }
   /// Called for each body contact of every step while set.
-  void RecordContacts(std::function<void(const BodyContact&)> sink);
+  void RecordContacts(std::function<void(const BodyContact&)> sink) {
+    state_.sink = std::move(sink);
+  }
 
   std::int64_t count() const { return state_.count; }
   double time_s() const { return static_cast<double>(state_.steps) * state_.config.dt_s; }
@@ -43,10 +45,10 @@ class World {
   const std::vector<Grain>& grains() const { return state_.grains; }
   const std::vector<GrainLoad>& loads() const { return state_.loads; }
   const GrainLoad& LoadOf(std::int32_t id) const { return state_.loads[state_.index_of[id]]; }
-  std::int64_t clumps() const;
+  std::int64_t clumps() const { return static_cast<std::int64_t>(state_.clumps.size()); }
   ClumpState Clump(std::int64_t c) const;
-  const BondStatistics& bond_statistics() const;
-  bool BondIntact(std::int64_t b) const;
+  const BondStatistics& bond_statistics() const { return state_.bond_statistics; }
+  bool BondIntact(std::int64_t b) const { return state_.bonds.at(b).intact; }
   const PairList& list() const { return state_.list; }
   PairList& list() { return state_.list; }
   const WorldConfig& config() const { return state_.config; }
@@ -59,7 +61,6 @@ class World {
   void SetDrag(double factor_per_step) { state_.drag = static_cast<float>(factor_per_step); }
   void SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin);
   void SetGravity(Vec3d gravity_m_per_s2) { state_.config.gravity_m_per_s2 = gravity_m_per_s2; }
-  void SetContacts(const ContactModel& contacts);  ///< same laws, other numbers
   void SetEnergy(bool on) { state_.config.energy = on; }
 
   /// Takes grains out and puts grains in (velocities as given; no clumps or
@@ -90,7 +91,6 @@ class World {
   /// Bytes that one step reads and writes, each array counted once a pass.
   double BytesPerStep() const;
   std::int64_t pairs_listed() const { return state_.list.inner_pairs(); }
-  std::int64_t pairs_touching() const;
 
   double KineticEnergy() const;    ///< [J], grains and clumps, at the present time
   double PotentialEnergy() const;  ///< [J], zero at the frame's origin

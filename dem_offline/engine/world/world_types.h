@@ -71,10 +71,8 @@ const char* Explain(StepFault fault);
 
 /// Where the energy is [J]. Total = kinetic + potential + stored + dissipated
 /// + frozen - body_work is constant but for the integrator's error.
-struct EnergyBalance {
-  double kinetic = 0, potential = 0, stored = 0;
-  double normal_damping = 0, tangent_damping = 0, slip = 0, rolling = 0, plastic = 0, cohesion = 0,
-         bonds = 0;
+struct EnergyBalance : EnergySums {
+  double kinetic = 0, potential = 0, bonds = 0;
   double body_work = 0;  ///< done by moving bodies on the grains
   double frozen = 0;     ///< taken out by Freeze and Exchange (kinetic, potential, stored)
   double Dissipated() const {

@@ -23,7 +23,7 @@ def wrap(d, period):
 
 
 def sums(rows, settings, grains, lammps):
-    """Overlap, coordination and stresses as bench/physics.h defines them."""
+    """Overlap, coordination and stresses as bench/bed.h defines them."""
     volume = settings["length_m"] * settings["width_m"] * settings["height_m"]
     overlap = zz = xz = 0.0
     contacts = 0

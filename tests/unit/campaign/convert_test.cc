@@ -189,6 +189,7 @@ TEST(RecordConvert, ResultAndContextArrive) {
   result.wall_s = 12;
   result.stopped = dem::StopCause::kPrecise;
   result.use.active_particle_steps = 5e6;
+  result.use.deep_particle_steps = 2e6;
   result.energy.frozen_j = 0.02;
   RunContext context;
   context.spec.set_seed(4);
@@ -209,6 +210,7 @@ TEST(RecordConvert, ResultAndContextArrive) {
   EXPECT_EQ(record.numerics().wall_s(), 12);
   EXPECT_EQ(record.stopped_by(), "precise enough");
   EXPECT_EQ(record.numerics().awake_particle_steps(), 5e6);
+  EXPECT_EQ(record.numerics().deep_particle_steps(), 2e6);
   EXPECT_EQ(record.energy().frozen_j(), 0.02);
   EXPECT_EQ(record.stress().normal_pa(1), 6);
   EXPECT_EQ(record.surface().height_m(0), 7);

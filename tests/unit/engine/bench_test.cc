@@ -221,8 +221,8 @@ TEST(WheelJudge, StopsASeriesAtTheFirstLookThatSuffices) {
   EXPECT_TRUE(v.stopped);
   EXPECT_GE(v.travel_m, v.contact_length_m);
   EXPECT_LT(v.time_s, 1.9);
-  EXPECT_NEAR(v.f_x_n, -3, 0.05);
-  EXPECT_LE(v.se_f_x_n, 0.02 * bench.load_n);
+  EXPECT_NEAR(v.f_x_n.mean, -3, 0.05);
+  EXPECT_LE(v.f_x_n.standard_error, 0.02 * bench.load_n);
   // A contact length of rim path, and no sooner: 0.0355 m at 0.1 m/s in the window.
   EXPECT_GT(v.time_s, bench.settle_s + v.contact_length_m / 0.1);
 }

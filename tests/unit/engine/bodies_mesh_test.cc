@@ -8,6 +8,7 @@
 #include <string>
 
 #include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/bodies/part_distance.h"
 #include "tests/unit/engine/bodies_testing.h"
 
 namespace grouser::dem {
@@ -89,7 +90,7 @@ TEST(Mesh, ABoxIsABox) {  // one contact over faces, edges and corners; inside t
     SurfacePoint m[kMostSurfacePoints], b[kMostSurfacePoints];
     const float reach = 0.12f;
     const int n = SurfacePoints(of_mesh, p, reach, m);
-    const SignedDistance truth = PartDistance(box.parts[0], p);
+    const SignedDistance truth = part_distance::ToPart(box.parts[0], p);
     ASSERT_EQ(n, std::abs(truth.distance) < reach ? 1 : 0) << p.x << " " << p.y << " " << p.z;
     if (n == 0) continue;
     SurfacePoints(box, p, reach, b);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "dem_offline/engine/bodies/part_distance.h"
 #include "tests/unit/engine/bodies_testing.h"
 
 namespace grouser::dem {
@@ -169,7 +170,7 @@ void Verify(const Oracle& o, unsigned seed) {
   int solid = 0;
   for (int k = 0; k < 400; ++k) {
     const Vec3f p = random.Point(k % 2 ? 0.8 : 0.35);
-    const SignedDistance s = PartDistance(o.part, p);
+    const SignedDistance s = part_distance::ToPart(o.part, p);
     double nearest = 1e9;
     for (const Vec3f& q : o.surface) nearest = std::min<double>(nearest, Length(p - q));
     ASSERT_LE(std::abs(s.distance), nearest + 1e-6);
@@ -183,12 +184,12 @@ void Verify(const Oracle& o, unsigned seed) {
     }
     ASSERT_NEAR(Length(s.normal), 1, 1e-6);
     const Vec3f foot = p - s.distance * s.normal;
-    ASSERT_NEAR(PartDistance(o.part, foot).distance, 0, 2e-7);
+    ASSERT_NEAR(part_distance::ToPart(o.part, foot).distance, 0, 2e-7);
     const float* m = moved.axes;
     const Vec3f q = {moved.centre[0] + m[0] * p.x + m[3] * p.y + m[6] * p.z,
                      moved.centre[1] + m[1] * p.x + m[4] * p.y + m[7] * p.z,
                      moved.centre[2] + m[2] * p.x + m[5] * p.y + m[8] * p.z};
-    ASSERT_NEAR(PartDistance(moved, q).distance, s.distance, 1e-6);
+    ASSERT_NEAR(part_distance::ToPart(moved, q).distance, s.distance, 1e-6);
   }
   if (o.solid) {
     EXPECT_GT(solid, 20);
@@ -209,10 +210,10 @@ TEST(PartDistance, PointedTooth) { Verify(OfPrism(0.2, 0.0), 10); }
 TEST(PartDistance, HalfSpaceIsThePlane) {
   const double n[3] = {1, 2, -2};
   const Shape shape = HalfSpace(n);
-  const SignedDistance s = PartDistance(shape.parts[0], {3, 0, 0});
+  const SignedDistance s = part_distance::ToPart(shape.parts[0], {3, 0, 0});
   EXPECT_FLOAT_EQ(s.distance, 1);
   EXPECT_FLOAT_EQ(s.normal.y, 2.0f / 3);
-  EXPECT_LT(PartDistance(shape.parts[0], {0, -1, 1}).distance, 0);
+  EXPECT_LT(part_distance::ToPart(shape.parts[0], {0, -1, 1}).distance, 0);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "dem_offline/engine/bodies/part_distance.h"
 #include "tests/unit/engine/bodies_testing.h"
 
 namespace grouser::dem {
@@ -88,7 +89,8 @@ TEST(TreadedWheel, NoGapUnderTheBars) {
         const Vec3f p = {bar.centre[0] + x * bar.axes[0] + y * bar.axes[3],
                          bar.centre[1] + x * bar.axes[1] + y * bar.axes[4],
                          bar.centre[2] + x * bar.axes[2] + y * bar.axes[5]};
-        EXPECT_LT(PartDistance(wheel.parts[0], p).distance, 1e-7) << lean;  // foot within the rim
+        EXPECT_LT(part_distance::ToPart(wheel.parts[0], p).distance, 1e-7)
+            << lean;  // foot within the rim
         EXPECT_LE(std::abs(p.y), 0.04 + 1e-7);
         EXPECT_LT(std::hypot(p.x, p.z), 0.0995);
       }
@@ -115,7 +117,8 @@ TEST(TreadedWheel, NothingTwiceAndNothingMissed) {
     SurfacePoint out[kMostSurfacePoints];
     const int n = SurfacePoints(wheel, p, reach, out);
     float least = 1e9f;
-    for (const Part& part : wheel.parts) least = std::min(least, PartDistance(part, p).distance);
+    for (const Part& part : wheel.parts)
+      least = std::min(least, part_distance::ToPart(part, p).distance);
     ASSERT_EQ(n > 0, least < reach);
     float got = 1e9f;
     for (int i = 0; i < n; ++i) {

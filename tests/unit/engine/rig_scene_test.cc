@@ -256,17 +256,18 @@ TEST(Stopping, NeedsTravelPrecisionAndNoDrift) {
   EXPECT_FALSE(FindSteady(s, 0, rule).Enough());
 }
 
-TEST(Scaling, ModulusGivesTheOverlapBack) {
-  WheelShape wheel;
-  const double e = ModulusForOverlap(wheel, 40, 0.015, 0.3, 0.04);
-  EXPECT_GT(e, 1e5);
-  EXPECT_NEAR(ModulusForOverlap(wheel, 80, 0.015, 0.3, 0.04) / e, 2, 1e-9);  // linear in load
-  // 1 % instead of 4 %: eight times as stiff; E* about 4200 p for 1 % of mean overlap.
-  EXPECT_NEAR(ModulusForOverlap(wheel, 40, 0.015, 0.3, 0.01) / e, 8, 1e-9);
-  const double p = MeanPressure(wheel, 40, 0.015);
-  EXPECT_NEAR(OverlapUnder(p, 2 * 0.91 * 4200 * p, 0.3), 0.01, 1e-4);
-  EXPECT_THROW(ModulusForOverlap(wheel, 0, 0.015, 0.3, 0.04), std::invalid_argument);
-  EXPECT_THROW(ModulusForOverlap(wheel, 40, 0, 0.3, 0.04), std::invalid_argument);
+TEST(Scaling, OverlapUnderTheWheelIsThatOfHertz) {
+  const WheelShape wheel;
+  GrainSoil soil;
+  soil.sizes = {{0.009, 1.0}};
+  soil.youngs_modulus_pa = 2e7;
+  const double pressure = MeanPressure(wheel, 40, 0.2 * wheel.radius_m);
+  const double effective = soil.youngs_modulus_pa / (2 * (1 - 0.3 * 0.3));
+  EXPECT_NEAR(LoadedOverlap(soil, wheel, 40) / (2.6 * std::pow(pressure / effective, 2.0 / 3)), 1,
+              0.03);
+  EXPECT_NEAR(MeanPressure(wheel, 80, 0.015) / MeanPressure(wheel, 40, 0.015), 2, 1e-9);
+  EXPECT_THROW(MeanPressure(wheel, 0, 0.015), std::invalid_argument);
+  EXPECT_THROW(MeanPressure(wheel, 40, 0), std::invalid_argument);
 }
 
 TEST(Scaling, LargestStepIsThatOfTheWorldsCriticalStep) {

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "dem_offline/engine/bench/bed.h"
-#include "dem_offline/engine/bench/physics.h"
+#include "dem_offline/engine/core/json.h"
 #include "dem_offline/engine/gpu/check/check.h"
 
 namespace grouser::dem::gpu::check {
@@ -210,16 +210,14 @@ std::vector<Row> RunChecks(Device& device, bool quick) {
 }
 
 std::string ToJson(const std::vector<Row>& rows, const std::string& device) {
-  std::string out = "{\"device\": \"" + device + "\", \"checks\": [\n";
+  std::string checks;
   for (const Row& r : rows) {
-    char numbers[120];
-    const double value = std::isfinite(r.value) ? r.value : 1e300;
-    std::snprintf(numbers, sizeof(numbers), "\"value\": %.6g, \"limit\": %.6g, \"kept\": %s", value,
-                  r.limit, r.Kept() ? "true" : "false");
-    out += "  {\"name\": \"" + r.name + "\", " + numbers + ", \"note\": \"" + r.note + "\"}";
-    out += &r == &rows.back() ? "\n" : ",\n";
+    JsonObject row;
+    row.Text("name", r.name).Number("value", r.value).Number("limit", r.limit);
+    row.Flag("kept", r.Kept()).Text("note", r.note);
+    checks += (checks.empty() ? "\n" : ",\n") + row.Done();
   }
-  return out + "]}\n";
+  return JsonObject().Text("device", device).Raw("checks", "[" + checks + "]").Done() + "\n";
 }
 
 }  // namespace grouser::dem::gpu::check

@@ -1,9 +1,90 @@
-// Discharge: Anand et al. (2008) through a slot, Beverloo's law through holes.
+// Grains that flow and come to rest: heaps, hoppers, columns.
 #include "dem_offline/engine/verify/beds.h"
 #include "dem_offline/engine/verify/cases.h"
 
 namespace grouser::dem::verify {
 namespace {
+
+// A heap of spheres: a cylinder of grains collapses and comes to rest, or not.
+
+struct Heap {
+  double height_m = 0, restless = 0, angle_deg = 0;
+};
+
+/// Slope between a quarter and three quarters of the radius, of the highest
+/// grains ring by ring, by least squares.
+double SlopeDegrees(const World& world, double centre, double radius) {
+  const int rings = 6;
+  std::vector<double> top(rings, 0);
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    const GrainState g = world.State(i);
+    const double share = std::hypot(g.x_m - centre, g.y_m - centre) / radius;
+    const int k = static_cast<int>((share - 0.2) / 0.6 * rings);
+    if (share >= 0.2 && k < rings) top[k] = std::max(top[k], g.z_m + g.radius_m);
+  }
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (int k = 0; k < rings; ++k) {
+    const double x = (0.2 + 0.6 * (k + 0.5) / rings) * radius;
+    sx += x, sy += top[k], sxx += x * x, sxy += x * top[k];
+  }
+  return std::atan(-(rings * sxy - sx * sy) / (rings * sxx - sx * sx)) * 180 / M_PI;
+}
+
+class HeapRun {
+ public:
+  explicit HeapRun(const char* rolling) : world_(Build(rolling)) {}
+  void RunTo(double t) {
+    RunOrThrow(world_, std::llround((t - world_.time_s()) / world_.config().dt_s));
+  }
+  Heap Look() const {
+    return {Top(world_), Restlessness(world_), SlopeDegrees(world_, kSide / 2, 0.1)};
+  }
+
+ private:
+  static constexpr double kSide = 0.6;
+  static World Build(const char* rolling) {
+    BedSpec spec;
+    spec.length_m = spec.width_m = kSide;
+    spec.grains = {4e6, 0.3};
+    spec.surfaces = {.restitution = 0.5, .friction = 0.6, .rolling_friction = 0.2};
+    spec.laws.rolling = rolling;
+    std::vector<GrainState> grains;
+    for (const GrainState& g : Grid(spec, 0.21, 0.39, 0.21, 0.39, 0, 3000)) {
+      if (std::hypot(g.x_m - kSide / 2, g.y_m - kSide / 2) < 0.08 && g.z_m < 0.16) {
+        grains.push_back(g);
+      }
+    }
+    return World(spec.Config(), Scene(grains, {Floor()}));
+  }
+  World world_;
+};
+
+/// Five seconds in all. EPSD stands; the constant torque, which has no static
+/// part, keeps moving (Ai et al., Powder Technol. 206 (2011) 269).
+void StandingHeap(Rows& rows) {
+  HeapRun run("epsd");
+  run.RunTo(4);
+  const Heap before = run.Look();
+  run.RunTo(5);
+  const Heap heap = run.Look();
+  const char* source = "Ai et al. 2011: EPSD is static";
+  rows.AtMost("EPSD heap of spheres: kinetic energy over sum m g d at 5 s [-]", 1e-8, heap.restless,
+              source);
+  rows.AtMost("EPSD heap: change of height in the last second, of the height [-]", 1e-4,
+              std::abs(heap.height_m - before.height_m) / heap.height_m, source);
+  HeapRun creeping("constant_torque");
+  creeping.RunTo(5);
+  rows.AtLeast("constant torque: kinetic energy over that of EPSD [-]", 100,
+               creeping.Look().restless / heap.restless, "Ai et al. 2011: it creeps");
+  HeapRun smooth("none");
+  smooth.RunTo(3);
+  rows.AtLeast("slope with rolling resistance less that without [deg]", 3,
+               heap.angle_deg - smooth.Look().angle_deg, "Zhou et al. 1999: it steepens heaps");
+  rows.Note(Format("slopes: EPSD %.1f deg, constant torque %.1f deg, none %.1f deg", heap.angle_deg,
+                   creeping.Look().angle_deg, smooth.Look().angle_deg));
+}
+
+// Discharge: Anand et al. (2008) through a slot, Beverloo's law through holes.
 
 /// Anand, Curtis, Wassgren, Hancock & Ketterhagen, Chem. Eng. Sci. 63 (2008)
 /// 5821, base case, digitised: time [s], discharged [%].
@@ -153,10 +234,68 @@ void Beverloo(Rows& rows) {
   rows.Note("grains per second: " + rates);
 }
 
+// Collapse of granular columns: Lube, Huppert, Sparks & Hallworth, J. Fluid
+// Mech. 508 (2004) 175: (r_end - r_0)/r_0 = 1.24 a for a < 1.7, 1.6 sqrt(a)
+// beyond; Lajeunesse, Mangeney-Castelnau & Vilotte, Phys. Fluids 16 (2004)
+// 2371: the same powers.
+
+/// Runout over the first radius of a column of this aspect ratio.
+double Runout(double aspect) {
+  BedSpec spec;
+  spec.smallest_d_m = 0.0036, spec.largest_d_m = 0.0044;
+  const double r0 = 0.04, side = 0.5 + 0.05 * aspect, middle = side / 2;
+  spec.length_m = spec.width_m = side;
+  spec.grains = {5e6, 0.3};
+  spec.surfaces = {.restitution = 0.5, .friction = 0.5, .rolling_friction = 0.1};
+  spec.density = 2500;
+  std::vector<GrainState> grains;
+  for (const GrainState& g : Grid(spec, middle - r0, middle + r0, middle - r0, middle + r0, 0,
+                                  static_cast<int>(18 * 18 * 26 * std::max(aspect, 0.5)))) {
+    if (std::hypot(g.x_m - middle, g.y_m - middle) < r0 - 0.003) grains.push_back(g);
+  }
+  WorldConfig c = spec.Config();
+  c.frame.z_span_m = 4;
+  Body wall;
+  wall.shape = HollowCylinder(r0, 1.6);
+  wall.orientation = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+  wall.position_m = {middle, middle, 0.75};
+  World world(c, Scene(grains, {Floor(), wall}));
+  RunOrThrow(world, std::llround(0.4 / c.dt_s));
+  const double height = Top(world);
+  world.body(1).position_m[2] = 1.9;  // lifted off at once, high above
+  RunOrThrow(world, std::llround((0.6 + 4 * std::sqrt(2 * height / 9.81)) / c.dt_s));
+  std::vector<double> far;
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    const GrainState g = world.State(i);
+    far.push_back(std::hypot(g.x_m - middle, g.y_m - middle) + g.radius_m);
+  }
+  std::sort(far.begin(), far.end());
+  // Single grains roll on alone: the edge is where 98 % have stopped.
+  return far[static_cast<std::size_t>(0.98 * far.size())] / r0 - 1;
+}
+
+void Collapse(Rows& rows) {
+  const double aspects[] = {0.6, 1.2, 3, 6, 12};
+  std::vector<double> out;
+  std::string all;
+  for (const double a : aspects) {
+    out.push_back(Runout(a));
+    all += Format("%s%.2f at %g", all.empty() ? "" : ", ", out.back(), a);
+  }
+  rows.Absolute("power of the runout in the aspect ratio, 0.6 to 1.2 [-]", 1,
+                std::log(out[1] / out[0]) / std::log(2.0), 0.2, "Lube et al. 2004");
+  rows.Absolute("power of the runout in the aspect ratio, 3 to 12 [-]", 0.5,
+                std::log(out[4] / out[2]) / std::log(4.0), 0.1, "Lube et al. 2004");
+  rows.Note("runout over the first radius: " + all);
+}
+
 }  // namespace
 
-Cases HopperCases() {
-  return {{"hopper_anand", Level::kFull, AnandHopper}, {"beverloo", Level::kFull, Beverloo}};
+Cases FlowCases() {
+  return {{"heap_5_s", Level::kDefault, StandingHeap},
+          {"hopper_anand", Level::kFull, AnandHopper},
+          {"beverloo", Level::kFull, Beverloo},
+          {"column_collapse", Level::kFull, Collapse}};
 }
 
 }  // namespace grouser::dem::verify
