@@ -15,6 +15,7 @@ using DoubleArrays = std::map<std::string, std::vector<double>>;
 struct RunFile {
   v1alpha1::RunRecord record;
   DoubleArrays series;  ///< "time_s", "f_x_n", ...; equal lengths
+  std::string note;     ///< what reading changed in the record, in words; empty: nothing
 };
 
 /// Writes `path` as HDF5: aside, synced, renamed, folder synced. Throws
@@ -23,7 +24,9 @@ struct RunFile {
 void WriteRunFile(const std::string& path, const RunFile& run);
 
 /// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
-/// missing, truncated or foreign file.
+/// missing, truncated or foreign file. A record of an engine before version 5 that
+/// names the law hertz_oden_martins comes back with hertz_dashpot, as that law is
+/// called since, and a note that says so.
 RunFile ReadRunFile(const std::string& path);
 
 /// A settled tile, as written by the campaign (arrays by name with their
