@@ -22,7 +22,8 @@ struct ShowArguments {
 int Show(const ShowArguments& arguments) {
   std::string json;
   for (const auto& file : arguments.files) {
-    const auto record = records::ReadRunFile(file).record;
+    const auto [record, series, note] = records::ReadRunFile(file);
+    if (!note.empty()) fmt::print(stderr, "{}: {}\n", file, note);
     if (arguments.json) {
       json += (json.empty() ? "" : ",\n ") + records::ToJson(record);
     } else {

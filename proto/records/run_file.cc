@@ -1,6 +1,8 @@
 #include "proto/records/run_file.h"
 
+#include <charconv>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "proto/records/hdf5_file.h"
@@ -66,6 +68,25 @@ void ReadProfiles(const H5Image& file, v1alpha1::RunRecord* record) {
   if (record->has_surface()) {
     Restore(file, "/surface/height_m", record->mutable_surface()->mutable_height_m());
   }
+}
+
+/// Engine version 5 gave the name hertz_oden_martins to another law; the settings of
+/// the former one have kept their names. Returns the note, empty where nothing changed.
+std::string RenameFormerLaw(v1alpha1::RunRecord* record) {
+  constexpr char kName[] = "hertz_oden_martins", kFormerIs[] = "hertz_dashpot";
+  const std::string& version = record->numerics().engine_version();
+  int number = 0;
+  const auto [end, error] =
+      std::from_chars(version.data(), version.data() + version.size(), number);
+  if (error != std::errc() || end != version.data() + version.size() || number >= 5) return "";
+  if (record->spec().soil().grains().contact().normal() != kName) return "";
+  auto* contact = record->mutable_spec()->mutable_soil()->mutable_grains()->mutable_contact();
+  contact->set_normal(kFormerIs);
+  for (auto& setting : *contact->mutable_settings()) {
+    if (setting.law() == kName) setting.set_law(kFormerIs);
+  }
+  return "run " + record->run_id() + " of engine version " + version + " names the law " + kName +
+         ", which is " + kFormerIs + " since version 5, and is read so";
 }
 
 std::string RecordJson(v1alpha1::RunRecord record) {
@@ -144,6 +165,7 @@ RunFile ReadRunFile(const std::string& path) {
   if (run.record.experiment_case() == v1alpha1::RunRecord::EXPERIMENT_NOT_SET) {
     throw std::runtime_error(path + ": holds no experiment that this version knows");
   }
+  run.note = RenameFormerLaw(&run.record);
   ReadProfiles(file, &run.record);
   for (const std::string& name : file.List("/series")) {
     file.ReadArray("/series/" + name, &run.series[name]);

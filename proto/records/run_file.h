@@ -19,6 +19,7 @@ struct RunFile {
   v1alpha1::RunRecord record;
   DoubleArrays series;          ///< "time_s", "f_x_n", ...; equal lengths
   int schema = kRunFileSchema;  ///< of the file that it was read from
+  std::string note;             ///< what reading changed in the record, in words; empty: nothing
 };
 
 /// Writes `path` as HDF5: aside, synced, renamed, folder synced. Throws
@@ -26,7 +27,9 @@ struct RunFile {
 /// partial file remains.
 void WriteRunFile(const std::string& path, const RunFile& run);
 
-/// A run file of any schema, its record in today's form. Throws std::runtime_error
+/// A run file of any schema, its record in today's form. A record of an engine before
+/// version 5 that names the law hertz_oden_martins comes back with hertz_dashpot, as that
+/// law is called since, and a note that says so. Throws std::runtime_error
 /// "PATH: what is wrong, what was expected" for a missing, truncated or foreign file.
 RunFile ReadRunFile(const std::string& path);
 

@@ -24,14 +24,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # name, file below dem_offline/engine, text (must stand there once), its mutant, cases of verify
 MUTATIONS = [
-    ("hertz_restitution", "laws/normal_hertz.h", "g.overlap + c * overlap_rate",
-     "g.overlap - c * overlap_rate", "restitution_hertz"),
+    ("hertz_restitution", "laws/normal_hertz.h", "return p.damping * Sqrt(stiffness",
+     "return -p.damping * Sqrt(stiffness", "restitution_hertz"),
     ("linear_spring", "laws/normal_linear.h", "g.overlap + c * overlap_rate",
      "g.overlap - c * overlap_rate", "restitution_linear"),
-    ("hertz_oden_martins", "laws/normal_oden_martins.h", "g.overlap + c * overlap_rate",
-     "g.overlap - c * overlap_rate", "restitution_oden_martins"),
-    ("hertz_dashpot", "laws/normal_hertz_dashpot.h", "g.overlap + c * overlap_rate",
-     "g.overlap - c * overlap_rate", "restitution_hertz_dashpot"),
+    ("hertz_oden_martins", "laws/normal_oden_martins.h", "return p.beta * g.overlap",
+     "return -p.beta * g.overlap", "restitution_oden_martins"),
+    ("hertz_dashpot", "laws/normal_hertz_dashpot.h", "return p.fixed + p.share * Sqrt",
+     "return -p.fixed - p.share * Sqrt", "restitution_hertz_dashpot"),
     ("elasto_plastic", "laws/normal_elasto_plastic.h", "Max(deepest - elastic_most",
      "Max(deepest + elastic_most", "restitution_elasto_plastic"),
     ("walton_braun", "laws/normal_walton_braun.h", "1.0f - p.k1 / p.k2", "1.0f + p.k1 / p.k2",

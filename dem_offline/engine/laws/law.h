@@ -147,4 +147,12 @@ inline void Require(bool ok, const char* field, double got, const char* expected
   }
 }
 
+/// Throws std::invalid_argument naming both where two settings that say the same
+/// thing twice are both given.
+inline void RequireOne(bool a_given, const char* a, bool b_given, const char* b) {
+  if (a_given && b_given) {
+    throw std::invalid_argument(std::string(a) + " and " + b + ": got both, expected one of them");
+  }
+}
+
 }  // namespace grouser::dem

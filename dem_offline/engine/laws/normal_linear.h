@@ -18,9 +18,10 @@ namespace grouser::dem {
 struct LinearSpring {
   static constexpr const char* kName = "linear_spring";
   static constexpr unsigned kProvides = 0, kNeeds = 0;
+  static constexpr double kUsualNormk = 0.01;
   struct Settings {
     double stiffness_n_per_m = 0;        ///< k_n; 0: from NORMK
-    double normk = 0.01;                 ///< used where stiffness_n_per_m is 0
+    double normk = -1;                   ///< instead of it; negative: kUsualNormk
     double critical_damping_share = -1;  ///< zeta (NDAMP); negative: from the restitution
   };
   template <class S, class V>
@@ -44,12 +45,15 @@ struct LinearSpring {
     Require(s.stiffness_n_per_m >= 0, "stiffness_n_per_m", s.stiffness_n_per_m, ">= 0");
     const float damping =
         static_cast<float>(2 * (zeta < 0 ? LinearDampingRatio(f.restitution) : zeta));
+    RequireOne(s.stiffness_n_per_m > 0, "linear_spring.stiffness_n_per_m", s.normk > 0,
+               "linear_spring.normk");
     if (s.stiffness_n_per_m > 0) {
       return {static_cast<float>(1 / s.stiffness_n_per_m), 0.0f, 0.0f, damping};
     }
-    Require(s.normk > 0, "normk", s.normk, "> 0");
+    Require(s.normk != 0, "normk", s.normk, "> 0");
+    const double normk = s.normk > 0 ? s.normk : kUsualNormk;
     const auto compliance = [&](const Elastic& m) {
-      return static_cast<float>(3 * (1 - 2 * m.poisson_ratio) / m.youngs_modulus_pa / s.normk);
+      return static_cast<float>(3 * (1 - 2 * m.poisson_ratio) / m.youngs_modulus_pa / normk);
     };
     const Params p = {0.0f, compliance(a), compliance(b), damping};
     Require(p.own + p.other > 0, "poisson_ratio", a.poisson_ratio,

@@ -68,12 +68,18 @@ void CheckContact(const GrainSoil& s) {
     }
   }
   try {
+    LawsOf(c);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError(at, error.what(),
+                    "laws that may stand together (`grouser-dem laws` lists them)");
+  }
+  try {
     BedContacts(s, s.friction);
   } catch (const SpecError&) {
     throw;
   } catch (const std::invalid_argument& error) {
     throw SpecError(at, error.what(),
-                    "laws that may stand together (`grouser-dem laws` lists them)");
+                    "settings that the laws accept (`grouser-dem laws` lists them)");
   }
 }
 

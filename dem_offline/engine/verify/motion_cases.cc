@@ -142,7 +142,11 @@ Motions MotionsOf(const World& world, double middle) {
 /// grain's own spin and is exempt.)
 void MomentumOfAGas(Rows& rows) {
   for (const Laws& laws : {Laws{.rolling = "epsd"}, LinearSprings(2e4, "constant_torque"),
-                           Laws{"hertz_oden_martins", "mindlin_displacement", "none"},
+                           Laws{"hertz_oden_martins",
+                                "mindlin_displacement",
+                                "none",
+                                "none",
+                                {{"hertz_oden_martins", "damping_kg_per_m_s", 100}}},
                            Laws{"hertz_dashpot", "linear_history", "none"},
                            Laws{"elasto_plastic", "linear_history", "epsd"},
                            Laws{"walton_braun", "kelvin_regularised", "none"},

@@ -11,6 +11,12 @@ namespace {
 constexpr double kBase = 0, kExit = 0.35, kMouth = 0.57, kHalf = 0.035, kWall = 0.505;
 constexpr double kHopperTop = 1.17, kY = 0.025, kThickness = 0.0073;
 constexpr char kSource[] = "Ai et al. 2011";
+/// Here the gate opens at kOpens. The published times count from the start of the
+/// filling, and the gate opens at 4.5 s of them (so says the documentation of Lethe's
+/// example of this case, which compares with the published curves from 9.52 s on,
+/// "so that the pile is already formed"). The published 9.6 s are kFormed here: a pile
+/// that creeps must be looked at as long after the gate opened as the published one.
+constexpr double kOpens = 0.6, kFormed = kOpens + 9.6 - 4.5;
 
 /// What the paper does not give, or what must not matter.
 constexpr std::uint64_t kFillings[] = {5, 6, 7};
@@ -71,7 +77,7 @@ class PileRun {
  public:
   explicit PileRun(const char* rolling, const PileOptions& options = {})
       : world_(Config(rolling, options), Scene(DiscsInHopper(options.seed), Hopper())) {
-    RunTo(0.6);
+    RunTo(kOpens);
     world_.body(world_.bodies() - 1).position_m[2] = -1.0;  // the gate is gone
   }
   void RunTo(double t) {
@@ -105,46 +111,58 @@ class PileRun {
 /// Means over a few fillings: one pile's top is one disc, and where it lies is
 /// chance (some 3 % from filling to filling).
 struct Piles {
-  double before_m = 0, height_m = 0, restless = 0;
+  Mean before_m, height_m, restless_before, restless;
   std::string each;
 };
 Piles MeanPiles(const char* rolling, double look_s) {
+  std::vector<double> before, height, restless_before, restless;
   Piles out;
   for (const std::uint64_t seed : kFillings) {
     PileOptions options;
     options.seed = seed;
     PileRun run(rolling, options);
     run.RunTo(look_s);
-    out.before_m += run.Look().height_m / std::size(kFillings);
+    const Pile early = run.Look();
     run.RunTo(9.6);
-    const Pile pile = run.Look();
-    out.height_m += pile.height_m / std::size(kFillings);
-    out.restless += pile.restless / std::size(kFillings);
-    out.each += Format(" %.4f", pile.height_m);
+    const Pile late = run.Look();
+    before.push_back(early.height_m);
+    restless_before.push_back(early.restless);
+    height.push_back(late.height_m);
+    restless.push_back(late.restless);
+    out.each += Format(" %.4f (%.4f)", early.height_m, late.height_m);
   }
+  out.before_m = MeanOf(before);
+  out.height_m = MeanOf(height);
+  out.restless_before = MeanOf(restless_before);
+  out.restless = MeanOf(restless);
   return out;
 }
 
 void EpsdPile(Rows& rows) {
   const Piles p = MeanPiles("epsd", 8.6);
-  rows.Relative("EPSD: pile height at 9.6 s, mean of 3 fillings [m]", 0.272, p.height_m, 0.10,
+  rows.Relative("EPSD: pile height at 9.6 s, mean of 3 fillings [m]", 0.272, p.height_m.value, 0.10,
                 kSource);
   rows.AtMost("EPSD: height lost in the last second, of its height [-]", 1e-4,
-              (p.before_m - p.height_m) / p.height_m, "Ai et al. 2011: static");
-  rows.AtMost("EPSD: kinetic energy at 9.6 s over sum m g d [-]", 1e-6, p.restless,
+              (p.before_m.value - p.height_m.value) / p.height_m.value, "Ai et al. 2011: static");
+  rows.AtMost("EPSD: kinetic energy at 9.6 s over sum m g d [-]", 1e-6, p.restless.value,
               "Ai et al. 2011: static");
-  rows.Note("EPSD: heights at 9.6 s [m]" + p.each);
+  rows.Note(Format("EPSD: height %.4f +- %.4f m (standard error); at 8.6 s (at 9.6 s) [m]",
+                   p.height_m.value, p.height_m.error) +
+            p.each);
 }
 
 void ConstantTorquePile(Rows& rows) {
-  const Piles p = MeanPiles("constant_torque", 8.1);
-  rows.Relative("constant torque: pile height at 9.6 s, mean of 3 fillings [m]", 0.2419, p.height_m,
-                0.10, kSource);
-  rows.AtLeast("constant torque: kinetic energy at 9.6 s over sum m g d [-]", 1e-5, p.restless,
-               "Ai et al. 2011: creeps");
-  rows.Note(Format("constant torque: mean height %.4f m at 8.1 s; restlessness %.2g; heights at "
-                   "9.6 s [m]",
-                   p.before_m, p.restless) +
+  const Piles p = MeanPiles("constant_torque", kFormed);
+  // Before the height, which a disc still on its way down would raise.
+  rows.AtMost("constant torque: kinetic energy 5.1 s after the gate opens over sum m g d [-]", 0.01,
+              p.restless_before.value, "the pile is formed");
+  rows.Relative("constant torque: pile height 5.1 s after the gate opens, mean of 3 fillings [m]",
+                0.2419, p.before_m.value, 0.10, kSource);
+  rows.AtLeast("constant torque: kinetic energy 9 s after it over sum m g d [-]", 1e-5,
+               p.restless.value, "Ai et al. 2011: creeps");
+  rows.Note(Format("constant torque: height %.4f +- %.4f m (standard error) 5.1 s after the gate "
+                   "opens, %.4f +- %.4f m 9 s after; each [m]",
+                   p.before_m.value, p.before_m.error, p.height_m.value, p.height_m.error) +
             p.each);
 }
 
@@ -175,15 +193,15 @@ void LongPiles(Rows& rows) {
   rows.Relative("EPSD: pile height at 48 s over that at 9.6 s [-]", 1,
                 epsd.Look().height_m / stands, 0.001, "Ai et al. 2011: static");
   PileRun creeping("constant_torque");
-  creeping.RunTo(9.6);
+  creeping.RunTo(kFormed);
   const double early = creeping.Look().height_m;
-  creeping.RunTo(48);
+  creeping.RunTo(kFormed + 48 - 9.6);
   const double late = creeping.Look().height_m;
-  rows.Relative("constant torque over EPSD: height at 9.6 s [-]", 0.2419 / 0.272, early / stands,
+  rows.Relative("constant torque 5.1 s after the gate opens over EPSD at 9.6 s: height [-]",
+                0.2419 / 0.272, early / stands, 0.05, kSource);
+  rows.Relative("constant torque: pile height 38.4 s later [m]", 0.2192, late, 0.10, kSource);
+  rows.Relative("constant torque: height then over that before [-]", 0.2192 / 0.2419, late / early,
                 0.05, kSource);
-  rows.Relative("constant torque: pile height at 48 s [m]", 0.2192, late, 0.10, kSource);
-  rows.Relative("constant torque: height at 48 s over that at 9.6 s [-]", 0.2192 / 0.2419,
-                late / early, 0.05, kSource);
 }
 
 }  // namespace

@@ -15,6 +15,15 @@ std::string Format(const char* format, ...) {
   return buffer;
 }
 
+Mean MeanOf(const std::vector<double>& runs) {
+  const auto n = static_cast<double>(runs.size());
+  Mean m;
+  for (const double v : runs) m.value += v / n;
+  for (const double v : runs) m.error += (v - m.value) * (v - m.value);
+  m.error = std::sqrt(m.error / (n * (n - 1)));
+  return m;
+}
+
 std::string Value::Words() const {
   if (!text.empty()) return text;
   return std::isnan(number) ? "" : Format("%.6g", number);

@@ -70,6 +70,12 @@ class Rows {
   std::chrono::steady_clock::time_point last_;
 };
 
+/// Mean of some runs [n >= 2] that differ in their draw alone, and its standard error.
+struct Mean {
+  double value = 0, error = 0;
+};
+Mean MeanOf(const std::vector<double>& runs);
+
 /// printf into a string.
 std::string Format(const char* format, ...) __attribute__((format(printf, 1, 2)));
 

@@ -45,19 +45,6 @@ Outcome Run(double gravity_share, std::uint64_t seed, double time_s) {
   throw std::runtime_error("no sinkage: " + r.reason);
 }
 
-/// Mean of some beds, and its standard error.
-struct Mean {
-  double value = 0, error = 0;
-};
-Mean MeanOf(const std::vector<double>& x) {
-  const auto n = static_cast<double>(x.size());
-  Mean m;
-  for (const double v : x) m.value += v / n;
-  for (const double v : x) m.error += (v - m.value) * (v - m.value);
-  m.error = std::sqrt(m.error / (n * (n - 1)));
-  return m;
-}
-
 void Gravity(Rows& rows) {
   // Powers of two scale without rounding: the runs are the same, until the least numbers
   // that a float holds, which do not scale, have grown.
@@ -81,9 +68,12 @@ void Gravity(Rows& rows) {
   rows.Relative("a sixth of g, 4 beds: sinkage over radius [-]", z[0].value, z[1].value, 0.1,
                 "same dimensionless groups");
   rows.Note(
-      Format("sinkage over radius %.4f +- %.4f on Earth, %.4f +- %.4f at a sixth of g "
-             "(standard errors of 4 beds)",
-             z[0].value, z[0].error, z[1].value, z[1].error));
+      Format("solid fraction %.5f +- %.5f on Earth, %.5f +- %.5f at a sixth of g; sinkage over "
+             "radius %.4f +- %.4f and %.4f +- %.4f (standard errors of 4 beds); a quarter of g: "
+             "solid fraction %.2g and sinkage %.2g off, as shares",
+             f[0].value, f[0].error, f[1].value, f[1].error, z[0].value, z[0].error, z[1].value,
+             z[1].error, quarter.solid_fraction / earth.solid_fraction - 1,
+             quarter.sinkage / earth.sinkage - 1));
 }
 
 }  // namespace

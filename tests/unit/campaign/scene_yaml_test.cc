@@ -114,6 +114,20 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"UnknownSetting", "rolling_friction: 0.2",
              "rolling_friction: 0.2\n    contact: {cohesion: capillary, capillary: {colour: 1}}",
              "16: key 'soil.grains.contact.capillary.colour': got an unknown key"},
+        Edit{"NewLawOfAnOldName", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {normal: hertz_oden_martins}",
+             "16: key 'soil.grains.contact.normal': got hertz_oden_martins without its "
+             "damping_kg_per_m_s, expected a given beta >= 0: since engine version 5"},
+        Edit{"NewLawWithOldSettings", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {normal: hertz_oden_martins, "
+             "hertz_oden_martins: {critical_damping_share: 0.2}}",
+             "16: key 'soil.grains.contact.normal': got hertz_oden_martins without its "
+             "damping_kg_per_m_s, expected a given beta >= 0: since engine version 5"},
+        Edit{"DampingTwice", "rolling_friction: 0.2",
+             "rolling_friction: 0.2\n    contact: {normal: hertz_dashpot, "
+             "hertz_dashpot: {damping_n_s_per_m: 2, critical_damping_share: 0.1}}",
+             "16: key 'soil.grains.contact': got hertz_dashpot.damping_n_s_per_m and "
+             "hertz_dashpot.critical_damping_share: got both, expected one of them"},
         Edit{"Friction", "friction: 0.5", "friction: 11",
              "LINE: key 'soil.grains.friction': got '11', expected a number in [0, 10]"},
         Edit{"SolidFraction", "solid_fraction: 0.58", "solid_fraction: 0.95",

@@ -198,6 +198,7 @@ TEST(NormalLaws, StiffnessBoundsTheSlope) {
   for (const char* law : {"hertz_restitution", "linear_spring", "hertz_oden_martins",
                           "elasto_plastic", "walton_braun", "hertz_dashpot"}) {
     Pairing s = Normal(law);
+    SettingsOf<HertzOdenMartins>(s.settings).damping_kg_per_m_s = 1e3;
     SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));
     model.AddMaterial(s.a);
@@ -222,6 +223,7 @@ TEST(NormalLaws, DampingBoundsTheSlope) {
   for (const char* law : {"hertz_restitution", "linear_spring", "hertz_oden_martins",
                           "elasto_plastic", "walton_braun", "hertz_dashpot"}) {
     Pairing s = Normal(law);
+    SettingsOf<HertzOdenMartins>(s.settings).damping_kg_per_m_s = 1e3;
     SettingsOf<ElastoPlastic>(s.settings).critical_damping_share = 0.2;
     SettingsOf<ElastoPlastic>(s.settings).yield_force_n = 0.05;
     ContactModel model(LawsByName(s.normal, s.tangential, s.rolling, s.cohesion));

@@ -6,6 +6,7 @@
 #include <random>
 #include <set>
 
+#include "dem_offline/engine/laws/settings.h"
 #include "tests/unit/engine/laws_driver.h"
 
 namespace grouser::dem {
@@ -265,12 +266,38 @@ TEST(LawRegistry, BadSettingsAreRefusedByName) {
   SettingsOf<Capillary>(s.settings).contact_angle_rad = 2;
   refuses("contact_angle_rad", s);
   s = Pairing{};
-  s.normal = "hertz_oden_martins";
+  s.normal = "hertz_oden_martins";  // without its beta: a file of before engine 5
+  refuses("since engine version 5", s);
+  refuses("hertz_dashpot", s);
   SettingsOf<HertzOdenMartins>(s.settings).damping_kg_per_m_s = -1;
   refuses("damping_kg_per_m_s", s);
   s.normal = "hertz_dashpot";
   SettingsOf<HertzDashpot>(s.settings).damping_n_s_per_m = -1;
   refuses("damping_n_s_per_m", s);
+}
+
+// Two settings that say the same thing twice: neither wins, both are named.
+TEST(LawRegistry, SettingsThatContradictAreRefused) {
+  struct Both {
+    const char *law, *a, *b;
+  };
+  for (const Both& both : {Both{"hertz_dashpot", "damping_n_s_per_m", "critical_damping_share"},
+                           Both{"hertz_dashpot", "damping_n_s_per_m", "reference_overlap_share"},
+                           Both{"linear_spring", "stiffness_n_per_m", "normk"}}) {
+    const auto with = [&](double a, double b) {
+      Pairing s;
+      s.normal = both.law;
+      s.tangential = "linear_history";
+      Put(s.settings, {both.law, both.a, a});
+      Put(s.settings, {both.law, both.b, b});
+      return Refusal(s);
+    };
+    const std::string law = both.law;
+    EXPECT_EQ(with(2, 0.1), law + "." + both.a + " and " + law + "." + both.b +
+                                ": got both, expected one of them");
+    EXPECT_EQ(with(2, -1), "accepted") << both.a;  // as where b is not given
+    EXPECT_EQ(with(0, 0.1), "accepted") << both.b;
+  }
 }
 
 TEST(LawRegistry, NamesAreUniqueAndTheDefaultIsFirst) {

@@ -96,6 +96,35 @@ TEST(RunFile, ARecordOfSchema1IsGivenInTodaysForm) {
   EXPECT_THAT(MessageOf([&] { read("-1"); }), HasSubstr("a.run.h5: record_json: created_unix_s"));
 }
 
+// hertz_oden_martins was another law up to engine version 4: hertz_dashpot.
+TEST(RunFile, TheFormerLawOfARenamedNameIsReadUnderItsNewName) {
+  const TempFolder folder;
+  const auto read = [&](const std::string& version, const std::string& normal) {
+    RunFile run = SomeRun();
+    run.record.mutable_numerics()->set_engine_version(version);
+    auto* laws = run.record.mutable_spec()->mutable_soil()->mutable_grains()->mutable_contact();
+    laws->set_normal(normal);
+    auto* setting = laws->add_settings();
+    setting->set_law(normal);
+    setting->set_name("damping_n_s_per_m");
+    setting->set_value(2);
+    WriteRunFile(folder / "a.run.h5", run);
+    return ReadRunFile(folder / "a.run.h5");
+  };
+  const RunFile old = read("4", "hertz_oden_martins");
+  const auto& laws = old.record.spec().soil().grains().contact();
+  EXPECT_EQ(laws.normal(), "hertz_dashpot");
+  EXPECT_EQ(laws.settings(0).law(), "hertz_dashpot");
+  EXPECT_EQ(laws.settings(0).value(), 2);
+  EXPECT_EQ(old.note,
+            "run 0123456789abcdef of engine version 4 names the law hertz_oden_martins, which is "
+            "hertz_dashpot since version 5, and is read so");
+  for (const RunFile& kept : {read("5", "hertz_oden_martins"), read("4", "linear_spring")}) {
+    EXPECT_THAT(kept.note, IsEmpty());
+    EXPECT_NE(kept.record.spec().soil().grains().contact().normal(), "hertz_dashpot");
+  }
+}
+
 TEST(RunFile, RoundTripIsExact) {
   const TempFolder folder;
   const RunFile run = SomeRun();
