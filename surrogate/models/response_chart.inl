@@ -10,10 +10,10 @@ struct Scratch {
   float plane[kBlock];                                  // hypot(forward, rim)
   float mirror[kBlock], sign_x[kBlock], sign_y[kBlock];
   float excess[kBlock], distance2[kBlock], bulldozing[kBlock];
-  float u[kBlock], steepness[kBlock];       // of SpeedAxis; du/dM, 0 beyond its end
-  float fast[kBlock];                       // by how much beyond the runs' speeds
-  float hub_first[kBlock];                  // 1: M is V, 0: it is |r w|
-  int node[kBlock];                         // first float of the 4 x 4 x 4 nodes
+  float u[kBlock], steepness[kBlock];  // of SpeedAxis; du/dM, 0 beyond its end
+  float fast[kBlock];                  // by how much beyond the runs' speeds
+  float hub_first[kBlock];             // 1: M is V, 0: it is |r w|
+  int node[kBlock];                    // first float of the 4 x 4 x 4 nodes
   float direction[kBlock], height[kBlock], log_load[kBlock];
   float weight[3][4][kBlock], slope[3][4][kBlock];
   float channel[5][kGroup][kBlock];  // value, then by direction, lateral, log load; by u

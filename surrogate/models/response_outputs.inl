@@ -50,8 +50,8 @@ GROUSER_INLINE void Limit(Block* b, Scratch* s, int n) {
     const float carried = ExpOfLoss(margin), f_z = s->channel[0][kFz][i] * carried;
     s->channel[0][kFz][i] = f_z;
     for (int k = 1; k < (kGradients ? 5 : 1); ++k) {
-      s->channel[k][kFz][i] = s->channel[k][kFz][i] * carried +
-                                          f_z * s->channel[k][kMarginChannel][i];
+      s->channel[k][kFz][i] =
+          s->channel[k][kFz][i] * carried + f_z * s->channel[k][kMarginChannel][i];
     }
   }
 }
