@@ -84,7 +84,9 @@ PairParams SomeParams(const LawChoice& laws) {
   ContactProperties f;
   f.rolling_friction = 0.3;
   f.surface_energy_j_per_m2 = 0.05;
-  return OneMaterial({1e8, 0.3}, f, laws).Table()[0];
+  LawSettings settings;
+  SettingsOf<HertzOdenMartins>(settings).damping_kg_per_m_s = 1e4;
+  return OneMaterial({1e8, 0.3}, f, laws, settings).Table()[0];
 }
 
 /// Compares the first n contacts; false where device and host differ too much.

@@ -24,6 +24,7 @@ ContactModel Model(const LawChoice& laws) {
   f.surface_energy_j_per_m2 = 0.2;
   LawSettings s;
   SettingsOf<ElastoPlastic>(s).yield_force_n = 0.5;
+  SettingsOf<HertzOdenMartins>(s).damping_kg_per_m_s = 1e4;
   SettingsOf<LinearHistory>(s).critical_damping_share = 0.3;
   SettingsOf<KelvinRegularised>(s).stick_friction = 0.6;
   for (int i = 0; i < 2; ++i) model.SetContactProperties(i, 1, f, s);

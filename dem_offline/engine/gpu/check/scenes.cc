@@ -46,7 +46,9 @@ ContactModel Contacts(const LawChoice& laws, double surface_energy) {
                                .friction = 0.4,
                                .rolling_friction = 0.1,
                                .surface_energy_j_per_m2 = surface_energy};
-  return OneMaterial(kSand, f, laws);
+  LawSettings settings;
+  SettingsOf<HertzOdenMartins>(settings).damping_kg_per_m_s = 1e3;
+  return OneMaterial(kSand, f, laws, settings);
 }
 
 template <class... R>
