@@ -22,13 +22,13 @@ struct ShowArguments {
 int Show(const ShowArguments& arguments) {
   std::string json;
   for (const auto& file : arguments.files) {
-    const auto [record, series, note] = records::ReadRunFile(file);
-    if (!note.empty()) fmt::print(stderr, "{}: {}\n", file, note);
+    const records::RunFile run = records::ReadRunFile(file);
+    if (!run.note.empty()) fmt::print(stderr, "{}: {}\n", file, run.note);
     if (arguments.json) {
-      json += (json.empty() ? "" : ",\n ") + records::ToJson(record);
+      json += (json.empty() ? "" : ",\n ") + records::ToJson(run.record);
     } else {
       fmt::print("{}: ", file);
-      PrintRecord(record);
+      PrintRecord(run.record);
     }
   }
   if (arguments.json) fmt::print("[{}]\n", json);

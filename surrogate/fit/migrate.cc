@@ -37,7 +37,7 @@ Content ReadModelContent(const std::string& file) {
 
 Content ReadRunContent(const std::string& file) {
   records::RunFile run = records::ReadRunFile(file);
-  return {run.schema == records::kRunFileSchema, records::Sha256OfFile(file),
+  return {run.schema == records::kRunFileSchema && run.note.empty(), records::Sha256OfFile(file),
           [run = std::move(run)](const std::string& path) {
             records::WriteRunFile(path, run);
             return records::Sha256OfFile(path);
