@@ -47,6 +47,26 @@ bool Parse(const std::string& text, T* value) {
 
 }  // namespace
 
+std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const std::string& c : candidates) {
+    std::vector<std::size_t> row(c.size() + 1);  // Levenshtein's distance, row by row
+    for (std::size_t j = 0; j <= c.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= word.size(); ++i) {
+      std::size_t diagonal = std::exchange(row[0], i);
+      for (std::size_t j = 1; j <= c.size(); ++j) {
+        const std::size_t replaced = diagonal + (word[i - 1] != c[j - 1]);
+        diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
+      }
+    }
+    if (row.back() >= least) continue;
+    least = row.back();
+    nearest = c;
+  }
+  return nearest;
+}
+
 YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
     : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {
   if (!node_.IsMap()) {
@@ -220,6 +240,36 @@ std::vector<std::uint64_t> YamlSection::Counts(const std::string& key, std::uint
   return values;
 }
 
+YAML::Node YamlSection::ListOf(const std::string& key, std::size_t n, const char* expected) {
+  const std::string what = fmt::format("a list of {} {}", n, expected);
+  const YAML::Node list = Find(key, what);
+  if (!list.IsSequence() || list.size() != n) FailAt(list.Mark(), key, Describe(list), what);
+  return list;
+}
+
+std::vector<double> YamlSection::Tuple(const std::string& key, std::size_t n) {
+  std::vector<double> values;
+  for (const auto& node : ListOf(key, n, "numbers")) values.push_back(ToNumber(node, key, {}));
+  return values;
+}
+
+std::vector<std::string> YamlSection::Texts(const std::string& key, std::size_t n) {
+  std::vector<std::string> values;
+  for (const auto& node : ListOf(key, n, "texts")) {
+    if (!node.IsScalar()) FailAt(node.Mark(), key, Describe(node), "a text");
+    values.push_back(node.Scalar());
+  }
+  return values;
+}
+
+std::vector<std::string> YamlSection::Keys() const {
+  std::vector<std::string> keys;
+  for (const auto& entry : node_) {
+    keys.push_back(entry.first.IsScalar() ? entry.first.Scalar() : "?");
+  }
+  return keys;
+}
+
 YamlSection YamlSection::Section(const std::string& key) {
   return YamlSection(file_, PathOf(key), Find(key, "a mapping"));
 }
@@ -245,7 +295,8 @@ void YamlSection::Finish() const {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (known_.count(key)) continue;
     FailAt(entry.first.Mark(), key, "an unknown key",
-           fmt::format("one of: {}", fmt::join(known_, ", ")));
+           fmt::format("one of: {}; the nearest is '{}'", fmt::join(known_, ", "),
+                       NearestOf(key.substr(0, 100), {known_.begin(), known_.end()})));
   }
 }
 

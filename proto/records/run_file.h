@@ -23,8 +23,10 @@ struct RunFile {
 void WriteRunFile(const std::string& path, const RunFile& run);
 
 /// Throws std::runtime_error "PATH: what is wrong, what was expected" for a
-/// missing, truncated or foreign file.
+/// missing, truncated or foreign file, and for an experiment that is no wheel test.
 RunFile ReadRunFile(const std::string& path);
+/// The same of any experiment.
+RunFile ReadAnyRunFile(const std::string& path);
 
 /// A settled tile, as written by the campaign (arrays by name with their
 /// types; `meta_json` says what it is of).

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/world/world.h"
@@ -14,6 +15,9 @@ namespace grouser::dem {
 /// Time step [s] of a bed: its share of the Rayleigh time, but no more than the laws
 /// bear under the bed's own weight (scaling.cc).
 double BedStep(const BedSpec& bed);
+
+/// A diameter [m] of the mixture, drawn by number.
+double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random);
 
 inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <random>
 #include <stdexcept>
 
 #include "dem_offline/engine/rig/materials.h"
@@ -15,21 +14,6 @@ namespace {
 constexpr double kFractionTolerance = 0.004;
 constexpr std::int64_t kLookSteps = 200;  // between looks at whether it is quiet
 constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
-
-/// splitmix64: the same stream on every machine (std:: distributions are not).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 1) {}
-  double Uniform() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 class Preparation {
  public:
@@ -90,20 +74,9 @@ class Preparation {
     return c;
   }
 
-  double DrawDiameter(Random& random) const {
-    double total = 0;
-    for (const auto& b : spec_.soil.sizes) total += b.mass_fraction / std::pow(b.diameter_m, 3);
-    double at = random.Uniform() * total;
-    for (const auto& b : spec_.soil.sizes) {
-      at -= b.mass_fraction / std::pow(b.diameter_m, 3);
-      if (at <= 0) return b.diameter_m;
-    }
-    return spec_.soil.sizes.back().diameter_m;
-  }
-
   /// Loose jittered lattice holding enough solid for the bed and its cut.
   std::vector<GrainState> Loose() const {
-    Random random(spec_.seed);
+    Random random(spec_.seed * 0x9e3779b97f4a7c15ull + 1);
     const LooseLattice lattice = LatticeOf(spec_);
     double solid = lattice.solid_m3;
     const double pitch = lattice.pitch_m;
@@ -115,7 +88,7 @@ class Preparation {
       Report(0, "pour");
       for (int ix = 0; ix < nx; ++ix) {
         for (int iy = 0; iy < ny; ++iy) {
-          const double d = DrawDiameter(random), play = 0.5 * (pitch - d);
+          const double d = DrawDiameter(spec_.soil.sizes, random), play = 0.5 * (pitch - d);
           const auto jitter = [&] { return play * (2 * random.Uniform() - 1); };
           GrainState g = {};
           g.x_m = (ix + 0.5 + 0.5 * (layer % 2)) * px + jitter();
@@ -274,6 +247,17 @@ class Preparation {
 };
 
 }  // namespace
+
+double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random) {
+  double total = 0;
+  for (const SizeBin& b : sizes) total += b.mass_fraction / std::pow(b.diameter_m, 3);
+  double at = random.Uniform() * total;
+  for (const SizeBin& b : sizes) {
+    at -= b.mass_fraction / std::pow(b.diameter_m, 3);
+    if (at <= 0) return b.diameter_m;
+  }
+  return sizes.back().diameter_m;
+}
 
 Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits) {
   ValidateBed(bed, limits);

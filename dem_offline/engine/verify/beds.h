@@ -3,28 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/verify/scenes.h"
 
 // Many grains, the same every time.
 
 namespace grouser::dem::verify {
-
-/// SplitMix64: the same numbers on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double Uniform() {  ///< [0, 1)
-    state_ += 0x9e3779b97f4a7c15ull;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
-  }
-  double Between(double low, double high) { return low + (high - low) * Uniform(); }
-
- private:
-  std::uint64_t state_;
-};
 
 /// About n grains (a cube number) that fly about in a periodic box and collide
 /// often; zero gravity, floor and lid.

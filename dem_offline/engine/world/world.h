@@ -31,6 +31,9 @@ class World {
   Body& body(int b);  ///< pose and motion may be changed between steps
   const Body& body(int b) const;
   int bodies() const;
+  /// Lets go of a body that was moved or held: from now on it is kFree, with the velocity and spin
+  /// that it has. Throws as AddBody does for a body without mass.
+  void Release(int b);
   const Wrench& wrench(int b) const;
   double body_work_j(int b) const;  ///< done by the body on the grains
   /// Called for each body contact of every step while set.
