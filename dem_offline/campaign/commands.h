@@ -31,8 +31,10 @@ using ToldFn = std::function<bool(double fraction)>;
 /// Runs an experiment file: the run file `out` (*.run.h5), and beside it OUT.series.csv and a CSV
 /// for each table. False: stopped by `told`; then the CSVs hold what there was.
 bool RunExperimentFile(const std::string& file, const std::string& out,
-                       const dem::WorkLimits& limits, const ToldFn& told,
-                       v1alpha1::RunRecord* record);
+                       const std::vector<std::string>& sets, const dem::WorkLimits& limits,
+                       const ToldFn& told, v1alpha1::RunRecord* record);
+/// The option --set.
+CLI::Option* AddSets(CLI::App& command, std::vector<std::string>* sets);
 
 /// The option --memory-gib.
 void AddMemoryLimit(CLI::App& command, dem::WorkLimits* limits);

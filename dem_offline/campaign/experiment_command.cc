@@ -98,6 +98,10 @@ void FillRecord(const ExperimentFile& file, const dx::Result& result, v1alpha1::
   spec->set_name(file.experiment.name);
   spec->set_yaml(file.text);
   std::string all = std::string("engine ") + dem::EngineVersion() + "\n" + file.text;
+  for (const std::string& set : file.sets) {
+    spec->add_sets(set);
+    all += "\n" + set;
+  }
   for (const std::string& other : file.others) {
     const std::string hash = records::Sha256OfFile(other);
     spec->add_others(hash + " " + std::filesystem::path(other).filename().string());
@@ -128,8 +132,9 @@ void FillRecord(const ExperimentFile& file, const dx::Result& result, v1alpha1::
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
 }
 
-int Check(const std::string& path, const dem::WorkLimits& limits) {
-  const ExperimentFile file = LoadExperiment(path, limits);
+int Check(const std::string& path, const dem::WorkLimits& limits,
+          const std::vector<std::string>& sets) {
+  const ExperimentFile file = LoadExperiment(path, limits, sets);
   const dx::Plan plan = dx::PlanOf(file.experiment, limits);
   const double rate = dx::MeasureRate(file.experiment);
   fmt::print("experiment   {}\n", file.experiment.name);
@@ -150,9 +155,9 @@ int Check(const std::string& path, const dem::WorkLimits& limits) {
 }  // namespace
 
 bool RunExperimentFile(const std::string& file, const std::string& out,
-                       const dem::WorkLimits& limits, const ToldFn& told,
-                       v1alpha1::RunRecord* record) {
-  const ExperimentFile experiment = LoadExperiment(file, limits);
+                       const std::vector<std::string>& sets, const dem::WorkLimits& limits,
+                       const ToldFn& told, v1alpha1::RunRecord* record) {
+  const ExperimentFile experiment = LoadExperiment(file, limits, sets);
   Tables tables(out);
   bool stopped = false;
   const auto sink = [&](const dx::Table& table, const std::vector<double>& row) {
@@ -179,9 +184,16 @@ bool RunExperimentFile(const std::string& file, const std::string& out,
   return true;
 }
 
+CLI::Option* AddSets(CLI::App& command, std::vector<std::string>* sets) {
+  return command.add_option("--set", *sets, "KEY=VALUE over the file, as grains.diameter_m=0.01")
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
 void AddExperimentCommands(CLI::App& app, Action* action) {
   struct Arguments {
     std::string file;
+    std::vector<std::string> sets;
     bool table = false;
     dem::WorkLimits limits;
   };
@@ -189,9 +201,12 @@ void AddExperimentCommands(CLI::App& app, Action* action) {
   CLI::App* check = app.add_subcommand("check", "What an experiment file takes, before it is run");
   check->footer(kCheckExamples);
   check->add_option("FILE", arguments->file, "An experiment file")->required();
+  AddSets(*check, &arguments->sets);
   AddMemoryLimit(*check, &arguments->limits);
   check->callback([=] {
-    *action = [=](const StopSignals&) { return Check(arguments->file, arguments->limits); };
+    *action = [=](const StopSignals&) {
+      return Check(arguments->file, arguments->limits, arguments->sets);
+    };
   });
   CLI::App* schema = app.add_subcommand("schema", "Every key of an experiment file");
   schema->footer(kSchemaExamples);

@@ -38,6 +38,7 @@ struct RunArguments {
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
   bool json = false, progress_lines = false;
+  std::vector<std::string> sets;
   dem::WorkLimits limits;
 };
 
@@ -130,7 +131,7 @@ int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
   ProgressPrinter printer(arguments.progress_lines);
   v1alpha1::RunRecord record;
   const bool ended = RunExperimentFile(
-      arguments.experiment, arguments.out, arguments.limits,
+      arguments.experiment, arguments.out, arguments.sets, arguments.limits,
       [&](double fraction) {
         printer.Run(fraction);
         return !signals.stop();
@@ -201,6 +202,7 @@ void AddRunCommand(CLI::App& app, Action* action) {
   auto* experiment = run->add_option("FILE", arguments->experiment,
                                      "An experiment file (docs/experiments.md), instead of both");
   experiment->excludes(scene)->excludes(spec);
+  AddSets(*run, &arguments->sets)->needs(experiment);
   auto* slip = run->add_option("--slip", arguments->slip,
                                "(r w - v_x)/max(|r w|, V) [-]; mode rim needs it");
   auto* load = run->add_option("--load", arguments->load_n, "Vertical load [N]");

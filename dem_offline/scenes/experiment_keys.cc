@@ -1,7 +1,7 @@
 // The keys of experiment files.
 #include "dem_offline/scenes/experiment_keys.h"
 
-#include <algorithm>
+#include <sstream>
 
 namespace grouser::campaign {
 
@@ -200,6 +200,13 @@ const std::vector<Key>& ExperimentKeys() {
 
 #undef ENDS
 #undef HOLDS
+
+std::vector<std::string> SplitChoices(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, '|');) out.push_back(part);
+  return out;
+}
 
 std::string SelectorOf(const std::string& section) {
   if (section == "grains" || section == "probe") return "kind";

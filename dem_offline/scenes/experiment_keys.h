@@ -38,6 +38,9 @@ struct Key {
 };
 const std::vector<Key>& ExperimentKeys();
 
+/// The parts of "a|b|c".
+std::vector<std::string> SplitChoices(const std::string& text);
+
 /// The key of a section whose choice its `of` are values of ("do", "kind", "shape"); "": none.
 std::string SelectorOf(const std::string& section);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/scenes/experiment_keys.h"
@@ -13,13 +12,6 @@ namespace grouser::campaign {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::vector<std::string> Split(const std::string& text) {
-  std::vector<std::string> out;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, '|');) out.push_back(part);
-  return out;
-}
 
 Json ListOfThree(const char* type) {
   return {{"type", "array"}, {"items", {{"type", type}}}, {"minItems", 3}, {"maxItems", 3}};
@@ -38,7 +30,7 @@ Json TypeOf(const Key& k) {
     case KeyKind::kTexts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}, {"minItems", 2}, {"maxItems", 2}};
     case KeyKind::kChoice:
-      return {{"enum", Split(k.more)}};
+      return {{"enum", SplitChoices(k.more)}};
     case KeyKind::kSwitch:  // YAML 1.1 reads on and off as booleans
       return {{"enum", {"on", "off", true, false}}};
     case KeyKind::kVector:
@@ -84,13 +76,13 @@ Json SchemaOf(const std::string& section) {
     if (*k.what) property["description"] = k.what;
     properties[k.name] = property;
     if (std::string(k.otherwise) == "!" && *k.of == '\0') required.push_back(k.name);
-    if (selector == k.name) choices = Split(k.more);
+    if (selector == k.name) choices = SplitChoices(k.more);
   }
   for (const std::string& choice : choices) {  // keys that do not go with it
     Json none = Json::object();
     for (const Key& k : ExperimentKeys()) {
       if (section != k.section || *k.of == '\0' || k.kind == KeyKind::kLater) continue;
-      const auto of = Split(k.of);
+      const auto of = SplitChoices(k.of);
       if (std::find(of.begin(), of.end(), choice) == of.end()) none[k.name] = false;
     }
     rules.push_back({{"if", {{"properties", {{selector, {{"const", choice}}}}}}},
@@ -159,7 +151,8 @@ std::string ExperimentKeyTable() {
     for (const Key& k : ExperimentKeys()) {
       if (section != k.section) continue;
       std::string value = TypeForPeople(k), name = fmt::format("`{}`", k.name);
-      if (k.kind == KeyKind::kChoice) value = fmt::format("{}", fmt::join(Split(k.more), ", "));
+      if (k.kind == KeyKind::kChoice)
+        value = fmt::format("{}", fmt::join(SplitChoices(k.more), ", "));
       if (k.kind == KeyKind::kSection) value = fmt::format("a `{}`", k.more);
       if (k.kind == KeyKind::kSections) value = fmt::format("list of `{}`", k.more);
       if (k.kind == KeyKind::kLater) value = "not possible yet";
@@ -169,7 +162,8 @@ std::string ExperimentKeyTable() {
       }
       const bool required = std::string(k.otherwise) == "!";
       out += fmt::format("| {} | {} | {} | {} | {} |\n", name, value,
-                         required ? "required" : k.otherwise, fmt::join(Split(k.of), ", "), k.what);
+                         required ? "required" : k.otherwise, fmt::join(SplitChoices(k.of), ", "),
+                         k.what);
     }
     out += "\n";
   }

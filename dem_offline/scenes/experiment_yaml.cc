@@ -437,10 +437,19 @@ class Reader {
 }  // namespace
 
 ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
-                              const std::string& folder, const dem::WorkLimits& limits) {
+                              const std::string& folder, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets) {
   ExperimentFile out;
   out.text = text;
+  out.sets = sets;
   YamlSection root = YamlSection::OfText(text, file);
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos) {
+      throw InputError(fmt::format("--set {}: no '=', expected KEY=VALUE", set));
+    }
+    root.Set(set.substr(0, equals), set.substr(equals + 1));
+  }
   Reader(&out, folder).Read(KeyedSection(root, ""));
   try {
     dx::PlanOf(out.experiment, limits);
@@ -450,14 +459,16 @@ ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
   return out;
 }
 
-ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits) {
+ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets) {
   std::string text;
   try {
     text = records::ReadFileBytes(file);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
-  return ReadExperiment(text, file, std::filesystem::path(file).parent_path().string(), limits);
+  return ReadExperiment(text, file, std::filesystem::path(file).parent_path().string(), limits,
+                        sets);
 }
 
 }  // namespace grouser::campaign

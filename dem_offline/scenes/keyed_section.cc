@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 
 #include "dem_offline/engine/laws/settings.h"
@@ -15,13 +14,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-std::vector<std::string> Split(const std::string& text) {
-  std::vector<std::string> out;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, '|');) out.push_back(part);
-  return out;
-}
-
 bool Contains(const std::vector<std::string>& list, const std::string& text) {
   return std::find(list.begin(), list.end(), text) != list.end();
 }
@@ -29,7 +21,7 @@ bool Contains(const std::vector<std::string>& list, const std::string& text) {
 /// Whether a key belongs to a section under its choice; names of laws belong to kLaws.
 bool Knows(const Key& key, const std::string& section, const std::string& choice) {
   return section == key.section &&
-         (*key.of == '\0' || choice.empty() || Contains(Split(key.of), choice));
+         (*key.of == '\0' || choice.empty() || Contains(SplitChoices(key.of), choice));
 }
 
 std::vector<std::string> LawNames() {
@@ -53,7 +45,7 @@ void KeyedSection::CheckKeys() {
   if (!selector.empty()) {
     const Key& key = Find(selector);
     choice = section_.Text(selector);
-    const auto choices = Split(key.more);
+    const auto choices = SplitChoices(key.more);
     if (!Contains(choices, choice)) {
       section_.Fail(selector, "'" + choice + "'",
                     fmt::format("one of: {}; the nearest is '{}'", fmt::join(choices, ", "),
@@ -83,9 +75,9 @@ void KeyedSection::CheckKeys() {
     if (found->kind == KeyKind::kLater) {
       section_.Fail(key, found->what, "an experiment without: not possible yet");
     }
-    section_.Fail(
-        key, fmt::format("it with {}: {}", selector, choice),
-        fmt::format("{}: one of {}, or not this key", selector, fmt::join(Split(found->of), ", ")));
+    section_.Fail(key, fmt::format("it with {}: {}", selector, choice),
+                  fmt::format("{}: one of {}, or not this key", selector,
+                              fmt::join(SplitChoices(found->of), ", ")));
   }
 }
 
@@ -122,7 +114,7 @@ std::string KeyedSection::TextOr(const char* key, const std::string& otherwise) 
 }
 
 int KeyedSection::Choice(const char* key) {
-  const auto choices = Split(Find(key).more);
+  const auto choices = SplitChoices(Find(key).more);
   const std::string text = section_.Text(key);
   const auto at = std::find(choices.begin(), choices.end(), text);
   if (at == choices.end()) {

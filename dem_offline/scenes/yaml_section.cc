@@ -45,6 +45,22 @@ bool Parse(const std::string& text, T* value) {
   return error == std::errc() && stop == end && begin != end;
 }
 
+/// What stands at "key" or "key[2]" of a mapping; not valid: nothing.
+YAML::Node Step(const YAML::Node& map, const std::string& key) {
+  const std::size_t bracket = key.find('[');
+  const YAML::Node none(YAML::NodeType::Undefined);
+  if (!map.IsMap()) return none;
+  const YAML::Node at = map[key.substr(0, bracket)];
+  if (bracket == std::string::npos || !at) return at;
+  std::size_t index = 0;
+  const char* end = key.data() + key.size();
+  const auto [stop, error] = std::from_chars(key.data() + bracket + 1, end, index);
+  if (error != std::errc() || stop + 1 != end || *stop != ']') return none;
+  if (at.IsMap() && index == 0) return at;  // a list of one may be written as its mapping
+  if (!at.IsSequence() || index >= at.size()) return none;
+  return at[index];
+}
+
 }  // namespace
 
 std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates) {
@@ -141,6 +157,34 @@ void YamlSection::FailAtPath(const std::string& path, const std::string& got,
   double number = 0;
   const bool plain = node.IsScalar() && Parse(got, &number);
   FailAt(node.Mark(), found.empty() ? path : found, plain ? Describe(node) : got, unit + expected);
+}
+
+void YamlSection::Set(const std::string& path, const std::string& value) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(fmt::format("{}: {}={}: {}", file_, path, value, what));
+  };
+  YAML::Node node = node_;
+  std::string last;
+  std::istringstream keys(path);
+  for (std::string key; std::getline(keys, key, '.'); last = key) {
+    if (last.empty()) continue;
+    YAML::Node next = Step(node, last);
+    if (!next) refuse(fmt::format("no such key as '{}', expected one of the file's", last));
+    node.reset(next);
+  }
+  try {
+    const std::size_t bracket = last.find('[');
+    if (bracket != std::string::npos) {
+      YAML::Node item = Step(node, last);
+      if (!item) refuse("no such entry of a list");
+      item = YAML::Load(value);
+    } else {
+      if (last.empty() || !node.IsMap()) refuse("expected KEY.KEY=VALUE");
+      node[last] = YAML::Load(value);
+    }
+  } catch (const YAML::Exception& error) {
+    refuse("malformed YAML: " + error.msg);
+  }
 }
 
 bool YamlSection::Has(const std::string& key) {

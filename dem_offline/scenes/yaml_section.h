@@ -41,6 +41,10 @@ class YamlSection {
   /// The same of text that stands nowhere; `file` is for the messages.
   static YamlSection OfText(const std::string& text, const std::string& file);
 
+  /// Puts a value, as YAML, at a path of keys ("a.b[1].c"); the last one may be new. Throws
+  /// InputError for a path that is not there.
+  void Set(const std::string& path, const std::string& value);
+
   /// Whether an optional key stands there; makes it a known one.
   bool Has(const std::string& key);
   double Number(const std::string& key, const Range& range = {});

@@ -365,12 +365,15 @@ void ValidateSpeeds(const Experiment& e, double dt_s) {
   double longest = 0;
   for (std::size_t i = 0; i < e.bodies.size(); ++i) {
     const BodySpec& b = e.bodies[i];
-    const Shape shape = ShapeOf(b.parts, At("bodies", i));
+    const bool turns = std::any_of(b.motion.begin(), b.motion.end(), [](const MotionStep& s) {
+      return Norm(s.spin_rad_per_s) > 0;
+    });
+    const double reach = turns ? ShapeOf(b.parts, At("bodies", i)).reach : 0;
     for (std::size_t k = 0; k < b.motion.size(); ++k) {
       const MotionStep& s = b.motion[k];
       const double spin = Norm(s.spin_rad_per_s);
       check(At("bodies", i) + "." + At("motion", k),
-            Norm(s.velocity_m_per_s) + (spin > 0 ? spin * shape.reach : 0) +
+            Norm(s.velocity_m_per_s) + (spin > 0 ? spin * reach : 0) +
                 2 * M_PI * s.frequency_hz * Norm(s.amplitude_m));
       longest = std::max(longest, MostTime(e, b, s));
     }
