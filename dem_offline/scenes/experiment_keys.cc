@@ -97,6 +97,8 @@ const std::vector<Key>& ExperimentKeys() {
       {"preparation", "most_s", K::kNumber, "", "by rule", "settle|relax", "gone on after"},
       {"preparation", "friction", K::kNumber, "", "their own", "settle|relax|shake",
        "between grains meanwhile: less packs denser"},
+      {"preparation", "solid_fraction", K::kNumber, "", "as it falls", "settle",
+       "met within 0.005 by the friction meanwhile, else refused with what was reached"},
       {"preparation", "amplitude_m", K::kVector, "", "!", "shake", "of floor and walls"},
       {"preparation", "frequency_hz", K::kNumber, "", "!", "shake", ""},
       {"preparation", "for_s", K::kNumber, "", "!", "shake", "rounded to whole swings"},

@@ -237,6 +237,9 @@ class Reader {
       p.rest = s.NumberOr("rest", p.rest);
       p.most_s = s.NumberOr("most_s", 0);
     }
+    if (p.kind == dx::Preparation::Kind::kSettle && s.Has("solid_fraction")) {
+      p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
+    }
     if (!cut && s.Has("friction")) {
       p.friction = s.Number("friction");
       if (p.friction < 0) s.yaml().Fail("friction", fmt::format("{}", p.friction), "a number >= 0");

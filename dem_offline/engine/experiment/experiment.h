@@ -87,6 +87,9 @@ struct Preparation {
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
   double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
   double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
+  /// settle: met within 0.005 at the end of the whole preparation, which is repeated with other
+  /// frictions until then; 0: as it falls
+  double solid_fraction = 0;
   Vec3d amplitude_m = {0, 0, 0};  ///< shake
   double frequency_hz = 0;        ///< shake
   double for_s = 0;               ///< shake
@@ -241,7 +244,8 @@ struct Result {
   double energy_residual_j = 0, energy_input_j = 0;  ///< where the energy is probed
 };
 
-/// Prepares and runs. Throws as PlanOf, and std::runtime_error where the caller stops it;
+/// Prepares and runs. Throws as PlanOf, SpecError for a solid fraction that cannot be reached, and
+/// std::runtime_error where the caller stops it;
 /// physics and numbers that fail become `reason`. Deterministic in the experiment.
 Result RunExperiment(const Experiment& experiment, const SinkFn& sink, const ProgressFn& progress,
                      const WorkLimits& limits = {});

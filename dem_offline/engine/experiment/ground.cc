@@ -53,39 +53,73 @@ double Restlessness(const World& world) {
 
 Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
                const WorkLimits& limits)
-    : e_(e), dt_(dt_s), progress_(progress), random_(e.seed * 0x9e3779b97f4a7c15ull + 1) {
+    : e_(e), dt_(dt_s), progress_(progress), random_(0) {
   config_.frame = FrameOf(e);
   config_.gravity_m_per_s2 = {0, 0, -e.gravity_m_per_s2};
   config_.dt_s = dt_s;
   config_.skin_m = 0.3 * LargestDiameter(e);
   config_.contacts = ContactsOf(e);
-  body_number_.assign(e.bodies.size(), -1);
   built_.resize(e.bodies.size());
   expected_steps_ = std::max(1.0, (RainTime(e) + 1) / dt_s);
   for (const Preparation& p : e.preparation) {
     const bool shake = p.kind == Preparation::Kind::kShake;
     expected_steps_ += (shake ? p.for_s : 0.5 * SettlingOf(e, p).most_s) / dt_s;
   }
-  if (e.grains[0].filling == Filling::kBed) {
-    OpenOnTile(progress, limits);
+  const auto target = std::find_if(e.preparation.begin(), e.preparation.end(),
+                                   [](const Preparation& p) { return p.solid_fraction > 0; });
+  if (target == e.preparation.end()) {
+    Fill(limits);
   } else {
-    Open();
+    FillTo(target->solid_fraction, target - e.preparation.begin(), limits);
   }
-  Rain();
-  for (const Preparation& p : e.preparation) Prepare(p);
-  world_->SetDrag(1);
-  world_->SetContacts(ContactsOf(e));
-  Look();
   for (std::size_t b = 0; b < e.bodies.size(); ++b) {
     if (body_number_[b] < 0) AddBodyOf(b);
   }
 }
 
+void Ground::Fill(const WorkLimits& limits) {
+  random_ = Random(e_.seed * 0x9e3779b97f4a7c15ull + 1);
+  body_number_.assign(e_.bodies.size(), -1);
+  walls_ = 0;
+  surface_ = solid_fraction_ = 0;
+  if (e_.grains[0].filling == Filling::kBed) {
+    OpenOnTile(limits);
+  } else {
+    Open();
+  }
+  Rain();
+  for (const Preparation& p : e_.preparation) Prepare(p);
+  world_->SetDrag(1);
+  world_->SetContacts(ContactsOf(e_));
+  Look();
+}
+
+/// As the tile of a wheel test: the friction of the settling is what changes the packing.
+void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits) {
+  std::vector<FrictionTry> tried;
+  double loosest = 1, densest = 0;
+  friction_ = 0.5;
+  expected_steps_ *= 0.5 * kMostAttempts;
+  while (tried.size() < kMostAttempts) {
+    Fill(limits);
+    const double error = solid_fraction_ - solid_fraction;
+    if (std::abs(error) <= kFractionTolerance) return;
+    loosest = std::min(loosest, solid_fraction_);
+    densest = std::max(densest, solid_fraction_);
+    const bool at_end = error > 0 ? friction_ >= kMostFriction : friction_ <= kLeastFriction;
+    if (at_end) break;
+    tried.push_back({std::log(friction_), error});
+    friction_ = std::clamp(std::exp(NextLogFriction(tried)), kLeastFriction, kMostFriction);
+  }
+  throw SpecError("preparation[" + std::to_string(step) + "].solid_fraction", Short(solid_fraction),
+                  "one that can be reached; tried: " + Short(loosest) + " to " + Short(densest));
+}
+
 /// The tile of a wheel test, its floor at z = 0, with the history of its contacts.
-void Ground::OpenOnTile(const ProgressFn& progress, const WorkLimits& limits) {
+void Ground::OpenOnTile(const WorkLimits& limits) {
   const Grains& g = e_.grains[0];
   const BedSpec bed = BedOf(e_, g);
-  const Tile tile = PrepareBed(bed, progress, limits);
+  const Tile tile = PrepareBed(bed, progress_, limits);
   config_.frame.z_span_m = std::max(config_.frame.z_span_m, TileZSpan(g.depth_m));
   config_.origin_m = {0, 0, g.depth_m};
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);
@@ -243,7 +277,7 @@ void Ground::StepFor(double time_s, const char* stage) {
 }
 
 void Ground::Prepare(const Preparation& p) {
-  world_->SetContacts(ContactsOf(e_, p.friction));
+  world_->SetContacts(ContactsOf(e_, p.solid_fraction > 0 ? friction_ : p.friction));
   switch (p.kind) {
     case Preparation::Kind::kSettle:
     case Preparation::Kind::kRelax:
@@ -340,16 +374,17 @@ std::uint64_t Ground::TakeOutLeavers() {
 
 /// Surface and solid fraction of what was prepared.
 void Ground::Look() {
-  if (e_.grains[0].filling == Filling::kBed) {
+  const bool bed = e_.grains[0].filling == Filling::kBed, flat = bed || surface_ > 0;
+  if (bed) {
     surface_ = e_.grains[0].depth_m;
-  } else if (!(surface_ > 0)) {
+  } else if (!flat) {
     for (std::int64_t i = 0; i < world_->count(); ++i) {
       const GrainState s = world_->State(i);
       surface_ = std::max(surface_, s.z_m + s.radius_m);
     }
   }
-  // A layer of the largest grains is left out at floor and surface.
-  const double d = LargestDiameter(e_), low = d, high = surface_ - d;
+  // A layer of the largest grains is left out at floor and surface, and two under a rough surface.
+  const double d = LargestDiameter(e_), low = d, high = surface_ - (flat ? d : 3 * d);
   if (!(high > low)) return;
   double solid = 0;
   for (std::int64_t i = 0; i < world_->count(); ++i) {

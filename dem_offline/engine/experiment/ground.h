@@ -31,8 +31,10 @@ class Ground {
   std::uint64_t TakeOutLeavers();
 
  private:
-  void OpenOnTile(const ProgressFn& progress, const WorkLimits& limits);
+  void OpenOnTile(const WorkLimits& limits);
   void Open();
+  void Fill(const WorkLimits& limits);
+  void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
   void AddWalls();
   void AddBodyOf(std::size_t body);
   std::vector<GrainState> First();
@@ -58,6 +60,7 @@ class Ground {
   std::vector<BuiltBody> built_;
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
+  double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried
   std::int64_t steps_ = 0;
 };
 

@@ -338,7 +338,9 @@ double PreparationTime(const Experiment& e) {
       time += SettlingOf(e, p).most_s;
     }
   }
-  return time;
+  const bool target = std::any_of(e.preparation.begin(), e.preparation.end(),
+                                  [](const Preparation& p) { return p.solid_fraction > 0; });
+  return target ? kMostAttempts * time : time;
 }
 
 double ProgramTime(const Experiment& e) {

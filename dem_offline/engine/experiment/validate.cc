@@ -212,6 +212,18 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
   }
 }
 
+/// A solid fraction is measured over the whole box.
+void CheckFillsBox(const Experiment& e, const std::string& field) {
+  for (const Grains& g : e.grains) {
+    const Region& r = g.region;
+    const bool whole = r.low_m[0] <= 0 && r.low_m[1] <= 0 && r.high_m[0] >= e.box.length_m &&
+                       r.high_m[1] >= e.box.width_m && !(r.radius_m > 0);
+    if (whole && e.box.x != Side::kOpen && e.box.y != Side::kOpen) continue;
+    throw SpecError(field, "it with grains in a part of the box, or open sides",
+                    "grains over the whole floor, between walls or periodic sides");
+  }
+}
+
 void CheckPreparation(const Experiment& e) {
   if (e.gravity_m_per_s2 == 0 && !e.preparation.empty()) {
     throw SpecError("preparation", "it without gravity", "none, or gravity_m_per_s2 > 0");
@@ -222,6 +234,13 @@ void CheckPreparation(const Experiment& e) {
     CheckNotNegative(at + ".most_s", p.most_s);
     CheckPositive(at + ".rest", p.rest);
     if (p.friction >= 0) CheckWithin(at + ".friction", p.friction, 0, 10);
+    if (p.solid_fraction != 0) {
+      CheckWithin(at + ".solid_fraction", p.solid_fraction, 0.3, 0.85);
+      if (p.friction >= 0) {
+        throw SpecError(at + ".solid_fraction", "it beside friction", "one of them");
+      }
+      CheckFillsBox(e, at + ".solid_fraction");
+    }
     if (p.kind == Preparation::Kind::kShake) {
       CheckPositive(at + ".frequency_hz", p.frequency_hz);
       CheckPositive(at + ".for_s", p.for_s);
@@ -365,9 +384,8 @@ void ValidateSpeeds(const Experiment& e, double dt_s) {
   double longest = 0;
   for (std::size_t i = 0; i < e.bodies.size(); ++i) {
     const BodySpec& b = e.bodies[i];
-    const bool turns = std::any_of(b.motion.begin(), b.motion.end(), [](const MotionStep& s) {
-      return Norm(s.spin_rad_per_s) > 0;
-    });
+    const bool turns = std::any_of(b.motion.begin(), b.motion.end(),
+                                   [](const MotionStep& s) { return Norm(s.spin_rad_per_s) > 0; });
     const double reach = turns ? ShapeOf(b.parts, At("bodies", i)).reach : 0;
     for (std::size_t k = 0; k < b.motion.size(); ++k) {
       const MotionStep& s = b.motion[k];

@@ -11,9 +11,7 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kFractionTolerance = 0.004;
 constexpr std::int64_t kLookSteps = 200;  // between looks at whether it is quiet
-constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
 
 class Preparation {
  public:
@@ -25,7 +23,7 @@ class Preparation {
 
   Tile Run() {
     std::vector<GrainState> best;
-    std::vector<Attempt> tried;
+    std::vector<FrictionTry> tried;
     double best_error = 1e9, best_mu = 0;
     double mu = 2 * std::max(spec_.soil.friction, kLeastFriction);
     for (attempt_ = 0; attempt_ < kMostAttempts; ++attempt_) {
@@ -41,29 +39,12 @@ class Preparation {
       tried.push_back({std::log(mu), error});
       if (std::abs(error) <= kFractionTolerance) break;
       if (error > 0 && mu >= kMostFriction) break;  // as loose as it gets
-      mu = std::exp(NextGuess(tried));
+      mu = std::exp(NextLogFriction(tried));
     }
     return Relax(CutFlat(best), best_mu);
   }
 
  private:
-  struct Attempt {
-    double log_mu, error;
-  };
-
-  /// More friction packs looser: about -0.012 in solid fraction per unit of
-  /// ln(mu), then the secant through the two best tries.
-  static double NextGuess(const std::vector<Attempt>& tried) {
-    const Attempt& last = tried.back();
-    double slope = -0.012;
-    if (tried.size() > 1) {
-      const Attempt& before = tried[tried.size() - 2];
-      const double seen = (last.error - before.error) / (last.log_mu - before.log_mu);
-      if (seen < -0.003) slope = seen;
-    }
-    return last.log_mu - std::clamp(last.error / slope, -1.2, 1.2);
-  }
-
   WorldConfig Config(double friction) const {
     WorldConfig c;
     c.frame = {spec_.length_m, spec_.width_m, TileZSpan(depth_)};
@@ -257,6 +238,17 @@ double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random) {
     if (at <= 0) return b.diameter_m;
   }
   return sizes.back().diameter_m;
+}
+
+double NextLogFriction(const std::vector<FrictionTry>& tried) {
+  const FrictionTry& last = tried.back();
+  double slope = -0.012;
+  if (tried.size() > 1) {
+    const FrictionTry& before = tried[tried.size() - 2];
+    const double seen = (last.error - before.error) / (last.log_friction - before.log_friction);
+    if (seen < -0.003) slope = seen;
+  }
+  return last.log_friction - std::clamp(last.error / slope, -1.2, 1.2);
 }
 
 Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits) {

@@ -208,6 +208,16 @@ TEST_F(ExperimentYaml, SetPutsAValueOverTheFile) {
             -0.2);
   EXPECT_EQ(Read(kRest, {"bodies[0].motion[1].ramp_s=0.02"}).experiment.bodies[0].motion[1].ramp_s,
             0.02);
+  EXPECT_EQ(Read("{" + std::string("name: p, box: {length_m: 0.1, width_m: 0.1, height_m: 0.2, "
+                                   "material: a}, duration_s: 1, materials: {name: a, "
+                                   "density_kg_per_m3: 2000, youngs_modulus_pa: 1.0e6}, "
+                                   "interfaces: {between: [a, a], restitution: 0.5, friction: 1}, "
+                                   "grains: {kind: poured, material: a, diameter_m: 0.01, count: "
+                                   "9}, preparation: {do: settle}}"),
+                 {"preparation.solid_fraction=0.6"})
+                .experiment.preparation[0]
+                .solid_fraction,
+            0.6);
   for (const char* bad : {"seed", "grains[7].count=3", "ghost.key=1", "=3", "seed=[", "seed.x=1",
                           "grains[0=3", "sede=4"}) {
     EXPECT_THROW(Read(kRest, {bad}), InputError) << bad;

@@ -14,6 +14,9 @@ MotionStep Step(const char* verb) {
   return s;
 }
 
+/// Time at which a step ends that was to take `time_s`.
+double WholeSteps(double time_s, double dt_s) { return std::ceil(time_s / dt_s - 1e-9) * dt_s; }
+
 TEST(ExperimentMotion, MoveEndsAtItsDistance) {
   Experiment e = Empty();
   MotionStep move = Step("move");
@@ -89,12 +92,12 @@ TEST(ExperimentMotion, ReleasedBodyFallsFreely) {
   fall.for_s = 0.2;
   e.bodies = {Ball({wait, fall})};
   Recorded rec;
-  ASSERT_TRUE(RunExperiment(e, rec.Sink(), nullptr).done);
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done);
   const auto time = rec.Column("time_s"), z = rec.Column("ball.z_m");
   for (std::size_t k = 0; k < time.size(); ++k) {
-    const double t = std::max(0.0, time[k] - 0.05);
-    // It is let go at the first step after 0.05 s.
-    EXPECT_NEAR(z[k], 0.5 - 0.5 * 9.81 * t * t, 9.81 * t * 1e-4 + 1e-9) << time[k];
+    const double t = std::max(0.0, time[k] - WholeSteps(0.05, result.dt_s));
+    EXPECT_NEAR(z[k], 0.5 - 0.5 * 9.81 * t * t, 1e-9) << time[k];
   }
 }
 
@@ -109,15 +112,16 @@ TEST(ExperimentMotion, ReleasedBodyKeepsItsSpinAndVelocity) {
   e.bodies = {Ball({turn, fly})};
   e.bodies[0].parts[0].at_m = {0.02, 0, 0};  // its centre of mass turns about the origin
   Recorded rec;
-  ASSERT_TRUE(RunExperiment(e, rec.Sink(), nullptr).done);
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done);
   EXPECT_NEAR(rec.Column("ball.w_z_rad_per_s").back(), 3, 1e-9);
-  EXPECT_NEAR(rec.Column("ball.turned_z_rad").back(), 0.6, 2e-3);
-  // At 0.1 s the centre is at 0.02 (cos 0.3, sin 0.3) from the origin, which moves at 0.2 m/s.
-  const double vx = 0.2 - 3 * 0.02 * std::sin(0.3), vy = 3 * 0.02 * std::cos(0.3);
-  const double cx = 0.52 + 0.02 * std::cos(0.3) + 0.1 * vx,
-               cy = 0.5 + 0.02 * std::sin(0.3) + 0.1 * vy;
-  EXPECT_NEAR(rec.Column("ball.x_m").back(), cx - 0.02 * std::cos(0.6), 1e-4);
-  EXPECT_NEAR(rec.Column("ball.y_m").back(), cy - 0.02 * std::sin(0.6), 1e-4);
+  const double t = WholeSteps(0.1, result.dt_s), whole = rec.Column("time_s").back();
+  EXPECT_NEAR(rec.Column("ball.turned_z_rad").back(), 3 * whole, 1e-6);
+  // At t the centre is at 0.02 (cos 3t, sin 3t) from the origin, which moves at 0.2 m/s.
+  const double c = 0.02 * std::cos(3 * t), s = 0.02 * std::sin(3 * t), left = whole - t;
+  const double x = 0.5 + 0.2 * t + c + (0.2 - 3 * s) * left, y = 0.5 + s + 3 * c * left;
+  EXPECT_NEAR(rec.Column("ball.x_m").back(), x - 0.02 * std::cos(3 * whole), 2e-5);
+  EXPECT_NEAR(rec.Column("ball.y_m").back(), y - 0.02 * std::sin(3 * whole), 2e-5);
 }
 
 /// A held axis with a constant force alone: v = F/m t, with a damper F tau/m (1 - exp(-t/tau)).

@@ -254,6 +254,23 @@ TEST(ExperimentGrains, LessFrictionPacksDenser) {
   EXPECT_GT(fraction(0.02), fraction(1.0) + 0.02);
 }
 
+TEST(ExperimentGrains, ReachesItsSolidFractionOrSaysWhatItReached) {
+  Experiment e = Pouring(Filling::kPoured);
+  e.box = {0.1, 0.1, 0.5, Side::kPeriodic, Side::kPeriodic, "steel"};
+  e.grains[0].count = 500;
+  e.preparation = {Preparation{}};
+  e.preparation[0].solid_fraction = 0.58;
+  EXPECT_NEAR(RunExperiment(e, nullptr, nullptr).solid_fraction, 0.58, 0.005);
+  e.preparation[0].solid_fraction = 0.7;
+  try {
+    RunExperiment(e, nullptr, nullptr);
+    FAIL();
+  } catch (const SpecError& error) {
+    EXPECT_EQ(error.field(), "preparation[0].solid_fraction");
+    EXPECT_NE(error.expected().find("tried: 0.5"), std::string::npos) << error.expected();
+  }
+}
+
 TEST(ExperimentGrains, ShakenAndCutToItsHeight) {
   Experiment e = Pouring(Filling::kPoured);
   Preparation shake, cut;
