@@ -63,7 +63,9 @@ const std::vector<Key>& ExperimentKeys() {
        "open: grains that leave are taken out"},
       {"box", "y", K::kChoice, "periodic|wall|open", "periodic", "", ""},
       {"box", "material", K::kText, "", "!", "", "of floor and walls"},
-      {"box", "planar", K::kLater, "", "", "", "planar worlds"},
+      {"box", "planar", K::kSwitch, "", "off", "",
+       "nothing moves along y: one layer of grains in the plane y = width/2"},
+      {"box", "disc_thickness_m", K::kNumber, "", "spheres", "", "planar: discs of this thickness"},
 
       {"grains", "kind", K::kChoice, "bed|poured|rained|lattice|file", "!", "",
        "bed: settled and periodic, as of a wheel test"},
@@ -80,7 +82,11 @@ const std::vector<Key>& ExperimentKeys() {
        "poured|rained|lattice", "between places"},
       {"grains", "speed_m_per_s", K::kNumber, "", "sqrt(g d)", "rained", "first, downwards"},
       {"grains", "file", K::kText, "", "!", "file", "CSV with the columns x,y,z,r in metres"},
-      {"grains", "clumps", K::kLater, "", "", "", "clumps"},
+      {"grains", "clump", K::kSections, "sphere", "spheres", "poured|lattice",
+       "rigid clumps of these spheres, scaled to the volume of a sphere of the diameter"},
+
+      {"sphere", "at", K::kVector, "", "!", "", "in any unit of length"},
+      {"sphere", "radius", K::kNumber, "", "!", "", "in the same"},
 
       {"size", "diameter_m", K::kNumber, "", "!", "", ""},
       {"size", "mass_fraction", K::kNumber, "", "!", "", "sum 1"},

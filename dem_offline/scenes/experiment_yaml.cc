@@ -136,6 +136,8 @@ class Reader {
     b.x = static_cast<dx::Side>(s.ChoiceOr("x", 0));
     b.y = static_cast<dx::Side>(s.ChoiceOr("y", 0));
     b.material = s.Text("material");
+    b.planar = s.Switch("planar", false);
+    b.disc_thickness_m = s.NumberOr("disc_thickness_m", 0);
     s.Finish();
   }
 
@@ -177,6 +179,12 @@ class Reader {
     }
     if (s.Has("region")) g.region = ReadRegion(s.Section("region"));
     const bool lattice = g.filling == dx::Filling::kLattice;
+    if (g.filling != dx::Filling::kRained && s.Has("clump")) {
+      for (KeyedSection& m : s.Sections("clump")) {
+        g.clump.push_back({ToVec3(m.Vector("at")), m.Number("radius")});
+        m.Finish();
+      }
+    }
     g.count = static_cast<std::int64_t>(lattice ? s.CountOr("count", 0, kMostCount)
                                                 : s.Count("count", kMostCount));
     g.pitch_m = s.NumberOr("pitch_m", 0);

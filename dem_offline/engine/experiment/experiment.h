@@ -45,6 +45,10 @@ struct BoxSpec {
   double length_m = 0, width_m = 0, height_m = 0;  ///< along x, y, z; nothing rises above
   Side x = Side::kPeriodic, y = Side::kPeriodic;
   std::string material;  ///< of floor and walls
+  /// Nothing moves along y: one layer of grains in the plane y = width/2. Solid fractions are
+  /// those of areas.
+  bool planar = false;
+  double disc_thickness_m = 0;  ///< planar: discs of this thickness; 0: spheres
 };
 
 /// An upright block, or the largest upright cylinder of this radius in its middle.
@@ -66,6 +70,9 @@ struct Grains {
   Filling filling = Filling::kPoured;
   std::string material;
   std::vector<SizeBin> sizes;
+  /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
+  /// the drawn diameter; none: spheres. Poured and lattice.
+  std::vector<ClumpTemplate::Member> clump;
   Region region;              ///< poured, rained, lattice
   std::int64_t count = 0;     ///< poured, rained; lattice: 0 = as many as fit
   double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter

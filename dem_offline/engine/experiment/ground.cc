@@ -35,6 +35,12 @@ std::vector<std::int32_t> PlacesById(const World& world) {
   return out;
 }
 
+/// Area of a disc under a height.
+double DiscBelow(double z, double radius, double height) {
+  const double h = std::clamp((height - z) / radius, -1.0, 1.0);
+  return radius * radius * (M_PI - std::acos(h) + h * std::sqrt(1 - h * h));
+}
+
 double SphereBelow(double z, double radius, double height) {
   const double h = std::clamp(height - z, -radius, radius);
   return M_PI * (radius * radius * (h + radius) - (h * h * h + radius * radius * radius) / 3);
@@ -46,7 +52,11 @@ double Restlessness(const World& world) {
   double weight = 0;
   const double g = Norm(world.config().gravity_m_per_s2);
   for (std::int64_t i = 0; i < world.count(); ++i) {
+    if (world.grains()[i].kind & kMember) continue;
     weight += static_cast<double>(world.grains()[i].mass) * 2 * world.grains()[i].radius;
+  }
+  for (const ClumpEntry& c : world.state().clumps) {
+    weight += c.mass_kg * 2 * world.state().templates[c.state.shape].members[0].radius_m;
   }
   return world.KineticEnergy() / (g > 0 ? g * weight : 1.0);
 }
@@ -59,6 +69,8 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   config_.dt_s = dt_s;
   config_.skin_m = 0.3 * LargestDiameter(e);
   config_.contacts = ContactsOf(e);
+  config_.planar = e.box.planar;
+  if (e.box.disc_thickness_m > 0) config_.inertia_factor = 0.5;
   built_.resize(e.bodies.size());
   expected_steps_ = std::max(1.0, (RainTime(e) + 1) / dt_s);
   for (const Preparation& p : e.preparation) {
@@ -139,7 +151,16 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
 }
 
 void Ground::Open() {
-  world_ = std::make_unique<World>(config_, First());
+  const Contents contents = First();
+  share_of_id_.clear();
+  if (!contents.clumps.empty()) share_of_id_.assign(contents.grains.size(), 1);
+  for (const ClumpState& c : contents.clumps) {
+    const ClumpTemplate& shape = contents.templates[c.shape];
+    double spheres = 0;
+    for (const auto& m : shape.members) spheres += 4.0 / 3 * M_PI * std::pow(m.radius_m, 3);
+    share_of_id_.insert(share_of_id_.end(), shape.members.size(), shape.volume_m3 / spheres);
+  }
+  world_ = std::make_unique<World>(config_, contents);
   AddWalls();
   for (std::size_t b = 0; b < e_.bodies.size(); ++b) {
     if (e_.bodies[b].while_preparing) AddBodyOf(b);
@@ -183,17 +204,44 @@ GrainState Ground::Make(const Grains& g, const Vec3d& at, double play, double di
   GrainState s = {};
   const auto jitter = [&] { return play > 0 ? play * random_.Between(-1, 1) : 0.0; };
   s.x_m = at[0] + jitter();
-  s.y_m = at[1] + jitter();
+  s.y_m = e_.box.planar ? at[1] : at[1] + jitter();
   s.z_m = at[2] + jitter();
   s.radius_m = 0.5 * diameter;
   s.density_kg_per_m3 = MaterialOf(e_, g.material).density_kg_per_m3;
   s.material = MaterialNumber(e_, g.material, "grains.material");
+  const double thick = e_.box.disc_thickness_m;
+  if (thick > 0) s.mass_kg = s.density_kg_per_m3 * M_PI * s.radius_m * s.radius_m * thick;
   return s;
 }
 
+/// A clump in place of a grain, turned at random (Shoemake, Graphics Gems III, 1992).
+void Ground::AddClump(const Grains& g, const GrainState& at, Contents* out) {
+  std::vector<ClumpTemplate::Member> members = g.clump;
+  for (auto& m : members) {
+    m = {Scale(2 * at.radius_m, m.offset_m), 2 * at.radius_m * m.radius_m};
+  }
+  auto& shapes = out->templates;
+  auto shape = std::find_if(shapes.begin(), shapes.end(), [&](const ClumpTemplate& t) {
+    return t.members.size() == members.size() &&
+           std::abs(t.members[0].radius_m / members[0].radius_m - 1) < 1e-9;
+  });
+  if (shape == shapes.end()) shape = shapes.insert(shapes.end(), MakeClump(members));
+  ClumpState c;
+  c.shape = static_cast<int>(shape - shapes.begin());
+  c.density_kg_per_m3 = at.density_kg_per_m3;
+  c.material = at.material;
+  c.position_m = {at.x_m, at.y_m, at.z_m};
+  c.velocity_m_per_s = {at.v_x, at.v_y, at.v_z};
+  const double u = random_.Uniform(), a = 2 * M_PI * random_.Uniform(),
+               b = 2 * M_PI * random_.Uniform();
+  c.orientation = {std::sqrt(1 - u) * std::sin(a), std::sqrt(1 - u) * std::cos(a),
+                   std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b)};
+  out->clumps.push_back(c);
+}
+
 /// All grains but those that rain; where all rain, the first layer, so that there is a world.
-std::vector<GrainState> Ground::First() {
-  std::vector<GrainState> out;
+Contents Ground::First() {
+  Contents out;
   for (const Grains& g : e_.grains) {
     if (g.filling == Filling::kListed) {
       for (const GrainState& given : g.listed) {
@@ -201,7 +249,7 @@ std::vector<GrainState> Ground::First() {
         s.v_x = given.v_x;
         s.v_y = given.v_y;
         s.v_z = given.v_z;
-        out.push_back(s);
+        out.grains.push_back(s);
       }
       continue;
     }
@@ -215,15 +263,21 @@ std::vector<GrainState> Ground::First() {
       for (const Vec3d& at : LayerOf(sites, g, layer)) {
         if (left-- <= 0) break;
         const double d = DrawDiameter(g.sizes, random_);
-        GrainState s = Make(g, at, lattice ? 0 : 0.5 * (sites.pitch_m - d), d);
+        const bool loose = !lattice && g.clump.empty();
+        GrainState s = Make(g, at, loose ? 0.5 * (sites.pitch_m - d) : 0, d);
         for (double* v : {&s.v_x, &s.v_y, &s.v_z}) *v = kick * random_.Between(-1, 1);
-        out.push_back(s);
+        if (e_.box.planar) s.v_y = 0;
+        if (g.clump.empty()) {
+          out.grains.push_back(s);
+        } else {
+          AddClump(g, s, &out);
+        }
       }
     }
   }
-  if (out.empty()) {
+  if (out.grains.empty() && out.clumps.empty()) {
     opened_with_ = &e_.grains[0];
-    out = RainLayer(e_.grains[0], 0);
+    out.grains = RainLayer(e_.grains[0], 0);
   }
   return out;
 }
@@ -389,9 +443,11 @@ void Ground::Look() {
   double solid = 0;
   for (std::int64_t i = 0; i < world_->count(); ++i) {
     const GrainState s = world_->State(i);
-    solid += SphereBelow(s.z_m, s.radius_m, high) - SphereBelow(s.z_m, s.radius_m, low);
+    const auto below = e_.box.planar ? DiscBelow : SphereBelow;
+    solid += SolidShare(i) * (below(s.z_m, s.radius_m, high) - below(s.z_m, s.radius_m, low));
   }
-  solid_fraction_ = solid / (e_.box.length_m * e_.box.width_m * (high - low));
+  const double floor = e_.box.length_m * (e_.box.planar ? 1 : e_.box.width_m);
+  solid_fraction_ = solid / (floor * (high - low));
 }
 
 }  // namespace grouser::dem::experiment

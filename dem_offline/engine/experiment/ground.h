@@ -25,6 +25,10 @@ class Ground {
   const BuiltBody& Built(std::size_t body) const { return built_[body]; }
   double surface_m() const { return surface_; }
   double solid_fraction() const { return solid_fraction_; }
+  /// The share of a sphere's volume that counts: spheres of a clump overlap.
+  double SolidShare(std::int64_t i) const {
+    return share_of_id_.empty() ? 1 : share_of_id_[world_->grains()[i].id];
+  }
   /// State of a grain, x and y as the box counts them (a wall is left at 0, not at the period).
   GrainState At(std::int64_t i) const;
   /// Takes out grains beyond open sides; how many.
@@ -37,7 +41,8 @@ class Ground {
   void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
   void AddWalls();
   void AddBodyOf(std::size_t body);
-  std::vector<GrainState> First();
+  Contents First();
+  void AddClump(const Grains& g, const GrainState& at, Contents* out);
   GrainState Make(const Grains& g, const Vec3d& at, double play, double diameter);
   std::vector<GrainState> RainLayer(const Grains& g, std::int64_t done);
   void Rain();
@@ -58,6 +63,7 @@ class Ground {
   int walls_ = 0;  ///< bodies [0, walls_) are floor and walls
   std::vector<int> body_number_;
   std::vector<BuiltBody> built_;
+  std::vector<double> share_of_id_;      ///< empty: no clumps
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
   double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried

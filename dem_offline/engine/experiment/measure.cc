@@ -73,7 +73,8 @@ Vec3d VelocityIn(const Probe& p, const GrainState& s) {
 
 }  // namespace
 
-std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& p) {
+std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& p,
+                             const std::vector<double>& solid_share) {
   const auto n = static_cast<std::size_t>(p.n[0]) * p.n[1] * p.n[2];
   std::vector<Bin> bins(n);
   std::vector<double> mass(n, 0), square(n, 0);

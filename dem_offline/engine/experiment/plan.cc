@@ -29,9 +29,21 @@ std::vector<std::string> Order(const Experiment& e) {
   return out;
 }
 
+/// Diameter of what a grain of diameter 1 takes up, and radius of its smallest sphere.
+double ReachOf(const Grains& g) {
+  double reach = g.clump.empty() ? 0.5 : 0;
+  for (const auto& m : g.clump) reach = std::max(reach, Norm(m.offset_m) + m.radius_m);
+  return 2 * reach;
+}
+double SmallestOf(const Grains& g) {
+  double r = g.clump.empty() ? 0.5 : kNever;
+  for (const auto& m : g.clump) r = std::min(r, m.radius_m);
+  return r;
+}
+
 double LargestOf(const Grains& g) {
   double d = 0;
-  for (const SizeBin& b : g.sizes) d = std::max(d, b.diameter_m);
+  for (const SizeBin& b : g.sizes) d = std::max(d, ReachOf(g) * b.diameter_m);
   for (const GrainState& s : g.listed) d = std::max(d, 2 * s.radius_m);
   return d;
 }
@@ -107,15 +119,40 @@ ContactModel ContactsOf(const Experiment& e, double grain_friction) {
   return model;
 }
 
+namespace {
+
+/// About its centre, of the volume of a sphere of diameter 1.
+void Normalise(std::size_t group, std::vector<ClumpTemplate::Member>* members) {
+  if (members->empty()) return;
+  try {
+    const ClumpTemplate clump = MakeClump(*members);
+    const double scale = 1 / std::cbrt(6 / M_PI * clump.volume_m3);
+    *members = clump.members;
+    for (auto& m : *members) m = {Scale(scale, m.offset_m), scale * m.radius_m};
+  } catch (const std::invalid_argument& error) {
+    throw SpecError("grains[" + std::to_string(group) + "].clump", error.what(),
+                    "spheres that make a clump");
+  }
+}
+
+}  // namespace
+
 Experiment Resolved(const Experiment& given) {
   Experiment e = given;
+  for (std::size_t i = 0; i < e.grains.size(); ++i) Normalise(i, &e.grains[i].clump);
   const Region box = {{0, 0, 0}, {e.box.length_m, e.box.width_m, e.box.height_m}, 0};
   const auto fill = [&](Region& r) {
     if (r.high_m != r.low_m) return;
     r.low_m = box.low_m;
     r.high_m = box.high_m;
   };
-  for (Grains& g : e.grains) fill(g.region);
+  for (Grains& g : e.grains) {
+    fill(g.region);
+    if (!e.box.planar) continue;  // one row of places, in the middle
+    const double half = 0.5 * SitesOf(g).pitch_m * (1 + 1e-6);
+    g.region.low_m[1] = std::max(0.0, 0.5 * e.box.width_m - half);
+    g.region.high_m[1] = std::min(e.box.width_m, 0.5 * e.box.width_m + half);
+  }
   for (Probe& p : e.probes) fill(p.region);
   const bool falls = std::any_of(e.grains.begin(), e.grains.end(), [](const Grains& g) {
     return g.filling == Filling::kPoured || g.filling == Filling::kRained;
@@ -193,7 +230,7 @@ double LargestDiameter(const Experiment& e) {
 double SmallestRadius(const Experiment& e) {
   double r = kNever;
   for (const Grains& g : e.grains) {
-    for (const SizeBin& b : g.sizes) r = std::min(r, 0.5 * b.diameter_m);
+    for (const SizeBin& b : g.sizes) r = std::min(r, SmallestOf(g) * b.diameter_m);
     for (const GrainState& s : g.listed) r = std::min(r, s.radius_m);
   }
   return r;
@@ -306,8 +343,15 @@ double StepOf(const Experiment& e, double* rayleigh) {
   };
   for (const Grains& g : e.grains) {
     const Material& m = MaterialOf(e, g.material);
-    const auto mass = [&](double r) { return m.density_kg_per_m3 * 4.0 / 3 * M_PI * r * r * r; };
-    for (const SizeBin& b : g.sizes) look(m, 0.5 * b.diameter_m, mass(0.5 * b.diameter_m));
+    const double thick = e.box.disc_thickness_m;
+    const auto mass = [&](double r) {
+      return m.density_kg_per_m3 * M_PI * r * r * (thick > 0 ? thick : 4.0 / 3 * r);
+    };
+    // A contact of a clump feels all of its mass, by at most its smallest sphere.
+    for (const SizeBin& b : g.sizes) {
+      look(m, SmallestOf(g) * b.diameter_m,
+           mass((g.clump.empty() ? 0.5 : SmallestOf(g)) * b.diameter_m));
+    }
     for (const GrainState& s : g.listed) look(m, s.radius_m, mass(s.radius_m));
   }
   return step;
@@ -328,6 +372,11 @@ double CountOf(const Experiment& e, const Grains& g) {
     default:
       return static_cast<double>(g.count);
   }
+}
+
+/// Spheres in a group: members of its clumps.
+double SpheresOf(const Experiment& e, const Grains& g) {
+  return CountOf(e, g) * std::max<double>(1, static_cast<double>(g.clump.size()));
 }
 
 double PreparationTime(const Experiment& e) {
@@ -364,7 +413,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   ValidateSpeeds(e, plan.dt_s);
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {
-    plan.work.grains += CountOf(e, g);
+    plan.work.grains += SpheresOf(e, g);
     if (g.filling != Filling::kBed) continue;
     const Work bed = WorkOf(BedOf(e, g));
     bed_steps += bed.steps;

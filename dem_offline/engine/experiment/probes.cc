@@ -215,7 +215,11 @@ void Probes::WriteTable(const Probe& p, double time_s) {
     }
     return;
   }
-  const std::vector<Bin> bins = MeasureBins(States(), p);
+  std::vector<double> shares;
+  for (std::int64_t i = 0; i < ground_.world().count(); ++i) {
+    shares.push_back(ground_.SolidShare(i));
+  }
+  const std::vector<Bin> bins = MeasureBins(States(), p, shares);
   const bool round = r.radius_m > 0;
   const double low[3] = {round ? 0 : r.low_m[0], round ? 0 : r.low_m[1], r.low_m[2]};
   const double high[3] = {round ? r.radius_m : r.high_m[0], round ? 2 * M_PI : r.high_m[1],

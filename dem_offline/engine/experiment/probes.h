@@ -16,8 +16,9 @@ struct Bin {
   double grains = 0;
 };
 /// Row of bins, z fastest. A grain's volume is shared out by points spread evenly in it; its
-/// velocity belongs to the bin of its centre.
-std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& probe);
+/// velocity belongs to the bin of its centre. solid_share: Ground::SolidShare; empty: 1.
+std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& probe,
+                             const std::vector<double>& solid_share = {});
 
 /// Highest point of the grains over each of nx x ny fields of the region [m]; NaN: none.
 std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const Probe& probe);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kLargest = 1e4;       // [m]
 constexpr double kLargestGrain = 0.5;  // [m]
+constexpr double kPlanarWidth = 8;     // [largest diameters] across a planar box
 constexpr double kMostBins = 1e6;
 constexpr double kMostSamples = 1e7;
 
@@ -81,14 +82,21 @@ void CheckBox(const Experiment& e) {
     CheckWithin(field, side, 0, kLargest);
   }
   MaterialNumber(e, e.box.material, "box.material");
-  const double least = kLeastSideGrains * LargestDiameter(e);
+  CheckNotNegative("box.disc_thickness_m", e.box.disc_thickness_m);
+  if (e.box.disc_thickness_m > 0 && !e.box.planar) {
+    throw SpecError("box.disc_thickness_m", "it without planar", "planar: on beside it");
+  }
+  if (e.box.planar && e.box.y != Side::kPeriodic) {
+    throw SpecError("box.y", "a wall or open side with planar", "periodic");
+  }
+  const double least = (e.box.planar ? kPlanarWidth : kLeastSideGrains) * LargestDiameter(e);
   for (const auto& [field, side] : sides) {
     const bool x = field == sides[0].first, y = field == sides[1].first;
     const bool periodic = (x && e.box.x == Side::kPeriodic) || (y && e.box.y == Side::kPeriodic);
     if (periodic && side < least) {
-      throw SpecError(field, Short(side) + " m",
-                      "at least " + Short(least) + " m, " + Short(kLeastSideGrains) +
-                          " of the largest grains across a periodic side");
+      throw SpecError(
+          field, Short(side) + " m",
+          "at least " + Short(least) + " m, so that no grain meets two images of another");
     }
   }
 }
@@ -114,6 +122,9 @@ void CheckSizes(const std::string& at, const Grains& g) {
 
 void CheckBed(const Experiment& e, const std::string& at, const Grains& g,
               const WorkLimits& limits) {
+  if (e.box.planar) {
+    throw SpecError(at + ".kind", "bed in a planar box", "poured: not possible yet");
+  }
   if (e.grains.size() > 1) {
     throw SpecError(at + ".kind", "bed beside other grains", "a bed alone, or other kinds");
   }
@@ -165,6 +176,23 @@ void CheckSites(const Experiment& e, const std::string& at, const Grains& g) {
   CheckNotNegative(at + ".speed_m_per_s", g.speed_m_per_s);
 }
 
+/// Worlds with clumps take no grains in or out.
+void CheckClump(const Experiment& e, const std::string& at, const Grains& g) {
+  if (g.clump.empty()) return;
+  const auto refuse = [&](const std::string& with) {
+    throw SpecError(at + ".clump", "clumps with " + with, "other grains: not possible yet");
+  };
+  if (g.clump.size() > 1000) throw SpecError(at + ".clump", "too many", "at most 1000 spheres");
+  if (e.box.planar) refuse("planar");
+  if (e.box.x == Side::kOpen || e.box.y == Side::kOpen) refuse("open sides");
+  for (const Grains& o : e.grains) {
+    if (o.filling == Filling::kRained) refuse("rain");
+  }
+  for (const Preparation& p : e.preparation) {
+    if (p.kind == Preparation::Kind::kCut) refuse("a cut");
+  }
+}
+
 void CheckGrains(const Experiment& e, const WorkLimits& limits) {
   if (e.grains.empty()) throw SpecError("grains", "none", "at least one group");
   for (std::size_t i = 0; i < e.grains.size(); ++i) {
@@ -177,6 +205,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
                       "a material with both");
     }
     CheckSizes(at, g);
+    CheckClump(e, at, g);
     if (g.filling == Filling::kRained && i > 0 && g.material != e.grains[0].material) {
       throw SpecError(at + ".material", "rain of a second material of grains",
                       "that of the first group: not possible yet");
@@ -339,6 +368,9 @@ void CheckProbes(const Experiment& e) {
     if (of_body && std::none_of(e.bodies.begin(), e.bodies.end(),
                                 [&](const BodySpec& b) { return b.name == p.body; })) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
+    }
+    if (p.kind == Probe::Kind::kBins && e.box.planar) {
+      throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
     if (p.kind != Probe::Kind::kBins && p.kind != Probe::Kind::kSurface) continue;
     tables.push_back(p.name);

@@ -21,7 +21,26 @@ namespace fs = std::filesystem;
 
 const fs::path kExamples = GROUSER_EXPERIMENTS;
 
-/// Every key that no example has.
+/// A planar box, and a box of clumps.
+constexpr char kPlanar[] = R"(name: planar
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, planar: on, disc_thickness_m: 0.01,
+      material: sand}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
+preparation: {do: settle, solid_fraction: 0.8}
+duration_s: 0.1
+)";
+constexpr char kClumps[] = R"(name: clumps
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, material: sand}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50,
+         clump: [{at: [0, 0, 0], radius: 1}, {at: [1, 0, 0], radius: 1}]}
+duration_s: 0.1
+)";
+
+/// Every key that no other has.
 constexpr char kRest[] = R"(name: all
 seed: 3
 gravity_m_per_s2: 1.62
@@ -134,7 +153,10 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(e.bodies[0].motion[2].direction, (dem::Vec3d{0, 0, -1}));
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
-  std::string all = kRest;
+  std::string all = std::string(kRest) + kPlanar + kClumps;
+  EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
+  EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
+  EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
   }
@@ -184,7 +206,7 @@ TEST_F(ExperimentYaml, RefusesAKeyOfAnotherKind) {
 
 TEST_F(ExperimentYaml, RefusesByNameWhatIsNotPossibleYet) {
   EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("got joints between bodies"));
-  EXPECT_THAT(Complaint("count: 50", "count: 50\n    clumps: 1"), HasSubstr("not possible yet"));
+  EXPECT_THAT(Complaint("seed: 3", "bonds: []"), HasSubstr("not possible yet"));
 }
 
 TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {
@@ -208,16 +230,6 @@ TEST_F(ExperimentYaml, SetPutsAValueOverTheFile) {
             -0.2);
   EXPECT_EQ(Read(kRest, {"bodies[0].motion[1].ramp_s=0.02"}).experiment.bodies[0].motion[1].ramp_s,
             0.02);
-  EXPECT_EQ(Read("{" + std::string("name: p, box: {length_m: 0.1, width_m: 0.1, height_m: 0.2, "
-                                   "material: a}, duration_s: 1, materials: {name: a, "
-                                   "density_kg_per_m3: 2000, youngs_modulus_pa: 1.0e6}, "
-                                   "interfaces: {between: [a, a], restitution: 0.5, friction: 1}, "
-                                   "grains: {kind: poured, material: a, diameter_m: 0.01, count: "
-                                   "9}, preparation: {do: settle}}"),
-                 {"preparation.solid_fraction=0.6"})
-                .experiment.preparation[0]
-                .solid_fraction,
-            0.6);
   for (const char* bad : {"seed", "grains[7].count=3", "ghost.key=1", "=3", "seed=[", "seed.x=1",
                           "grains[0=3", "sede=4"}) {
     EXPECT_THROW(Read(kRest, {bad}), InputError) << bad;

@@ -243,6 +243,61 @@ TEST(ExperimentGrains, EveryKindComesToRestInItsWalls) {
   }
 }
 
+TEST(ExperimentGrains, ClumpsHaveTheVolumeOfTheirSphere) {
+  Experiment e = Empty();
+  e.gravity_m_per_s2 = 0;
+  Grains g;
+  g.filling = Filling::kLattice;
+  g.material = "sand";
+  g.sizes = {{0.02, 1.0}};
+  g.count = 30;
+  g.clump = {{{0, 0, 0}, 2}, {{3, 0, 0}, 2}, {{0, 2, 0}, 1}};  // any unit
+  e.grains = {g};
+  e.duration_s = 0.01;
+  Probe p = Bins({1, 1, 1}, 1, 1, 1);
+  p.name = "all";
+  e.probes = {p};
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  EXPECT_EQ(result.grains, 90u);  // their spheres
+  const double volume = 30 * M_PI / 6 * 8e-6;
+  EXPECT_NEAR(rec.Column("solid_fraction", "all").back(), volume, 1e-5 * volume);
+}
+
+TEST(ExperimentGrains, ClumpsPackAndRest) {
+  Experiment e = Pouring(Filling::kPoured);
+  e.grains[0].clump = {{{0, 0, 0}, 1}, {{1, 0, 0}, 1}};
+  e.grains[0].count = 150;
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  EXPECT_LT(rec.Column("kinetic_over_weight").back(), 1e-4);
+  EXPECT_NEAR(result.solid_fraction, 0.57, 0.1);
+}
+
+TEST(ExperimentGrains, PlanarDiscsStayInTheirPlane) {
+  Experiment e = Pouring(Filling::kPoured);
+  e.box = {0.3, 0.2, 0.5, Side::kWall, Side::kPeriodic, "steel", true, 0.01};
+  e.grains[0].count = 200;
+  Probe bins = Bins({0.3, 0.2, 0.5}, 1, 3, 1);
+  Probe surface = bins;
+  surface.kind = Probe::Kind::kSurface;
+  surface.name = "surface";
+  surface.n[0] = 1;
+  e.probes = {surface};
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  const auto height = rec.Column("height_m", "surface");
+  EXPECT_TRUE(std::isnan(height[0]) && std::isnan(height[2]));
+  EXPECT_GT(height[1], 0.02);
+  EXPECT_NEAR(result.solid_fraction, 0.8, 0.08);  // of areas: random discs pack to 0.84
+  e.probes = {bins};
+  e.probes[0].name = "bins";
+  EXPECT_THROW(PlanOf(e), SpecError);
+}
+
 TEST(ExperimentGrains, LessFrictionPacksDenser) {
   const auto fraction = [](double friction) {
     Experiment e = Pouring(Filling::kPoured);
