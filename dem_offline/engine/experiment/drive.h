@@ -22,7 +22,8 @@ struct Surroundings {
 /// ends by distance or angle ends there to rounding.
 class Drive {
  public:
-  /// most_s: of each step, in its order. centre: of the Body's origin in file coordinates.
+  /// most_s: of each step, in its order. centre: from the origin of the file's body coordinates to
+  /// the Body's, in the Body's axes.
   Drive(const BodySpec& spec, int body, const Vec3d& centre_m, std::vector<double> most_s,
         const Surroundings& around);
 

@@ -49,16 +49,23 @@ double SphereBelow(double z, double radius, double height) {
 }  // namespace
 
 double Restlessness(const World& world) {
-  double weight = 0;
+  double weight = 0, kinetic = 0;
   const double g = Norm(world.config().gravity_m_per_s2);
+  const auto add = [&](double mass, double diameter, const Vec3d& v) {
+    weight += mass * diameter;
+    kinetic += 0.5 * mass * DotD(v, v);
+  };
   for (std::int64_t i = 0; i < world.count(); ++i) {
-    if (world.grains()[i].kind & kMember) continue;
-    weight += static_cast<double>(world.grains()[i].mass) * 2 * world.grains()[i].radius;
+    const Grain& grain = world.grains()[i];
+    if (grain.kind & kMember) continue;
+    const GrainState s = world.State(i);
+    add(grain.mass, 2 * s.radius_m, {s.v_x, s.v_y, s.v_z});
   }
   for (const ClumpEntry& c : world.state().clumps) {
-    weight += c.mass_kg * 2 * world.state().templates[c.state.shape].members[0].radius_m;
+    const double radius = world.state().templates[c.state.shape].members[0].radius_m;
+    add(c.mass_kg, 2 * radius, c.state.velocity_m_per_s);
   }
-  return world.KineticEnergy() / (g > 0 ? g * weight : 1.0);
+  return kinetic / (g > 0 ? g * weight : 1.0);
 }
 
 Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,

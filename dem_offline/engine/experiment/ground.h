@@ -9,7 +9,8 @@
 
 namespace grouser::dem::experiment {
 
-/// Kinetic energy over the sum of m g d; without gravity: in joules.
+/// Kinetic energy of translation of the grains over the sum of m g d; without gravity: in joules.
+/// (No law resists a sphere that spins on the spot about the normal of a contact.)
 double Restlessness(const World& world);
 
 /// The box with its grains, prepared: the world that bodies then come into.

@@ -101,7 +101,7 @@ void Probes::Begin() {
 }
 
 void Probes::AfterStep(std::int64_t steps) {
-  const double time = static_cast<double>(steps) * ground_.world().config().dt_s;
+  const double time = time_s_ = static_cast<double>(steps) * ground_.world().config().dt_s;
   for (std::size_t b = 0; b < sums_.size(); ++b) {
     sums_[b].Add(ground_.world().wrench(ground_.BodyOf(b)));
   }
@@ -118,9 +118,9 @@ void Probes::AfterStep(std::int64_t steps) {
 }
 
 void Probes::End() {
-  const double time = next_s_ - e_.sample_s;
+  if (summed_ > 0) WriteSeries(time_s_);
   for (const Probe& p : e_.probes) {
-    if (HasTable(p) && !(p.every_s > 0)) WriteTable(p, time);
+    if (HasTable(p) && !(p.every_s > 0)) WriteTable(p, time_s_);
   }
 }
 

@@ -43,7 +43,7 @@ class Probes {
   /// The program begins: the stored energy is known from here on.
   void Begin();
   void AfterStep(std::int64_t steps);
-  /// The tables that are due at the end.
+  /// The last row, and the tables that are due at the end.
   void End();
   const EnergyBalance& first_balance() const { return balance_0_; }
 
@@ -71,7 +71,7 @@ class Probes {
   std::vector<double> due_s_;  ///< [probe]
   std::vector<Wrench> sums_;   ///< [body]
   std::int64_t summed_ = 0;
-  double next_s_ = 0;
+  double next_s_ = 0, time_s_ = 0;
   bool energy_ = false;
   EnergyBalance balance_0_;
 };

@@ -14,6 +14,9 @@ namespace {
 
 constexpr std::int64_t kLookSteps = 200;  // between looks at open sides
 
+/// Of a body over the height of the box: the frame ends at 2, where it would come back below.
+constexpr double kMostHeight = 1.9;
+
 using Clock = std::chrono::steady_clock;
 
 /// Bounds of the steps of a program [s].
@@ -40,8 +43,10 @@ class Run {
     around.restlessness = [this] { return Restlessness(ground_.world()); };
     for (std::size_t b = 0; b < e.bodies.size(); ++b) {
       if (e.bodies[b].motion.empty()) continue;
-      drives_.emplace_back(e.bodies[b], ground_.BodyOf(b), ground_.Built(b).centre_m,
-                           MostTimes(e, e.bodies[b]), around);
+      const BuiltBody& built = ground_.Built(b);
+      drives_.emplace_back(e.bodies[b], ground_.BodyOf(b),
+                           MatrixOf(built.turn).Back(built.centre_m), MostTimes(e, e.bodies[b]),
+                           around);
     }
     probes_ = std::make_unique<Probes>(e, ground_, drives_, sink);
   }
@@ -90,6 +95,10 @@ class Run {
     bool all_done = !drives_.empty();
     for (Drive& d : drives_) {
       if (!d.After(world)) return End(d.reason());
+      const double z = world.body(d.body()).position_m[2];
+      if (!(std::abs(z) < kMostHeight * e_.box.height_m)) {
+        return End("body '" + d.name() + "' has left the box, at z = " + Short(z) + " m");
+      }
       all_done = all_done && d.done();
     }
     if (steps_ % kLookSteps == 0) out_.left += ground_.TakeOutLeavers();

@@ -166,6 +166,9 @@ void CheckSites(const Experiment& e, const std::string& at, const Grains& g) {
                           : s.layers;
   if (g.filling == Filling::kRained) {
     if (s.layers < 1) throw SpecError(at + ".region", "no room for a layer", "a higher one");
+    if (!(g.speed_m_per_s > 0) && !(e.gravity_m_per_s2 > 0)) {
+      throw SpecError(at + ".speed_m_per_s", "none, without gravity", "a number > 0");
+    }
   } else if (layers > room || (lattice && s.layers < 1)) {
     throw SpecError(at + ".count",
                     Short(static_cast<double>(g.count)) + " grains in " + Short(layers) +
@@ -349,7 +352,7 @@ void CheckBodies(const Experiment& e) {
     if (!std::isnan(b.above_surface_m) && b.while_preparing) {
       throw SpecError(at + ".above_surface_m", "it while preparing", "a height of its own");
     }
-    CheckWithin(at + ".position_m", b.position_m[2], -kLargest, 1.5 * e.box.height_m);
+    CheckWithin(at + ".position_m", b.position_m[2], -0.5 * e.box.height_m, 1.5 * e.box.height_m);
     CheckMotion(e, at, b);
     BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b), at);
     moves = moves || !b.motion.empty();
