@@ -23,7 +23,7 @@ int Main(int argc, char** argv) {
   // stdout carries data alone.
   spdlog::set_default_logger(spdlog::stderr_color_mt("grouser-dem"));
   CLI::App app(
-      "grouser-dem: DEM wheel tests, one or a campaign of them.\n"
+      "grouser-dem: DEM experiments: wheel tests, one or a campaign of them, and any other.\n"
       "Exit codes: 0 done, 1 failed, 2 bad usage or input, 130/143 stopped by a signal.\n"
       "Each subcommand has its own --help with examples.",
       "grouser-dem");
@@ -38,6 +38,7 @@ int Main(int argc, char** argv) {
   AddLawsCommand(app, &action);
   AddVerifyCommands(app, &action);
   AddBenchCommand(app, &action);
+  AddExperimentCommands(app, &action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <set>
 
 #include "dem_offline/campaign/backend.h"
 #include "dem_offline/campaign/commands.h"
@@ -26,16 +27,18 @@ namespace {
 constexpr char kRunExamples[] = R"(Examples:
   grouser-dem run --scene dem_offline/campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 \
     --load 1.5 --out a.run.h5
+  grouser-dem run dem_offline/experiments/plate.yaml --out out/plate.run.h5   # any experiment
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
 The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
 LOST or FAILED run; its status says which.)";
 
 struct RunArguments {
-  std::string scene, spec, out, tiles;
+  std::string scene, spec, experiment, out, tiles;
   double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
   bool json = false, progress_lines = false;
+  std::vector<std::string> sets;
   dem::WorkLimits limits;
 };
 
@@ -123,7 +126,29 @@ void CheckOutFolder(const std::string& out) {
   }
 }
 
+int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
+  CheckOutFolder(arguments.out);
+  ProgressPrinter printer(arguments.progress_lines);
+  v1alpha1::RunRecord record;
+  const bool ended = RunExperimentFile(
+      arguments.experiment, arguments.out, arguments.sets, arguments.limits,
+      [&](double fraction) {
+        printer.Run(fraction);
+        return !signals.stop();
+      },
+      &record);
+  if (!ended) return signals.exit_code();
+  printer.End();
+  if (arguments.json) {
+    fmt::print("{}\n", records::ToJson(record));
+  } else {
+    PrintRecord(record);
+  }
+  return 0;
+}
+
 int Run(const RunArguments& arguments, const StopSignals& signals) {
+  if (!arguments.experiment.empty()) return RunFileOf(arguments, signals);
   const v1alpha1::WheelTestSpec spec =
       arguments.spec.empty() ? SpecFromScene(arguments) : SpecFromJson(arguments.spec);
   const Backend backend = EngineBackend(arguments.device, arguments.limits);
@@ -167,12 +192,17 @@ void AddMemoryLimit(CLI::App& command, dem::WorkLimits* limits) {
 
 void AddRunCommand(CLI::App& app, Action* action) {
   auto arguments = std::make_shared<RunArguments>();
-  CLI::App* run = app.add_subcommand("run", "One wheel test; writes one run file");
+  CLI::App* run =
+      app.add_subcommand("run", "One experiment, a wheel test or any other; writes one run file");
   run->footer(kRunExamples);
   auto* scene = run->add_option("--scene", arguments->scene, "Scene file (*.scene.yaml)");
   auto* spec = run->add_option("--spec", arguments->spec,
                                "JSON of a grouser.v1alpha1.WheelTestSpec, instead of a scene");
   scene->excludes(spec);
+  auto* experiment = run->add_option("FILE", arguments->experiment,
+                                     "An experiment file (docs/experiments.md), instead of both");
+  experiment->excludes(scene)->excludes(spec);
+  AddSets(*run, &arguments->sets)->needs(experiment);
   auto* slip = run->add_option("--slip", arguments->slip,
                                "(r w - v_x)/max(|r w|, V) [-]; mode rim needs it");
   auto* load = run->add_option("--load", arguments->load_n, "Vertical load [N]");
@@ -198,7 +228,18 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->add_flag("--progress-lines", arguments->progress_lines,
                 "'progress FRACTION STAGE' lines on stderr");
   run->callback([=] {
-    if (!*scene && !*spec) throw CLI::ValidationError("run", "one of --scene, --spec is required");
+    if (*experiment) {
+      for (const auto* option : run->get_options()) {
+        const std::set<std::string> fits = {"FILE",         "--out", "--json", "--progress-lines",
+                                            "--memory-gib", "--help"};
+        if (*option && fits.count(option->get_name()) == 0) {
+          throw CLI::ValidationError("run", option->get_name() + ": not with an experiment file");
+        }
+      }
+    }
+    if (!*experiment && !*scene && !*spec) {
+      throw CLI::ValidationError("run", "one of FILE, --scene, --spec is required");
+    }
     if (*scene && !*load) throw CLI::ValidationError("run", "--scene needs --load");
     if (*scene && arguments->mode == "rim" && !*slip) {
       throw CLI::ValidationError("run", "mode rim needs --slip");

@@ -22,7 +22,7 @@ struct ShowArguments {
 int Show(const ShowArguments& arguments) {
   std::string json;
   for (const auto& file : arguments.files) {
-    const records::RunFile run = records::ReadRunFile(file);
+    const records::RunFile run = records::ReadAnyRunFile(file);
     if (!run.note.empty()) fmt::print(stderr, "{}: {}\n", file, run.note);
     if (arguments.json) {
       json += (json.empty() ? "" : ",\n ") + records::ToJson(run.record);
@@ -40,6 +40,17 @@ int Show(const ShowArguments& arguments) {
 void PrintRecord(const v1alpha1::RunRecord& record) {
   fmt::print("run {} {}{}{}\n", record.run_id(), v1alpha1::RunStatus_Name(record.status()),
              record.reason().empty() ? "" : ": ", record.reason());
+  if (record.has_experiment_spec()) {
+    const auto& n = record.numerics();
+    fmt::print("  experiment {}: {} grains, {} steps of {:.3g} s, {:.1f} s of work\n",
+               record.experiment_spec().name(), record.bed().grains(), n.steps(), n.dt_s(),
+               n.wall_s());
+    fmt::print(
+        "  solid fraction {:.3f}, contacts a grain {:.2f}, overlap over radius: 99th "
+        "percentile {:.3g}, largest {:.3g}\n",
+        record.bed().solid_fraction(), record.bed().coordination(), n.overlap_p99_over_radius(),
+        n.overlap_max_over_radius());
+  }
   for (const auto& output : record.outputs()) {
     fmt::print("  {:8} {:12.5g} +- {:.2g}\n", output.name(), output.mean(),
                output.standard_error());

@@ -45,7 +45,43 @@ bool Parse(const std::string& text, T* value) {
   return error == std::errc() && stop == end && begin != end;
 }
 
+/// What stands at "key" or "key[2]" of a mapping; not valid: nothing.
+YAML::Node Step(const YAML::Node& map, const std::string& key) {
+  const std::size_t bracket = key.find('[');
+  const YAML::Node none(YAML::NodeType::Undefined);
+  if (!map.IsMap()) return none;
+  const YAML::Node at = map[key.substr(0, bracket)];
+  if (bracket == std::string::npos || !at) return at;
+  std::size_t index = 0;
+  const char* end = key.data() + key.size();
+  const auto [stop, error] = std::from_chars(key.data() + bracket + 1, end, index);
+  if (error != std::errc() || stop + 1 != end || *stop != ']') return none;
+  if (at.IsMap() && index == 0) return at;  // a list of one may be written as its mapping
+  if (!at.IsSequence() || index >= at.size()) return none;
+  return at[index];
+}
+
 }  // namespace
+
+std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const std::string& c : candidates) {
+    std::vector<std::size_t> row(c.size() + 1);  // Levenshtein's distance, row by row
+    for (std::size_t j = 0; j <= c.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= word.size(); ++i) {
+      std::size_t diagonal = std::exchange(row[0], i);
+      for (std::size_t j = 1; j <= c.size(); ++j) {
+        const std::size_t replaced = diagonal + (word[i - 1] != c[j - 1]);
+        diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
+      }
+    }
+    if (row.back() >= least) continue;
+    least = row.back();
+    nearest = c;
+  }
+  return nearest;
+}
 
 YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
     : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {
@@ -121,6 +157,34 @@ void YamlSection::FailAtPath(const std::string& path, const std::string& got,
   double number = 0;
   const bool plain = node.IsScalar() && Parse(got, &number);
   FailAt(node.Mark(), found.empty() ? path : found, plain ? Describe(node) : got, unit + expected);
+}
+
+void YamlSection::Set(const std::string& path, const std::string& value) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(fmt::format("{}: {}={}: {}", file_, path, value, what));
+  };
+  YAML::Node node = node_;
+  std::string last;
+  std::istringstream keys(path);
+  for (std::string key; std::getline(keys, key, '.'); last = key) {
+    if (last.empty()) continue;
+    YAML::Node next = Step(node, last);
+    if (!next) refuse(fmt::format("no such key as '{}', expected one of the file's", last));
+    node.reset(next);
+  }
+  try {
+    const std::size_t bracket = last.find('[');
+    if (bracket != std::string::npos) {
+      YAML::Node item = Step(node, last);
+      if (!item) refuse("no such entry of a list");
+      item = YAML::Load(value);
+    } else {
+      if (last.empty() || !node.IsMap()) refuse("expected KEY.KEY=VALUE");
+      node[last] = YAML::Load(value);
+    }
+  } catch (const YAML::Exception& error) {
+    refuse("malformed YAML: " + error.msg);
+  }
 }
 
 bool YamlSection::Has(const std::string& key) {
@@ -215,6 +279,36 @@ std::vector<std::uint64_t> YamlSection::Counts(const std::string& key, std::uint
                              [&](const YAML::Node& node) { return ToCount(node, key, min, max); });
 }
 
+YAML::Node YamlSection::ListOf(const std::string& key, std::size_t n, const char* expected) {
+  const std::string what = fmt::format("a list of {} {}", n, expected);
+  const YAML::Node list = Find(key, what);
+  if (!list.IsSequence() || list.size() != n) FailAt(list.Mark(), key, Describe(list), what);
+  return list;
+}
+
+std::vector<double> YamlSection::Tuple(const std::string& key, std::size_t n) {
+  std::vector<double> values;
+  for (const auto& node : ListOf(key, n, "numbers")) values.push_back(ToNumber(node, key, {}));
+  return values;
+}
+
+std::vector<std::string> YamlSection::Texts(const std::string& key, std::size_t n) {
+  std::vector<std::string> values;
+  for (const auto& node : ListOf(key, n, "texts")) {
+    if (!node.IsScalar()) FailAt(node.Mark(), key, Describe(node), "a text");
+    values.push_back(node.Scalar());
+  }
+  return values;
+}
+
+std::vector<std::string> YamlSection::Keys() const {
+  std::vector<std::string> keys;
+  for (const auto& entry : node_) {
+    keys.push_back(entry.first.IsScalar() ? entry.first.Scalar() : "?");
+  }
+  return keys;
+}
+
 YamlSection YamlSection::Section(const std::string& key) {
   return YamlSection(file_, PathOf(key), Find(key, "a mapping"));
 }
@@ -240,7 +334,8 @@ void YamlSection::Finish() const {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (known_.count(key)) continue;
     FailAt(entry.first.Mark(), key, "an unknown key",
-           fmt::format("one of: {}", fmt::join(known_, ", ")));
+           fmt::format("one of: {}; the nearest is '{}'", fmt::join(known_, ", "),
+                       NearestOf(key.substr(0, 100), {known_.begin(), known_.end()})));
   }
 }
 

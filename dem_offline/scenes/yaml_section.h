@@ -27,6 +27,10 @@ struct Range {
 inline constexpr Range kPositive{0.0, std::numeric_limits<double>::max(), true};
 inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max(), false};
 
+/// The candidate that takes the fewest insertions, deletions and replacements to become `word`
+/// (the first of equals); empty: there is none.
+std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates);
+
 /// One mapping of a YAML file, read strictly. Every error is an InputError
 /// "FILE:LINE: key 'a.b': got X, expected Y". Keys that nobody asked for are
 /// refused by Finish().
@@ -36,6 +40,10 @@ class YamlSection {
   static YamlSection Load(const std::string& file);
   /// The same of text that stands nowhere; `file` is for the messages.
   static YamlSection OfText(const std::string& text, const std::string& file);
+
+  /// Puts a value, as YAML, at a path of keys ("a.b[1].c"); the last one may be new. Throws
+  /// InputError for a path that is not there.
+  void Set(const std::string& path, const std::string& value);
 
   /// Whether an optional key stands there; makes it a known one.
   bool Has(const std::string& key);
@@ -49,13 +57,18 @@ class YamlSection {
   /// Non-empty lists without repeated values.
   std::vector<double> Numbers(const std::string& key, const Range& range = {});
   std::vector<std::uint64_t> Counts(const std::string& key, std::uint64_t min, std::uint64_t max);
+  /// A list of exactly n numbers or texts, which may repeat.
+  std::vector<double> Tuple(const std::string& key, std::size_t n);
+  std::vector<std::string> Texts(const std::string& key, std::size_t n);
   YamlSection Section(const std::string& key);
   /// A list of mappings; a single mapping counts as a list of one.
   std::vector<YamlSection> Sections(const std::string& key);
   /// True when `key` is plain text (a file name, say) rather than a mapping.
   bool IsText(const std::string& key);
 
-  /// Refuses unknown keys, and lists the known ones.
+  /// All keys that stand there.
+  std::vector<std::string> Keys() const;
+  /// Refuses unknown keys, and lists the known ones with the nearest at the end.
   void Finish() const;
 
   /// For checks across keys: the same error form, at `key`.
@@ -71,6 +84,7 @@ class YamlSection {
 
  private:
   YamlSection(std::string file, std::string path, YAML::Node node);
+  YAML::Node ListOf(const std::string& key, std::size_t n, const char* expected);
   YAML::Node Find(const std::string& key, const std::string& expected);
   double ToNumber(const YAML::Node& node, const std::string& key, const Range& range) const;
   template <class T, class Read>

@@ -104,6 +104,10 @@ void WriteSummary(H5Image& file, const v1alpha1::RunRecord& record) {
   file.WriteText("run_id", record.run_id());
   file.WriteText("status", v1alpha1::RunStatus_Name(record.status()));
   file.WriteText("reason", record.reason());
+  if (!record.has_spec()) {
+    file.WriteText("experiment", record.experiment_spec().name());
+    return;
+  }
   file.WriteText("scene", record.spec().scene());
   file.WriteNumber("/", "slip", record.slip());
   file.WriteNumber("/", "attack_angle_rad", record.attack_angle_rad());
@@ -151,7 +155,7 @@ void WriteRunFile(const std::string& path, const RunFile& run) {
   file.Save();
 }
 
-RunFile ReadRunFile(const std::string& path) {
+RunFile ReadAnyRunFile(const std::string& path) {
   const H5Image file = H5Image::Open(path);
   RunFile run;
   run.schema = file.CheckFormat(kFormat, kRunFileSchema);
@@ -171,6 +175,15 @@ RunFile ReadRunFile(const std::string& path) {
     file.ReadArray("/series/" + name, &run.series[name]);
   }
   CheckEqualLengths(path, run.series);
+  return run;
+}
+
+RunFile ReadRunFile(const std::string& path) {
+  RunFile run = ReadAnyRunFile(path);
+  if (!run.record.has_spec()) {
+    throw std::runtime_error(path + ": holds the experiment '" +
+                             run.record.experiment_spec().name() + "', expected a wheel test");
+  }
   return run;
 }
 

@@ -36,7 +36,7 @@ Content ReadModelContent(const std::string& file) {
 }
 
 Content ReadRunContent(const std::string& file) {
-  records::RunFile run = records::ReadRunFile(file);
+  records::RunFile run = records::ReadAnyRunFile(file);
   return {run.schema == records::kRunFileSchema && run.note.empty(), records::Sha256OfFile(file),
           [run = std::move(run)](const std::string& path) {
             records::WriteRunFile(path, run);

@@ -62,7 +62,7 @@ RULES = {
 }
 # The engine's folders from below: each includes its own and those before it.
 ENGINE = "dem_offline/engine/"
-ENGINE_LAYERS = ["core", "laws", "bodies", "contact", "isa", "world", "rig", "gpu", "bench", "verify",
+ENGINE_LAYERS = ["core", "laws", "bodies", "contact", "isa", "world", "rig", "experiment", "gpu", "bench", "verify",
                  "gpu/check", "tools"]
 # Only the owner of the run files' format names HDF5.
 HDF5_FILES = re.compile(r"proto/records/(run_file|tile_file|hdf5_file)\.(h|cc)")

@@ -242,6 +242,12 @@ Quatd ToQuaternion(const double m[3][3]) {
 
 }  // namespace
 
+Quatd ToPrincipalAxes(double tensor[3][3]) {
+  double axes[3][3];
+  Diagonalise(tensor, axes);
+  return ToQuaternion(axes);
+}
+
 ClumpTemplate MakeClump(const Members& given) {
   Check(given);
   // About the first member, in units of the clump's size: well scaled.

@@ -31,6 +31,10 @@ struct ClumpTemplate {
 /// Throws std::invalid_argument for no members, radii <= 0 or non-finite data.
 ClumpTemplate MakeClump(const std::vector<ClumpTemplate::Member>& members);
 
+/// Makes a tensor of inertia diagonal; returns the turn of its principal axes: x_given = turn
+/// x_principal. What is diagonal to rounding stays as it is.
+Quatd ToPrincipalAxes(double tensor[3][3]);
+
 /// One clump of a world.
 struct ClumpState {
   int shape = 0;  ///< number of its template

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/world/world.h"
@@ -15,7 +16,20 @@ namespace grouser::dem {
 /// bear under the bed's own weight (scaling.cc).
 double BedStep(const BedSpec& bed);
 
+/// A diameter [m] of the mixture, drawn by number.
+double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random);
+
 inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
+inline constexpr double kFractionTolerance = 0.004;
+inline constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;  ///< of preparation
+
+/// What a friction of preparation gave: solid fraction less its target.
+struct FrictionTry {
+  double log_friction, error;
+};
+/// The next friction to try. More friction packs looser: about -0.012 in solid fraction per unit
+/// of its logarithm, then the secant through the last two tries.
+double NextLogFriction(const std::vector<FrictionTry>& tried);
 
 /// Least and most time of a stage [s].
 struct StageTimes {

@@ -12,9 +12,7 @@
 namespace grouser::dem {
 namespace {
 
-constexpr double kFractionTolerance = 0.004;
 constexpr std::int64_t kLookSteps = 200;  // between looks at whether it is quiet
-constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;
 
 class Preparation {
  public:
@@ -26,7 +24,7 @@ class Preparation {
 
   Tile Run() {
     std::vector<GrainState> best;
-    std::vector<Attempt> tried;
+    std::vector<FrictionTry> tried;
     double best_error = 1e9, best_mu = 0;
     double mu = 2 * std::max(spec_.soil.friction, kLeastFriction);
     for (attempt_ = 0; attempt_ < kMostAttempts; ++attempt_) {
@@ -42,29 +40,12 @@ class Preparation {
       tried.push_back({std::log(mu), error});
       if (std::abs(error) <= kFractionTolerance) break;
       if (error > 0 && mu >= kMostFriction) break;  // as loose as it gets
-      mu = std::exp(NextGuess(tried));
+      mu = std::exp(NextLogFriction(tried));
     }
     return Relax(CutFlat(best), best_mu);
   }
 
  private:
-  struct Attempt {
-    double log_mu, error;
-  };
-
-  /// More friction packs looser: about -0.012 in solid fraction per unit of
-  /// ln(mu), then the secant through the two best tries.
-  static double NextGuess(const std::vector<Attempt>& tried) {
-    const Attempt& last = tried.back();
-    double slope = -0.012;
-    if (tried.size() > 1) {
-      const Attempt& before = tried[tried.size() - 2];
-      const double seen = (last.error - before.error) / (last.log_mu - before.log_mu);
-      if (seen < -0.003) slope = seen;
-    }
-    return last.log_mu - std::clamp(last.error / slope, -1.2, 1.2);
-  }
-
   WorldConfig Config(double friction) const {
     WorldConfig c;
     c.frame = {spec_.length_m, spec_.width_m, TileZSpan(depth_)};
@@ -73,17 +54,6 @@ class Preparation {
     c.skin_m = 0.3 * diameter_;
     c.contacts = BedContacts(spec_.soil, friction);
     return c;
-  }
-
-  double DrawDiameter(Random& random) const {
-    double total = 0;
-    for (const auto& b : spec_.soil.sizes) total += b.mass_fraction / std::pow(b.diameter_m, 3);
-    double at = random.Uniform() * total;
-    for (const auto& b : spec_.soil.sizes) {
-      at -= b.mass_fraction / std::pow(b.diameter_m, 3);
-      if (at <= 0) return b.diameter_m;
-    }
-    return spec_.soil.sizes.back().diameter_m;
   }
 
   /// Loose jittered lattice holding enough solid for the bed and its cut.
@@ -100,7 +70,7 @@ class Preparation {
       Report(0, "pour");
       for (int ix = 0; ix < nx; ++ix) {
         for (int iy = 0; iy < ny; ++iy) {
-          const double d = DrawDiameter(random), play = 0.5 * (pitch - d);
+          const double d = DrawDiameter(spec_.soil.sizes, random), play = 0.5 * (pitch - d);
           const auto jitter = [&] { return play * (2 * random.Uniform() - 1); };
           GrainState g = {};
           g.x_m = (ix + 0.5 + 0.5 * (layer % 2)) * px + jitter();
@@ -259,6 +229,28 @@ class Preparation {
 };
 
 }  // namespace
+
+double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random) {
+  double total = 0;
+  for (const SizeBin& b : sizes) total += b.mass_fraction / std::pow(b.diameter_m, 3);
+  double at = random.Uniform() * total;
+  for (const SizeBin& b : sizes) {
+    at -= b.mass_fraction / std::pow(b.diameter_m, 3);
+    if (at <= 0) return b.diameter_m;
+  }
+  return sizes.back().diameter_m;
+}
+
+double NextLogFriction(const std::vector<FrictionTry>& tried) {
+  const FrictionTry& last = tried.back();
+  double slope = -0.012;
+  if (tried.size() > 1) {
+    const FrictionTry& before = tried[tried.size() - 2];
+    const double seen = (last.error - before.error) / (last.log_friction - before.log_friction);
+    if (seen < -0.003) slope = seen;
+  }
+  return last.log_friction - std::clamp(last.error / slope, -1.2, 1.2);
+}
 
 Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits) {
   ValidateBed(bed, limits);

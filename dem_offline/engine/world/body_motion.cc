@@ -50,6 +50,17 @@ int World::AddBody(const Body& body) {
   return static_cast<int>(state_.bodies.size()) - 1;
 }
 
+void World::Release(int b) {
+  BodyEntry& entry = state_.bodies.at(b);
+  entry.body.motion = BodyMotion::kFree;
+  CheckBody(entry.body, state_.config.contacts.materials());
+  entry.angular_momentum = MomentumOf(entry.body.orientation, entry.body.spin_rad_per_s,
+                                      entry.body.inertia_kg_m2);
+  // Velocities of the half step before, as all others are once the world has started.
+  if (state_.started) StepBodyBack(BodyPass::Around(state_), &entry.body, &entry);
+  BodyPass::Find(state_, entry);  // it may turn now
+}
+
 void BodyPass::Move(SimulationState& w) {
   const BodySurroundings around = Around(w);
   for (BodyEntry& b : w.bodies) {

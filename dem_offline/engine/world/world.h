@@ -32,6 +32,9 @@ class World {
   Body& body(int b) { return state_.bodies.at(b).body; }
   const Body& body(int b) const { return state_.bodies.at(b).body; }
   int bodies() const { return static_cast<int>(state_.bodies.size()); }
+  /// Lets go of a body that was moved or held: from now on it is kFree, with the velocity and spin
+  /// that it has. Throws as AddBody does for a body without mass.
+  void Release(int b);
   const Wrench& wrench(int b) const { return state_.bodies.at(b).wrench; }
   /// Called for each body contact of every step while set.
   void RecordContacts(std::function<void(const BodyContact&)> sink) {

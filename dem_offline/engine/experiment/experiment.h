@@ -1,0 +1,260 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/core/vec3d.h"
+#include "dem_offline/engine/laws/settings.h"
+#include "dem_offline/engine/rig/bed.h"
+#include "dem_offline/engine/world/world_types.h"
+
+// Any experiment as plain structs: grains in a box, bodies with a program of motion, probes. SI,
+// radians; x, y from the corner of the box, z = 0 at its floor. Fields are named as in experiment
+// files (docs/experiments.md), and so are they in every SpecError.
+
+namespace grouser::dem::experiment {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+struct Material {
+  std::string name;
+  double density_kg_per_m3 = 0;  ///< of grains; of bodies whose mass is computed
+  double youngs_modulus_pa = 0;  ///< 0: rigid
+  double poisson_ratio = 0;      ///< [-]
+};
+
+/// Numbers of a pair of materials. The laws are one combination for the whole experiment.
+struct Interface {
+  std::string a, b;
+  double restitution = 0.5, friction = 0.5, rolling_friction = 0;
+  InterfaceChoice numbers;
+};
+
+enum class Side {
+  kPeriodic,  ///< what leaves on one side comes in on the other
+  kWall,      ///< a wall at either end
+  kOpen,      ///< grains whose centre leaves are taken out of the world
+};
+
+struct BoxSpec {
+  double length_m = 0, width_m = 0, height_m = 0;  ///< along x, y, z; nothing rises above
+  Side x = Side::kPeriodic, y = Side::kPeriodic;
+  std::string material;  ///< of floor and walls
+  /// Nothing moves along y: one layer of grains in the plane y = width/2. Solid fractions are
+  /// those of areas.
+  bool planar = false;
+  double disc_thickness_m = 0;  ///< planar: discs of this thickness; 0: spheres
+};
+
+/// An upright block, or the largest upright cylinder of this radius in its middle.
+struct Region {
+  Vec3d low_m = {0, 0, 0}, high_m = {0, 0, 0};
+  double radius_m = 0;  ///< 0: a block
+};
+
+enum class Filling {
+  kBed,      ///< the settled periodic bed of a wheel test (rig/bed.h)
+  kPoured,   ///< a loose column over the region that falls at once
+  kRained,   ///< layers that come in one after another under the region's top
+  kLattice,  ///< a simple cubic lattice in the region
+  kListed,   ///< given one by one
+};
+
+/// One group of grains.
+struct Grains {
+  Filling filling = Filling::kPoured;
+  std::string material;
+  std::vector<SizeBin> sizes;
+  /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
+  /// the drawn diameter; none: spheres. Poured and lattice.
+  std::vector<ClumpTemplate::Member> clump;
+  Region region;              ///< poured, rained, lattice
+  std::int64_t count = 0;     ///< poured, rained; lattice: 0 = as many as fit
+  double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
+  double speed_m_per_s = 0;   ///< rained: first speed downwards; 0: sqrt(g d)
+  double depth_m = 0;         ///< bed
+  double solid_fraction = 0;  ///< bed: its target
+  std::vector<GrainState> listed;
+};
+
+/// What is done to the grains before the bodies come and the program begins.
+struct Preparation {
+  enum class Kind {
+    kSettle,  ///< under gravity with viscous drag until at rest
+    kRelax,   ///< the same without drag
+    kShake,   ///< floor and walls swing
+    kCut,     ///< grains that reach above the height are taken out
+  };
+  Kind kind = Kind::kSettle;
+  double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
+  double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
+  double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
+  /// settle: met within 0.005 at the end of the whole preparation, which is repeated with other
+  /// frictions until then; 0: as it falls
+  double solid_fraction = 0;
+  Vec3d amplitude_m = {0, 0, 0};  ///< shake
+  double frequency_hz = 0;        ///< shake
+  double for_s = 0;               ///< shake
+  double height_m = 0;            ///< cut
+};
+
+enum class PartShape {
+  kBox,
+  kCylinder,
+  kTube,
+  kDisc,
+  kAnnulus,
+  kRing,
+  kVanes,
+  kCone,
+  kSphere,
+  kWheel,
+  kMesh,
+};
+
+/// A part of a body, in body coordinates. Its own axis is z before `turn`.
+struct PartSpec {
+  PartShape shape = PartShape::kBox;
+  Vec3d at_m = {0, 0, 0};  ///< of the part's own origin
+  Quatd turn = {1, 0, 0, 0};
+  Vec3d size_m = {0, 0, 0};  ///< box: full sizes
+  double radius_m = 0;       ///< cylinder, tube (inner), disc, cone (base), sphere, wheel
+  double length_m = 0;       ///< cylinder, tube
+  double wall_m = 0;         ///< tube
+  double inner_radius_m = 0, outer_radius_m = 0;  ///< annulus, ring, vanes
+  double height_m = 0;     ///< ring (from z = 0 up), vanes (from z = 0 down), cone
+  double thickness_m = 0;  ///< vanes
+  int count = 0;           ///< vanes
+  double shaft_radius_m = 0, shaft_length_m = 0;  ///< cone; 0: none. Its tip is at z = 0.
+  double width_m = 0;                             ///< wheel, along y
+  std::vector<Tread> treads;                      ///< wheel
+  TriangleSoup mesh;                              ///< mesh, scaled and turned as read
+};
+
+/// A step of a body's program: how it moves, until the first of its ends is met. What no
+/// step asks for stands still. Directions are of the world.
+struct MotionStep {
+  std::string verb;  ///< as in files, for messages
+  Vec3d velocity_m_per_s = {0, 0, 0};
+  Vec3d spin_rad_per_s = {0, 0, 0};
+  Vec3d amplitude_m = {0, 0, 0};  ///< shake: displacement A sin(2 pi f t)
+  double frequency_hz = 0;
+  double ramp_s = 0;  ///< velocity and spin rise as 1/2 - 1/2 cos(pi t/ramp)
+  /// A free axis along `direction` (unit): m dv/dt = force + grains' force - m v/damper.
+  bool hold = false;
+  Vec3d direction = {0, 0, -1};
+  double hold_force_n = 0;
+  double hold_mass_kg = 0;    ///< 0: that of the dead weight, force/g
+  double hold_damper_s = -1;  ///< < 0: sqrt(d/g)/3; 0: none
+  bool free = false;          ///< a rigid body under gravity
+  // Ends.
+  double for_s = kNever, distance_m = kNever, angle_rad = kNever;
+  double force_n = kNever;  ///< against the motion (lower, move) or held
+  bool touch = false;
+  double rest = 0;         ///< > 0: the grains are at rest, as in Preparation
+  std::string until_done;  ///< another body has ended its program
+  double most_s = 0;       ///< the run fails where no end is met by then; 0: by rule
+};
+
+struct BodySpec {
+  std::string name, material;
+  std::vector<PartSpec> parts;
+  Vec3d position_m = {0, 0, 0};  ///< of the origin of body coordinates
+  Quatd turn = {1, 0, 0, 0};
+  /// The lowest point so far above the surface; NaN: position_m[2] counts.
+  double above_surface_m = std::numeric_limits<double>::quiet_NaN();
+  double mass_kg = 0;               ///< 0: from density and parts, where it is needed
+  Vec3d centre_m = {0, 0, 0};       ///< of mass, in body coordinates; with mass_kg
+  Vec3d inertia_kg_m2 = {0, 0, 0};  ///< about it, principal along the body's axes; with mass_kg
+  bool while_preparing = false;     ///< stands there from the beginning
+  std::vector<MotionStep> motion;   ///< none: fixed
+};
+
+struct Probe {
+  enum class Kind {
+    kWrench,        ///< of the grains on a body [N, N m], mean over the sample
+    kPose,          ///< position, turn since the start, sinkage of its lowest point
+    kVelocity,      ///< of a body
+    kCoordination,  ///< mean contacts of a grain
+    kEnergy,        ///< channels of World::Balance, and the residual
+    kRest,          ///< kinetic energy over sum m g d
+    kRepose,        ///< angle and height of a heap
+    kBins,          ///< solid fraction, velocity, granular temperature in bins
+    kSurface,       ///< height of the surface on a grid
+  };
+  Kind kind = Kind::kWrench;
+  std::string name;  ///< of its table (bins, surface)
+  std::string body;  ///< wrench, pose, velocity
+  bool body_frame = false;
+  Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
+  int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
+  double every_s = 0;    ///< bins, surface: between tables; 0: at the end only
+};
+
+struct Experiment {
+  std::string name;
+  std::uint64_t seed = 1;
+  double gravity_m_per_s2 = 9.81;
+  ContactChoice laws;  ///< wheel and floor of it: unused
+  std::vector<Material> materials;
+  std::vector<Interface> interfaces;
+  BoxSpec box;
+  std::vector<Grains> grains;
+  std::vector<Preparation> preparation;  ///< none: settle (bed, lattice, listed: none)
+  std::vector<BodySpec> bodies;
+  std::vector<Probe> probes;  ///< none: wrench, pose, velocity of bodies that move
+  double duration_s = 0;      ///< most of the program; 0: as long as it takes
+  double sample_s = 0.01;
+  double rayleigh_fraction = 0.2;    ///< time step over the Rayleigh time, at most
+  double overlap = 0.05;             ///< largest overlap over the radius that the step bears
+  double largest_speed_m_per_s = 0;  ///< of bodies; checked against step and grain
+};
+
+/// What an experiment takes, before anything is allocated.
+struct Plan {
+  Work work;  ///< as an upper bound
+  double dt_s = 0, rayleigh_time_s = 0;
+  double preparation_s = 0, program_s = 0;  ///< simulated, at most
+  double preparation_grain_steps = 0, program_grain_steps = 0;
+};
+
+/// Throws SpecError for what cannot be, with the field as in files, and for more work than
+/// the limits allow; nothing has been allocated by then.
+Plan PlanOf(const Experiment& experiment, const WorkLimits& limits = {});
+
+/// Grain-steps a second of one core with these laws, measured on a small dense packing in a
+/// fraction of a second.
+double MeasureRate(const Experiment& experiment);
+
+/// One table of results: `series` for probes that give numbers, else by the probe's name.
+struct Table {
+  std::string name;
+  std::vector<std::string> columns;
+};
+/// Rows as they come, from the thread that runs. The columns of a table never change.
+using SinkFn = std::function<void(const Table& table, const std::vector<double>& row)>;
+
+struct Result {
+  bool done = false;                                                 ///< the program ran to its end
+  std::string reason;                                                ///< why not
+  std::uint64_t grains = 0, steps = 0, list_rebuilds = 0, left = 0;  ///< left: at open sides
+  double particle_steps = 0, wall_s = 0, dt_s = 0, rayleigh_time_s = 0;
+  double prepared_s = 0, run_s = 0;  ///< simulated
+  double solid_fraction = 0;         ///< of the prepared grains, below the surface
+  double surface_m = 0;              ///< height of the prepared surface
+  double coordination = 0, overlap_p99 = 0, overlap_max = 0, quantum_m = 0;
+  double energy_residual_j = 0, energy_input_j = 0;  ///< where the energy is probed
+};
+
+/// Prepares and runs. Throws as PlanOf, SpecError for a solid fraction that cannot be reached, and
+/// std::runtime_error where the caller stops it;
+/// physics and numbers that fail become `reason`. Deterministic in the experiment.
+Result RunExperiment(const Experiment& experiment, const SinkFn& sink, const ProgressFn& progress,
+                     const WorkLimits& limits = {});
+
+}  // namespace grouser::dem::experiment

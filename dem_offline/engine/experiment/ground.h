@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+
+#include "dem_offline/engine/core/random.h"
+#include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/engine/experiment/shapes.h"
+#include "dem_offline/engine/world/world.h"
+
+namespace grouser::dem::experiment {
+
+/// Kinetic energy of translation of the grains over the sum of m g d; without gravity: in joules.
+/// (No law resists a sphere that spins on the spot about the normal of a contact.)
+double Restlessness(const World& world);
+
+/// The box with its grains, prepared: the world that bodies then come into.
+class Ground {
+ public:
+  /// `e` is Resolved and valid. Throws std::runtime_error where the caller stops it or a step
+  /// fails.
+  Ground(const Experiment& e, double dt_s, const ProgressFn& progress, const WorkLimits& limits);
+
+  World& world() { return *world_; }
+  const World& world() const { return *world_; }
+  int BodyOf(std::size_t body) const { return body_number_[body]; }  ///< in the world
+  const BuiltBody& Built(std::size_t body) const { return built_[body]; }
+  double surface_m() const { return surface_; }
+  double solid_fraction() const { return solid_fraction_; }
+  /// The share of a sphere's volume that counts: spheres of a clump overlap.
+  double SolidShare(std::int64_t i) const {
+    return share_of_id_.empty() ? 1 : share_of_id_[world_->grains()[i].id];
+  }
+  /// State of a grain, x and y as the box counts them (a wall is left at 0, not at the period).
+  GrainState At(std::int64_t i) const;
+  /// Takes out grains beyond open sides; how many.
+  std::uint64_t TakeOutLeavers();
+
+ private:
+  void OpenOnTile(const WorkLimits& limits);
+  void Open();
+  void Fill(const WorkLimits& limits);
+  void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
+  void AddWalls();
+  void AddBodyOf(std::size_t body);
+  Contents First();
+  void AddClump(const Grains& g, const GrainState& at, Contents* out);
+  GrainState Make(const Grains& g, const Vec3d& at, double play, double diameter);
+  std::vector<GrainState> RainLayer(const Grains& g, std::int64_t done);
+  void Rain();
+  void Prepare(const Preparation& step);
+  void Settle(const Preparation& step);
+  void Shake(const Preparation& step);
+  void Cut(double height_m);
+  void StepFor(double time_s, const char* stage);
+  void Step(const char* stage);
+  void Look();
+
+  const Experiment& e_;
+  double dt_;
+  ProgressFn progress_;
+  Random random_;
+  WorldConfig config_;
+  std::unique_ptr<World> world_;
+  int walls_ = 0;  ///< bodies [0, walls_) are floor and walls
+  std::vector<int> body_number_;
+  std::vector<BuiltBody> built_;
+  std::vector<double> share_of_id_;      ///< empty: no clumps
+  const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
+  double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
+  double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace grouser::dem::experiment

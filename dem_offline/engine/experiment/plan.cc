@@ -1,0 +1,433 @@
+// What an experiment means in numbers: materials, lattices, times, work.
+#include "dem_offline/engine/experiment/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "dem_offline/engine/experiment/validate.h"
+#include "dem_offline/engine/laws/material.h"
+#include "dem_offline/engine/laws/time_step.h"
+#include "dem_offline/engine/rig/preparation.h"
+
+namespace grouser::dem::experiment {
+namespace {
+
+constexpr double kPitch = 1.12;         // of loose lattices, over the largest diameter
+constexpr double kLatticePitch = 1.02;  // of a lattice that stands
+constexpr double kRestTime = 100;       // [sqrt(d/g)] waiting for rest, at most
+constexpr double kRowBytes = 8 * 200;   // of a sample, written as text
+
+/// Names of materials in the order of the world.
+std::vector<std::string> Order(const Experiment& e) {
+  std::vector<std::string> out;
+  const auto add = [&](const std::string& name) {
+    if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
+  };
+  for (const Grains& g : e.grains) add(g.material);
+  for (const Material& m : e.materials) add(m.name);
+  return out;
+}
+
+/// Diameter of what a grain of diameter 1 takes up, and radius of its smallest sphere.
+double ReachOf(const Grains& g) {
+  double reach = g.clump.empty() ? 0.5 : 0;
+  for (const auto& m : g.clump) reach = std::max(reach, Norm(m.offset_m) + m.radius_m);
+  return 2 * reach;
+}
+double SmallestOf(const Grains& g) {
+  double r = g.clump.empty() ? 0.5 : kNever;
+  for (const auto& m : g.clump) r = std::min(r, m.radius_m);
+  return r;
+}
+
+double LargestOf(const Grains& g) {
+  double d = 0;
+  for (const SizeBin& b : g.sizes) d = std::max(d, ReachOf(g) * b.diameter_m);
+  for (const GrainState& s : g.listed) d = std::max(d, 2 * s.radius_m);
+  return d;
+}
+
+}  // namespace
+
+int MaterialNumber(const Experiment& e, const std::string& name, const std::string& field) {
+  const auto order = Order(e);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (order[k] == name && std::any_of(e.materials.begin(), e.materials.end(),
+                                        [&](const Material& m) { return m.name == name; })) {
+      return static_cast<int>(k);
+    }
+  }
+  std::string known;
+  for (const Material& m : e.materials) known += (known.empty() ? "" : ", ") + m.name;
+  throw SpecError(field, "'" + name + "'", "one of the materials: " + known);
+}
+
+const Material& MaterialOf(const Experiment& e, const std::string& name) {
+  return *std::find_if(e.materials.begin(), e.materials.end(),
+                       [&](const Material& m) { return m.name == name; });
+}
+
+ContactModel ContactsOf(const Experiment& e, double grain_friction) {
+  ContactModel model(LawsOf(e.laws));
+  std::set<std::string> of_grains;
+  for (const Grains& g : e.grains) of_grains.insert(g.material);
+  for (const std::string& name : Order(e)) {
+    const Material& m = MaterialOf(e, name);
+    model.AddMaterial({m.youngs_modulus_pa > 0 ? m.youngs_modulus_pa : kRigid, m.poisson_ratio});
+  }
+  const auto names = Order(e);
+  const auto numbers = [&](const std::string& name, const std::string& field) {
+    std::vector<int> out;
+    for (std::size_t k = 0; k < names.size() && name == kAny; ++k)
+      out.push_back(static_cast<int>(k));
+    if (out.empty()) out.push_back(MaterialNumber(e, name, field));
+    return out;
+  };
+  const auto grains = [&](int k) { return of_grains.count(names[k]) > 0; };
+  const auto rigid = [&](int k) { return model.material(k).youngs_modulus_pa == kRigid; };
+  // Those of named pairs stand over those with any, whatever their order.
+  for (int anys = 2; anys >= 0; --anys) {
+    for (std::size_t i = 0; i < e.interfaces.size(); ++i) {
+      const Interface& f = e.interfaces[i];
+      if ((f.a == kAny) + (f.b == kAny) != anys) continue;
+      const std::string at = "interfaces[" + std::to_string(i) + "].between";
+      ContactProperties p;
+      p.restitution = f.restitution;
+      p.rolling_friction = f.rolling_friction;
+      PutInto(p, e.laws, f.numbers);
+      for (const int a : numbers(f.a, at)) {
+        for (const int b : numbers(f.b, at)) {
+          if (rigid(a) && rigid(b)) continue;  // bodies do not meet
+          const bool own = grain_friction >= 0 && grains(a) && grains(b);
+          p.friction = own ? grain_friction : f.friction;
+          model.SetContactProperties(a, b, p, SettingsOf(e.laws, f.numbers));
+        }
+      }
+    }
+  }
+  for (int a = 0; a < model.materials(); ++a) {
+    for (int b = a; b < model.materials(); ++b) {
+      if (model.has_contact_properties(a, b) || (rigid(a) && rigid(b))) continue;
+      if (grains(a) || grains(b)) {
+        throw SpecError("interfaces", "none of " + names[a] + " and " + names[b],
+                        "one that is between them, or between one of them and any");
+      }
+      model.SetContactProperties(a, b, {});  // two bodies: never used
+    }
+  }
+  return model;
+}
+
+namespace {
+
+/// About its centre, of the volume of a sphere of diameter 1.
+void Normalise(std::size_t group, std::vector<ClumpTemplate::Member>* members) {
+  if (members->empty()) return;
+  try {
+    const ClumpTemplate clump = MakeClump(*members);
+    const double scale = 1 / std::cbrt(6 / M_PI * clump.volume_m3);
+    *members = clump.members;
+    for (auto& m : *members) m = {Scale(scale, m.offset_m), scale * m.radius_m};
+  } catch (const std::invalid_argument& error) {
+    throw SpecError("grains[" + std::to_string(group) + "].clump", error.what(),
+                    "spheres that make a clump");
+  }
+}
+
+}  // namespace
+
+Experiment Resolved(const Experiment& given) {
+  Experiment e = given;
+  for (std::size_t i = 0; i < e.grains.size(); ++i) Normalise(i, &e.grains[i].clump);
+  const Region box = {{0, 0, 0}, {e.box.length_m, e.box.width_m, e.box.height_m}, 0};
+  const auto fill = [&](Region& r) {
+    if (r.high_m != r.low_m) return;
+    r.low_m = box.low_m;
+    r.high_m = box.high_m;
+  };
+  for (Grains& g : e.grains) {
+    fill(g.region);
+    if (!e.box.planar) continue;  // one row of places, in the middle
+    const double half = 0.5 * SitesOf(g).pitch_m * (1 + 1e-6);
+    g.region.low_m[1] = std::max(0.0, 0.5 * e.box.width_m - half);
+    g.region.high_m[1] = std::min(e.box.width_m, 0.5 * e.box.width_m + half);
+  }
+  for (Probe& p : e.probes) fill(p.region);
+  const bool falls = std::any_of(e.grains.begin(), e.grains.end(), [](const Grains& g) {
+    return g.filling == Filling::kPoured || g.filling == Filling::kRained;
+  });
+  if (e.preparation.empty() && falls) e.preparation = {Preparation{}};
+  if (!e.probes.empty()) return e;
+  for (const BodySpec& b : e.bodies) {
+    if (b.motion.empty()) continue;
+    for (const auto kind : {Probe::Kind::kPose, Probe::Kind::kWrench, Probe::Kind::kVelocity}) {
+      Probe p;
+      p.kind = kind;
+      p.body = b.name;
+      e.probes.push_back(p);
+    }
+  }
+  return e;
+}
+
+Sites SitesOf(const Grains& g) {
+  const Region& r = g.region;
+  const double usual = g.filling == Filling::kLattice ? kLatticePitch : kPitch;
+  Sites s;
+  s.pitch_m = g.pitch_m > 0 ? g.pitch_m : usual * LargestOf(g);
+  const double x = r.high_m[0] - r.low_m[0], y = r.high_m[1] - r.low_m[1];
+  const double slack = 1 + 1e-9;
+  s.nx = std::floor(x / s.pitch_m * slack);
+  s.ny = std::floor(y / s.pitch_m * slack);
+  s.layers = std::floor((r.high_m[2] - r.low_m[2]) / s.pitch_m * slack);
+  s.step_x_m = g.filling == Filling::kLattice ? s.pitch_m : x / s.nx;
+  s.step_y_m = g.filling == Filling::kLattice ? s.pitch_m : y / s.ny;
+  return s;
+}
+
+namespace {
+
+Vec3d MiddleOf(const Region& r) { return Scale(0.5, Add(r.low_m, r.high_m)); }
+
+template <class F>
+void ForSites(const Sites& s, const Grains& g, F&& f) {
+  const Region& r = g.region;
+  const Vec3d middle = MiddleOf(r);
+  const double room = r.radius_m - 0.5 * s.pitch_m;
+  for (double ix = 0; ix < s.nx; ++ix) {
+    for (double iy = 0; iy < s.ny; ++iy) {
+      const double x = r.low_m[0] + (ix + 0.5) * s.step_x_m,
+                   y = r.low_m[1] + (iy + 0.5) * s.step_y_m;
+      if (r.radius_m > 0 && std::hypot(x - middle[0], y - middle[1]) > room) continue;
+      f(x, y);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Vec3d> LayerOf(const Sites& s, const Grains& g, std::int64_t layer) {
+  std::vector<Vec3d> out;
+  const double z = g.region.low_m[2] + (static_cast<double>(layer) + 0.5) * s.pitch_m;
+  ForSites(s, g, [&](double x, double y) { out.push_back({x, y, z}); });
+  return out;
+}
+
+double CountInLayer(const Sites& s, const Grains& g) {
+  if (!(g.region.radius_m > 0) || s.PerLayer() > 1e7) return s.PerLayer();
+  double n = 0;
+  ForSites(s, g, [&](double, double) { ++n; });
+  return n;
+}
+
+double LargestDiameter(const Experiment& e) {
+  double d = 0;
+  for (const Grains& g : e.grains) d = std::max(d, LargestOf(g));
+  return d;
+}
+
+double SmallestRadius(const Experiment& e) {
+  double r = kNever;
+  for (const Grains& g : e.grains) {
+    for (const SizeBin& b : g.sizes) r = std::min(r, SmallestOf(g) * b.diameter_m);
+    for (const GrainState& s : g.listed) r = std::min(r, s.radius_m);
+  }
+  return r;
+}
+
+double GravityTime(const Experiment& e) {
+  const double g = e.gravity_m_per_s2 > 0 ? e.gravity_m_per_s2 : 9.81;
+  return std::sqrt(LargestDiameter(e) / g);
+}
+
+SettlingTimes SettlingOf(const Experiment& e, const Preparation& step) {
+  // As the stages of a bed (rig/preparation.h): twice the free fall; with drag at its final speed.
+  const double unit = GravityTime(e), g = e.gravity_m_per_s2, h = e.box.height_m;
+  const double fall = std::sqrt(4 * h / g), drag = 5.0 / 3 * unit;
+  const double slow = step.kind == Preparation::Kind::kSettle ? 2.5 * h / (g * drag) : 0;
+  const double least = step.kind == Preparation::Kind::kSettle ? 10 * unit : 5.0 / 3 * unit;
+  const double most = step.most_s > 0 ? step.most_s : 2.5 * (fall + slow) + 20 * unit;
+  return {std::min(least, most), most};
+}
+
+double RainInterval(const Experiment& e, const Grains& g) {
+  const double speed =
+      g.speed_m_per_s > 0 ? g.speed_m_per_s : std::sqrt(e.gravity_m_per_s2 * LargestOf(g));
+  return SitesOf(g).pitch_m / speed;
+}
+
+double RainTime(const Experiment& e) {
+  double time = 0;
+  for (const Grains& g : e.grains) {
+    if (g.filling != Filling::kRained) continue;
+    const double per_layer = CountInLayer(SitesOf(g), g);
+    time += std::ceil(static_cast<double>(g.count) / per_layer) * RainInterval(e, g);
+  }
+  return time;
+}
+
+double MostTime(const Experiment& e, const BodySpec& body, const MotionStep& s) {
+  double most = s.for_s;
+  const double speed = Norm(s.velocity_m_per_s), spin = Norm(s.spin_rad_per_s);
+  if (speed > 0) most = std::min(most, s.distance_m / speed + s.ramp_s);
+  if (spin > 0) most = std::min(most, s.angle_rad / spin + s.ramp_s);
+  if (s.most_s > 0) most = std::min(most, s.most_s);
+  if (std::isfinite(most)) return most;
+  if (speed > 0 && (s.touch || std::isfinite(s.force_n))) {
+    return e.box.height_m / speed + s.ramp_s;
+  }
+  if (s.rest > 0) return kRestTime * GravityTime(e);
+  for (const BodySpec& other : e.bodies) {
+    if (other.name != s.until_done || other.name == body.name) continue;
+    double sum = 0;
+    for (const MotionStep& o : other.motion) {
+      sum += o.until_done.empty() ? MostTime(e, other, o) : o.most_s;
+    }
+    return sum;
+  }
+  return kNever;
+}
+
+BedSpec BedOf(const Experiment& e, const Grains& g) {
+  BedSpec bed;
+  const Material& m = MaterialOf(e, g.material);
+  bed.soil.density_kg_per_m3 = m.density_kg_per_m3;
+  bed.soil.youngs_modulus_pa = m.youngs_modulus_pa;
+  bed.soil.poisson_ratio = m.poisson_ratio;
+  bed.soil.contact = e.laws;
+  for (const Interface& f : e.interfaces) {
+    const bool own = f.a == g.material && f.b == g.material;
+    const bool floor = (f.a == g.material && f.b == e.box.material) ||
+                       (f.b == g.material && f.a == e.box.material);
+    if (own) {
+      bed.soil.restitution = f.restitution;
+      bed.soil.friction = f.friction;
+      bed.soil.rolling_friction = f.rolling_friction;
+      bed.soil.contact.settings.insert(bed.soil.contact.settings.end(), f.numbers.settings.begin(),
+                                       f.numbers.settings.end());
+      if (f.numbers.rolling_damping) bed.soil.contact.rolling_damping = *f.numbers.rolling_damping;
+      if (f.numbers.surface_energy_j_per_m2) {
+        bed.soil.contact.surface_energy_j_per_m2 = *f.numbers.surface_energy_j_per_m2;
+      }
+    } else if (floor) {
+      bed.soil.contact.floor = f.numbers;
+    }
+  }
+  bed.soil.solid_fraction = g.solid_fraction;
+  bed.soil.gravity_m_per_s2 = e.gravity_m_per_s2;
+  bed.soil.sizes = g.sizes;
+  bed.length_m = e.box.length_m;
+  bed.width_m = e.box.width_m;
+  bed.depth_m = g.depth_m;
+  bed.rayleigh_fraction = e.rayleigh_fraction;
+  bed.seed = e.seed;
+  return bed;
+}
+
+bool MovesFreely(const BodySpec& body) {
+  return std::any_of(body.motion.begin(), body.motion.end(),
+                     [](const MotionStep& s) { return s.free; });
+}
+
+namespace {
+
+double StepOf(const Experiment& e, double* rayleigh) {
+  const ContactModel contacts = ContactsOf(e);
+  double step = kNever;
+  *rayleigh = kNever;
+  const auto look = [&](const Material& m, double r, double mass) {
+    const double own = RayleighTime(r, m.density_kg_per_m3, m.youngs_modulus_pa, m.poisson_ratio);
+    *rayleigh = std::min(*rayleigh, own);
+    step = std::min({step, e.rayleigh_fraction * own, PackedLimit(contacts, e.overlap, r, mass)});
+  };
+  for (const Grains& g : e.grains) {
+    const Material& m = MaterialOf(e, g.material);
+    const double thick = e.box.disc_thickness_m;
+    const auto mass = [&](double r) {
+      return m.density_kg_per_m3 * M_PI * r * r * (thick > 0 ? thick : 4.0 / 3 * r);
+    };
+    // A contact of a clump feels all of its mass, by at most its smallest sphere.
+    for (const SizeBin& b : g.sizes) {
+      look(m, SmallestOf(g) * b.diameter_m,
+           mass((g.clump.empty() ? 0.5 : SmallestOf(g)) * b.diameter_m));
+    }
+    for (const GrainState& s : g.listed) look(m, s.radius_m, mass(s.radius_m));
+  }
+  return step;
+}
+
+double CountOf(const Experiment& e, const Grains& g) {
+  switch (g.filling) {
+    case Filling::kBed:
+      return WorkOf(BedOf(e, g)).grains;
+    case Filling::kListed:
+      return static_cast<double>(g.listed.size());
+    case Filling::kLattice:
+      if (g.count == 0) {
+        const Sites s = SitesOf(g);
+        return CountInLayer(s, g) * s.layers;
+      }
+      [[fallthrough]];
+    default:
+      return static_cast<double>(g.count);
+  }
+}
+
+/// Spheres in a group: members of its clumps.
+double SpheresOf(const Experiment& e, const Grains& g) {
+  return CountOf(e, g) * std::max<double>(1, static_cast<double>(g.clump.size()));
+}
+
+double PreparationTime(const Experiment& e) {
+  double time = RainTime(e);
+  for (const Preparation& p : e.preparation) {
+    if (p.kind == Preparation::Kind::kShake) time += p.for_s;
+    if (p.kind == Preparation::Kind::kSettle || p.kind == Preparation::Kind::kRelax) {
+      time += SettlingOf(e, p).most_s;
+    }
+  }
+  const bool target = std::any_of(e.preparation.begin(), e.preparation.end(),
+                                  [](const Preparation& p) { return p.solid_fraction > 0; });
+  return target ? kMostAttempts * time : time;
+}
+
+double ProgramTime(const Experiment& e) {
+  double longest = 0;
+  for (const BodySpec& b : e.bodies) {
+    double sum = 0;
+    for (const MotionStep& s : b.motion) sum += MostTime(e, b, s);
+    longest = std::max(longest, sum);
+  }
+  if (e.duration_s > 0) longest = longest > 0 ? std::min(longest, e.duration_s) : e.duration_s;
+  return longest;
+}
+
+}  // namespace
+
+Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
+  const Experiment e = Resolved(given);
+  Validate(e, limits);
+  Plan plan;
+  plan.dt_s = StepOf(e, &plan.rayleigh_time_s);
+  ValidateSpeeds(e, plan.dt_s);
+  double bed_grain_steps = 0, bed_steps = 0;
+  for (const Grains& g : e.grains) {
+    plan.work.grains += SpheresOf(e, g);
+    if (g.filling != Filling::kBed) continue;
+    const Work bed = WorkOf(BedOf(e, g));
+    bed_steps += bed.steps;
+    bed_grain_steps += bed.steps * bed.grains;
+  }
+  plan.preparation_s = PreparationTime(e);
+  plan.program_s = ProgramTime(e);
+  const double preparation = plan.preparation_s / plan.dt_s, program = plan.program_s / plan.dt_s;
+  plan.preparation_grain_steps = bed_grain_steps + preparation * plan.work.grains;
+  plan.program_grain_steps = program * plan.work.grains;
+  plan.work.steps = bed_steps + preparation + program;
+  plan.work.bytes = kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
+  CheckWork("grains, bodies.motion", plan.work, limits);
+  return plan;
+}
+
+}  // namespace grouser::dem::experiment

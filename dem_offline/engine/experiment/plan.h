@@ -1,0 +1,61 @@
+#pragma once
+
+#include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/engine/laws/contact_model.h"
+
+// What an experiment means in numbers, before anything is made: materials in the order of a
+// world, lattices, times.
+
+namespace grouser::dem::experiment {
+
+/// Number of a material in the world: those of grains in the order of their groups, then the
+/// others as given. Throws SpecError naming `field` for an unknown name.
+int MaterialNumber(const Experiment& e, const std::string& name, const std::string& field);
+const Material& MaterialOf(const Experiment& e, const std::string& name);
+
+inline constexpr const char* kAny = "any";  ///< every material, in an interface
+
+/// Laws and interfaces of all materials; grain_friction >= 0: of grains among themselves instead
+/// of their own.
+ContactModel ContactsOf(const Experiment& e, double grain_friction = -1);
+
+/// Places of a simple cubic lattice in a region, layer by layer from its low end.
+struct Sites {
+  double pitch_m = 0, step_x_m = 0, step_y_m = 0;
+  double nx = 0, ny = 0, layers = 0;  ///< whole numbers; of layers: as many as the region holds
+  double PerLayer() const { return nx * ny; }
+};
+/// Of a group that is poured, rained or on a lattice.
+Sites SitesOf(const Grains& g);
+/// The centres of one layer, in rows along y. A cylinder leaves out what does not lie in it.
+std::vector<Vec3d> LayerOf(const Sites& sites, const Grains& g, std::int64_t layer);
+/// Centres in a layer, without making them: for a cylinder its own, else PerLayer.
+double CountInLayer(const Sites& sites, const Grains& g);
+
+/// The same with what was left out: regions (the box), preparation (settle, where grains fall),
+/// probes (pose, wrench and velocity of every body that moves).
+Experiment Resolved(const Experiment& given);
+
+double LargestDiameter(const Experiment& e);
+double SmallestRadius(const Experiment& e);
+/// sqrt(d/g) of the largest grains [s]: the unit of the times that are set by rule.
+double GravityTime(const Experiment& e);
+
+/// Least and most time of a settling [s]: from the height of the box.
+struct SettlingTimes {
+  double least_s, most_s;
+};
+SettlingTimes SettlingOf(const Experiment& e, const Preparation& step);
+/// Time between two layers of rain, and over all of them [s].
+double RainInterval(const Experiment& e, const Grains& g);
+double RainTime(const Experiment& e);
+
+/// Most time of a step of a program [s]; kNever: it has no end.
+double MostTime(const Experiment& e, const BodySpec& body, const MotionStep& step);
+
+/// The bed of a group of kind bed.
+BedSpec BedOf(const Experiment& e, const Grains& g);
+
+bool MovesFreely(const BodySpec& body);
+
+}  // namespace grouser::dem::experiment

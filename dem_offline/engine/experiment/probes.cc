@@ -1,0 +1,242 @@
+// What is written while an experiment runs.
+#include "dem_offline/engine/experiment/probes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dem_offline/engine/experiment/plan.h"
+
+namespace grouser::dem::experiment {
+namespace {
+
+bool HasTable(const Probe& p) {
+  return p.kind == Probe::Kind::kBins || p.kind == Probe::Kind::kSurface;
+}
+
+/// Origin of the file's body coordinates, and their axes.
+struct Pose {
+  Vec3d at;
+  Quatd turn;
+};
+Pose PoseOf(const Body& b, const BuiltBody& built) {
+  const Quatd turn = Unit(Mul(b.orientation, Conj(built.turn)));
+  return {Sub(b.position_m, MatrixOf(turn) * built.centre_m), turn};
+}
+
+}  // namespace
+
+Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
+               const SinkFn& sink)
+    : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
+  MakeColumns();
+}
+
+void Probes::MakeColumns() {
+  series_.name = "series";
+  series_.columns = {"time_s"};
+  const auto add = [&](const std::string& prefix, std::initializer_list<const char*> names) {
+    for (const char* n : names) series_.columns.push_back(prefix + n);
+  };
+  for (const Probe& p : e_.probes) {
+    const std::string body = p.body + "." + (p.body_frame ? "body_" : "");
+    Table table;
+    switch (p.kind) {
+      case Probe::Kind::kWrench:
+        add(body, {"f_x_n", "f_y_n", "f_z_n", "t_x_n_m", "t_y_n_m", "t_z_n_m"});
+        break;
+      case Probe::Kind::kPose:
+        add(body,
+            {"x_m", "y_m", "z_m", "turned_x_rad", "turned_y_rad", "turned_z_rad", "sinkage_m"});
+        break;
+      case Probe::Kind::kVelocity:
+        add(body, {"v_x_m_per_s", "v_y_m_per_s", "v_z_m_per_s", "w_x_rad_per_s", "w_y_rad_per_s",
+                   "w_z_rad_per_s"});
+        break;
+      case Probe::Kind::kCoordination:
+        add("", {"coordination"});
+        break;
+      case Probe::Kind::kEnergy:
+        energy_ = true;
+        add("energy.",
+            {"kinetic_j", "potential_j", "stored_j", "normal_damping_j", "tangential_damping_j",
+             "slip_j", "rolling_j", "plastic_j", "cohesion_j", "body_work_j", "residual_j"});
+        break;
+      case Probe::Kind::kRest:
+        add("", {"kinetic_over_weight"});
+        break;
+      case Probe::Kind::kRepose:
+        add("repose.", {"angle_rad", "height_m", "foot_m"});
+        break;
+      case Probe::Kind::kBins:
+        table = {p.name,
+                 {"time_s", "low_1_m", "high_1_m", "low_2_m", "high_2_m", "low_z_m", "high_z_m",
+                  "solid_fraction", "v_1_m_per_s", "v_2_m_per_s", "v_z_m_per_s",
+                  "temperature_m2_per_s2", "grains"}};
+        break;
+      case Probe::Kind::kSurface:
+        table = {p.name, {"time_s", "x_m", "y_m", "height_m"}};
+        break;
+    }
+    tables_.push_back(table);
+    due_s_.push_back(p.every_s);
+  }
+}
+
+std::size_t Probes::IndexOf(const std::string& body) const {
+  std::size_t k = 0;
+  while (e_.bodies[k].name != body) ++k;
+  return k;
+}
+
+std::vector<GrainState> Probes::States() const {
+  std::vector<GrainState> out;
+  out.reserve(ground_.world().count());
+  for (std::int64_t i = 0; i < ground_.world().count(); ++i) out.push_back(ground_.At(i));
+  return out;
+}
+
+void Probes::Begin() {
+  balance_0_ = ground_.world().Balance();
+  WriteSeries(0);
+}
+
+void Probes::AfterStep(std::int64_t steps) {
+  const double time = time_s_ = static_cast<double>(steps) * ground_.world().config().dt_s;
+  for (std::size_t b = 0; b < sums_.size(); ++b) {
+    sums_[b].Add(ground_.world().wrench(ground_.BodyOf(b)));
+  }
+  ++summed_;
+  if (steps == 1 && energy_) balance_0_ = ground_.world().Balance();
+  if (time * (1 + 1e-9) < next_s_) return;
+  WriteSeries(time);
+  for (std::size_t k = 0; k < e_.probes.size(); ++k) {
+    if (!HasTable(e_.probes[k]) || !(e_.probes[k].every_s > 0)) continue;
+    if (time * (1 + 1e-9) < due_s_[k]) continue;
+    due_s_[k] += e_.probes[k].every_s;
+    WriteTable(e_.probes[k], time);
+  }
+}
+
+void Probes::End() {
+  if (summed_ > 0) WriteSeries(time_s_);
+  for (const Probe& p : e_.probes) {
+    if (HasTable(p) && !(p.every_s > 0)) WriteTable(p, time_s_);
+  }
+}
+
+void Probes::WriteSeries(double time_s) {
+  std::vector<double> row = {time_s};
+  for (const Probe& p : e_.probes) AddRow(p, &row);
+  if (sink_) sink_(series_, row);
+  next_s_ += e_.sample_s;
+  summed_ = 0;
+  std::fill(sums_.begin(), sums_.end(), Wrench{});
+}
+
+void Probes::AddRow(const Probe& p, std::vector<double>* row) {
+  const World& world = ground_.world();
+  switch (p.kind) {
+    case Probe::Kind::kWrench:
+      return AddWrench(IndexOf(p.body), p.body_frame, row);
+    case Probe::Kind::kPose:
+      return AddPose(IndexOf(p.body), row);
+    case Probe::Kind::kVelocity:
+      return AddVelocity(IndexOf(p.body), row);
+    case Probe::Kind::kCoordination:
+      return row->push_back(world.MeanContacts());
+    case Probe::Kind::kEnergy:
+      return AddEnergy(row);
+    case Probe::Kind::kRest:
+      return row->push_back(Restlessness(world));
+    case Probe::Kind::kRepose: {
+      const Heap heap = MeasureHeap(States(), p, LargestDiameter(e_));
+      row->insert(row->end(), {heap.angle_rad, heap.height_m, heap.foot_m});
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+/// Mean over the sample, about the origin of the file's body coordinates.
+void Probes::AddWrench(std::size_t b, bool body_frame, std::vector<double>* row) const {
+  const Wrench& w = sums_[b];
+  const double n = std::max<double>(1, static_cast<double>(summed_));
+  Vec3d force = Scale(1 / n, {w.fx, w.fy, w.fz}), moment = Scale(1 / n, {w.tx, w.ty, w.tz});
+  const Body& body = ground_.world().body(ground_.BodyOf(b));
+  const Pose pose = PoseOf(body, ground_.Built(b));
+  moment = Add(moment, CrossD(Sub(body.position_m, pose.at), force));
+  if (body_frame) {
+    const Mat3d r = MatrixOf(pose.turn);
+    force = r.Back(force);
+    moment = r.Back(moment);
+  }
+  row->insert(row->end(), {force[0], force[1], force[2], moment[0], moment[1], moment[2]});
+}
+
+void Probes::AddPose(std::size_t b, std::vector<double>* row) const {
+  const Body& body = ground_.world().body(ground_.BodyOf(b));
+  const Pose pose = PoseOf(body, ground_.Built(b));
+  Vec3d turned = {0, 0, 0};
+  for (const Drive& d : drives_) {
+    if (d.body() == ground_.BodyOf(b)) turned = d.turned_rad();
+  }
+  row->insert(row->end(), {pose.at[0], pose.at[1], pose.at[2], turned[0], turned[1], turned[2],
+                           ground_.surface_m() - LowestPoint(body)});
+}
+
+void Probes::AddVelocity(std::size_t b, std::vector<double>* row) const {
+  const Body& body = ground_.world().body(ground_.BodyOf(b));
+  const Pose pose = PoseOf(body, ground_.Built(b));
+  const Vec3d& w = body.spin_rad_per_s;
+  const Vec3d v = Add(body.velocity_m_per_s, CrossD(w, Sub(pose.at, body.position_m)));
+  row->insert(row->end(), {v[0], v[1], v[2], w[0], w[1], w[2]});
+}
+
+void Probes::AddEnergy(std::vector<double>* row) const {
+  const EnergyBalance e = ground_.world().Balance();
+  row->insert(row->end(), {e.kinetic, e.potential - balance_0_.potential, e.stored,
+                           e.normal_damping, e.tangent_damping, e.slip, e.rolling, e.plastic,
+                           e.cohesion, e.body_work, e.Total() - balance_0_.Total()});
+}
+
+void Probes::WriteTable(const Probe& p, double time_s) {
+  if (!sink_) return;
+  const Table& table = tables_[&p - e_.probes.data()];
+  const Region& r = p.region;
+  if (p.kind == Probe::Kind::kSurface) {
+    const std::vector<double> height = MeasureSurface(States(), p);
+    for (int ix = 0; ix < p.n[0]; ++ix) {
+      for (int iy = 0; iy < p.n[1]; ++iy) {
+        sink_(table, {time_s, r.low_m[0] + (ix + 0.5) * (r.high_m[0] - r.low_m[0]) / p.n[0],
+                      r.low_m[1] + (iy + 0.5) * (r.high_m[1] - r.low_m[1]) / p.n[1],
+                      height[static_cast<std::size_t>(ix) * p.n[1] + iy]});
+      }
+    }
+    return;
+  }
+  std::vector<double> shares;
+  for (std::int64_t i = 0; i < ground_.world().count(); ++i) {
+    shares.push_back(ground_.SolidShare(i));
+  }
+  const std::vector<Bin> bins = MeasureBins(States(), p, shares);
+  const bool round = r.radius_m > 0;
+  const double low[3] = {round ? 0 : r.low_m[0], round ? 0 : r.low_m[1], r.low_m[2]};
+  const double high[3] = {round ? r.radius_m : r.high_m[0], round ? 2 * M_PI : r.high_m[1],
+                          r.high_m[2]};
+  for (std::size_t k = 0; k < bins.size(); ++k) {
+    const std::size_t at[3] = {k / p.n[2] / p.n[1], k / p.n[2] % p.n[1], k % p.n[2]};
+    std::vector<double> row = {time_s};
+    for (int a = 0; a < 3; ++a) {
+      const double step = (high[a] - low[a]) / p.n[a];
+      row.push_back(low[a] + static_cast<double>(at[a]) * step);
+      row.push_back(low[a] + static_cast<double>(at[a] + 1) * step);
+    }
+    const Bin& b = bins[k];
+    row.insert(row.end(), {b.solid_fraction, b.velocity_m_per_s[0], b.velocity_m_per_s[1],
+                           b.velocity_m_per_s[2], b.temperature_m2_per_s2, b.grains});
+    sink_(table, row);
+  }
+}
+
+}  // namespace grouser::dem::experiment

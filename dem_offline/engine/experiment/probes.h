@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dem_offline/engine/experiment/drive.h"
+#include "dem_offline/engine/experiment/ground.h"
+
+namespace grouser::dem::experiment {
+
+/// Mean over bins of a region: solid fraction, velocity and granular temperature.
+struct Bin {
+  double solid_fraction = 0;
+  Vec3d velocity_m_per_s = {0, 0, 0};  ///< by mass; cylindrical bins: radial, along the turn, up
+  double temperature_m2_per_s2 = 0;    ///< 1/3 of the mean square velocity about the mean
+  double grains = 0;
+};
+/// Row of bins, z fastest. A grain's volume is shared out by points spread evenly in it; its
+/// velocity belongs to the bin of its centre. solid_share: Ground::SolidShare; empty: 1.
+std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& probe,
+                             const std::vector<double>& solid_share = {});
+
+/// Highest point of the grains over each of nx x ny fields of the region [m]; NaN: none.
+std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const Probe& probe);
+
+/// A heap about the upright axis through the middle of the region.
+struct Heap {
+  double angle_rad = 0;  ///< of the straight line through the flank, 20 to 80 % of its foot
+  double height_m = 0, foot_m = 0;
+};
+/// The surface ring by ring, each one the mean of the highest grains in 16 sectors; the foot is
+/// where this mean falls under one diameter. All 0 for less than four rings.
+Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, double diameter_m);
+
+/// All probes of an experiment: collects every step, writes rows to the sink.
+class Probes {
+ public:
+  /// `e` is Resolved.
+  Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
+         const SinkFn& sink);
+
+  bool energy() const { return energy_; }
+  /// The program begins: the stored energy is known from here on.
+  void Begin();
+  void AfterStep(std::int64_t steps);
+  /// The last row, and the tables that are due at the end.
+  void End();
+  const EnergyBalance& first_balance() const { return balance_0_; }
+
+ private:
+  struct Sum {
+    Wrench wrench;
+  };
+  void MakeColumns();
+  void WriteSeries(double time_s);
+  void AddRow(const Probe& p, std::vector<double>* row);
+  void AddPose(std::size_t body, std::vector<double>* row) const;
+  void AddWrench(std::size_t body, bool body_frame, std::vector<double>* row) const;
+  void AddVelocity(std::size_t body, std::vector<double>* row) const;
+  void AddEnergy(std::vector<double>* row) const;
+  void WriteTable(const Probe& p, double time_s);
+  std::size_t IndexOf(const std::string& body) const;
+  std::vector<GrainState> States() const;
+
+  const Experiment& e_;
+  const Ground& ground_;
+  const std::vector<Drive>& drives_;
+  const SinkFn& sink_;
+  Table series_;
+  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
+  std::vector<double> due_s_;  ///< [probe]
+  std::vector<Wrench> sums_;   ///< [body]
+  std::int64_t summed_ = 0;
+  double next_s_ = 0, time_s_ = 0;
+  bool energy_ = false;
+  EnergyBalance balance_0_;
+};
+
+}  // namespace grouser::dem::experiment

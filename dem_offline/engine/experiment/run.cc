@@ -1,0 +1,192 @@
+// An experiment from its beginning to its end.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "dem_offline/engine/experiment/drive.h"
+#include "dem_offline/engine/experiment/ground.h"
+#include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/probes.h"
+
+namespace grouser::dem::experiment {
+namespace {
+
+constexpr std::int64_t kLookSteps = 200;  // between looks at open sides
+
+/// Of a body over the height of the box: the frame ends at 2, where it would come back below.
+constexpr double kMostHeight = 1.9;
+
+using Clock = std::chrono::steady_clock;
+
+/// Bounds of the steps of a program [s].
+std::vector<double> MostTimes(const Experiment& e, const BodySpec& body) {
+  std::vector<double> out;
+  for (const MotionStep& s : body.motion) out.push_back(MostTime(e, body, s));
+  return out;
+}
+
+class Run {
+ public:
+  Run(const Experiment& e, const Plan& plan, const SinkFn& sink, const ProgressFn& progress,
+      const WorkLimits& limits)
+      : e_(e), plan_(plan), progress_(progress), ground_(e, plan.dt_s, Preparing(), limits) {
+    out_.prepared_s = ground_.world().time_s();
+    Surroundings around;
+    around.dt_s = plan.dt_s;
+    around.gravity_m_per_s2 = e.gravity_m_per_s2;
+    around.unit_s = GravityTime(e);
+    around.done = [this](const std::string& name) {
+      return std::all_of(drives_.begin(), drives_.end(),
+                         [&](const Drive& d) { return d.name() != name || d.done(); });
+    };
+    around.restlessness = [this] { return Restlessness(ground_.world()); };
+    for (std::size_t b = 0; b < e.bodies.size(); ++b) {
+      if (e.bodies[b].motion.empty()) continue;
+      const BuiltBody& built = ground_.Built(b);
+      drives_.emplace_back(e.bodies[b], ground_.BodyOf(b),
+                           MatrixOf(built.turn).Back(built.centre_m), MostTimes(e, e.bodies[b]),
+                           around);
+    }
+    probes_ = std::make_unique<Probes>(e, ground_, drives_, sink);
+  }
+
+  Result Go() {
+    World& world = ground_.world();
+    out_.grains = static_cast<std::uint64_t>(world.count());
+    if (probes_->energy()) world.SetEnergy(true);
+    probes_->Begin();
+    const std::uint64_t before = world.steps();
+    while (OneStep()) {
+    }
+    probes_->End();
+    out_.steps = world.steps() - before;
+    out_.run_s = static_cast<double>(out_.steps) * plan_.dt_s;
+    Report();
+    return out_;
+  }
+
+ private:
+  /// Preparation is the share of the whole that its grain-steps are.
+  ProgressFn Preparing() {
+    if (!progress_) return nullptr;
+    const double all = plan_.preparation_grain_steps + plan_.program_grain_steps;
+    share_ = all > 0 ? plan_.preparation_grain_steps / all : 0;
+    return [this](double fraction, const std::string& stage) {
+      return progress_(share_ * fraction, stage);
+    };
+  }
+
+  bool End(const std::string& reason) {
+    out_.reason = reason;
+    out_.done = reason.empty();
+    return false;
+  }
+
+  bool OneStep() {
+    World& world = ground_.world();
+    for (Drive& d : drives_) d.Before(world);
+    const StepFault fault = world.Step();
+    ++steps_;
+    if (fault != StepFault::kNone) {
+      return End(std::string(Explain(fault)) + " at " + Short(Time()) + " s");
+    }
+    out_.particle_steps += static_cast<double>(world.count());
+    bool all_done = !drives_.empty();
+    for (Drive& d : drives_) {
+      if (!d.After(world)) return End(d.reason());
+      const double z = world.body(d.body()).position_m[2];
+      if (!(std::abs(z) < kMostHeight * e_.box.height_m)) {
+        return End("body '" + d.name() + "' has left the box, at z = " + Short(z) + " m");
+      }
+      all_done = all_done && d.done();
+    }
+    if (steps_ % kLookSteps == 0) out_.left += ground_.TakeOutLeavers();
+    probes_->AfterStep(steps_);
+    if (all_done && !(e_.duration_s > 0 && Time() < e_.duration_s)) return End("");
+    if (e_.duration_s > 0 && Time() * (1 + 1e-12) >= e_.duration_s) return End("");
+    if (progress_ && steps_ % PollSteps(world.count()) == 0) {
+      const double part = std::min(1.0, Time() / plan_.program_s);
+      if (!progress_(share_ + (1 - share_) * part, "run")) {
+        throw std::runtime_error("stopped by caller");
+      }
+    }
+    return true;
+  }
+
+  double Time() const { return static_cast<double>(steps_) * plan_.dt_s; }
+
+  void Report() {
+    const World& world = ground_.world();
+    out_.dt_s = plan_.dt_s;
+    out_.rayleigh_time_s = plan_.rayleigh_time_s;
+    out_.list_rebuilds = world.rebuilds();
+    out_.solid_fraction = ground_.solid_fraction();
+    out_.surface_m = ground_.surface_m();
+    out_.coordination = world.MeanContacts();
+    const auto quantum = world.config().frame.Quantum();
+    out_.quantum_m = *std::max_element(quantum.begin(), quantum.end());
+    std::vector<float> overlaps = world.OverlapRatios();
+    std::sort(overlaps.begin(), overlaps.end());
+    if (!overlaps.empty()) {
+      out_.overlap_p99 = overlaps[static_cast<std::size_t>(0.99 * overlaps.size())];
+      out_.overlap_max = overlaps.back();
+    }
+    if (!probes_->energy()) return;
+    const EnergyBalance end = world.Balance(), begin = probes_->first_balance();
+    out_.energy_residual_j = end.Total() - begin.Total();
+    out_.energy_input_j = end.body_work - begin.body_work;
+  }
+
+  const Experiment& e_;
+  const Plan& plan_;
+  const ProgressFn& progress_;
+  double share_ = 0;
+  Ground ground_;
+  std::vector<Drive> drives_;
+  std::unique_ptr<Probes> probes_;
+  std::int64_t steps_ = 0;
+  Result out_;
+};
+
+}  // namespace
+
+Result RunExperiment(const Experiment& given, const SinkFn& sink, const ProgressFn& progress,
+                     const WorkLimits& limits) {
+  const Plan plan = PlanOf(given, limits);
+  const Experiment e = Resolved(given);
+  const auto begin = Clock::now();
+  Result out = Run(e, plan, sink, progress, limits).Go();
+  out.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+  return out;
+}
+
+double MeasureRate(const Experiment& given) {
+  constexpr int kSide = 12, kSteps = 60;
+  const Experiment e = Resolved(given);
+  const double r = SmallestRadius(e), pitch = 1.99 * r;
+  WorldConfig c;
+  c.frame = {kSide * pitch, kSide * pitch, 4 * kSide * pitch};
+  c.gravity_m_per_s2 = {0, 0, 0};
+  c.contacts = ContactsOf(e);
+  const Material& m = MaterialOf(e, e.grains[0].material);
+  c.dt_s = 0.1 * RayleighTime(r, m.density_kg_per_m3, m.youngs_modulus_pa, m.poisson_ratio);
+  std::vector<GrainState> grains;
+  for (int i = 0; i < kSide * kSide * kSide; ++i) {
+    GrainState s = {};
+    s.x_m = (i % kSide + 0.5) * pitch;
+    s.y_m = (i / kSide % kSide + 0.5) * pitch;
+    s.z_m = (i / kSide / kSide + 0.5 - 0.5 * kSide) * pitch;
+    s.radius_m = r;
+    s.density_kg_per_m3 = m.density_kg_per_m3;
+    grains.push_back(s);
+  }
+  World world(c, grains);
+  world.Run(5);
+  const auto begin = Clock::now();
+  world.Run(kSteps);
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  return kSteps * static_cast<double>(grains.size()) / std::max(seconds, 1e-9);
+}
+
+}  // namespace grouser::dem::experiment

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "dem_offline/engine/experiment/experiment.h"
+
+namespace grouser::dem::experiment {
+
+/// Throw SpecError for what cannot be; nothing is allocated that grows with the experiment.
+/// `e` is Resolved.
+void Validate(const Experiment& e, const WorkLimits& limits);
+/// Bodies and rain that move more than a tenth of the smallest radius in a step.
+void ValidateSpeeds(const Experiment& e, double dt_s);
+
+}  // namespace grouser::dem::experiment

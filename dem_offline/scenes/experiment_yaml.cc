@@ -1,0 +1,485 @@
+#include "dem_offline/scenes/experiment_yaml.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "dem_offline/engine/core/rotation.h"
+#include "dem_offline/scenes/experiment_keys.h"
+#include "proto/records/durable_file.h"
+
+namespace grouser::campaign {
+namespace {
+
+namespace dx = dem::experiment;
+using dem::Quatd;
+using dem::Vec3d;
+
+constexpr std::uint64_t kMostCount = 1000000000;
+
+Vec3d ToVec3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+/// Turned about the fixed x, then y, then z.
+Quatd TurnOf(const std::vector<double>& angles) {
+  const auto about = [&](std::size_t axis) {
+    Quatd q = {std::cos(0.5 * angles[axis]), 0, 0, 0};
+    q[axis + 1] = std::sin(0.5 * angles[axis]);
+    return q;
+  };
+  return dem::Mul(about(2), dem::Mul(about(1), about(0)));
+}
+
+class Reader {
+ public:
+  Reader(ExperimentFile* out, std::string folder) : out_(*out), folder_(std::move(folder)) {}
+
+  void Read(KeyedSection root) {
+    dx::Experiment& e = out_.experiment;
+    e.name = root.Text("name");
+    e.seed = root.CountOr("seed", 1, std::numeric_limits<std::uint64_t>::max());
+    e.gravity_m_per_s2 = root.NumberOr("gravity_m_per_s2", e.gravity_m_per_s2);
+    e.duration_s = root.NumberOr("duration_s", 0);
+    if (root.Has("laws")) ReadLaws(root.Section("laws"));
+    for (KeyedSection& s : root.Sections("materials")) e.materials.push_back(ReadMaterial(s));
+    for (KeyedSection& s : root.Sections("interfaces")) e.interfaces.push_back(ReadInterface(s));
+    ReadBox(root.Section("box"));
+    for (KeyedSection& s : root.Sections("grains")) e.grains.push_back(ReadGrains(s));
+    if (root.Has("preparation")) {
+      for (KeyedSection& s : root.Sections("preparation")) {
+        e.preparation.push_back(ReadPreparation(s));
+      }
+    }
+    if (root.Has("bodies")) {
+      for (KeyedSection& s : root.Sections("bodies")) e.bodies.push_back(ReadBody(s));
+    }
+    if (root.Has("probes")) {
+      for (KeyedSection& s : root.Sections("probes")) e.probes.push_back(ReadProbe(s));
+    }
+    if (root.Has("output")) {
+      KeyedSection s = root.Section("output");
+      e.sample_s = s.NumberOr("sample_s", e.sample_s);
+      s.Finish();
+    }
+    if (root.Has("numerics")) {
+      KeyedSection s = root.Section("numerics");
+      e.rayleigh_fraction = s.NumberOr("rayleigh_fraction", e.rayleigh_fraction);
+      e.overlap = s.NumberOr("overlap", e.overlap);
+      s.Finish();
+    }
+    root.Finish();
+  }
+
+ private:
+  static std::vector<dem::NamedSetting> ReadSettings(KeyedSection& at) {
+    std::vector<dem::NamedSetting> out;
+    for (const dem::LawEntry& law : dem::LawRegistry()) {
+      if (law.settings.empty() || !at.yaml().Has(law.name)) continue;
+      YamlSection section = at.yaml().Section(law.name);
+      for (const dem::NamedSetting& known : law.settings) {
+        if (section.Has(known.name)) {
+          out.push_back({law.name, known.name, section.Number(known.name)});
+        }
+      }
+      section.Finish();
+    }
+    return out;
+  }
+
+  void ReadLaws(KeyedSection s) {
+    dem::ContactChoice& c = out_.experiment.laws;
+    c.normal = s.TextOr("normal", c.normal);
+    c.tangential = s.TextOr("tangential", c.tangential);
+    c.rolling = s.TextOr("rolling", c.rolling);
+    c.cohesion = s.TextOr("cohesion", c.cohesion);
+    c.rolling_damping = s.NumberOr("rolling_damping", c.rolling_damping);
+    c.surface_energy_j_per_m2 = s.NumberOr("surface_energy_j_per_m2", 0);
+    c.settings = ReadSettings(s);
+    s.Finish();
+  }
+
+  static dx::Material ReadMaterial(KeyedSection& s) {
+    dx::Material m;
+    m.name = s.Text("name");
+    m.density_kg_per_m3 = s.NumberOr("density_kg_per_m3", 0);
+    m.youngs_modulus_pa = s.NumberOr("youngs_modulus_pa", 0);
+    m.poisson_ratio = s.NumberOr("poisson_ratio", 0);
+    s.Finish();
+    return m;
+  }
+
+  static dx::Interface ReadInterface(KeyedSection& s) {
+    dx::Interface f;
+    const auto between = s.Texts("between");
+    f.a = between[0];
+    f.b = between[1];
+    f.restitution = s.Number("restitution");
+    f.friction = s.Number("friction");
+    f.rolling_friction = s.NumberOr("rolling_friction", 0);
+    if (s.Has("rolling_damping")) f.numbers.rolling_damping = s.Number("rolling_damping");
+    if (s.Has("surface_energy_j_per_m2")) {
+      f.numbers.surface_energy_j_per_m2 = s.Number("surface_energy_j_per_m2");
+    }
+    f.numbers.settings = ReadSettings(s);
+    s.Finish();
+    return f;
+  }
+
+  void ReadBox(KeyedSection s) {
+    dx::BoxSpec& b = out_.experiment.box;
+    b.length_m = s.Number("length_m");
+    b.width_m = s.Number("width_m");
+    b.height_m = s.Number("height_m");
+    b.x = static_cast<dx::Side>(s.ChoiceOr("x", 0));
+    b.y = static_cast<dx::Side>(s.ChoiceOr("y", 0));
+    b.material = s.Text("material");
+    b.planar = s.Switch("planar", false);
+    b.disc_thickness_m = s.NumberOr("disc_thickness_m", 0);
+    s.Finish();
+  }
+
+  static dx::Region ReadRegion(KeyedSection s) {
+    dx::Region r;
+    r.low_m = ToVec3(s.Vector("low_m"));
+    r.high_m = ToVec3(s.Vector("high_m"));
+    r.radius_m = s.NumberOr("radius_m", 0);
+    s.Finish();
+    if (r.low_m == r.high_m) s.yaml().Fail("high_m", "the same as low_m", "the opposite corner");
+    return r;
+  }
+
+  dx::Grains ReadGrains(KeyedSection& s) {
+    dx::Grains g;
+    g.filling = static_cast<dx::Filling>(s.Choice("kind"));
+    g.material = s.Text("material");
+    if (g.filling == dx::Filling::kListed) {
+      g.listed = ReadList(s);
+      s.Finish();
+      return g;
+    }
+    if (s.Has("diameter_m") == s.Has("sizes")) {
+      s.yaml().Fail("sizes", s.Has("sizes") ? "it beside diameter_m" : "neither it nor diameter_m",
+                    "one of them");
+    }
+    if (s.Has("diameter_m")) g.sizes = {{s.Number("diameter_m"), 1.0}};
+    if (s.Has("sizes")) {
+      for (KeyedSection& bin : s.Sections("sizes")) {
+        g.sizes.push_back({bin.Number("diameter_m"), bin.Number("mass_fraction")});
+        bin.Finish();
+      }
+    }
+    if (g.filling == dx::Filling::kBed) {
+      g.depth_m = s.Number("depth_m");
+      g.solid_fraction = s.Number("solid_fraction");
+      s.Finish();
+      return g;
+    }
+    if (s.Has("region")) g.region = ReadRegion(s.Section("region"));
+    const bool lattice = g.filling == dx::Filling::kLattice;
+    if (g.filling != dx::Filling::kRained && s.Has("clump")) {
+      for (KeyedSection& m : s.Sections("clump")) {
+        g.clump.push_back({ToVec3(m.Vector("at")), m.Number("radius")});
+        m.Finish();
+      }
+    }
+    g.count = static_cast<std::int64_t>(lattice ? s.CountOr("count", 0, kMostCount)
+                                                : s.Count("count", kMostCount));
+    g.pitch_m = s.NumberOr("pitch_m", 0);
+    if (g.filling == dx::Filling::kRained) g.speed_m_per_s = s.NumberOr("speed_m_per_s", 0);
+    s.Finish();
+    return g;
+  }
+
+  std::string ReadOther(KeyedSection& s, const char* key) {
+    const std::filesystem::path given = s.Text(key);
+    const std::string path = given.is_absolute() ? given : std::filesystem::path(folder_) / given;
+    out_.others.push_back(path);
+    try {
+      return records::ReadFileBytes(path);
+    } catch (const std::exception& error) {
+      s.yaml().Fail(key, error.what(), "a file that can be read");
+    }
+  }
+
+  std::vector<dem::GrainState> ReadList(KeyedSection& s) {
+    const std::string text = ReadOther(s, "file");
+    std::vector<dem::GrainState> out;
+    std::istringstream in(text);
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number) {
+      if (line.empty() || line == "\r" || line[0] == '#') continue;
+      double v[4];
+      const char* at = line.data();
+      const char* end = at + line.size();
+      bool good = true;
+      for (int k = 0; k < 4 && good; ++k) {
+        while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
+        const auto [stop, error] = std::from_chars(at, end, v[k]);
+        good =
+            error == std::errc() && std::isfinite(v[k]) && (k == 3 || (stop < end && *stop == ','));
+        at = stop + (k < 3);
+      }
+      if (!good && out.empty() && number == 1) continue;  // the names of the columns
+      if (!good) {
+        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)), "x,y,z,r");
+      }
+      dem::GrainState g = {};
+      g.x_m = v[0];
+      g.y_m = v[1];
+      g.z_m = v[2];
+      g.radius_m = v[3];
+      out.push_back(g);
+    }
+    return out;
+  }
+
+  static dx::Preparation ReadPreparation(KeyedSection& s) {
+    dx::Preparation p;
+    p.kind = static_cast<dx::Preparation::Kind>(s.Choice("do"));
+    const bool shake = p.kind == dx::Preparation::Kind::kShake,
+               cut = p.kind == dx::Preparation::Kind::kCut;
+    if (!shake && !cut) {
+      p.rest = s.NumberOr("rest", p.rest);
+      p.most_s = s.NumberOr("most_s", 0);
+    }
+    if (p.kind == dx::Preparation::Kind::kSettle && s.Has("solid_fraction")) {
+      p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
+    }
+    if (!cut && s.Has("friction")) {
+      p.friction = s.Number("friction");
+      if (p.friction < 0) s.yaml().Fail("friction", fmt::format("{}", p.friction), "a number >= 0");
+    }
+    if (shake) {
+      p.amplitude_m = ToVec3(s.Vector("amplitude_m"));
+      p.frequency_hz = s.Number("frequency_hz");
+      p.for_s = s.Number("for_s");
+    }
+    if (cut) p.height_m = s.Number("height_m");
+    s.Finish();
+    return p;
+  }
+
+  dx::PartSpec ReadPart(KeyedSection& s) {
+    using S = dx::PartShape;
+    dx::PartSpec p;
+    p.shape = static_cast<S>(s.Choice("shape"));
+    if (s.Has("at_m")) p.at_m = ToVec3(s.Vector("at_m"));
+    if (s.Has("turn_deg")) p.turn = TurnOf(s.Vector("turn_deg"));
+    const auto is = [&](std::initializer_list<S> shapes) {
+      return std::find(shapes.begin(), shapes.end(), p.shape) != shapes.end();
+    };
+    if (is({S::kBox})) p.size_m = ToVec3(s.Vector("size_m"));
+    if (is({S::kCylinder, S::kTube, S::kDisc, S::kCone, S::kSphere, S::kWheel})) {
+      p.radius_m = Length(s, "radius_m");
+    }
+    if (is({S::kCylinder, S::kTube})) p.length_m = Length(s, "length_m");
+    if (is({S::kTube})) p.wall_m = s.Number("wall_m");
+    if (is({S::kAnnulus, S::kRing, S::kVanes})) {
+      p.inner_radius_m = Length(s, "inner_radius_m");
+      p.outer_radius_m = Length(s, "outer_radius_m");
+      if (!(p.outer_radius_m > p.inner_radius_m)) {
+        s.yaml().Fail("outer_radius_m", fmt::format("{}", p.outer_radius_m),
+                      "more than inner_radius_m");
+      }
+    }
+    if (is({S::kRing, S::kVanes, S::kCone})) p.height_m = Length(s, "height_m");
+    if (is({S::kVanes})) {
+      p.thickness_m = Length(s, "thickness_m");
+      p.count = static_cast<int>(s.Count("count", 1000));
+      if (p.count < 1) s.yaml().Fail("count", "0", "1 to 1000 bars");
+    }
+    if (is({S::kCone})) {
+      p.shaft_radius_m = s.Has("shaft_radius_m") ? Length(s, "shaft_radius_m") : p.radius_m;
+      p.shaft_length_m = s.Has("shaft_length_m") ? Length(s, "shaft_length_m") : 0;
+    }
+    if (is({S::kWheel})) {
+      p.width_m = Length(s, "width_m");
+      if (s.Has("treads")) {
+        for (KeyedSection& t : s.Sections("treads")) p.treads.push_back(ReadTread(t));
+      }
+    }
+    if (is({S::kMesh})) p.mesh = ReadMeshFile(s);
+    s.Finish();
+    return p;
+  }
+
+  static double Length(KeyedSection& s, const char* key) {
+    return s.yaml().Number(key, {0.0, 1e4, true});
+  }
+
+  static dem::Tread ReadTread(KeyedSection& s) {
+    dem::Tread t;
+    t.count = static_cast<int>(s.Count("count", 1000));
+    t.height_m = s.Number("height_m");
+    t.root_thickness_m = s.Number("root_thickness_m");
+    t.tip_thickness_m = s.NumberOr("tip_thickness_m", 0);
+    t.width_m = s.NumberOr("width_m", 0);
+    t.offset_m = s.NumberOr("offset_m", 0);
+    t.lean_rad = s.NumberOr("lean_deg", 0);
+    s.Finish();
+    return t;
+  }
+
+  dem::TriangleSoup ReadMeshFile(KeyedSection& s) {
+    const std::string bytes = ReadOther(s, "file");
+    const double scale = s.Has("scale") ? s.yaml().Number("scale", {0.0, 1e6, true}) : 1.0;
+    const int axle = s.ChoiceOr("axle", 1);
+    dem::TriangleSoup soup;
+    try {
+      soup = dem::ReadMesh(bytes, out_.others.back());
+    } catch (const std::invalid_argument& error) {
+      s.yaml().Fail("file", error.what(), "a mesh in STL or OBJ");
+    }
+    for (auto& v : soup.vertices) {  // cyclic, so that it stays right-handed
+      const std::array<double, 3> old = v;
+      for (int k = 0; k < 3; ++k) v[(k + 4 - axle) % 3] = scale * old[k];
+    }
+    return soup;
+  }
+
+  dx::BodySpec ReadBody(KeyedSection& s) {
+    dx::BodySpec b;
+    b.name = s.Text("name");
+    b.material = s.Text("material");
+    for (KeyedSection& p : s.Sections("parts")) b.parts.push_back(ReadPart(p));
+    b.position_m = ToVec3(s.Vector("position_m"));
+    if (s.Has("turn_deg")) b.turn = TurnOf(s.Vector("turn_deg"));
+    if (s.Has("above_surface_m")) b.above_surface_m = s.Number("above_surface_m");
+    b.mass_kg = s.NumberOr("mass_kg", 0);
+    if (s.Has("centre_m")) b.centre_m = ToVec3(s.Vector("centre_m"));
+    if (s.Has("inertia_kg_m2")) b.inertia_kg_m2 = ToVec3(s.Vector("inertia_kg_m2"));
+    if (s.Has("centre_m") != s.Has("inertia_kg_m2")) {
+      s.yaml().Fail(s.Has("centre_m") ? "inertia_kg_m2" : "centre_m", "none beside the other",
+                    "both, or neither");
+    }
+    b.while_preparing = s.Switch("while_preparing", false);
+    if (s.Has("motion")) {
+      for (KeyedSection& m : s.Sections("motion")) b.motion.push_back(ReadStep(m));
+    }
+    s.Finish();
+    return b;
+  }
+
+  static Vec3d AxisOf(int axis, double length) {
+    Vec3d out = {0, 0, 0};
+    out[static_cast<std::size_t>(axis)] = length;
+    return out;
+  }
+
+  static dx::MotionStep ReadStep(KeyedSection& s) {
+    dx::MotionStep m;
+    m.verb = s.Text("do");
+    const std::string& verb = m.verb;
+    if (verb == "move" || verb == "turn") {
+      if (verb == "move" || s.Has("velocity_m_per_s")) {
+        m.velocity_m_per_s = ToVec3(s.Vector("velocity_m_per_s"));
+      }
+      if (verb == "turn" || s.Has("rate_deg_per_s") || s.Has("axis")) {
+        m.spin_rad_per_s = AxisOf(s.ChoiceOr("axis", 2), s.Number("rate_deg_per_s"));
+      }
+      if (s.Has("angle_deg")) m.angle_rad = s.Number("angle_deg");
+    }
+    if (verb == "lower" || verb == "lift") {
+      const double speed = s.yaml().Number("speed_m_per_s", {0.0, 1e6, true});
+      m.velocity_m_per_s = {0, 0, verb == "lower" ? -speed : speed};
+    }
+    if (verb == "shake") {
+      m.amplitude_m = ToVec3(s.Vector("amplitude_m"));
+      m.frequency_hz = s.Number("frequency_hz");
+    }
+    m.free = verb == "release";
+    if (verb == "hold_force" ||
+        HasAny(s, {"hold_force_n", "hold_axis", "hold_mass_kg", "hold_damper_s"})) {
+      m.hold = true;
+      m.hold_force_n = s.Number("hold_force_n");
+      const int axis = s.ChoiceOr("hold_axis", 0);
+      static constexpr int kAxes[] = {2, 2, 0, 0, 1, 1};
+      static constexpr int kSigns[] = {-1, 1, 1, -1, 1, -1};
+      m.direction = AxisOf(kAxes[axis], kSigns[axis]);
+      m.hold_mass_kg = s.NumberOr("hold_mass_kg", 0);
+      if (s.Has("hold_damper_s")) {
+        m.hold_damper_s = s.yaml().Number("hold_damper_s", kNonNegative);
+      }
+    }
+    if (s.Has("ramp_s")) m.ramp_s = s.Number("ramp_s");
+    if (s.Has("for_s")) m.for_s = s.Number("for_s");
+    if (s.Has("distance_m")) m.distance_m = s.Number("distance_m");
+    if (s.Has("force_n")) m.force_n = s.Number("force_n");
+    m.touch = s.Switch("touch", false);
+    m.rest = s.Has("rest") ? s.yaml().Number("rest", kPositive) : 0;
+    m.until_done = s.TextOr("until_done", "");
+    m.most_s = s.NumberOr("most_s", 0);
+    s.Finish();
+    return m;
+  }
+
+  static bool HasAny(KeyedSection& s, std::initializer_list<const char*> keys) {
+    bool any = false;
+    for (const char* key : keys) any = s.Has(key) || any;
+    return any;
+  }
+
+  static dx::Probe ReadProbe(KeyedSection& s) {
+    using K = dx::Probe::Kind;
+    dx::Probe p;
+    p.kind = static_cast<K>(s.Choice("kind"));
+    if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity) {
+      p.body = s.Text("body");
+    }
+    if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;
+    if (s.Has("region")) p.region = ReadRegion(s.Section("region"));
+    if (p.kind == K::kBins || p.kind == K::kSurface) {
+      p.name = s.Text("name");
+      const auto n = s.Counts("n", 1000000);
+      for (int k = 0; k < 3; ++k) p.n[k] = static_cast<int>(n[static_cast<std::size_t>(k)]);
+      p.every_s = s.NumberOr("every_s", 0);
+    }
+    s.Finish();
+    return p;
+  }
+
+  ExperimentFile& out_;
+  std::string folder_;
+};
+
+}  // namespace
+
+ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
+                              const std::string& folder, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets) {
+  ExperimentFile out;
+  out.text = text;
+  out.sets = sets;
+  YamlSection root = YamlSection::OfText(text, file);
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos) {
+      throw InputError(fmt::format("--set {}: no '=', expected KEY=VALUE", set));
+    }
+    root.Set(set.substr(0, equals), set.substr(equals + 1));
+  }
+  Reader(&out, folder).Read(KeyedSection(root, ""));
+  try {
+    dx::PlanOf(out.experiment, limits);
+  } catch (const dem::SpecError& error) {
+    root.FailAtPath(error.field(), error.got(), error.expected());
+  }
+  return out;
+}
+
+ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets) {
+  std::string text;
+  try {
+    text = records::ReadFileBytes(file);
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
+  }
+  return ReadExperiment(text, file, std::filesystem::path(file).parent_path().string(), limits,
+                        sets);
+}
+
+}  // namespace grouser::campaign

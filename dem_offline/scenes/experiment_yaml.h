@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/scenes/yaml_section.h"
+
+namespace grouser::campaign {
+
+/// An experiment file as read, with what belongs to its record.
+struct ExperimentFile {
+  dem::experiment::Experiment experiment;
+  std::string text;                 ///< of the file
+  std::vector<std::string> others;  ///< files that it names, as found (meshes, grains)
+  std::vector<std::string> sets;    ///< KEY=VALUE that stood over it
+};
+
+/// Reads an experiment file (docs/experiments.md); files that it names stand beside it, unless
+/// their path is absolute. Throws InputError "FILE:LINE: key 'a.b': got X, expected Y"; what the
+/// engine refuses (PlanOf) comes at the line of its key. sets: "a.b[1].c=VALUE", put in place
+/// first.
+ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets = {});
+/// The same of text; files are looked for in `folder`.
+ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
+                              const std::string& folder, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets = {});
+
+}  // namespace grouser::campaign

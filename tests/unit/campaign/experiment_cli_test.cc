@@ -1,0 +1,99 @@
+// Experiment files from the command line: exit codes, CSVs, run file.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "proto/records/run_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kDrop[] = R"(name: drop
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.2, width_m: 0.2, height_m: 0.3, material: sand}
+grains: {kind: lattice, material: sand, diameter_m: 0.01, count: 20}
+duration_s: 0.05
+probes: [{kind: rest}, {kind: bins, name: layers, n: [1, 1, 2]}]
+)";
+
+class ExperimentCli : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("experiment_cli_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "drop.yaml") << kDrop;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  /// Exit code; what was said is in `said_`.
+  int Run(const std::string& arguments) {
+    const std::string log = folder_ / "log";
+    const int status =
+        std::system((std::string(GROUSER_DEM) + " " + arguments + " >" + log + " 2>&1").c_str());
+    std::stringstream text;
+    text << std::ifstream(log).rdbuf();
+    said_ = text.str();
+    return WEXITSTATUS(status);
+  }
+  std::string In(const std::string& name) const { return folder_ / name; }
+
+  fs::path folder_;
+  std::string said_;
+};
+
+TEST_F(ExperimentCli, RunWritesRunFileSeriesAndTables) {
+  ASSERT_EQ(Run("run " + In("drop.yaml") + " --out " + In("a.run.h5")), 0) << said_;
+  const auto run = grouser::records::ReadAnyRunFile(In("a.run.h5"));
+  EXPECT_EQ(run.record.status(), grouser::v1alpha1::RUN_STATUS_DONE);
+  EXPECT_EQ(run.record.experiment_spec().yaml(), kDrop);
+  EXPECT_EQ(run.record.bed().grains(), 20u);
+  std::ifstream series(In("a.series.csv")), layers(In("a.layers.csv"));
+  std::string line;
+  ASSERT_TRUE(std::getline(series, line));
+  EXPECT_EQ(line, "time_s,kinetic_over_weight");
+  std::size_t rows = 0;
+  while (std::getline(series, line)) ++rows;
+  EXPECT_EQ(rows, run.series.at("time_s").size());
+  rows = 0;
+  while (std::getline(layers, line)) ++rows;
+  EXPECT_EQ(rows, 3u);
+  ASSERT_EQ(Run("show " + In("a.run.h5")), 0) << said_;
+  EXPECT_NE(said_.find("experiment drop: 20 grains"), std::string::npos) << said_;
+  // A reader of wheel tests refuses it by name.
+  EXPECT_THROW(grouser::records::ReadRunFile(In("a.run.h5")), std::runtime_error);
+}
+
+TEST_F(ExperimentCli, SetChangesTheRunAndStandsInTheRecord) {
+  ASSERT_EQ(Run("run " + In("drop.yaml") + " --set grains.count=7 --out " + In("b.run.h5")), 0)
+      << said_;
+  const auto run = grouser::records::ReadAnyRunFile(In("b.run.h5"));
+  EXPECT_EQ(run.record.bed().grains(), 7u);
+  ASSERT_EQ(run.record.experiment_spec().sets_size(), 1);
+  EXPECT_EQ(run.record.experiment_spec().sets(0), "grains.count=7");
+}
+
+TEST_F(ExperimentCli, CheckPrintsWhatItTakes) {
+  ASSERT_EQ(Run("check " + In("drop.yaml")), 0) << said_;
+  for (const char* word : {"grains       20", "steps", "memory", "grain-steps/s", "time"}) {
+    EXPECT_NE(said_.find(word), std::string::npos) << word << "\n" << said_;
+  }
+}
+
+TEST_F(ExperimentCli, BadFilesAreRefusedBeforeAnyWork) {
+  EXPECT_EQ(Run("check " + In("drop.yaml") + " --set grains.cuont=7"), 2);
+  EXPECT_NE(said_.find("the nearest is 'count'"), std::string::npos) << said_;
+  EXPECT_EQ(Run("check " + In("ghost.yaml")), 2);
+  EXPECT_EQ(Run("run " + In("drop.yaml") + " --set duration_s=1e9 --out " + In("c.run.h5")), 2);
+  EXPECT_FALSE(fs::exists(In("c.series.csv")));
+  EXPECT_EQ(Run("run " + In("drop.yaml") + " --slip 0.2 --out " + In("c.run.h5")), 2);
+  EXPECT_EQ(Run("run " + In("drop.yaml")), 2);
+  EXPECT_EQ(Run("run " + In("drop.yaml") + " --memory-gib 1e-6 --out " + In("c.run.h5")), 2);
+}
+
+}  // namespace

@@ -1,0 +1,240 @@
+// Experiment files: examples, schema, every key, and what is refused.
+#include "dem_offline/scenes/experiment_yaml.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/scenes/experiment_keys.h"
+#include "proto/records/durable_file.h"
+
+namespace grouser::campaign {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const fs::path kExamples = GROUSER_EXPERIMENTS;
+
+/// A planar box, and a box of clumps.
+constexpr char kPlanar[] = R"(name: planar
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, planar: on, disc_thickness_m: 0.01,
+      material: sand}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
+preparation: {do: settle, solid_fraction: 0.8}
+duration_s: 0.1
+)";
+constexpr char kClumps[] = R"(name: clumps
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, material: sand}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50,
+         clump: [{at: [0, 0, 0], radius: 1}, {at: [1, 0, 0], radius: 1}]}
+duration_s: 0.1
+)";
+
+/// Every key that no other has.
+constexpr char kRest[] = R"(name: all
+seed: 3
+gravity_m_per_s2: 1.62
+duration_s: 0.1
+laws: {normal: hertz_restitution, tangential: mindlin, rolling: epsd, cohesion: jkr,
+       rolling_damping: 0.2, surface_energy_j_per_m2: 0.01}
+materials:
+  - {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6, poisson_ratio: 0.3}
+  - {name: steel, density_kg_per_m3: 7800}
+interfaces:
+  - {between: [sand, any], restitution: 0.5, friction: 0.5, rolling_friction: 0.1,
+     rolling_damping: 0.1, surface_energy_j_per_m2: 0.02}
+box: {length_m: 0.2, width_m: 0.2, height_m: 0.3, x: wall, y: open, material: steel}
+grains:
+  - kind: rained
+    material: sand
+    sizes: [{diameter_m: 0.01, mass_fraction: 0.6}, {diameter_m: 0.012, mass_fraction: 0.4}]
+    count: 50
+    speed_m_per_s: 0.5
+  - {kind: lattice, material: sand, diameter_m: 0.01, pitch_m: 0.02, count: 5,
+     region: {low_m: [0, 0, 0.1], high_m: [0.2, 0.2, 0.2], radius_m: 0.1}}
+  - {kind: file, material: sand, file: grains.csv}
+preparation:
+  - {do: settle, rest: 1.0e-5, most_s: 0.5, friction: 0.1}
+  - {do: relax}
+  - {do: shake, amplitude_m: [0, 0, 0.001], frequency_hz: 20, for_s: 0.1}
+  - {do: cut, height_m: 0.1}
+bodies:
+  - name: one
+    material: steel
+    parts:
+      - {shape: wheel, radius_m: 0.03, width_m: 0.02,
+         treads: {count: 8, height_m: 0.005, root_thickness_m: 0.004, tip_thickness_m: 0.003,
+                  width_m: 0.01, offset_m: 0.001, lean_deg: 10}}
+      - {shape: box, size_m: [0.01, 0.01, 0.01], at_m: [0, 0.02, 0], turn_deg: [0, 0, 45]}
+      - {shape: mesh, file: tetra.obj, scale: 0.01, axle: z}
+    position_m: [0.1, 0.1, 0.2]
+    turn_deg: [0, 0, 30]
+    mass_kg: 2
+    centre_m: [0, 0, 0.001]
+    inertia_kg_m2: [0.001, 0.002, 0.003]
+    motion:
+      - {do: shake, amplitude_m: [0.001, 0, 0], frequency_hz: 10, for_s: 0.01}
+      - {do: lower, speed_m_per_s: 0.1, touch: on, most_s: 1}
+      - {do: hold_force, hold_force_n: 5, hold_axis: -z, hold_mass_kg: 1, hold_damper_s: 0.01,
+         for_s: 0.01}
+      - {do: wait, until_done: two, most_s: 1}
+      - {do: release, for_s: 0.01}
+  - name: two
+    material: steel
+    parts:
+      - {shape: disc, radius_m: 0.02}
+      - {shape: annulus, inner_radius_m: 0.02, outer_radius_m: 0.03, at_m: [0, 0, 0.01]}
+      - {shape: sphere, radius_m: 0.01, at_m: [0, 0, 0.03]}
+    position_m: [0.05, 0.05, 0.25]
+    motion: {do: wait, for_s: 0.01}
+probes:
+  - {kind: wrench, body: one, frame: body}
+  - {kind: velocity, body: one}
+  - {kind: coordination}
+  - {kind: energy}
+  - {kind: bins, name: rings, region: {low_m: [0, 0, 0], high_m: [0.2, 0.2, 0.1], radius_m: 0.1},
+     n: [4, 1, 2], every_s: 0.05}
+output: {sample_s: 0.005}
+numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
+)";
+
+class ExperimentYaml : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("experiment_yaml_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "grains.csv")
+        << "x,y,z,r\n0.1,0.1,0.05,0.005\n# two\n0.15,0.1,0.05,0.005\n";
+    std::ofstream(folder_ / "tetra.obj")
+        << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  ExperimentFile Read(const std::string& text, const std::vector<std::string>& sets = {}) const {
+    return ReadExperiment(text, "e.yaml", folder_, {}, sets);
+  }
+  /// What is said of kRest with one text replaced.
+  std::string Complaint(const std::string& old, const std::string& now) const {
+    std::string text = kRest;
+    const std::size_t at = text.find(old);
+    EXPECT_NE(at, std::string::npos) << old;
+    text.replace(at, old.size(), now);
+    try {
+      Read(text);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(ExperimentYaml, ReadsEveryKey) {
+  const ExperimentFile file = Read(kRest);
+  const auto& e = file.experiment;
+  EXPECT_EQ(e.seed, 3u);
+  EXPECT_EQ(e.grains.size(), 3u);
+  ASSERT_EQ(e.grains[2].listed.size(), 2u);
+  EXPECT_EQ(e.grains[2].listed[1].x_m, 0.15);
+  EXPECT_EQ(e.bodies[0].parts[0].treads[0].count, 8);
+  EXPECT_NEAR(e.bodies[0].parts[0].treads[0].lean_rad, 10 * M_PI / 180, 1e-12);
+  EXPECT_NEAR(e.bodies[0].turn[3], std::sin(15 * M_PI / 180), 1e-12);
+  EXPECT_EQ(e.bodies[0].motion[2].direction, (dem::Vec3d{0, 0, -1}));
+  EXPECT_EQ(file.others.size(), 2u);
+  EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
+  std::string all = std::string(kRest) + kPlanar + kClumps;
+  EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
+  EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
+  EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
+  for (const auto& entry : fs::directory_iterator(kExamples)) {
+    if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
+  }
+  for (const Key& key : ExperimentKeys()) {
+    if (key.kind == KeyKind::kLater || key.kind == KeyKind::kLaws) continue;
+    EXPECT_THAT(all, HasSubstr(std::string(key.name) + ":")) << key.section << ": no example";
+  }
+}
+
+TEST_F(ExperimentYaml, ReadsEveryExample) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(kExamples)) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++count;
+    EXPECT_NO_THROW(LoadExperiment(entry.path(), {})) << entry.path();
+  }
+  EXPECT_GE(count, 5);
+}
+
+TEST_F(ExperimentYaml, SchemaIsTheCommittedOne) {
+  EXPECT_EQ(ExperimentSchema(), records::ReadFileBytes(kExamples / "experiment.schema.json"))
+      << "./grouser dem schema > dem_offline/experiments/experiment.schema.json";
+}
+
+TEST_F(ExperimentYaml, TableOfKeysIsTheDocumentedOne) {
+  EXPECT_THAT(records::ReadFileBytes(kExamples / "../../docs/experiments.md"),
+              HasSubstr(ExperimentKeyTable()))
+      << "./grouser dem schema --table";
+}
+
+TEST_F(ExperimentYaml, NamesTheNearestKey) {
+  EXPECT_THAT(Complaint("gravity_m_per_s2: 1.62", "gravity: 1.62"),
+              HasSubstr("e.yaml:3: key 'gravity': got an unknown key, expected one of"));
+  EXPECT_THAT(Complaint("gravity_m_per_s2: 1.62", "gravty_m_per_s2: 1.62"),
+              HasSubstr("the nearest is 'gravity_m_per_s2'"));
+  EXPECT_THAT(Complaint("hold_mass_kg: 1", "hold_mas_kg: 1"),
+              HasSubstr("key 'bodies[0].motion[2].hold_mas_kg': got an unknown key"));
+  EXPECT_THAT(Complaint("do: shake, amplitude_m: [0.001", "do: shke, amplitude_m: [0.001"),
+              HasSubstr("the nearest is 'shake'"));
+  EXPECT_THAT(Complaint("touch: on", "touch: on, size_m: [1, 1, 1]"), HasSubstr("unknown key"));
+}
+
+TEST_F(ExperimentYaml, RefusesAKeyOfAnotherKind) {
+  EXPECT_THAT(Complaint("speed_m_per_s: 0.1, touch", "amplitude_m: [1, 0, 0], touch"),
+              HasSubstr("got it with do: lower, expected do: one of shake"));
+}
+
+TEST_F(ExperimentYaml, RefusesByNameWhatIsNotPossibleYet) {
+  EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("got joints between bodies"));
+  EXPECT_THAT(Complaint("seed: 3", "bonds: []"), HasSubstr("not possible yet"));
+}
+
+TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {
+  EXPECT_THAT(Complaint("mass_fraction: 0.4", "mass_fraction: 0.7"),
+              HasSubstr("key 'grains[0].sizes': got mass fractions that sum to 1.3"));
+  EXPECT_THAT(Complaint("speed_m_per_s: 0.1, touch", "speed_m_per_s: 1000, touch"),
+              HasSubstr("key 'bodies[0].motion[1]'"));
+  EXPECT_THAT(Complaint("until_done: two", "until_done: ghost"),
+              HasSubstr("motion[3].until_done': got 'ghost'"));
+  EXPECT_THAT(Complaint("cohesion: jkr", "cohesion: glue"), HasSubstr("key 'laws'"));
+  EXPECT_THAT(Complaint("count: 50", "count: 900000000"), HasSubstr("key 'grains[0].count'"));
+}
+
+TEST_F(ExperimentYaml, SetPutsAValueOverTheFile) {
+  EXPECT_EQ(Read(kRest, {"seed=9"}).experiment.seed, 9u);
+  EXPECT_EQ(Read(kRest, {"grains[0].count=60"}).experiment.grains[0].count, 60);
+  EXPECT_EQ(Read(kRest, {"bodies[0].motion[1].speed_m_per_s=0.2"})
+                .experiment.bodies[0]
+                .motion[1]
+                .velocity_m_per_s[2],
+            -0.2);
+  EXPECT_EQ(Read(kRest, {"bodies[0].motion[1].ramp_s=0.02"}).experiment.bodies[0].motion[1].ramp_s,
+            0.02);
+  for (const char* bad : {"seed", "grains[7].count=3", "ghost.key=1", "=3", "seed=[", "seed.x=1",
+                          "grains[0=3", "sede=4"}) {
+    EXPECT_THROW(Read(kRest, {bad}), InputError) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace grouser::campaign
