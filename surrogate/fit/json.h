@@ -1,8 +1,11 @@
 #pragma once
 
+#include <numbers>
 #include <string>
 
 namespace grouser::surrogate {
+
+inline constexpr double kDegPerRad = 180 / std::numbers::pi;  ///< angles are printed in degrees
 
 /// A JSON text that grows in order; NaN and infinity become the strings "NaN",
 /// "Infinity", "-Infinity", as protobuf's JSON writes them.

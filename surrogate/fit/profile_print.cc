@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "surrogate/fit/json.h"
 #include "surrogate/fit/profile_report.h"
 
 namespace grouser::surrogate {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 double NoiseRatio(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch, int o) {
   return errors.rmse[o] / patch[o];
@@ -41,7 +38,7 @@ std::string ProfilesText(const std::vector<ProfileRow>& rows, const ProfileMisfi
   for (const ProfileRow& p : rows) {
     text +=
         fmt::format("{:<18}{:>7.2f}{:>8.1f}{:>8.1f}{:>8.2f}", p.row->source->run_id(), p.row->slip,
-                    p.row->attack_angle_rad * kDegrees, p.row->load_n, p.compared.share);
+                    p.row->attack_angle_rad * kDegPerRad, p.row->load_n, p.compared.share);
     text += p.used ? fmt::format("{:>9.2f}{:>9.2f}\n", p.misfit.normal, p.misfit.tangential)
                    : std::string("  not compared: the sides carry too much of the load\n");
   }
@@ -65,14 +62,14 @@ std::string ProfilesJson(const std::vector<ProfileRow>& rows, const ProfileMisfi
   json.Key("runs").Open('[');
   for (const ProfileRow& p : rows) {
     json.Open('{').Key("run_id").Value(p.row->source->run_id()).Key("slip").Value(p.row->slip);
-    json.Key("attack_angle_deg").Value(p.row->attack_angle_rad * kDegrees);
+    json.Key("attack_angle_deg").Value(p.row->attack_angle_rad * kDegPerRad);
     json.Key("load_n").Value(p.row->load_n).Key("share").Value(p.compared.share);
     json.Key("used").Value(p.used).Key("sinkage_m").Value(p.sinkage);
     json.Key("measured_sinkage_m").Value(p.row->mean[kSinkage]);
     json.Key("normal").Value(p.misfit.normal).Key("tangential").Value(p.misfit.tangential);
     std::vector<double> angle;
     for (std::size_t i = 0; i < p.model.size(); ++i) angle.push_back(p.model.MiddleOf(i));
-    AddArray("angle_deg", angle, kDegrees, &json);
+    AddArray("angle_deg", angle, kDegPerRad, &json);
     AddArray("measured_normal_pa", p.compared.measured.normal, 1, &json);
     AddArray("measured_tangential_pa", p.compared.measured.tangential, 1, &json);
     AddArray("model_normal_pa", p.model.normal, 1, &json);
