@@ -7,7 +7,10 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
-# Half of a compiler's time goes into headers; this reads them once for several sources.
+
+# Half of a compiler's time goes into headers and the templates they bring; this reads them
+# once for several sources. Every name of a target is therefore distinct, and the preset tidy
+# compiles each source alone.
 set(CMAKE_UNITY_BUILD ${GROUSER_UNITY})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
@@ -34,15 +37,38 @@ if(GROUSER_SANITIZE)
   endif()
 endif()
 
-# grouser_library(NAME SOURCES a.cc ... LINK x y): a static library.
+# grouser_headers(NAME [OPTIONS o ...] [LINK x] HEADERS <a> ...): headers that the targets of one
+# kind precompile together (`target_precompile_headers(x REUSE_FROM NAME)`). A source still
+# includes what it uses: CMAKE_DISABLE_PRECOMPILE_HEADERS, as in the preset tidy, turns all off.
+function(grouser_headers name)
+  cmake_parse_arguments(ARG "" "" "OPTIONS;LINK;HEADERS" ${ARGN})
+  set(source "${CMAKE_BINARY_DIR}/${name}.cc")
+  file(CONFIGURE OUTPUT "${source}" CONTENT "// Only its precompiled headers are used.\n")
+  add_library(${name} OBJECT "${source}")
+  target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
+  target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK})
+  target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
+endfunction()
+
+# grouser_library(NAME SOURCES a.cc ... LINK x y [HEADERS name]): a static library. HEADERS:
+# the precompiled headers of another kind, or NONE.
 function(grouser_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "HEADERS" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC grouser_options ${ARG_LINK})
+  if(NOT ARG_HEADERS)
+    set(ARG_HEADERS grouser_common_headers)
+  endif()
+  if(NOT ARG_HEADERS STREQUAL "NONE")
+    target_precompile_headers(${name} REUSE_FROM ${ARG_HEADERS})
+  endif()
 endfunction()
 
 # Code that need not be fast costs a third less to compile so.
 set(GROUSER_QUICK_COMPILE $<$<CONFIG:Release>:-O1>)
+# CLI11 gives every source that includes it the code of all its classes: optimising that
+# takes longer than all else.
+set(GROUSER_COMMAND_LINE_COMPILE $<$<CONFIG:Release>:-O0>)
 
 # grouser_program(NAME SOURCES a.cc ... LINK x y): an executable in bin/. COMMAND_LINE: its
 # sources read the command line, no more.
@@ -50,7 +76,8 @@ function(grouser_program name)
   cmake_parse_arguments(ARG "COMMAND_LINE" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   if(ARG_COMMAND_LINE)
-    target_compile_options(${name} PRIVATE ${GROUSER_QUICK_COMPILE})
+    target_compile_options(${name} PRIVATE ${GROUSER_COMMAND_LINE_COMPILE})
+    target_precompile_headers(${name} REUSE_FROM grouser_command_line_headers)
   endif()
   target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK})
 endfunction()
@@ -61,6 +88,7 @@ function(grouser_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE ${GROUSER_QUICK_COMPILE})
+  target_precompile_headers(${name} REUSE_FROM grouser_test_headers)
   target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK}
     GTest::gmock GTest::gtest GTest::gtest_main)
   if(NOT ARG_TIMEOUT)

@@ -12,10 +12,17 @@ find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(Boost 1.74 REQUIRED)
-# Boost 1.74 Asio uses std::exchange without including its header (C++20).
-add_library(grouser_asio INTERFACE)
-target_compile_options(grouser_asio INTERFACE "SHELL:-include utility")
-target_link_libraries(grouser_asio INTERFACE Boost::headers Threads::Threads)
+# Asio's own code once, not in every source that uses it.
+file(CONFIGURE OUTPUT "${CMAKE_BINARY_DIR}/grouser_asio.cc" CONTENT
+  "#include <utility>\n\n#include <boost/asio/impl/src.hpp>\n")
+add_library(grouser_asio STATIC EXCLUDE_FROM_ALL "${CMAKE_BINARY_DIR}/grouser_asio.cc")
+target_compile_definitions(grouser_asio PUBLIC BOOST_ASIO_SEPARATE_COMPILATION)
+target_link_libraries(grouser_asio PUBLIC Boost::headers Threads::Threads PRIVATE grouser_options)
+# Boost 1.74 Asio uses std::exchange without including its header (C++20); every set of
+# precompiled headers has it.
+if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
+  target_compile_options(grouser_asio INTERFACE "SHELL:-include utility")
+endif()
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
   find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib

@@ -1,5 +1,7 @@
 #include "server/net/net_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include "server/net/address.h"
 
 namespace grouser::server {

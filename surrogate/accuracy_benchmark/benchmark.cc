@@ -27,7 +27,6 @@ namespace grouser::surrogate {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Answerer = std::function<Answer(const Sample&)>;
 
@@ -56,7 +55,8 @@ std::vector<Compared> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& poi
     const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
     const WheelAnswer a = AnswerOf(model, v, p.load_n());
     Compared j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
-    for (int o = 0; o < kOutputs; ++o) j.truth[o] = o < p.value_size() ? p.value(o) : kNaN;
+    for (int o = 0; o < kOutputs; ++o)
+      j.truth[o] = o < p.value_size() ? p.value(o) : std::numeric_limits<double>::quiet_NaN();
     out.push_back(j);
   }
   return out;

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 
 namespace grouser::surrogate {
+
+inline constexpr double kDegPerRad = 180 / std::numbers::pi;  ///< angles are printed in degrees
 
 /// Keys keep the order in which they come.
 using Json = nlohmann::ordered_json;

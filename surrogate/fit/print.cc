@@ -14,7 +14,6 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 /// "40 training (12 of them drift), 10 held out, ...".
 std::string RunsText(const v1alpha1::Model& model) {
   const std::vector<v1alpha1::RunSummary> runs(model.provenance().runs().begin(),
@@ -45,8 +44,8 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
       "domain: slip {:.3g} to {:.3g}, attack angle to {:.3g} deg, load {:.3g} to {:.3g} N, "
       "Froude number to {:.2g}\n",
       m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
-      m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(), d.attack_angle_max_rad() * kDegrees,
-      d.load_min_n(), d.load_max_n(), d.froude_max());
+      m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(),
+      d.attack_angle_max_rad() * kDegPerRad, d.load_min_n(), d.load_max_n(), d.froude_max());
   text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>10}{:>12}\n", "output", "sd_fit in",
                       "growth", "sd_patch", "bulldozing", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {
@@ -81,7 +80,7 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
 std::string AnswerText(const Query& q, const WheelAnswer& a) {
   std::string text =
       fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n", q.slip,
-                  q.attack_angle_rad * kDegrees, q.load_n, q.speed_m_per_s);
+                  q.attack_angle_rad * kDegPerRad, q.load_n, q.speed_m_per_s);
   text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "output", "value", "low", "high",
                       "sd_fit", "sd_patch");
   for (int o = 0; o < kOutputs; ++o) {
@@ -131,7 +130,7 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
                                                  : fmt::format("{:.4g} +- {:.2g}", row.dem->mean(o),
                                                                row.dem->standard_error(o));
       text += fmt::format("{:>7.3f}{:>7.1f}{:>7.2f}  {:<9}{:>18}{:>30}{:>20}\n", p.slip(),
-                          p.attack_angle_rad() * kDegrees, p.load_n(), kOutputFields[o].name,
+                          p.attack_angle_rad() * kDegPerRad, p.load_n(), kOutputFields[o].name,
                           fmt::format("{:.4g} +- {:.2g}", p.value(o), p.sd(o)),
                           fmt::format("{:.4g} [{:.4g}, {:.4g}]", value, value - half, value + half),
                           dem);
@@ -156,7 +155,7 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
     if (row.dem != nullptr) {
       dem = {{"run_id", row.dem->run_id()},
              {"slip", row.dem->slip()},
-             {"attack_angle_deg", row.dem->attack_angle_rad() * kDegrees},
+             {"attack_angle_deg", row.dem->attack_angle_rad() * kDegPerRad},
              {"load_n", row.dem->load_n()}};
     }
     for (const Output o : kMeasurable) {
@@ -169,7 +168,7 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
     }
     states.push_back({{"source", p.source()},
                       {"slip", p.slip()},
-                      {"attack_angle_deg", p.attack_angle_rad() * kDegrees},
+                      {"attack_angle_deg", p.attack_angle_rad() * kDegPerRad},
                       {"load_n", p.load_n()},
                       {"region", RegionName(RegionOf(p.slip(), p.attack_angle_rad()))},
                       {"flags", row.model.flags},

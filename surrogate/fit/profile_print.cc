@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "surrogate/fit/json.h"
 #include "surrogate/fit/profile_report.h"
 
 namespace grouser::surrogate {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 double NoiseRatio(const PhysicsErrors& errors, const std::array<double, kOutputs>& patch, int o) {
   return errors.rmse[o] / patch[o];
@@ -35,7 +32,7 @@ std::string ProfilesText(const std::vector<ProfileRow>& rows, const ProfileMisfi
   for (const ProfileRow& p : rows) {
     text +=
         fmt::format("{:<18}{:>7.2f}{:>8.1f}{:>8.1f}{:>8.2f}", p.row->source->run_id(), p.row->slip,
-                    p.row->attack_angle_rad * kDegrees, p.row->load_n, p.compared.share);
+                    p.row->attack_angle_rad * kDegPerRad, p.row->load_n, p.compared.share);
     text += p.used ? fmt::format("{:>9.2f}{:>9.2f}\n", p.misfit.normal, p.misfit.tangential)
                    : std::string("  not compared: the sides carry too much of the load\n");
   }
@@ -55,11 +52,11 @@ std::string ProfilesJson(const std::vector<ProfileRow>& rows, const ProfileMisfi
   for (const ProfileRow& p : rows) {
     Json angles = Json::array();
     for (std::size_t i = 0; i < p.model.size(); ++i) {
-      angles.push_back(p.model.MiddleOf(i) * kDegrees);
+      angles.push_back(p.model.MiddleOf(i) * kDegPerRad);
     }
     runs.push_back({{"run_id", p.row->source->run_id()},
                     {"slip", p.row->slip},
-                    {"attack_angle_deg", p.row->attack_angle_rad * kDegrees},
+                    {"attack_angle_deg", p.row->attack_angle_rad * kDegPerRad},
                     {"load_n", p.row->load_n},
                     {"share", p.compared.share},
                     {"used", p.used},

@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBatches[] = {1, 4, 100, 10000};
+constexpr int kQueryBatches[] = {1, 4, 100, 10000};
 constexpr int kMaxLcmStates = 64;
 constexpr int kMinSamples = 30;
 constexpr client::Milliseconds kLcmTimeout(200);
@@ -156,7 +156,7 @@ std::vector<LatencyRow> MeasureLatency(const LatencyOptions& options) {
   const auto domain = DomainOf(client, options.model);
   std::mt19937 random(options.seed);
   std::vector<Cell> cells;
-  for (const int batch : kBatches) {
+  for (const int batch : kQueryBatches) {
     v1alpha1::EvaluateWheelsRequest request;
     request.set_model(options.model);
     *request.mutable_states() = RandomStates(domain, batch, random);

@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kStates = 10000;
 constexpr int kScalarStates = 500;  // of the scalar laws at small batches
-constexpr int kBatches[] = {1, 100, kStates};
+constexpr int kModelBatches[] = {1, 100, kStates};
 
 /// Random states inside the model's domain, and room for all answers.
 struct States : surrogate::StateBatch {
@@ -58,7 +58,7 @@ struct States : surrogate::StateBatch {
 };
 
 /// One row and what it runs: a pass over `states` of the states.
-struct Cell {
+struct ModelCell {
   SurrogateRow row;
   int states = kStates;
   std::function<void()> pass;
@@ -93,14 +93,14 @@ class Bench {
   }
 
   std::vector<SurrogateRow> Run(int repetitions) {
-    for (Cell& cell : cells_) {
+    for (ModelCell& cell : cells_) {
       cell.pass();  // page faults
       const long before = g_allocations;
       cell.pass();
       cell.row.allocations = g_allocations - before;
     }
     for (int repetition = 0; repetition < repetitions; ++repetition) {
-      for (Cell& cell : cells_) {
+      for (ModelCell& cell : cells_) {
         const auto start = Clock::now();
         cell.pass();
         const std::chrono::duration<double, std::nano> spent = Clock::now() - start;
@@ -108,7 +108,7 @@ class Bench {
       }
     }
     std::vector<SurrogateRow> rows;
-    for (Cell& cell : cells_) {
+    for (ModelCell& cell : cells_) {
       std::nth_element(cell.ns.begin(), cell.ns.begin() + cell.ns.size() / 2, cell.ns.end());
       cell.row.ns_per_state = cell.ns[cell.ns.size() / 2];
       rows.push_back(cell.row);
@@ -118,8 +118,8 @@ class Bench {
 
  private:
   void AddScalar(const char* kind, std::function<void(std::size_t)> one) {
-    for (const int batch : kBatches) {
-      Cell cell;
+    for (const int batch : kModelBatches) {
+      ModelCell cell;
       cell.row = {kind, batch, kOutputs, false, "-", 0, 0};
       cell.states = std::max(batch, kScalarStates);
       cell.pass = [one, n = cell.states] {
@@ -134,9 +134,9 @@ class Bench {
     for (const char* isa : {"baseline", "avx2", "avx512"}) {
       auto chosen = std::make_shared<Model>(model);
       if (!chosen->SelectIsa(isa)) continue;
-      for (const int batch : kBatches) {
+      for (const int batch : kModelBatches) {
         for (const bool gradients : {false, true}) {
-          Cell cell;
+          ModelCell cell;
           cell.row = {kind, batch, kOutputs, gradients, isa, 0, 0};
           cell.pass = [this, chosen, batch, gradients] {
             for (int first = 0; first < kStates; first += batch) {
@@ -152,7 +152,7 @@ class Bench {
   States states_;
   std::unique_ptr<const surrogate::WheelModel> model_;
   std::unique_ptr<const HybridModel> exact_;
-  std::vector<Cell> cells_;
+  std::vector<ModelCell> cells_;
   volatile double sink_ = 0;  // or the scalar calls would be left out
 };
 

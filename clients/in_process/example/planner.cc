@@ -12,7 +12,6 @@
 namespace {
 
 constexpr std::size_t kMostBlock = 256;  // rollouts a batch: 1024 states stay in cache
-constexpr double kGravity = 9.81;
 
 double Seconds(std::chrono::steady_clock::time_point since) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();

@@ -7,7 +7,6 @@
 
 namespace {
 
-constexpr double kGravity = 9.81;          // [m/s^2]
 constexpr double kForwardOfMiddle = 0.05;  // centre of gravity, over half the length
 
 // Largest slope of -force/load over hub speed/rim speed that the model shows

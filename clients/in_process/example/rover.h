@@ -8,6 +8,8 @@
 
 #include "grouser/model.h"
 
+inline constexpr double kGravity = 9.81;  ///< [m/s^2]
+
 /// Pose in the world [m, rad] and twist in the body frame [m/s, rad/s].
 struct Body {
   double x = 0, y = 0, yaw = 0;
