@@ -8,6 +8,7 @@
 #include "dem_offline/engine/bodies/body.h"
 #include "dem_offline/engine/bodies/clump.h"
 #include "dem_offline/engine/contact/bond.h"
+#include "dem_offline/engine/core/energy_sums.h"
 #include "dem_offline/engine/core/frame.h"
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/stepper.h"

@@ -101,7 +101,7 @@ TEST(ListModels, RefusesWhatNoPageGave) {
 
 TEST(GetModel, HasErrorsAndProvenanceOfAThousandRunsInAStockClientsMessage) {
   v1alpha1::GetModelRequest request;
-  request.set_model("m0000");
+  request.set_model("m0000@sha256:" + std::string(64, 'd'));
   GetModelResponse response;
   const Snapshot snapshot = MakeSnapshot(1, 1000);
   ASSERT_TRUE(GetModel(snapshot, request, &response).ok());
