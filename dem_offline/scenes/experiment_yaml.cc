@@ -45,7 +45,7 @@ class Reader {
     e.duration_s = root.NumberOr("duration_s", 0);
     if (root.Has("laws")) ReadLaws(root.Section("laws"));
     for (KeyedSection& s : root.Sections("materials")) e.materials.push_back(ReadMaterial(s));
-    for (KeyedSection& s : root.Sections("interfaces")) e.interfaces.push_back(ReadInterface(s));
+    for (KeyedSection& s : root.Sections("interfaces")) e.interfaces.push_back(ReadPair(s));
     ReadBox(root.Section("box"));
     for (KeyedSection& s : root.Sections("grains")) e.grains.push_back(ReadGrains(s));
     if (root.Has("preparation")) {
@@ -111,8 +111,8 @@ class Reader {
     return m;
   }
 
-  static dx::Interface ReadInterface(KeyedSection& s) {
-    dx::Interface f;
+  static dx::PairProperties ReadPair(KeyedSection& s) {
+    dx::PairProperties f;
     const auto between = s.Texts("between");
     f.a = between[0];
     f.b = between[1];

@@ -29,7 +29,7 @@ struct Material {
 };
 
 /// Numbers of a pair of materials. The laws are one combination for the whole experiment.
-struct Interface {
+struct PairProperties {
   std::string a, b;
   double restitution = 0.5, friction = 0.5, rolling_friction = 0;
   InterfaceChoice numbers;
@@ -202,7 +202,7 @@ struct Experiment {
   double gravity_m_per_s2 = 9.81;
   ContactChoice laws;  ///< wheel and floor of it: unused
   std::vector<Material> materials;
-  std::vector<Interface> interfaces;
+  std::vector<PairProperties> interfaces;
   BoxSpec box;
   std::vector<Grains> grains;
   std::vector<Preparation> preparation;  ///< none: settle (bed, lattice, listed: none)

@@ -367,8 +367,8 @@ void Ground::Settle(const Preparation& p) {
 void Ground::Shake(const Preparation& p) {
   const double swings = std::max(1.0, std::round(p.for_s * p.frequency_hz));
   const auto steps = static_cast<std::int64_t>(std::ceil(swings / p.frequency_hz / dt_));
-  std::vector<Vec3d> home;
-  for (int b = 0; b < walls_; ++b) home.push_back(world_->body(b).position_m);
+  std::vector<Vec3d> began_at;
+  for (int b = 0; b < walls_; ++b) began_at.push_back(world_->body(b).position_m);
   const auto swing = [&](std::int64_t s) {
     return Scale(std::sin(2 * M_PI * swings * static_cast<double>(s) / static_cast<double>(steps)),
                  p.amplitude_m);
@@ -385,7 +385,7 @@ void Ground::Shake(const Preparation& p) {
     Body& wall = world_->body(b);
     wall.motion = BodyMotion::kFixed;
     wall.velocity_m_per_s = {0, 0, 0};
-    wall.position_m = home[b];
+    wall.position_m = began_at[b];
   }
 }
 

@@ -89,7 +89,7 @@ ContactModel ContactsOf(const Experiment& e, double grain_friction) {
   // Those of named pairs stand over those with any, whatever their order.
   for (int anys = 2; anys >= 0; --anys) {
     for (std::size_t i = 0; i < e.interfaces.size(); ++i) {
-      const Interface& f = e.interfaces[i];
+      const PairProperties& f = e.interfaces[i];
       if ((f.a == kAny) + (f.b == kAny) != anys) continue;
       const std::string at = "interfaces[" + std::to_string(i) + "].between";
       ContactProperties p;
@@ -296,7 +296,7 @@ BedSpec BedOf(const Experiment& e, const Grains& g) {
   bed.soil.youngs_modulus_pa = m.youngs_modulus_pa;
   bed.soil.poisson_ratio = m.poisson_ratio;
   bed.soil.contact = e.laws;
-  for (const Interface& f : e.interfaces) {
+  for (const PairProperties& f : e.interfaces) {
     const bool own = f.a == g.material && f.b == g.material;
     const bool floor = (f.a == g.material && f.b == e.box.material) ||
                        (f.b == g.material && f.a == e.box.material);

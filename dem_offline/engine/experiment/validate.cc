@@ -51,7 +51,7 @@ void CheckMaterials(const Experiment& e) {
                     "at most " + std::to_string(kMostMaterials));
   }
   for (std::size_t i = 0; i < e.interfaces.size(); ++i) {
-    const Interface& f = e.interfaces[i];
+    const PairProperties& f = e.interfaces[i];
     CheckWithin(At("interfaces", i) + ".restitution", f.restitution, 1e-3, 1);
     CheckWithin(At("interfaces", i) + ".friction", f.friction, 0, 10);
     CheckWithin(At("interfaces", i) + ".rolling_friction", f.rolling_friction, 0, 10);
