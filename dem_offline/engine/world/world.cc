@@ -268,6 +268,15 @@ void World::Forces() {
   ClumpPass::Gather(state_);
 }
 
+void World::SetContacts(const ContactModel& contacts) {
+  if (!(contacts.laws() == state_.config.contacts.laws()) ||
+      contacts.materials() != state_.config.contacts.materials()) {
+    throw std::invalid_argument("contacts: expected the laws and materials the world began with");
+  }
+  state_.config.contacts = contacts;
+  state_.params = contacts.Table();
+}
+
 double RayleighTime(double radius_m, double density_kg_per_m3, double youngs_modulus_pa,
                     double poisson_ratio) {
   const double shear = youngs_modulus_pa / (2 * (1 + poisson_ratio));

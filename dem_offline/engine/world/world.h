@@ -64,6 +64,7 @@ class World {
   void SetDrag(double factor_per_step) { state_.drag = static_cast<float>(factor_per_step); }
   void SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin);
   void SetGravity(Vec3d gravity_m_per_s2) { state_.config.gravity_m_per_s2 = gravity_m_per_s2; }
+  void SetContacts(const ContactModel& contacts);  ///< same laws, other numbers
   void SetEnergy(bool on) { state_.config.energy = on; }
 
   /// Takes grains out and puts grains in (velocities as given; no clumps or
