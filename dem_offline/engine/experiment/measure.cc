@@ -79,9 +79,10 @@ std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe&
   std::vector<Bin> bins(n);
   std::vector<double> mass(n, 0), square(n, 0);
   const auto& points = SpherePoints();
-  for (const GrainState& s : grains) {
-    const double share =
-        4.0 / 3 * M_PI * s.radius_m * s.radius_m * s.radius_m / static_cast<double>(points.size());
+  for (std::size_t i = 0; i < grains.size(); ++i) {
+    const GrainState& s = grains[i];
+    const double share = (solid_share.empty() ? 1 : solid_share[i]) * 4.0 / 3 * M_PI * s.radius_m *
+                         s.radius_m * s.radius_m / static_cast<double>(points.size());
     for (const Vec3d& q : points) {
       const std::int64_t bin = BinOf(p, Add({s.x_m, s.y_m, s.z_m}, Scale(s.radius_m, q)));
       if (bin >= 0) bins[bin].solid_fraction += share;
