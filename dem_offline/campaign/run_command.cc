@@ -230,8 +230,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->callback([=] {
     if (*experiment) {
       for (const auto* option : run->get_options()) {
-        const std::set<std::string> fits = {"FILE",         "--out", "--json", "--progress-lines",
-                                            "--memory-gib", "--help"};
+        const std::set<std::string> fits = {
+            "FILE", "--set", "--out", "--json", "--progress-lines", "--memory-gib", "--help"};
         if (*option && fits.count(option->get_name()) == 0) {
           throw CLI::ValidationError("run", option->get_name() + ": not with an experiment file");
         }

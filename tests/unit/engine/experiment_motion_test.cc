@@ -11,6 +11,7 @@ namespace {
 MotionStep Step(const char* verb) {
   MotionStep s;
   s.verb = verb;
+  s.free = s.verb == "release";
   return s;
 }
 
