@@ -22,7 +22,9 @@ double UnixNow() {
 }
 
 os::UniqueFd LockState(const std::string& path) {
-  os::UniqueFd lock = os::LockWithin(path, os::kSpawnS);
+  // On a machine with many times more to do than cores a killed program's last worker may take
+  // more than kSpawnS to be spawned (seen in the tests of restarts).
+  os::UniqueFd lock = os::LockWithin(path, 6 * os::kSpawnS);
   if (!lock.valid()) {
     throw std::runtime_error(path +
                              ": locked, expected no other grouser-jobs on this state folder");

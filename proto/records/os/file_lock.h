@@ -19,9 +19,8 @@ namespace grouser::os {
 UniqueFd TryLock(const std::string& path);
 
 /// A process that is just being spawned holds a copy of every descriptor until
-/// it executes: a lock that is free but for such a one comes free within this, also on a
-/// machine with many times more to do than cores (0.5 s was seen to be too short there).
-inline constexpr double kSpawnS = 3;
+/// it executes: a lock that is free but for such a one comes free within this.
+inline constexpr double kSpawnS = 0.5;
 
 /// As TryLock, tried for `timeout_s`.
 UniqueFd LockWithin(const std::string& path, double timeout_s);
