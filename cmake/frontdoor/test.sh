@@ -10,6 +10,7 @@ Installs what is missing, builds, and runs:
             suites the ensemble's emulated device and the fit of speeds wait for --full)
   cuda      where nvcc is: every kernel compiled for sm_80 and sm_90 (run by tests/gpu/run)
 With --full also:
+  lint      what ./grouser lint checks
   asan      tests labelled "verify" as well
   slow      tests labelled "slow"
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
@@ -99,6 +100,7 @@ word_test() {
     record_stage asan run_asan "$full"
     record_stage cuda run_cuda
     if [ -n "$full" ]; then
+      record_stage lint word_lint
       record_stage slow run_ctest release --label-regex slow
       record_stage tsan run_tsan
       record_stage tidy run_tidy
