@@ -54,10 +54,10 @@ Status ListModels(const Snapshot& snapshot, const v1alpha1::ListModelsRequest& r
   std::size_t next = 0;
   if (Status status = FirstOf(snapshot, request.page_token(), &next); !status.ok()) return status;
   response->set_generation(snapshot.generation());
-  const int asked = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
+  const int asked = request.page_size() == 0 ? kDefaultModelsPerPage : request.page_size();
   const auto& models = snapshot.models();
   std::size_t bytes = 0;
-  while (next < models.size() && response->models_size() < std::min(asked, kMaxPageSize) &&
+  while (next < models.size() && response->models_size() < std::min(asked, kMaxModelsPerPage) &&
          bytes < kMaxPageBytes) {
     v1alpha1::ModelInfo* info = response->add_models();
     Describe(snapshot, *models[next++], info);

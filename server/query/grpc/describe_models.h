@@ -5,8 +5,8 @@
 
 namespace grouser::server {
 
-inline constexpr int kDefaultPageSize = 100;
-inline constexpr int kMaxPageSize = 1000;
+inline constexpr int kDefaultModelsPerPage = 100;
+inline constexpr int kMaxModelsPerPage = 1000;
 /// A page ends where it has so many bytes, whatever its size in models.
 inline constexpr std::size_t kMaxPageBytes = 512 * 1024;
 
