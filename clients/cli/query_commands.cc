@@ -32,7 +32,7 @@ struct LcmOptions {
 /// Why a state is INVALID, from what was asked.
 std::string WhyInvalid(const v1alpha1::WheelStates& states, int i) {
   const double load = states.load_n(i);
-  if (!std::isfinite(load) || load <= 0) {
+  if (!std::isfinite(load) || load < 0) {
     return fmt::format("load {:.4g} N, expected a finite one, 0 or more", load);
   }
   if (!states.has_slip()) return "expected finite velocities";

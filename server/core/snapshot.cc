@@ -63,10 +63,10 @@ Snapshot::Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
   std::sort(models_.begin(), models_.end(), [](const ModelPtr& a, const ModelPtr& b) {
     return std::tie(a->message.name(), a->digest) < std::tie(b->message.name(), b->digest);
   });
-  MakeLadders();
+  MakeSelectors();
 }
 
-void Snapshot::MakeLadders() {
+void Snapshot::MakeSelectors() {
   std::vector<const ServedModel*> stable;
   for (const auto& [name, of_model] : aliases_) {
     const auto found = of_model.find(kDefaultAlias);

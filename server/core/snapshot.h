@@ -73,7 +73,7 @@ class Snapshot {
   const SelectableModels& SelectableOf(std::string_view reference, const ServedModel& named) const;
 
  private:
-  void MakeLadders();
+  void MakeSelectors();
   Status Unknown(std::string_view reference, const char* why) const;
 
   std::uint64_t generation_ = 0;
