@@ -123,7 +123,7 @@ def check_file(path, text):
             problems.append(check_include(path, bracket, header))
     if suffix == ".proto":
         for name in IMPORT.findall(text):
-            if not re.match(r"grouser/v1alpha1/|google/protobuf/", name):
+            if not re.match(r"grouser/v1alpha1/|google/(protobuf|rpc)/", name):
                 problems.append(f'may not import "{name}"')
     return [f"{path}: {p}" for p in problems if p]
 
