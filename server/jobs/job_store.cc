@@ -78,7 +78,11 @@ JobRow ReadRow(SQLite::Statement& row, const std::string& path) {
     throw DamagedRow(path + ": the row of job '" + id +
                      "' is damaged, expected serialised messages that agree with its columns");
   }
-  Upgrade(&out.job);
+  try {
+    Upgrade(&out.job);
+  } catch (const std::invalid_argument& e) {
+    throw DamagedRow(path + ": the row of job '" + id + "' is damaged: " + e.what());
+  }
   return out;
 }
 
