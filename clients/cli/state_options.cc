@@ -55,7 +55,6 @@ v1alpha1::WheelStates StateOptions::Build() const {
                                   v_y_.size(), rim_.size(), load_.size()});
   const Spread load("--load", load_, 0, n);
   v1alpha1::WheelStates states;
-
   for (std::size_t i = 0; i < n; ++i) states.add_load_n(load[i]);
   if (by_slip) {
     const Spread slip("--slip", slip_, 0, n);

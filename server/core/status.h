@@ -42,6 +42,7 @@ class StatusError : public std::runtime_error {
  public:
   StatusError(StatusCode code, const std::string& message)
       : std::runtime_error(message), code_(code) {}
+  explicit StatusError(const Status& status) : StatusError(status.code, status.message) {}
   StatusCode code() const { return code_; }
   Status status() const { return {code_, what()}; }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
+#include "server/core/page.h"
 #include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/request_checks.h"
@@ -157,27 +158,23 @@ v1alpha1::Job JobBook::Get(const std::string& job_id) {
 }
 
 v1alpha1::ListJobsResponse JobBook::List(const v1alpha1::ListJobsRequest& request) {
-  if (request.page_size() < 0) {
-    throw StatusError(StatusCode::kInvalidArgument,
-                      fmt::format("page_size: {}, expected 0 or more", request.page_size()));
-  }
-  const std::size_t asked = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
-  const std::size_t size = std::min<std::size_t>(asked, kMaxPageSize);
-  auto jobs = store_.List(size, request.page_token());
-  if (!jobs) {
-    throw StatusError(StatusCode::kInvalidArgument,
-                      "page_token: '" + request.page_token().substr(0, 80) +
-                          "', expected the next_page_token of a page before");
-  }
+  int size = 0;
+  const Status read = ReadPageSize(request.page_size(), kMaxJobsPageSize, &size);
+  if (!read.ok()) throw StatusError(read);
+  auto jobs = store_.List(static_cast<std::size_t>(size), request.page_token());
+  if (!jobs) throw StatusError(BadPageToken(request.page_token()));
   v1alpha1::ListJobsResponse response;
-  for (auto& job : *jobs) {
-    const JobRow* row = Find(job.job_id());
-    v1alpha1::Job& listed = *response.add_jobs() = row ? row->job : std::move(job);
-    if (!listed.has_run()) continue;
-    listed.mutable_run()->clear_stress();
-    listed.mutable_run()->clear_surface();
+  std::size_t bytes = 0;
+  bool whole = true;
+  for (auto job = jobs->begin(); whole && job != jobs->end(); ++job) {
+    if (const JobRow* row = Find(job->job_id())) *job = row->job;
+    if (job->has_run()) {
+      job->mutable_run()->clear_stress();
+      job->mutable_run()->clear_surface();
+    }
+    whole = AddToPage(std::move(*job), &bytes, response.mutable_jobs());
   }
-  if (jobs->size() == size) {
+  if (!whole || static_cast<int>(jobs->size()) == size) {
     response.set_next_page_token(response.jobs(response.jobs_size() - 1).job_id());
   }
   return response;

@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <stdexcept>
+#include <string>
 
 #include "server/jobs/watch_reactor.h"
 #include "server/net/grpc_status.h"
@@ -11,7 +12,9 @@
 namespace grouser::server {
 namespace {
 
-const Status kBusy{StatusCode::kResourceExhausted, "too many requests wait; try again later"};
+const Status kBusy{StatusCode::kResourceExhausted,
+                   "requests: " + std::to_string(SerialThread::kMaxWaiting) +
+                       " wait already, expected fewer; try again later"};
 
 /// What went wrong, as a status.
 template <typename Request>

@@ -11,8 +11,7 @@ namespace grouser::server {
 /// Limits on what a request may say.
 inline constexpr std::size_t kMaxRequestIdCharacters = 128;
 inline constexpr double kMaxTimeS = 600.0;  ///< simulated; longer is a slip of the pen
-inline constexpr int kDefaultPageSize = 100;
-inline constexpr int kMaxPageSize = 500;  ///< keeps an answer below gRPC's 4 MB
+inline constexpr int kMaxJobsPageSize = 500;
 
 /// All throw StatusError(kInvalidArgument) naming the field, its value and
 /// what was expected. What needs the model (does it exist, can it be refined)

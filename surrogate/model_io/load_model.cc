@@ -11,7 +11,7 @@ namespace grouser::surrogate {
 namespace {
 
 [[noreturn]] void Fail(const v1alpha1::Model& model, const std::string& what) {
-  const std::string name = model.name().empty() ? "(no name)" : model.name();
+  const std::string name = model.name().empty() ? "(no name)" : model.name().substr(0, 128);
   throw std::runtime_error("model " + name + ": " + what);
 }
 
@@ -157,8 +157,20 @@ TrainingDomain HullOf(const v1alpha1::Model& model) {
 
 namespace {
 
+// Most bytes of names: the model's goes into requests beside its digest, both into lists.
+constexpr std::size_t kMostName = 128, kMostSoilName = 1000;
+
+void CheckLength(const v1alpha1::Model& model, const char* field, const std::string& text,
+                 std::size_t most) {
+  if (text.size() <= most) return;
+  Fail(model, std::string(field) + ": " + std::to_string(text.size()) +
+                  " bytes, expected at most " + std::to_string(most));
+}
+
 void CheckHead(const v1alpha1::Model& model) {
   if (model.name().empty()) Fail(model, "name: expected one");
+  CheckLength(model, "name", model.name(), kMostName);
+  CheckLength(model, "soil.name", model.soil().name(), kMostSoilName);
   if (!v1alpha1::ModelKind_IsValid(model.kind())) Fail(model, "kind: not known to this version");
 }
 

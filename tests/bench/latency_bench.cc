@@ -38,7 +38,6 @@ v1alpha1::WheelStates RandomStates(const v1alpha1::Domain& domain, int n, std::m
   };
   const double speed = domain.speed_m_per_s() > 0 ? domain.speed_m_per_s() : 0.1;
   v1alpha1::WheelStates states;
-
   auto* velocity = states.mutable_velocity();
   for (int i = 0; i < n; ++i) {
     const double angle = draw(-1, 1) * domain.attack_angle_max_rad();

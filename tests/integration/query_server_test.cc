@@ -194,6 +194,37 @@ TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
   EXPECT_THROW(client_->GetModel("mud"), ClientError);
 }
 
+// A client that knows of no limits takes 4 MB; the models' provenance is three times that.
+TEST_F(QueryServerTest, AStockClientListsManyModelsWithLongProvenance) {
+  constexpr int kModels = 20, kRuns = 500;
+  for (int i = 1; i < kModels; ++i) {
+    auto model = testing::PhysicsModel("sand-" + std::to_string(i));
+    for (int run = 0; run < kRuns; ++run) {
+      auto* summary = model.mutable_provenance()->add_runs();
+      summary->set_sha256(std::string(64, 'a'));
+      for (int bin = 0; bin < 144; ++bin) summary->mutable_stress()->add_normal_pa(bin);
+    }
+    testing::MakeStable(dir_.path(), model);
+  }
+  ASSERT_TRUE(testing::Eventually([&] { return client_->ListModels().models_size() == kModels; }));
+  grpc::ChannelArguments plain;
+  plain.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  const auto stub = v1alpha1::TerrainService::NewStub(
+      grpc::CreateCustomChannel(server_->address(), grpc::InsecureChannelCredentials(), plain));
+  grpc::ClientContext listing, getting;
+  v1alpha1::ListModelsResponse page;
+  const auto listed = stub->ListModels(&listing, {}, &page);
+  ASSERT_TRUE(listed.ok()) << listed.error_message();
+  EXPECT_EQ(page.models_size(), kModels);
+  EXPECT_LT(page.ByteSizeLong(), 1'000'000u);
+  v1alpha1::GetModelRequest request;
+  request.set_model("sand-7");
+  v1alpha1::GetModelResponse one;
+  const auto got = stub->GetModel(&getting, request, &one);
+  ASSERT_TRUE(got.ok()) << got.error_message();
+  EXPECT_EQ(one.provenance().runs_size(), kRuns);
+}
+
 TEST_F(QueryServerTest, DamagedRepositoryKeepsTheServerAnswering) {
   std::ofstream(dir_ / "models/aliases.json") << "{ damaged";
   std::ofstream(dir_ / "models/foreign.model") << "not a model";

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
+
+#include "server/core/page.h"
 
 namespace grouser::server {
 namespace {
 
 constexpr std::string_view kDigestMark = "@sha256:";
+constexpr std::size_t kDigestDigits = 64;
 
 void Describe(const Snapshot& snapshot, const ServedModel& model, v1alpha1::ModelInfo* info) {
   const auto& message = model.message;
@@ -30,11 +34,11 @@ Status FirstOf(const Snapshot& snapshot, const std::string& token, std::size_t* 
   *first = 0;
   if (token.empty()) return Status::Ok();
   const std::size_t mark = token.rfind(kDigestMark);
-  if (mark == std::string::npos) {
-    return Status::InvalidArgument("page_token: '" + token.substr(0, 80) +
-                                   "', expected the next_page_token of a page before");
-  }
+  if (mark == std::string::npos) return BadPageToken(token);
   const std::string name = token.substr(0, mark), digest = token.substr(mark + kDigestMark.size());
+  const bool whole = digest.size() == kDigestDigits &&
+                     digest.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (!whole) return BadPageToken(token);
   const auto& models = snapshot.models();
   const auto after = std::ranges::find_if(models, [&](const auto& model) {
     return std::tie(model->message.name(), model->digest) > std::tie(name, digest);
@@ -47,21 +51,17 @@ Status FirstOf(const Snapshot& snapshot, const std::string& token, std::size_t* 
 
 Status ListModels(const Snapshot& snapshot, const v1alpha1::ListModelsRequest& request,
                   v1alpha1::ListModelsResponse* response) {
-  if (request.page_size() < 0) {
-    return Status::InvalidArgument("page_size: " + std::to_string(request.page_size()) +
-                                   ", expected 0 or more");
-  }
-  std::size_t next = 0;
-  if (Status status = FirstOf(snapshot, request.page_token(), &next); !status.ok()) return status;
+  int size = 0;
+  std::size_t next = 0, bytes = 0;
+  Status status = ReadPageSize(request.page_size(), kMaxModelsPageSize, &size);
+  if (status.ok()) status = FirstOf(snapshot, request.page_token(), &next);
+  if (!status.ok()) return status;
   response->set_generation(snapshot.generation());
-  const int asked = request.page_size() == 0 ? kDefaultModelsPerPage : request.page_size();
   const auto& models = snapshot.models();
-  std::size_t bytes = 0;
-  while (next < models.size() && response->models_size() < std::min(asked, kMaxModelsPerPage) &&
-         bytes < kMaxPageBytes) {
-    v1alpha1::ModelInfo* info = response->add_models();
-    Describe(snapshot, *models[next++], info);
-    bytes += info->ByteSizeLong();
+  for (; next < models.size() && response->models_size() < size; ++next) {
+    v1alpha1::ModelInfo info;
+    Describe(snapshot, *models[next], &info);
+    if (!AddToPage(std::move(info), &bytes, response->mutable_models())) break;
   }
   if (next < models.size()) response->set_next_page_token(models[next - 1]->reference);
   return Status::Ok();

@@ -5,10 +5,7 @@
 
 namespace grouser::server {
 
-inline constexpr int kDefaultModelsPerPage = 100;
-inline constexpr int kMaxModelsPerPage = 1000;
-/// A page ends where it has so many bytes, whatever its size in models.
-inline constexpr std::size_t kMaxPageBytes = 512 * 1024;
+inline constexpr int kMaxModelsPageSize = 1000;
 
 /// One page of the snapshot's models with their aliases. The token names the last model of the
 /// page before, so that models which come or go meanwhile move no other. INVALID_ARGUMENT for

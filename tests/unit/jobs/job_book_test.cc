@@ -2,6 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <set>
+
 #include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
@@ -230,6 +235,75 @@ TEST_F(JobBookTest, PagesGoOnWhereTheOneBeforeEnded) {
   request.Clear();
   request.set_page_size(-1);
   EXPECT_EQ(CodeOf([&] { book_->List(request); }), StatusCode::kInvalidArgument);
+}
+
+TEST_F(JobBookTest, PagesStayBelowAMegabyte) {
+  constexpr int kJobs = 24;
+  for (int i = 0; i < kJobs; ++i) {
+    const std::string id = Submit(Request(std::to_string(i), 0.01 * i)).job().job_id();
+    book_->Change(id, 1, [](JobRow& row) {
+      row.job.add_gate()->set_detail(std::string(100'000, 'd'));  // 2.4 MB in all
+    });
+  }
+  std::set<std::string> seen;
+  ListJobsRequest request;
+  do {
+    const auto page = book_->List(request);
+    EXPECT_LT(page.ByteSizeLong(), 1'000'000u);
+    for (const Job& job : page.jobs()) EXPECT_TRUE(seen.insert(job.job_id()).second);
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_EQ(seen.size(), std::size_t{kJobs});
+}
+
+// tests/data/earlier/jobs.sqlite: left by grouser-jobs 0.1.0, killed with one job RUNNING, one
+// QUEUED (asked with a time limit) and one CANCELLED.
+TEST_F(JobBookTest, ABookOfVersion01GoesOn) {
+  book_.reset();
+  store_.reset();
+  std::filesystem::copy_file(GROUSER_EARLIER "/jobs.sqlite", dir_ / "jobs.sqlite",
+                             std::filesystem::copy_options::overwrite_existing);
+  Reopen();
+  const auto page = book_->List({});
+  ASSERT_EQ(page.jobs_size(), 3);
+  EXPECT_EQ(page.jobs(0).job_state(), JOB_STATE_CANCELLED);
+  EXPECT_EQ(page.jobs(1).job_state(), JOB_STATE_QUEUED);
+  const Job& running = page.jobs(2);
+  EXPECT_EQ(running.job_state(), JOB_STATE_RUNNING);
+  EXPECT_EQ(running.submit_time().seconds(), 1795899550);
+  EXPECT_NEAR(running.submit_time().nanos(), 304588300, 1000);
+  EXPECT_NEAR(running.update_time().nanos(), 330094800, 1000);
+  EXPECT_FALSE(running.has_eta()) << "it was NaN";
+
+  // As `grouser-client submit --slip 0.2 --angle-deg 5 --load 24 --max-time 1.5` asked it.
+  SubmitRefinementRequest again;
+  again.set_request_id("queued");
+  again.mutable_state()->set_mode(RIG_MODE_RIM_SPEED);
+  again.mutable_state()->set_slip(0.2);
+  again.mutable_state()->set_attack_angle_rad(5 * std::numbers::pi / 180.0);
+  again.mutable_state()->set_load_n(24);
+  again.set_max_time_s(1.5);
+  const auto known = book_->Replay(again);
+  ASSERT_TRUE(known.has_value());
+  EXPECT_EQ(known->job().job_id(), page.jobs(1).job_id());
+
+  ASSERT_TRUE(book_->Requeue(running.job_id(), 1, "queued again after a restart", false));
+  Reopen();
+  EXPECT_EQ(book_->Get(running.job_id()).lease_epoch(), 2u);
+  EXPECT_EQ(book_->Get(running.job_id()).submit_time().seconds(), 1795899550);
+}
+
+TEST_F(JobBookTest, ARowOfVersion01WithoutASensibleTimeIsPassedOver) {
+  for (const double bad : {-1.0, 1e300, std::nan("")}) {
+    const std::string id = Submit(Request(std::to_string(bad))).job().job_id();
+    JobRow row = *store_->Find(id);
+    row.job.set_submitted_unix_s(bad);
+    ASSERT_TRUE(store_->Save(row, row.job.lease_epoch()));
+    ASSERT_NO_THROW(Reopen()) << bad;
+    EXPECT_FALSE(book_->FindOpen(id).has_value());
+    EXPECT_THAT([&] { book_->Get(id); },
+                ::testing::ThrowsMessage<std::runtime_error>(::testing::HasSubstr(id)));
+  }
 }
 
 // Rows of version 0.1 keep their times in seconds.

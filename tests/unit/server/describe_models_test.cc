@@ -69,8 +69,9 @@ TEST(ListModels, PagesHoldEveryModelOnceBelowAMegabyte) {
     EXPECT_EQ(names.size(), 250u);
     EXPECT_EQ(std::set(names.begin(), names.end()).size(), 250u);
   }
-  // Long names end a page before its size does.
+  // Long names end a page before its size does, also where two would just not fit.
   EXPECT_EQ(AllNames(MakeSnapshot(40, 0, 100'000), 40).size(), 40u);
+  EXPECT_EQ(AllNames(MakeSnapshot(5, 0, 510'000), 40).size(), 5u);
 }
 
 TEST(ListModels, TokensOutliveModelsThatComeAndGo) {
@@ -90,10 +91,18 @@ TEST(ListModels, TokensOutliveModelsThatComeAndGo) {
 TEST(ListModels, RefusesWhatNoPageGave) {
   ListModelsRequest request;
   ListModelsResponse response;
-  request.set_page_token("page 2");
-  const Status token = ListModels(MakeSnapshot(1), request, &response);
-  EXPECT_EQ(token.code, StatusCode::kInvalidArgument);
-  EXPECT_THAT(token.message, AllOf(HasSubstr("page_token: 'page 2'"), HasSubstr("expected")));
+  const std::string digest(64, 'd');
+  for (const std::string bad :
+       {std::string("page 2"), std::string("@sha256:"), std::string("m0000@sha256:dddddddddddd"),
+        "m0000@sha256:" + digest + "d", "m0000@sha256:x" + digest.substr(1),
+        std::string(100'000, 'x')}) {
+    request.set_page_token(bad);
+    const Status token = ListModels(MakeSnapshot(1), request, &response);
+    EXPECT_EQ(token.code, StatusCode::kInvalidArgument) << bad.substr(0, 99);
+    EXPECT_THAT(token.message, AllOf(HasSubstr("page_token: '" + bad.substr(0, 99)),
+                                     HasSubstr("expected the next_page_token")));
+    EXPECT_LT(token.message.size(), 300u);
+  }
   request.Clear();
   request.set_page_size(-1);
   EXPECT_THAT(ListModels(MakeSnapshot(1), request, &response).message, HasSubstr("page_size: -1"));

@@ -101,6 +101,10 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
   using testing::HasSubstr;
   using M = v1alpha1::Model*;
   EXPECT_THAT(Complaint([](M m) { m->clear_name(); }), HasSubstr("name"));
+  EXPECT_THAT(Complaint([](M m) { m->set_name(std::string(129, 'n')); }),
+              HasSubstr("name: 129 bytes, expected at most 128"));
+  EXPECT_THAT(Complaint([](M m) { m->mutable_soil()->set_name(std::string(1001, 's')); }),
+              HasSubstr("soil.name: 1001 bytes, expected at most 1000"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_wheel()->set_radius_m(0); }),
               HasSubstr("wheel radius"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_bekker()->clear_n(); }), HasSubstr("bekker: no n"));
