@@ -11,6 +11,7 @@
 #include "surrogate/fit/stress_profile.h"
 #include "surrogate/models/bekker_balance.h"
 #include "surrogate/models/bekker_constants.h"
+#include "surrogate/models/isa.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -128,8 +129,12 @@ Solved<T> Solve(const Problem& problem, const BekkerModel& model, const Canonica
                 double load) {
   const BekkerLaw<double>& plain = model.law();
   const BekkerRules& rules = RulesOfBekker();
-  const auto search = bekker::Balance(
-      plain, bekker::MakeMotion(plain, state.forward, state.lateral, state.rim), load, rules, true);
+  StateBlock at;
+  at.v_x[0] = state.forward;
+  at.v_y[0] = state.lateral;
+  at.rim_speed[0] = state.rim;
+  at.load[0] = load;
+  BlockSolverFor(nullptr)(plain, rules, /*gradients=*/false, 1, &at);
   const BekkerParameters& p = model.parameters();
   Solved<T> s;
   s.law = bekker::MakeLaw<T>([&](auto member) { return ParameterOf<T>(problem, p, member); },
@@ -139,9 +144,10 @@ Solved<T> Solve(const Problem& problem, const BekkerModel& model, const Canonica
   // With the entry angle's own derivative last, which Close does away with.
   using Open = std::conditional_t<Plain<T>, Dual<double, 1>, T>;
   constexpr int kDirections = Plain<T> ? 0 : kCoordinates;
-  const Open theta = Seed<Open>(search.theta, kDirections, 1);
-  const auto closed = bekker::Close<kDirections>(
-      plain, bekker::AllForces(s.law, s.motion, theta, rules.full, true), search, load);
+  const Open theta = Seed<Open>(at.theta[0], kDirections, 1);
+  const auto closed =
+      bekker::Close<kDirections>(plain, bekker::AllForces(s.law, s.motion, theta, rules.full, true),
+                                 at.theta[0], at.overload[0] != 0, load);
   const auto take = [](const Dual<double, kDirections>& from) {
     T to = Constant<T>(from.v);
     if constexpr (!Plain<T>) std::copy_n(from.d, kDirections, to.d);

@@ -4,8 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "surrogate/models/bekker_balance.h"
 #include "surrogate/models/bekker_constants.h"
+#include "surrogate/models/isa.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -63,9 +63,8 @@ BekkerModel::Answer BekkerModel::Solve(double v_x, double v_y, double rim_speed,
   block.v_y[0] = v_y;
   block.rim_speed[0] = rim_speed;
   block.load[0] = load;
-  const BekkerRules& rules = RulesOfBekker();
-  bekker::SolveLanes<double, false>(law_, rules, &block, 0);
-  Answer answer{{}, block.overload[0] != 0, static_cast<int>(block.steps[0]) + 3};
+  BlockSolverFor(nullptr)(law_, RulesOfBekker(), /*gradients=*/false, 1, &block);
+  Answer answer{{}, block.overload[0] != 0, static_cast<int>(block.steps[0]) + 2};
   for (int o = 0; o < kOutputs; ++o) answer.value[o] = block.value[o][0];
   return answer;
 }

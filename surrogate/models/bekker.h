@@ -71,8 +71,9 @@ struct RimStress {
 /// braked wheels whose shear turns round within the contact, 2e-4 (K > 0.08 r), 7e-4,
 /// 8e-3 (K < 0.02 r).
 ///
-/// The equations stand once, in bekker_law.h, for doubles, for packs of states and for
-/// derivatives. Solve and SolveBatch give the same bits, on every instruction set.
+/// The equations stand once, in bekker_law.h, for doubles, for packs of states, for packs
+/// of points of one state, and for derivatives. Solve and SolveBatch give the same bits,
+/// on every instruction set. Times a state: docs/tolerance.md.
 ///
 /// Sources: Wong & Reece 1967 (J. Terramechanics 4(1), 81-98 and 4(2), 7-25);
 /// Janosi & Hanamoto 1961; Reece 1965 (Proc. IMechE 180); Ding et al. 2011

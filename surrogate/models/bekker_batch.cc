@@ -15,10 +15,10 @@ bool Usable(const BekkerBatch& batch, std::size_t i) {
          std::isfinite(batch.rim_speed[i]) && std::isfinite(batch.load[i]) && batch.load[i] > 0;
 }
 
-// Unusable states and lanes beyond the end get a harmless one.
+// Unusable states get a harmless one.
 void Pack(const BekkerBatch& batch, std::size_t first, int count, StateBlock* block) {
-  for (int l = 0; l < kStateBlock; ++l) {
-    const bool usable = l < count && Usable(batch, first + l);
+  for (int l = 0; l < count; ++l) {
+    const bool usable = Usable(batch, first + l);
     block->v_x[l] = usable ? batch.v_x[first + l] : 1;
     block->v_y[l] = usable ? batch.v_y[first + l] : 0;
     block->rim_speed[l] = usable ? batch.rim_speed[first + l] : 1;
@@ -62,7 +62,7 @@ void BekkerModel::SolveBatch(const BekkerBatch& batch, BlockSolver solver) const
   for (std::size_t first = 0; first < n; first += kStateBlock) {
     const int count = n - first < kStateBlock ? static_cast<int>(n - first) : kStateBlock;
     Pack(batch, first, count, &block);
-    solve(law_, rules, gradients, &block);
+    solve(law_, rules, gradients, count, &block);
     Unpack(block, first, count, batch);
   }
 }

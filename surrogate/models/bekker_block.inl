@@ -5,15 +5,9 @@ namespace grouser::surrogate::bekker::GROUSER_ISA_NS {
 
 typedef double Pack __attribute__((vector_size(GROUSER_LANES * sizeof(double))));
 
-void SolveBlock(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients,
+void SolveBlock(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients, int count,
                 StateBlock* block) noexcept {
-  for (int at = 0; at < kStateBlock; at += GROUSER_LANES) {
-    if (gradients) {
-      SolveLanes<Pack, true>(law, rules, block, at);
-    } else {
-      SolveLanes<Pack, false>(law, rules, block, at);
-    }
-  }
+  SolveStates<Pack>(law, rules, gradients, count, block);
 }
 
 }  // namespace grouser::surrogate::bekker::GROUSER_ISA_NS

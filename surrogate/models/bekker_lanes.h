@@ -9,7 +9,7 @@ enum Input : int { kVx = 0, kVy, kRimSpeed, kLoad };
 inline constexpr int kInputs = 4;
 
 /// States that are solved together.
-inline constexpr int kStateBlock = 8;
+inline constexpr int kStateBlock = 64;
 
 /// A block of states in and out, one to a lane. gradient[o][i] as in BekkerBatch.
 struct alignas(64) StateBlock {
@@ -17,11 +17,14 @@ struct alignas(64) StateBlock {
   double value[kOutputs][kStateBlock];
   double gradient[kOutputs][kInputs][kStateBlock];
   double overload[kStateBlock];  ///< 1: no equilibrium
-  double steps[kStateBlock];     ///< of the bracketed search
+  double theta[kStateBlock];     ///< theta_f [rad], where the search ends
+  double steps[kStateBlock];     ///< of the search
+  double settled[kStateBlock], low[kStateBlock], high[kStateBlock];  ///< its own
+  double f_low[kStateBlock], f_high[kStateBlock];
 };
 
-/// Solves a block; every lane holds valid input.
+/// Solves the first `count` states of a block, which hold valid input.
 using BlockSolver = void (*)(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients,
-                             StateBlock* block) noexcept;
+                             int count, StateBlock* block) noexcept;
 
 }  // namespace grouser::surrogate

@@ -133,7 +133,7 @@ GROUSER_INLINE Pressure<T> PressureAt(const BekkerLaw<P>& a, const Contact<T, M>
   at.sigma = Exp(a.n * Log(safe) + c.log_modulus);
   at.strength = a.friction * at.sigma;
   if (a.cohesive) {
-    at.strength = at.strength + a.cohesion * (1.0 - Exp(-(a.inv_cohesion * at.sigma)));
+    at.strength = at.strength + a.cohesion * Rise(T(a.inv_cohesion * at.sigma));
   }
   return at;
 }
@@ -157,51 +157,129 @@ GROUSER_INLINE Shear<T> ShearAt(const BekkerLaw<P>& a, const Contact<T, M>& c, c
   return s;
 }
 
-/// Sums over one branch, before the common factors of AllForces: f_x, f_y, f_z,
-/// torque, m_z; of f_z alone without kAll.
+/// Terms of one point, or their sums over one branch, before the common factors of
+/// AllForces: f_x, f_y, f_z, torque, m_z; of f_z alone without kAll.
 template <class T>
 struct Sums {
   T of[5];
 };
 
-/// Adds the point at theta, of `weight`. sideways: whether any lane moves so.
+/// At the point theta. sideways: whether any lane moves so; else f_y and m_z stay 0.
 template <bool kAll, class P, class T, class M>
-GROUSER_INLINE void AddPoint(const BekkerLaw<P>& a, const Contact<T, M>& c, const Pressure<T>& at,
-                             const T& theta, double weight, bool sideways, Sums<T>* sums) {
+GROUSER_INLINE Sums<T> TermsAt(const BekkerLaw<P>& a, const Contact<T, M>& c, const Pressure<T>& at,
+                               const T& theta, bool sideways) {
   const Angle<T> angle = SinCos(theta);
   const Shear<T> tau = ShearAt(a, c, theta, angle.sin, at.strength);
-  T(&sum)[5] = sums->of;
-  sum[kFz] = sum[kFz] + weight * (tau.tangential * angle.sin + at.sigma * angle.cos);
+  Sums<T> term{};
+  term.of[kFz] = tau.tangential * angle.sin + at.sigma * angle.cos;
   if constexpr (kAll) {
-    sum[kFx] = sum[kFx] + weight * (tau.tangential * angle.cos - at.sigma * angle.sin);
-    sum[kTorque] = sum[kTorque] + weight * tau.tangential;
-    if (!sideways) return;  // j_y = 0: nothing but + 0 below
+    term.of[kFx] = tau.tangential * angle.cos - at.sigma * angle.sin;
+    term.of[kTorque] = tau.tangential;
+    if (!sideways) return term;
     const T zero = Constant<T>(Base<T>{});
     const T depth = Max(T(c.sinkage - (2 * a.radius) * angle.half_sin2), zero);
     const T upright = Max(angle.cos, zero);
     const T side = (a.side_square * depth + a.side_linear) * depth * upright *
-                   (1.0 - Exp(-(a.shear_over_bulldozing * tau.j_y)));
-    sum[kFy] = sum[kFy] + weight * (a.width * tau.axial - side);
-    sum[kMz] = sum[kMz] + weight * ((a.width * (a.traction * tau.axial) - side) * angle.sin);
+                   Rise(T(a.shear_over_bulldozing * tau.j_y));
+    term.of[kFy] = a.width * tau.axial - side;
+    term.of[kMz] = (a.width * (a.traction * tau.axial) - side) * angle.sin;
   }
+  return term;
 }
+
+/// Whether a sum over the points has output o.
+template <bool kAll>
+GROUSER_INLINE constexpr bool Summed(int o, bool sideways) {
+  return o == kFz || (kAll && (sideways || !(o == kFy || o == kMz)));
+}
+
+/// How the points of a contact are summed up: one after the other, in as many lanes as
+/// T has states, ...
+struct StatesInLanes {};
+/// ... or for a single state (T: double or Dual of it) as many at once as Pack has
+/// lanes, by the same operations and in the same order: to the same bits.
+template <class Pack>
+struct PointsInLanes {};
 
 template <bool kAll, class P, class T, class M>
 GROUSER_INLINE Sums<T> Integrate(const BekkerLaw<P>& a, const Contact<T, M>& c,
-                                 const QuadratureRule& rule, bool sideways) {
+                                 const QuadratureRule& rule, bool sideways, StatesInLanes) {
   constexpr int kSome = 16;  // points between which a processor overlaps short loops
   Sums<T> front{}, rear{};
   Pressure<T> at[kSome];
   const T to_front = c.entry - c.peak, to_rear = c.exit + c.peak;
+  const auto add = [&](const Pressure<T>& here, const T& theta, double weight, Sums<T>* sums)
+      __attribute__((always_inline)) {
+    const Sums<T> term = TermsAt<kAll>(a, c, here, theta, sideways);
+    for (int o = 0; o < 5; ++o) {
+      if (Summed<kAll>(o, sideways)) sums->of[o] = sums->of[o] + weight * term.of[o];
+    }
+  };
   for (int first = 0; first < rule.points; first += kSome) {
     const int count = rule.points - first < kSome ? rule.points - first : kSome;
     const double *node = rule.node + first, *weight = rule.weight + first;
     for (int i = 0; i < count; ++i) at[i] = PressureAt(a, c, node[i]);
     for (int i = 0; i < count; ++i) {
-      AddPoint<kAll>(a, c, at[i], T(c.entry - to_front * node[i]), weight[i], sideways, &front);
+      add(at[i], T(c.entry - to_front * node[i]), weight[i], &front);
     }
     for (int i = 0; i < count; ++i) {
-      AddPoint<kAll>(a, c, at[i], T(to_rear * node[i] - c.exit), weight[i], sideways, &rear);
+      add(at[i], T(to_rear * node[i] - c.exit), weight[i], &rear);
+    }
+  }
+  for (int o = 0; o < 5; ++o) {
+    if (kAll || o == kFz) front.of[o] = to_front * front.of[o] + to_rear * rear.of[o];
+  }
+  return front;
+}
+
+/// The same number in every lane.
+template <class Pack>
+GROUSER_INLINE Pack Spread(double x) {
+  return Set<Pack>(x);
+}
+template <class Pack, int N>
+GROUSER_INLINE Dual<Pack, N> Spread(const Dual<double, N>& x) {
+  Dual<Pack, N> r;
+  r.v = Set<Pack>(x.v);
+  GROUSER_EACH(N, r.d[k] = Set<Pack>(x.d[k]));
+  return r;
+}
+/// Adds the first `count` lanes of a term, one after the other.
+template <class Pack>
+GROUSER_INLINE void AddLanes(Pack term, int count, double* sum) {
+  for (int l = 0; l < count; ++l) *sum = *sum + term[l];
+}
+template <class Pack, int N>
+GROUSER_INLINE void AddLanes(const Dual<Pack, N>& term, int count, Dual<double, N>* sum) {
+  AddLanes(term.v, count, &sum->v);
+  GROUSER_EACH(N, AddLanes(term.d[k], count, &sum->d[k]));
+}
+
+template <bool kAll, class P, class T, class M, class Pack>
+GROUSER_INLINE Sums<T> Integrate(const BekkerLaw<P>& a, const Contact<T, M>& narrow,
+                                 const QuadratureRule& rule, bool sideways, PointsInLanes<Pack>) {
+  constexpr int kLanes = sizeof(Pack) / sizeof(double);
+  const auto spread = [](const auto& x) __attribute__((always_inline)) { return Spread<Pack>(x); };
+  using W = decltype(Spread<Pack>(narrow.entry));
+  const Contact<W, decltype(Spread<Pack>(narrow.forward))> c = {
+      spread(narrow.theta_f),   spread(narrow.sinkage),    spread(narrow.sin_f),
+      spread(narrow.cos_f),     spread(narrow.entry),      spread(narrow.exit),
+      spread(narrow.peak),      spread(narrow.half_drop),  spread(narrow.zero),
+      spread(narrow.side_zero), spread(narrow.forward),    spread(narrow.spin),
+      spread(narrow.side),      spread(narrow.log_modulus)};
+  const T to_front = narrow.entry - narrow.peak, to_rear = narrow.exit + narrow.peak;
+  const W front_width = Spread<Pack>(to_front), rear_width = Spread<Pack>(to_rear);
+  Sums<T> front{}, rear{};
+  for (int first = 0; first < rule.points; first += kLanes) {
+    const int count = rule.points - first < kLanes ? rule.points - first : kLanes;
+    const Pack node = Load<Pack>(rule.node + first), weight = Load<Pack>(rule.weight + first);
+    const Pressure<W> at = PressureAt(a, c, node);
+    const Sums<W> ahead = TermsAt<kAll>(a, c, at, W(c.entry - front_width * node), sideways);
+    const Sums<W> behind = TermsAt<kAll>(a, c, at, W(rear_width * node - c.exit), sideways);
+    for (int o = 0; o < 5; ++o) {
+      if (!Summed<kAll>(o, sideways)) continue;
+      AddLanes(W(weight * ahead.of[o]), count, &front.of[o]);
+      AddLanes(W(weight * behind.of[o]), count, &rear.of[o]);
     }
   }
   for (int o = 0; o < 5; ++o) {
@@ -211,11 +289,11 @@ GROUSER_INLINE Sums<T> Integrate(const BekkerLaw<P>& a, const Contact<T, M>& c,
 }
 
 /// F_z [N] at an entry angle.
-template <class P, class T, class M>
+template <class P, class T, class M, class How = StatesInLanes>
 GROUSER_INLINE T VerticalForce(const BekkerLaw<P>& a, const Motion<M>& m, const T& theta_f,
-                               const QuadratureRule& rule) {
+                               const QuadratureRule& rule, How how = {}) {
   return (a.width * a.radius) *
-         Integrate<false>(a, MakeContact(a, m, theta_f), rule, false).of[kFz];
+         Integrate<false>(a, MakeContact(a, m, theta_f), rule, false, how).of[kFz];
 }
 
 /// Outputs in the canonical half-space, in the order of Output.
@@ -229,16 +307,16 @@ template <class P, class T, class M>
 GROUSER_INLINE T Blade(const BekkerLaw<P>& a, const Contact<T, M>& c, const Motion<M>& m) {
   const T travel = (a.radius * a.inv_bulldozing) * c.theta_f;
   const T passive = a.width * (c.sinkage * (a.front_linear + a.front_square * c.sinkage));
-  const T ahead = 1.0 - Exp(T(-(m.front * travel)));
-  const T behind = 1.0 - Exp(T(-(m.back * travel)));
+  const T ahead = Rise(T(m.front * travel));
+  const T behind = Rise(T(m.back * travel));
   return passive * ((0.5 + 0.5 * m.t) * ahead - (0.5 - 0.5 * m.t) * behind);
 }
 
-template <class P, class T, class M>
+template <class P, class T, class M, class How = StatesInLanes>
 GROUSER_INLINE Forces<T> AllForces(const BekkerLaw<P>& a, const Motion<M>& m, const T& theta_f,
-                                   const QuadratureRule& rule, bool sideways) {
+                                   const QuadratureRule& rule, bool sideways, How how = {}) {
   const Contact<T, M> c = MakeContact(a, m, theta_f);
-  const Sums<T> sum = Integrate<true>(a, c, rule, sideways);
+  const Sums<T> sum = Integrate<true>(a, c, rule, sideways, how);
   const double r = a.radius, area = a.width * r;
   Forces<T> f;
   f.of[kFx] = area * sum.of[kFx] - Blade(a, c, m);

@@ -167,6 +167,11 @@ GROUSER_INLINE Dual<V, N> Exp(const Dual<V, N>& a) {
   return Chain(a, e, e);
 }
 template <class V, int N>
+GROUSER_INLINE Dual<V, N> Rise(const Dual<V, N>& a) {
+  const V rise = Rise(a.v);
+  return Chain(a, rise, V(1.0 - rise));
+}
+template <class V, int N>
 GROUSER_INLINE Dual<V, N> Log(const Dual<V, N>& a) {
   return Chain(a, Log(a.v), V(1.0 / a.v));
 }

@@ -45,8 +45,8 @@ class HybridModel final : public TabulatedModel {
 
   /// Lets Evaluate solve the physics of every state (BekkerModel::SolveBatch), with
   /// gradients by the implicit function theorem, and interpolate the hull distance
-  /// alone. A table would be some five times faster, and off by what Tabulate states;
-  /// this is the law itself for any load, and made at once.
+  /// alone. A table would be some ten times faster in a batch, and off by what Tabulate
+  /// states; this is the law itself for any load, and made at once.
   /// Precondition: T has no outputs and no speed axis.
   void AnswerByLaw();
 

@@ -61,7 +61,7 @@ namespace bekker {
 #define GROUSER_DECLARE(isa)                                                              \
   namespace isa {                                                                         \
   void SolveBlock(const BekkerLaw<double>& law, const BekkerRules& rules, bool gradients, \
-                  StateBlock* block) noexcept;                                            \
+                  int count, StateBlock* block) noexcept;                                 \
   }
 GROUSER_EACH_ISA(GROUSER_DECLARE)
 #undef GROUSER_DECLARE

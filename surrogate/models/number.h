@@ -124,9 +124,13 @@ GROUSER_INLINE V Sqrt(V x) {
   }
 }
 
-/// e^x for |x| <= 700, clamped outside; relative error below 1e-14, exact at 0.
+/// e^x = scale (1 + rest), scale a power of 2, |rest| < 0.42; |x| <= 700, clamped outside.
 template <class V>
-GROUSER_INLINE V Exp(V x) {
+struct ExpTerms {
+  V scale, rest;
+};
+template <class V>
+GROUSER_INLINE ExpTerms<V> SplitExp(V x) {
   x = Min(Max(x, Set<V>(-700)), Set<V>(700));
   constexpr double kMagic = 6755399441055744.0;  // 1.5 * 2^52: rounds to integer
   const V shifted = x * 1.4426950408889634 + kMagic;
@@ -139,14 +143,25 @@ GROUSER_INLINE V Exp(V x) {
   even = even * r2 + 1.0 / 720;
   even = even * r2 + 1.0 / 24;
   even = even * r2 + 0.5;
-  even = even * r2 + 1.0;
   V odd = r2 * (1.0 / 39916800) + 1.0 / 362880;
   odd = odd * r2 + 1.0 / 5040;
   odd = odd * r2 + 1.0 / 120;
   odd = odd * r2 + 1.0 / 6;
   odd = odd * r2 + 1.0;
   // The integer stands in the low bits of `shifted`: build 2^k from it.
-  return (even + r * odd) * __builtin_bit_cast(V, (number::ToBits(shifted) + 1023) << 52);
+  return {__builtin_bit_cast(V, (number::ToBits(shifted) + 1023) << 52), even * r2 + r * odd};
+}
+/// e^x; relative error below 1e-14, exact at 0.
+template <class V>
+GROUSER_INLINE V Exp(V x) {
+  const ExpTerms<V> e = SplitExp(x);
+  return (1.0 + e.rest) * e.scale;
+}
+/// 1 - e^-x, without cancellation near 0; relative error below 1e-14.
+template <class V>
+GROUSER_INLINE V Rise(V x) {
+  const ExpTerms<V> e = SplitExp(V(-x));
+  return (1.0 - e.scale) - e.scale * e.rest;
 }
 
 /// ln x for normal positive x; absolute error below 1e-14 (1 + |ln x|).

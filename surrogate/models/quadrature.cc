@@ -23,13 +23,17 @@ GaussRule<N> GaussLegendre() noexcept {
     rule.node[i] = 0.5 * (1 - x);
     rule.weight[i] = 1 / ((1 - x * x) * slope * slope);
   }
+  for (std::size_t i = N; i < rule.node.size(); ++i) {
+    rule.node[i] = rule.node[N - 1];
+    rule.weight[i] = 0;
+  }
   return rule;
 }
 
 template <int N>
 GaussRule<N> GradedGauss() noexcept {
   GaussRule<N> rule = GaussLegendre<N>();
-  for (int i = 0; i < N; ++i) {
+  for (std::size_t i = 0; i < rule.node.size(); ++i) {
     const double u = rule.node[i];
     rule.node[i] = u * u;
     rule.weight[i] *= 2 * u;
@@ -63,7 +67,7 @@ QuadratureRule Lasting(const GaussRule<N>& rule) {
 const BekkerRules& RulesOfBekker() noexcept {
   static const GaussRule<kPoints> full = GaussLegendre<kPoints>();
   static const GaussRule<4> coarse = GradedGauss<4>();
-  static const GaussRule<6> better = GradedGauss<6>();
+  static const GaussRule<8> better = GradedGauss<8>();
   static const GaussRule<kPanels* kPoints> fine = FineRule();
   static const BekkerRules rules{Lasting(full), {Lasting(coarse), Lasting(better)}, Lasting(fine)};
   return rules;

@@ -226,19 +226,30 @@ TEST(Batch, BalanceHoldsInTheGradients) {
   }
 }
 
+States Some(const States& s, std::size_t first, std::size_t count) {
+  States some;
+  for (std::size_t i = first; i < std::min(first + count, s.size()); ++i) {
+    some.Add(s.v_x[i], s.v_y[i], s.rim[i], s.load[i]);
+  }
+  return some;
+}
+
+// Alone, by packs of points; in packs of states; across blocks.
 TEST(Batch, AnswersDependNeitherOnPlaceNorNeighboursNorGradients) {
   const BekkerModel model(SomeSoils()[1], kWheel);
   const States s = RandomStates(203, 5);
   const Results all = SolveAll(model, s, true), plain = SolveAll(model, s, false);
-  for (std::size_t i = 0; i < s.size(); ++i) {
-    States one;
-    one.Add(s.v_x[i], s.v_y[i], s.rim[i], s.load[i]);
-    const Results alone = SolveAll(model, one, true);
-    for (int o = 0; o < kOutputs; ++o) {
-      ASSERT_EQ(alone.value[o][0], all.value[o][i]) << i << " " << o;
-      ASSERT_EQ(plain.value[o][i], all.value[o][i]) << i << " " << o;
-      for (int k = 0; k < kInputs; ++k) {
-        ASSERT_EQ(alone.gradient[o][k][0], all.gradient[o][k][i]) << i << " " << o;
+  for (int o = 0; o < kOutputs; ++o) ASSERT_EQ(plain.value[o], all.value[o]) << o;
+  for (const std::size_t size : {1, 2, 3, 5, 8, 11, 70}) {
+    for (std::size_t first = 0; first < s.size(); first += size) {
+      const Results some = SolveAll(model, Some(s, first, size), true);
+      for (std::size_t i = 0; i < some.no_equilibrium.size(); ++i) {
+        for (int o = 0; o < kOutputs; ++o) {
+          ASSERT_EQ(some.value[o][i], all.value[o][first + i]) << size << " " << i << " " << o;
+          for (int k = 0; k < kInputs; ++k) {
+            ASSERT_EQ(some.gradient[o][k][i], all.gradient[o][k][first + i]) << size << " " << i;
+          }
+        }
       }
     }
   }
@@ -251,20 +262,21 @@ TEST(Batch, EveryInstructionSetGivesTheSameBits) {
     const States s = RandomStates(800, 6);
     for (std::size_t first = 0; first < s.size(); first += kStateBlock) {
       StateBlock in{};
-      for (int l = 0; l < kStateBlock; ++l) {
+      const int count = static_cast<int>(std::min<std::size_t>(s.size() - first, kStateBlock));
+      for (int l = 0; l < count; ++l) {
         in.v_x[l] = s.v_x[first + l];
         in.v_y[l] = s.v_y[first + l];
         in.rim_speed[l] = s.rim[first + l];
         in.load[l] = s.load[first + l];
       }
       StateBlock want = in;
-      BlockSolverFor("baseline")(model.law(), RulesOfBekker(), true, &want);
+      BlockSolverFor("baseline")(model.law(), RulesOfBekker(), true, count, &want);
       for (const char* set : {"avx2", "avx512"}) {
         const BlockSolver solve = BlockSolverFor(set);
         if (solve == nullptr) continue;
         ++sets;
         StateBlock got = in;
-        solve(model.law(), RulesOfBekker(), true, &got);
+        solve(model.law(), RulesOfBekker(), true, count, &got);
         ASSERT_EQ(std::memcmp(got.value, want.value, sizeof(want.value)), 0) << set;
         ASSERT_EQ(std::memcmp(got.gradient, want.gradient, sizeof(want.gradient)), 0) << set;
       }

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <numeric>
+#include <set>
+#include <vector>
 
 #include "tests/unit/surrogate/hard_cases.h"
 #include "tests/unit/surrogate/small_wheel.h"
@@ -22,40 +26,79 @@ struct Line {
   std::function<std::array<double, 4>(double)> at;  // v_x, v_y, rim speed, load
 };
 
-// Largest change of any output between neighbours, over its scale.
-double LargestJump(const BekkerModel& model, const Line& line, int steps, double* where) {
+constexpr int kSteps = 1500, kFiner = 16;
+
+// The model's answers at places of a line.
+Batch At(const BekkerModel& model, const Line& line, const std::vector<double>& t) {
   Batch b;
-  for (int i = 0; i <= steps; ++i) {
-    const auto s = line.at(static_cast<double>(i) / steps);
+  for (const double each : t) {
+    const auto s = line.at(each);
     b.Add(s[0], s[1], s[2], s[3]);
   }
   b.Solve(model);
-  double largest = 0;
-  for (int o = 0; o < kOutputs; ++o) {
-    for (int i = 1; i <= steps; ++i) {
-      const double load = std::max(b.load[i], b.load[i - 1]);
-      const double jump =
-          std::fabs(b.value[o][i] - b.value[o][i - 1]) / Scale(o, load, model.wheel().radius_m);
-      if (jump > largest) {
-        largest = jump;
-        *where = (i - 0.5) / steps;
-      }
-    }
-  }
-  return largest;
+  return b;
 }
 
-// Sixteen times finer steps: a jump would stay, a slope shrinks in proportion.
+// Change of output o to the state i from the one before, over its scale.
+double Change(const BekkerModel& model, const Batch& b, int o, std::size_t i) {
+  const double load = std::max(b.load[i], b.load[i - 1]);
+  return (b.value[o][i] - b.value[o][i - 1]) / Scale(o, load, model.wheel().radius_m);
+}
+
+// The steps of the line where a jump can be: of each output those of the largest change,
+// and those whose change differs most from a neighbour's.
+std::set<int> Suspects(const BekkerModel& model, const Batch& b) {
+  constexpr int kSuspects = 8;
+  std::set<int> suspects;
+  std::vector<double> change(kSteps + 2, 0.0);
+  const auto choose = [&](const std::function<double(int)>& size) {
+    std::vector<int> steps(kSteps);
+    std::iota(steps.begin(), steps.end(), 1);
+    std::partial_sort(steps.begin(), steps.begin() + kSuspects, steps.end(),
+                      [&](int i, int k) { return size(i) > size(k); });
+    suspects.insert(steps.begin(), steps.begin() + kSuspects);
+  };
+  for (int o = 0; o < kOutputs; ++o) {
+    for (int i = 1; i <= kSteps; ++i) change[i] = Change(model, b, o, i);
+    change[0] = change[1];
+    change[kSteps + 1] = change[kSteps];
+    choose([&](int i) { return std::fabs(change[i]); });
+    choose([&](int i) {
+      return std::max(std::fabs(change[i] - change[i - 1]), std::fabs(change[i + 1] - change[i]));
+    });
+  }
+  return suspects;
+}
+
+// Sixteen times finer steps there: a jump would stay, a slope shrinks in proportion.
 // A corner or a steep flank first seen by the finer scan is allowed a quarter.
 void ExpectContinuous(const Line& line) {
   int number = 0;
   for (const BekkerParameters& soil : Soils()) {
     const BekkerModel model(soil, kWheel);
-    double at_coarse = 0, at_fine = 0;
-    const double coarse = LargestJump(model, line, 1500, &at_coarse);
-    const double fine = LargestJump(model, line, 16 * 1500, &at_fine);
-    EXPECT_LT(fine, coarse / 4 + 1e-6) << line.name << " soil " << number << ": " << coarse
-                                       << " at " << at_coarse << ", " << fine << " at " << at_fine;
+    std::vector<double> t(kSteps + 1), inside;
+    for (int i = 0; i <= kSteps; ++i) t[i] = static_cast<double>(i) / kSteps;
+    const Batch coarse = At(model, line, t);
+    for (const int step : Suspects(model, coarse)) {
+      for (int k = 0; k <= kFiner; ++k) {
+        inside.push_back((step - 1 + static_cast<double>(k) / kFiner) / kSteps);
+      }
+    }
+    const Batch fine = At(model, line, inside);
+    double most = 0, most_fine = 0, where = 0;
+    for (int o = 0; o < kOutputs; ++o) {
+      for (int i = 1; i <= kSteps; ++i) {
+        most = std::max(most, std::fabs(Change(model, coarse, o, i)));
+      }
+      for (std::size_t i = 1; i < inside.size(); ++i) {
+        if (i % (kFiner + 1) == 0) continue;  // of another step
+        const double change = std::fabs(Change(model, fine, o, i));
+        if (change > most_fine) where = inside[i];
+        most_fine = std::max(most_fine, change);
+      }
+    }
+    EXPECT_LT(most_fine, most / 4 + 1e-6)
+        << line.name << " soil " << number << ": " << most << ", " << most_fine << " at " << where;
     ++number;
   }
 }
