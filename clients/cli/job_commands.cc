@@ -8,6 +8,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/jobs_client.h"
+#include "proto/records/message_json.h"
 
 namespace grouser::cli {
 namespace {
@@ -39,8 +40,9 @@ bool WaitsForAPerson(const Job& job) {
 /// to stderr, the last state to stdout.
 int Watch(const Common& common, const std::string& job_id) {
   const Job job = MakeClient(common).Watch(job_id, [](const Job& now) {
-    std::cerr << fmt::format("{} {} {:.0f} % {}\n", now.job_id(), JobStateName(now.job_state()),
-                             100 * now.progress(), now.message());
+    std::cerr << fmt::format("{} {} {:.0f} % {}\n", now.job_id(),
+                             records::ShortName(now.job_state()), 100 * now.progress(),
+                             now.message());
     return !WaitsForAPerson(now);
   });
   Print(common, job);

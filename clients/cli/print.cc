@@ -1,6 +1,6 @@
 #include "clients/cli/print.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <limits>
 #include <numbers>
@@ -12,16 +12,8 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
-std::string WithoutPrefix(const std::string& name, const std::string& prefix) {
-  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
-}
-
 double At(const google::protobuf::RepeatedField<double>& values, int i) {
   return i < values.size() ? values[i] : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string TargetName(v1alpha1::IntervalTarget target) {
-  return WithoutPrefix(v1alpha1::IntervalTarget_Name(target), "INTERVAL_TARGET_");
 }
 
 void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
@@ -36,7 +28,7 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
   if (with_parts) {
     fmt::print("  {:8} {:>11}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
                fmt::format("{:.0f} % interval ({})", 100 * r.interval_level(),
-                           TargetName(r.interval_target())),
+                           records::ShortName(r.interval_target())),
                "sd_fit", "sd_patch", "sd_form");
   }
   const auto outputs = OutputsOf(r);
@@ -68,14 +60,11 @@ std::string FlagNames(std::uint32_t flags) {
   for (std::uint32_t bit = 1; bit != 0; bit <<= 1) {
     if ((flags & bit) == 0) continue;
     if (!text.empty()) text += "|";
-    const auto name = v1alpha1::StateFlag_Name(static_cast<v1alpha1::StateFlag>(bit));
-    text += name.empty() ? fmt::format("bit {}", bit) : WithoutPrefix(name, "STATE_FLAG_");
+    text += v1alpha1::StateFlag_IsValid(static_cast<int>(bit))
+                ? records::ShortName(static_cast<v1alpha1::StateFlag>(bit))
+                : fmt::format("bit {}", bit);
   }
   return text;
-}
-
-std::string JobStateName(v1alpha1::JobState state) {
-  return WithoutPrefix(v1alpha1::JobState_Name(state), "JOB_STATE_");
 }
 
 void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
@@ -100,11 +89,7 @@ void PrintResponses(const v1alpha1::EvaluateWheelsResponse& response,
 namespace {
 
 void PrintInfo(const v1alpha1::ModelInfo& model) {
-  std::string aliases;
-  for (const auto& alias : model.aliases()) {
-    if (!aliases.empty()) aliases += ", ";
-    aliases += alias;
-  }
+  const std::string aliases = fmt::format("{}", fmt::join(model.aliases(), ", "));
   const auto& domain = model.domain();
   fmt::print("{}@sha256:{}\n  aliases: {}{}\n", model.name(), model.digest(),
              aliases.empty() ? "-" : aliases, model.shipped() ? "; shipped" : "");
@@ -133,13 +118,13 @@ void PrintModel(const v1alpha1::GetModelResponse& response) {
              "rmse", "max", "covered90");
   for (const auto& row : response.errors()) {
     fmt::print("  {:9} {:8} {:16} {:>5} {:>10.3g} {:>10.3g} {:>10.3g}\n",
-               WithoutPrefix(v1alpha1::Region_Name(row.region()), "REGION_"), row.output(),
-               row.set(), row.n(), row.rmse(), row.max_abs(), row.covered90());
+               records::ShortName(row.region()), row.output(), row.set(), row.n(), row.rmse(),
+               row.max_abs(), row.covered90());
   }
 }
 
 void PrintJob(const v1alpha1::Job& job) {
-  fmt::print("job {}: {}{}\n", job.job_id(), JobStateName(job.job_state()),
+  fmt::print("job {}: {}{}\n", job.job_id(), records::ShortName(job.job_state()),
              job.message().empty() ? "" : ", " + job.message());
   fmt::print("  refines {} at slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, seed {}\n",
              job.model(), job.state().slip(), job.state().attack_angle_rad() * kDegPerRad,

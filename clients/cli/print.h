@@ -27,8 +27,6 @@ void PrintJob(const v1alpha1::Job& job);
 std::array<const v1alpha1::OutputArray*, surrogate::kOutputs> OutputsOf(
     const v1alpha1::WheelResponses& responses);
 
-/// "RUNNING": without the prefix of the enum.
-std::string JobStateName(v1alpha1::JobState state);
 /// "EXTRAPOLATED|RATE"; "-" for none.
 std::string FlagNames(std::uint32_t flags);
 

@@ -151,19 +151,16 @@ void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
   fmt::print("  flags\n");
   const auto outputs = OutputsOf(r);
   for (int i = 0; i < r.flags_size(); ++i) {
-    const auto line = [&](const std::string& head, const auto& values_of) {
+    using Values =
+        const google::protobuf::RepeatedField<double>& (v1alpha1::OutputArray::*)() const;
+    const auto line = [&](const std::string& head, Values values, const std::string& end) {
       fmt::print("{:>5}", head);
-      for (const auto* output : outputs) fmt::print(" {:>10.4g}", values_of(*output).Get(i));
+      for (const auto* output : outputs) fmt::print(" {:>10.4g}", (output->*values)().Get(i));
+      fmt::print("{}\n", end);
     };
-    line(
-        std::to_string(i), [](const auto& o) -> const auto& { return o.value(); });
-    fmt::print("  {}\n", FlagNames(r.flags(i)));
-    line(
-        "low", [](const auto& o) -> const auto& { return o.low(); });
-    fmt::print("\n");
-    line(
-        "high", [](const auto& o) -> const auto& { return o.high(); });
-    fmt::print("\n");
+    line(std::to_string(i), &v1alpha1::OutputArray::value, "  " + FlagNames(r.flags(i)));
+    line("low", &v1alpha1::OutputArray::low, "");
+    line("high", &v1alpha1::OutputArray::high, "");
   }
 }
 

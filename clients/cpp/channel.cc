@@ -1,12 +1,9 @@
 #include "clients/cpp/channel.h"
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/wrappers.pb.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
-
-#include <vector>
 
 #include "clients/cpp/client_error.h"
 
@@ -15,39 +12,6 @@ namespace {
 
 // 10,000 states with all parts of the uncertainty take some 4 MB.
 constexpr int kMaxReceiveBytes = 64 * 1024 * 1024;
-
-constexpr const char* kHealthCheck = "/grpc.health.v1.Health/Check";
-// HealthCheckRequest {string service = 1}; HealthCheckResponse {enum status =
-// 1}. Debian ships no generated code for this one message.
-constexpr std::uint32_t kServiceTag = (1 << 3) | 2;
-constexpr std::uint32_t kStatusTag = (1 << 3) | 0;
-constexpr std::uint32_t kServing = 1;
-
-grpc::ByteBuffer EncodeHealthRequest(const std::string& service) {
-  std::string bytes;
-  {
-    google::protobuf::io::StringOutputStream stream(&bytes);
-    google::protobuf::io::CodedOutputStream out(&stream);
-    out.WriteTag(kServiceTag);
-    out.WriteVarint32(static_cast<std::uint32_t>(service.size()));
-    out.WriteString(service);
-  }
-  grpc::Slice slice(bytes);
-  return grpc::ByteBuffer(&slice, 1);
-}
-
-bool DecodeServing(const grpc::ByteBuffer& buffer) {
-  std::vector<grpc::Slice> slices;
-  if (!buffer.Dump(&slices).ok()) return false;
-  std::string bytes;
-  for (const auto& slice : slices) {
-    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  }
-  google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                                            static_cast<int>(bytes.size()));
-  std::uint32_t status = 0;
-  return in.ReadTag() == kStatusTag && in.ReadVarint32(&status) && status == kServing;
-}
 
 // http_proxy names a machine elsewhere: it cannot reach this one's loopback interface.
 bool IsLoopback(const std::string& address) {
@@ -71,13 +35,19 @@ std::chrono::system_clock::time_point DeadlineAfter(Milliseconds limit) {
 }
 
 bool IsServing(const std::string& address, const std::string& service, Milliseconds deadline) {
-  grpc::GenericStub stub(MakeChannel(address));
+  // HealthCheckRequest {string service = 1}; HealthCheckResponse {enum status = 1}. Debian ships
+  // no generated code for them: these have the same bytes on the wire.
+  google::protobuf::StringValue request;
+  request.set_value(service);
+  google::protobuf::UInt32Value response;
+  constexpr std::uint32_t kServing = 1;
+  grpc::TemplatedGenericStub<google::protobuf::StringValue, google::protobuf::UInt32Value> stub(
+      MakeChannel(address));
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline));
   grpc::CompletionQueue queue;
   const auto call =
-      stub.PrepareUnaryCall(&context, kHealthCheck, EncodeHealthRequest(service), &queue);
-  grpc::ByteBuffer response;
+      stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", request, &queue);
   grpc::Status status;
   call->StartCall();
   call->Finish(&response, &status, nullptr);
@@ -85,7 +55,7 @@ bool IsServing(const std::string& address, const std::string& service, Milliseco
   bool ok = false;
   queue.Next(&tag, &ok);
   ThrowUnlessOk(status, address);
-  return DecodeServing(response);
+  return response.value() == kServing;
 }
 
 }  // namespace grouser::client

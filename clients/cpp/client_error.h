@@ -1,9 +1,12 @@
 #pragma once
 
+#include <grpcpp/client_context.h>
 #include <grpcpp/support/status.h>
 
 #include <stdexcept>
 #include <string>
+
+#include "clients/cpp/channel.h"
 
 namespace grouser::client {
 
@@ -24,5 +27,17 @@ std::string StatusCodeName(int code);
 /// Throws ClientError unless `status` is OK; names the address when the server
 /// cannot be reached.
 void ThrowUnlessOk(const grpc::Status& status, const std::string& address);
+
+/// The response to one unary call of a stub's method; throws as ThrowUnlessOk.
+template <class Stub, class Request, class Response>
+Response Call(Stub& stub,
+              grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+              const Request& request, const std::string& address, Milliseconds deadline) {
+  grpc::ClientContext context;
+  context.set_deadline(DeadlineAfter(deadline));
+  Response response;
+  ThrowUnlessOk((stub.*method)(&context, request, &response), address);
+  return response;
+}
 
 }  // namespace grouser::client

@@ -9,16 +9,6 @@
 namespace grouser::client {
 namespace {
 
-/// One unary call with a deadline.
-template <class Stub, class Request, class Response>
-void Call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-          const Request& request, Response* response, const std::string& address,
-          Milliseconds deadline) {
-  grpc::ClientContext context;
-  context.set_deadline(DeadlineAfter(deadline));
-  ThrowUnlessOk((stub.*method)(&context, request, response), address);
-}
-
 using Stub = v1alpha1::JobsService::Stub;
 
 }  // namespace
@@ -30,17 +20,13 @@ JobsClient::JobsClient(std::string address, Milliseconds deadline)
 
 v1alpha1::SubmitRefinementResponse JobsClient::Submit(
     const v1alpha1::SubmitRefinementRequest& request) const {
-  v1alpha1::SubmitRefinementResponse response;
-  Call(*stub_, &Stub::SubmitRefinement, request, &response, address_, deadline_);
-  return response;
+  return Call(*stub_, &Stub::SubmitRefinement, request, address_, deadline_);
 }
 
 v1alpha1::Job JobsClient::Get(const std::string& job_id) const {
   v1alpha1::GetJobRequest request;
   request.set_job_id(job_id);
-  v1alpha1::GetJobResponse response;
-  Call(*stub_, &Stub::GetJob, request, &response, address_, deadline_);
-  return std::move(*response.mutable_job());
+  return Call(*stub_, &Stub::GetJob, request, address_, deadline_).job();
 }
 
 v1alpha1::ListJobsResponse JobsClient::List(int limit) const {
@@ -48,8 +34,7 @@ v1alpha1::ListJobsResponse JobsClient::List(int limit) const {
   v1alpha1::ListJobsRequest request;
   do {
     request.set_page_size(limit - all.jobs_size());
-    v1alpha1::ListJobsResponse page;
-    Call(*stub_, &Stub::ListJobs, request, &page, address_, deadline_);
+    const auto page = Call(*stub_, &Stub::ListJobs, request, address_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty() && all.jobs_size() < limit);
@@ -76,15 +61,11 @@ v1alpha1::Job JobsClient::Cancel(const std::string& job_id, const std::string& r
   v1alpha1::CancelJobRequest request;
   request.set_job_id(job_id);
   request.set_request_id(request_id);
-  v1alpha1::CancelJobResponse response;
-  Call(*stub_, &Stub::CancelJob, request, &response, address_, deadline_);
-  return std::move(*response.mutable_job());
+  return Call(*stub_, &Stub::CancelJob, request, address_, deadline_).job();
 }
 
 v1alpha1::PromoteResponse JobsClient::Promote(const v1alpha1::PromoteRequest& request) const {
-  v1alpha1::PromoteResponse response;
-  Call(*stub_, &Stub::Promote, request, &response, address_, deadline_);
-  return response;
+  return Call(*stub_, &Stub::Promote, request, address_, deadline_);
 }
 
 }  // namespace grouser::client

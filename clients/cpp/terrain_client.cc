@@ -1,12 +1,15 @@
 #include "clients/cpp/terrain_client.h"
 
-#include <grpcpp/client_context.h>
-
 #include <utility>
 
 #include "clients/cpp/client_error.h"
 
 namespace grouser::client {
+namespace {
+
+using TerrainStub = v1alpha1::TerrainService::Stub;
+
+}  // namespace
 
 bool WheelStreamSession::Send(const v1alpha1::EvaluateWheelsRequest& request) {
   return stream_->Write(request);
@@ -55,10 +58,7 @@ v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
   v1alpha1::ListModelsResponse all;
   v1alpha1::ListModelsRequest request;
   do {
-    grpc::ClientContext context;
-    context.set_deadline(DeadlineAfter(deadline_));
-    v1alpha1::ListModelsResponse page;
-    ThrowUnlessOk(stub_->ListModels(&context, request, &page), address_);
+    const auto page = Call(*stub_, &TerrainStub::ListModels, request, address_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty());
@@ -69,11 +69,7 @@ v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
 v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) const {
   v1alpha1::GetModelRequest request;
   request.set_model(model);
-  grpc::ClientContext context;
-  context.set_deadline(DeadlineAfter(deadline_));
-  v1alpha1::GetModelResponse response;
-  ThrowUnlessOk(stub_->GetModel(&context, request, &response), address_);
-  return response;
+  return Call(*stub_, &TerrainStub::GetModel, request, address_, deadline_);
 }
 
 std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {

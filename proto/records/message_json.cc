@@ -3,6 +3,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <stdexcept>
+#include <string_view>
 
 namespace grouser::records {
 
@@ -26,6 +27,13 @@ void FromJson(const std::string& json, const std::string& where, google::protobu
     throw std::runtime_error(where + ": not a " + message->GetTypeName() +
                              " in JSON: " + status.ToString());
   }
+}
+
+std::string ShortName(const google::protobuf::EnumDescriptor& type, int value) {
+  const auto* known = type.FindValueByNumber(value);
+  if (known == nullptr) return std::to_string(value);
+  const std::string& none = type.value(0)->name();  // ..._UNSPECIFIED
+  return known->name().substr(none.size() - std::string_view("UNSPECIFIED").size());
 }
 
 }  // namespace grouser::records

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <google/protobuf/generated_enum_reflection.h>
 #include <google/protobuf/message.h>
 
 #include <string>
@@ -16,5 +17,13 @@ std::string ToJson(const google::protobuf::Message& message, bool indented = fal
 /// unless `earlier`: files of earlier versions hold fields that are gone.
 void FromJson(const std::string& json, const std::string& where, google::protobuf::Message* message,
               bool earlier = false);
+
+/// "RUNNING" of JOB_STATE_RUNNING: an enumerator without the name of its enum, for people;
+/// the number of one that is not known.
+std::string ShortName(const google::protobuf::EnumDescriptor& type, int value);
+template <class Enum>
+std::string ShortName(Enum value) {
+  return ShortName(*google::protobuf::GetEnumDescriptor<Enum>(), value);
+}
 
 }  // namespace grouser::records

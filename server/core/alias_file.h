@@ -16,17 +16,4 @@ Repository::Aliases ReadAliasFile(const std::string& path);
 /// Writes it durably (aside, synced, renamed). Throws std::runtime_error.
 void WriteAliasFile(const std::string& path, const Repository::Aliases& aliases);
 
-/// Exclusive advisory lock (flock) on `path`, created if missing; held until
-/// destruction, released by the kernel when the process dies.
-class FileLock {
- public:
-  explicit FileLock(const std::string& path);
-  ~FileLock();
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
-
- private:
-  int fd_ = -1;
-};
-
 }  // namespace grouser::server

@@ -51,34 +51,6 @@ std::span<T> Fill(RepeatedField<T>* field, int n) {
   return {field->AddNAlreadyReserved(n), static_cast<std::size_t>(n)};
 }
 
-/// Refuses the first array whose length is neither n nor (if optional) 0.
-class LengthCheck {
- public:
-  explicit LengthCheck(int n) : n_(n) {}
-
-  template <class T>
-  LengthCheck& Require(const char* field, const RepeatedField<T>& values) {
-    return Compare(field, values.size());
-  }
-  template <class T>
-  LengthCheck& Allow(const char* field, const RepeatedField<T>& values) {
-    return values.empty() ? *this : Compare(field, values.size());
-  }
-  const Status& status() const { return status_; }
-
- private:
-  LengthCheck& Compare(const char* field, int size) {
-    if (status_.ok() && size != n_) {
-      status_ = Status::InvalidArgument(
-          fmt::format("states.{}: {} entries, expected {} as in states.load_n", field, size, n_));
-    }
-    return *this;
-  }
-
-  int n_;
-  Status status_;
-};
-
 /// Velocity form of a slip-form message, into the echo arrays.
 void FromSlipForm(const v1alpha1::SlipForm& form, double training_speed,
                   v1alpha1::VelocityForm* velocity) {
@@ -192,21 +164,30 @@ Status ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
     return Status::InvalidArgument(
         fmt::format("states.load_n: empty, expected 1 to {} entries", max_states));
   }
-  LengthCheck check(n);
-  if (states.has_velocity()) {
-    check.Require("velocity.v_x_m_per_s", states.velocity().v_x_m_per_s())
-        .Require("velocity.v_y_m_per_s", states.velocity().v_y_m_per_s())
-        .Require("velocity.rim_speed_m_per_s", states.velocity().rim_speed_m_per_s());
-  } else {
-    check.Require("slip.slip", states.slip().slip())
-        .Require("slip.attack_angle_rad", states.slip().attack_angle_rad())
-        .Allow("slip.speed_m_per_s", states.slip().speed_m_per_s());
+  const v1alpha1::VelocityForm& velocity = states.velocity();
+  const v1alpha1::SlipForm& slip = states.slip();
+  const struct {
+    const char* field;
+    int size;
+    bool optional;  // may be empty, as all of the form that was not given are
+  } arrays[] = {
+      {"velocity.v_x_m_per_s", velocity.v_x_m_per_s_size(), states.has_slip()},
+      {"velocity.v_y_m_per_s", velocity.v_y_m_per_s_size(), states.has_slip()},
+      {"velocity.rim_speed_m_per_s", velocity.rim_speed_m_per_s_size(), states.has_slip()},
+      {"slip.slip", slip.slip_size(), states.has_velocity()},
+      {"slip.attack_angle_rad", slip.attack_angle_rad_size(), states.has_velocity()},
+      {"slip.speed_m_per_s", slip.speed_m_per_s_size(), true},
+      {"pass_number", states.pass_number_size(), true},
+      {"slope_pitch_rad", states.slope_pitch_rad_size(), true},
+      {"slope_roll_rad", states.slope_roll_rad_size(), true},
+      {"yaw_rate_rad_per_s", states.yaw_rate_rad_per_s_size(), true},
+  };
+  for (const auto& array : arrays) {
+    if (array.size == n || (array.optional && array.size == 0)) continue;
+    return Status::InvalidArgument(fmt::format(
+        "states.{}: {} entries, expected {} as in states.load_n", array.field, array.size, n));
   }
-  return check.Allow("pass_number", states.pass_number())
-      .Allow("slope_pitch_rad", states.slope_pitch_rad())
-      .Allow("slope_roll_rad", states.slope_roll_rad())
-      .Allow("yaw_rate_rad_per_s", states.yaw_rate_rad_per_s())
-      .status();
+  return Status::Ok();
 }
 
 void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,

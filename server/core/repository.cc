@@ -1,5 +1,6 @@
 #include "server/core/repository.h"
 
+#include <fmt/ranges.h>
 #include <google/protobuf/util/time_util.h>
 #include <sys/stat.h>
 
@@ -11,6 +12,7 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/os/file_lock.h"
 #include "server/core/alias_file.h"
 #include "server/core/model_reference.h"
 #include "surrogate/model_io/upgrade.h"
@@ -19,6 +21,8 @@ namespace grouser::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kLongestMoveS = 60;  // other programs move an alias in milliseconds
 
 /// Sorted "*.model" files of a folder; a missing folder has none.
 std::vector<std::string> ModelFiles(const std::string& folder) {
@@ -64,12 +68,7 @@ std::string AliasPath(const std::string& state_dir) {
 std::string KnownNames(const std::vector<Repository::Entry>& entries) {
   std::set<std::string> names;
   for (const auto& entry : entries) names.insert(entry.name);
-  std::string text;
-  for (const auto& name : names) {
-    if (!text.empty()) text += ", ";
-    text += name;
-  }
-  return text.empty() ? "none" : text;
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -112,6 +111,13 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
     }
   }
   return entries;
+}
+
+std::string Repository::Aliases::Find(const std::string& model, const std::string& alias) const {
+  const auto of_model = by_model.find(model);
+  if (of_model == by_model.end()) return "";
+  const auto found = of_model->second.find(alias);
+  return found == of_model->second.end() ? "" : found->second;
 }
 
 Repository::Aliases Repository::ReadStateAliases() const {
@@ -163,7 +169,9 @@ AliasMove Repository::SetAlias(const std::string& model, const std::string& alia
     throw std::runtime_error("alias: '" + alias + "', expected a lower-case name such as stable");
   }
   fs::create_directories(ModelsDir(state_dir_));
-  const FileLock lock(ModelsDir(state_dir_) + "/.aliases.lock");
+  const std::string lock_file = ModelsDir(state_dir_) + "/.aliases.lock";
+  const os::UniqueFd lock = os::LockWithin(lock_file, kLongestMoveS);
+  if (!lock.valid()) throw std::runtime_error(lock_file + ": still locked by another program");
   const auto entries = List(nullptr);
   const bool known = std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
     return entry.digest == digest && entry.name == model;
@@ -174,8 +182,7 @@ AliasMove Repository::SetAlias(const std::string& model, const std::string& alia
   }
   Aliases aliases = ReadStateAliases();
   AddShippedDefaults(entries, &aliases);
-  auto& of_model = aliases.by_model[model];
-  const std::string before = of_model.contains(alias) ? of_model[alias] : "";
+  const std::string before = aliases.Find(model, alias);
   const bool recorded = std::any_of(
       aliases.history.begin(), aliases.history.end(),
       [&](const AliasMove& move) { return move.model == model && move.alias == alias; });
@@ -184,6 +191,7 @@ AliasMove Repository::SetAlias(const std::string& model, const std::string& alia
   if (before == digest && recorded) {
     return {model, alias, digest, aliases.generation, who, why, UnixNow()};
   }
+  auto& of_model = aliases.by_model[model];
   if (alias == kDefaultAlias && !before.empty() && before != digest) of_model["previous"] = before;
   of_model[alias] = digest;
   aliases.generation += 1;
@@ -212,11 +220,7 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
   if (wanted.empty()) {
     Aliases aliases = ReadStateAliases();
     AddShippedDefaults(entries, &aliases);
-    const auto of_model = aliases.by_model.find(name);
-    if (of_model != aliases.by_model.end()) {
-      const auto found = of_model->second.find(std::string(parsed->alias));
-      if (found != of_model->second.end()) wanted = found->second;
-    }
+    wanted = aliases.Find(name, std::string(parsed->alias));
   }
   std::vector<Entry> matches;
   for (const auto& entry : entries) {

@@ -49,9 +49,11 @@ class Repository {
 
   struct Aliases {
     std::uint64_t generation = 0;
-    std::map<std::string, std::map<std::string, std::string>>
-        by_model;  ///< name -> alias -> digest
+    /// name -> alias -> digest
+    std::map<std::string, std::map<std::string, std::string>> by_model;
     std::vector<AliasMove> history;
+    /// Empty where there is no such model or alias.
+    std::string Find(const std::string& model, const std::string& alias) const;
   };
   /// Shipped defaults overlaid by the alias file. Throws std::runtime_error
   /// when the alias file is damaged.

@@ -69,8 +69,7 @@ Snapshot::Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
 void Snapshot::MakeSelectors() {
   std::vector<const ServedModel*> stable;
   for (const auto& [name, of_model] : aliases_) {
-    const auto found = of_model.find(kDefaultAlias);
-    if (found != of_model.end()) stable.push_back(found->second.get());
+    if (const ModelPtr model = FindAlias(name, kDefaultAlias)) stable.push_back(model.get());
   }
   for (const ModelPtr& model : models_) alone_.emplace(model.get(), MakeSelectable({model.get()}));
   for (const auto& [name, of_model] : aliases_) {
@@ -93,6 +92,13 @@ const SelectableModels& Snapshot::SelectableOf(std::string_view reference,
   return *(pinned ? alone_ : together_).at(&named);
 }
 
+Snapshot::ModelPtr Snapshot::FindAlias(std::string_view name, std::string_view alias) const {
+  const auto of_model = aliases_.find(name);
+  if (of_model == aliases_.end()) return nullptr;
+  const auto found = of_model->second.find(alias);
+  return found == of_model->second.end() ? nullptr : found->second;
+}
+
 Status Snapshot::Find(std::string_view reference, const ServedModel** model) const {
   *model = nullptr;
   std::string problem;
@@ -108,12 +114,9 @@ Status Snapshot::Find(std::string_view reference, const ServedModel** model) con
     alias = kDefaultAlias;
   }
   if (parsed->digest_prefix.empty()) {
-    const auto of_model = aliases_.find(name);
-    if (of_model == aliases_.end()) return Unknown(reference, "is unknown");
-    const auto found = of_model->second.find(alias);
-    if (found == of_model->second.end()) return Unknown(reference, "has no such alias");
-    *model = found->second.get();
-    return Status::Ok();
+    *model = FindAlias(name, alias).get();  // the snapshot holds it
+    if (*model != nullptr) return Status::Ok();
+    return Unknown(reference, aliases_.contains(name) ? "has no such alias" : "is unknown");
   }
   for (const ModelPtr& candidate : models_) {
     if (candidate->message.name() != name) continue;

@@ -62,6 +62,8 @@ class Snapshot {
   /// Aliases by model name.
   const std::map<std::string, Aliases, std::less<>>& aliases() const { return aliases_; }
 
+  /// Null where there is no such model or alias.
+  ModelPtr FindAlias(std::string_view name, std::string_view alias) const;
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" (the only model).
   /// On failure *model is null and the status is NOT_FOUND (unknown) or
   /// INVALID_ARGUMENT (malformed). Allocates only on failure.

@@ -15,14 +15,6 @@ ModelPtr FindDigest(const std::vector<ModelPtr>& models, const std::string& dige
   return it == models.end() ? nullptr : *it;
 }
 
-/// The model that an alias named before; null if none.
-ModelPtr FindAlias(const Snapshot& snapshot, const std::string& name, const std::string& alias) {
-  const auto of_model = snapshot.aliases().find(name);
-  if (of_model == snapshot.aliases().end()) return nullptr;
-  const auto found = of_model->second.find(alias);
-  return found == of_model->second.end() ? nullptr : found->second;
-}
-
 /// What each alias names. One whose model cannot be served stays where it was;
 /// that model is then added to `models`.
 std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(
@@ -33,7 +25,7 @@ std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(
     for (const auto& [alias, digest] : of_model) {
       ModelPtr target = FindDigest(*models, digest);
       if (!target) {
-        target = FindAlias(before, name, alias);
+        target = before.FindAlias(name, alias);
         problems->push_back(name + "@" + alias + ": " + digest + " cannot be served; " +
                             (target ? "kept " + target->digest : "left out"));
         if (target && !FindDigest(*models, target->digest)) models->push_back(target);

@@ -1,7 +1,6 @@
 #include "server/jobs/job_files.h"
 
 #include <fmt/core.h>
-#include <google/protobuf/util/json_util.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/os/regular_file.h"
 #include "proto/records/run_file.h"
@@ -99,18 +99,13 @@ std::string ModelDigest(const v1alpha1::Job& job) {
 }
 
 void ParseGate(const std::string& json, v1alpha1::Job* job) {
-  google::protobuf::util::JsonParseOptions options;
-  options.ignore_unknown_fields = true;
+  const std::string where = "gate: the output of grouser-fit gate";
   v1alpha1::Job parsed;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage("{\"gate\":" + json + "}", &parsed, options);
+  records::FromJson("{\"gate\":" + json + "}", where, &parsed, /*earlier=*/true);
   // An object is read as a list of one by protobuf: without a name it is none.
   const bool named = std::all_of(parsed.gate().begin(), parsed.gate().end(),
                                  [](const v1alpha1::GateCheck& c) { return !c.name().empty(); });
-  if (!status.ok() || parsed.gate().empty() || !named) {
-    throw std::runtime_error("gate: no list of checks in the output of grouser-fit gate: " +
-                             status.ToString());
-  }
+  if (parsed.gate().empty() || !named) throw std::runtime_error(where + ": no list of checks");
   *job->mutable_gate() = parsed.gate();
 }
 

@@ -33,10 +33,4 @@ bool MayMove(JobState from, JobState to) {
   }
 }
 
-std::string ShortName(JobState state) {
-  const std::string name = JobState_Name(state);
-  constexpr char kPrefix[] = "JOB_STATE_";
-  return name.starts_with(kPrefix) ? name.substr(sizeof(kPrefix) - 1) : name;
-}
-
 }  // namespace grouser::server

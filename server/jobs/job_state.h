@@ -1,8 +1,7 @@
 #pragma once
 
-#include <string>
-
 #include "grouser/v1alpha1/jobs_service.pb.h"
+#include "proto/records/message_json.h"
 
 namespace grouser::server {
 
@@ -17,7 +16,6 @@ bool HasEnded(v1alpha1::JobState state);
 /// A worker process may be at it: RUNNING, FITTING, VALIDATING.
 bool IsWorking(v1alpha1::JobState state);
 
-/// "RUNNING" rather than "JOB_STATE_RUNNING", for people.
-std::string ShortName(v1alpha1::JobState state);
+using records::ShortName;
 
 }  // namespace grouser::server

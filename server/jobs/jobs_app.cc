@@ -126,15 +126,11 @@ void JobsApp::CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteR
   }
   if (request.override_gate()) return;
   if (!GatePassed(job)) Precondition(GateMessage(job) + "; override_gate promotes it all the same");
-  const auto aliases = repository_.ReadAliases();
-  const auto of_model = aliases.by_model.find(ModelName(job));
-  if (of_model == aliases.by_model.end()) return;
-  const auto target = of_model->second.find(alias);
-  if (target == of_model->second.end()) return;
+  const std::string target = repository_.ReadAliases().Find(ModelName(job), alias);
   // The candidate lacks what was promoted meanwhile, and the gate never
   // compared the two.
-  if (target->second != ModelDigest(job) && target->second != job.candidate_digest()) {
-    Precondition("alias: " + alias + " has moved to " + target->second +
+  if (!target.empty() && target != ModelDigest(job) && target != job.candidate_digest()) {
+    Precondition("alias: " + alias + " has moved to " + target +
                  " since the candidate was fitted from " + ModelDigest(job) +
                  "; submit again, or promote with override_gate");
   }
@@ -149,8 +145,8 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   v1alpha1::PromoteResponse response;
   if (job.job_state() == v1alpha1::JOB_STATE_DONE) {
     // Asked again after a lost answer.
-    auto aliases = repository_.ReadAliases();
-    if (aliases.by_model[ModelName(job)][alias] == job.candidate_digest()) {
+    const auto aliases = repository_.ReadAliases();
+    if (aliases.Find(ModelName(job), alias) == job.candidate_digest()) {
       *response.mutable_job() = job;
       response.set_generation(aliases.generation);
       return response;

@@ -1,12 +1,10 @@
 #include "server/jobs/refinement_spec.h"
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/util/message_differencer.h>
 
+#include <algorithm>
 #include <map>
 
-#include "proto/records/sha256.h"
 #include "server/core/status.h"
 #include "server/jobs/request_checks.h"
 
@@ -19,15 +17,9 @@ std::uint64_t OwnSeed(const v1alpha1::Model& model) {
   for (const auto& run : model.provenance().runs()) {
     if (run.role() == v1alpha1::RUN_ROLE_TRAIN) ++count[run.seed()];
   }
-  std::uint64_t best = 1;
-  int most = 0;
-  for (const auto& [seed, n] : count) {
-    if (n > most) {
-      best = seed;
-      most = n;
-    }
-  }
-  return best;
+  const auto most =
+      std::ranges::max_element(count, {}, &std::pair<const std::uint64_t, int>::second);
+  return most == count.end() ? 1 : most->first;
 }
 
 void Require(bool there, const v1alpha1::Model& model, const char* field) {
@@ -77,14 +69,7 @@ v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
 }
 
 std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {
-  std::string bytes;
-  {
-    google::protobuf::io::StringOutputStream stream(&bytes);
-    google::protobuf::io::CodedOutputStream coded(&stream);
-    coded.SetSerializationDeterministic(true);
-    spec.SerializeToCodedStream(&coded);
-  }
-  return model_digest + "/" + records::Sha256OfString(bytes);
+  return model_digest + "/" + HashOf(spec);
 }
 
 bool Answers(const v1alpha1::RunRecord& record, const v1alpha1::WheelTestSpec& spec) {

@@ -20,8 +20,11 @@ namespace {
   throw StatusError(StatusCode::kInvalidArgument, message);
 }
 
-void CheckFinite(const char* field, double value) {
-  if (!std::isfinite(value)) Refuse(fmt::format("{}: {}, expected a finite number", field, value));
+/// Where `right` is false or the value not finite.
+void CheckNumber(const char* field, double value, bool right, const std::string& expected) {
+  if (right && std::isfinite(value)) return;
+  Refuse(fmt::format("{}: {}, expected {}", field, value,
+                     std::isfinite(value) ? expected : "a finite number"));
 }
 
 /// Text for people: no control characters, bounded.
@@ -42,16 +45,6 @@ void CheckRequestId(const std::string& request_id) {
   CheckText("request_id", request_id, kMaxRequestIdCharacters);
 }
 
-/// What no query answers is no job.
-void CheckSlip(double slip, double attack_angle_rad) {
-  CheckFinite("state.slip", slip);
-  if (std::isnan(surrogate::FromSlip(slip, attack_angle_rad, 1).v_x)) {
-    const surrogate::SlipRange range = surrogate::SlipsAt(attack_angle_rad);
-    Refuse(fmt::format("state.slip: {}, expected a value in [{:.6g}, {:.6g}] at this attack angle",
-                       slip, range.low, range.high));
-  }
-}
-
 double PlusZero(double value) { return value == 0.0 ? 0.0 : value; }
 
 }  // namespace
@@ -60,36 +53,25 @@ void CheckTestState(const v1alpha1::TestState& state) {
   if (!v1alpha1::RigMode_IsValid(state.mode())) {
     Refuse(fmt::format("state.mode: {}, expected a RigMode", static_cast<int>(state.mode())));
   }
-  CheckFinite("state.load_n", state.load_n());
-  if (state.load_n() <= 0) {
-    Refuse(fmt::format("state.load_n: {}, expected a load above 0 N{}", state.load_n(),
-                       state.load_n() == 0 ? ": a wheel off the ground meets no soil" : ""));
-  }
-  CheckFinite("state.speed_m_per_s", state.speed_m_per_s());
-  if (state.speed_m_per_s() < 0) {
-    Refuse(fmt::format("state.speed_m_per_s: {}, expected 0 (the model's) or more",
-                       state.speed_m_per_s()));
-  }
-  CheckFinite("state.attack_angle_rad", state.attack_angle_rad());
-  if (std::abs(state.attack_angle_rad()) > std::numbers::pi + 1e-9) {
-    Refuse(fmt::format("state.attack_angle_rad: {}, expected a value in [-pi, pi]",
-                       state.attack_angle_rad()));
-  }
-  CheckFinite("state.drawbar_n", state.drawbar_n());
+  const double load = state.load_n(), speed = state.speed_m_per_s(), slip = state.slip();
+  const double angle = state.attack_angle_rad(), drawbar = state.drawbar_n();
   const bool free_slip = state.mode() == v1alpha1::RIG_MODE_FREE_SLIP;
-  if (state.drawbar_n() != 0 && !free_slip) {
-    Refuse(fmt::format("state.drawbar_n: {}, expected 0 unless the mode is FREE_SLIP",
-                       state.drawbar_n()));
-  }
-  if (state.attack_angle_rad() != 0 && free_slip) {
-    Refuse(fmt::format("state.attack_angle_rad: {}, expected 0 in mode FREE_SLIP",
-                       state.attack_angle_rad()));
-  }
-  if (!free_slip && state.mode() != v1alpha1::RIG_MODE_TOWED) {
-    CheckSlip(state.slip(), state.attack_angle_rad());
-  } else if (state.slip() != 0) {
-    Refuse(fmt::format("state.slip: {}, expected 0 unless the mode is RIM_SPEED", state.slip()));
-  }
+  const bool sets_slip = !free_slip && state.mode() != v1alpha1::RIG_MODE_TOWED;
+  CheckNumber(
+      "state.load_n", load, load > 0,
+      load == 0 ? "a load above 0 N: a wheel off the ground meets no soil" : "a load above 0 N");
+  CheckNumber("state.speed_m_per_s", speed, speed >= 0, "0 (the model's) or more");
+  CheckNumber("state.attack_angle_rad", angle, std::abs(angle) <= std::numbers::pi + 1e-9,
+              "a value in [-pi, pi]");
+  CheckNumber("state.drawbar_n", drawbar, drawbar == 0 || free_slip,
+              "0 unless the mode is FREE_SLIP");
+  CheckNumber("state.attack_angle_rad", angle, angle == 0 || !free_slip, "0 in mode FREE_SLIP");
+  CheckNumber("state.slip", slip, slip == 0 || sets_slip, "0 unless the mode is RIM_SPEED");
+  // What no query answers is no job.
+  const surrogate::SlipRange range = surrogate::SlipsAt(angle);
+  CheckNumber(
+      "state.slip", slip, !sets_slip || !std::isnan(surrogate::FromSlip(slip, angle, 1).v_x),
+      fmt::format("a value in [{:.6g}, {:.6g}] at this attack angle", range.low, range.high));
 }
 
 void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
@@ -99,11 +81,9 @@ void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
   if (!ParseModelReference(request.model(), &problem)) Refuse("model: " + problem);
   if (!request.has_state()) Refuse("state: missing, expected a TestState");
   CheckTestState(request.state());
-  CheckFinite("max_time_s", request.max_time_s());
-  if (request.max_time_s() < 0 || request.max_time_s() > kMaxTimeS) {
-    Refuse(fmt::format("max_time_s: {}, expected 0 (as the model's rig) to {}",
-                       request.max_time_s(), kMaxTimeS));
-  }
+  CheckNumber("max_time_s", request.max_time_s(),
+              request.max_time_s() >= 0 && request.max_time_s() <= kMaxTimeS,
+              fmt::format("0 (as the model's rig) to {}", kMaxTimeS));
 }
 
 void CheckJobId(const std::string& job_id) {
@@ -142,17 +122,21 @@ v1alpha1::TestState Canonical(const v1alpha1::TestState& state) {
   return out;
 }
 
-std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request) {
-  v1alpha1::SubmitRefinementRequest asked = request;
-  asked.clear_request_id();
+std::string HashOf(const google::protobuf::Message& message) {
   std::string bytes;
   {
     google::protobuf::io::StringOutputStream stream(&bytes);
     google::protobuf::io::CodedOutputStream coded(&stream);
     coded.SetSerializationDeterministic(true);
-    asked.SerializeToCodedStream(&coded);
+    message.SerializeToCodedStream(&coded);
   }
   return records::Sha256OfString(bytes);
+}
+
+std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request) {
+  v1alpha1::SubmitRefinementRequest asked = request;
+  asked.clear_request_id();
+  return HashOf(asked);
 }
 
 }  // namespace grouser::server

@@ -26,6 +26,9 @@ void CheckJobId(const std::string& job_id);
 /// and no negative zeros, so that equal work has equal messages.
 v1alpha1::TestState Canonical(const v1alpha1::TestState& state);
 
+/// SHA-256 of a message, equal for equal messages.
+std::string HashOf(const google::protobuf::Message& message);
+
 /// Hash of what a submission asks for, its request_id aside.
 std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request);
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "proto/records/message_json.h"
 #include "proto/records/os/regular_file.h"
 
 namespace grouser::server {
@@ -60,10 +61,8 @@ bool CandidateIsThere(const JobFiles& files, const JobRow& row) {
 }
 
 std::string WhyNotSteady(const v1alpha1::RunRecord& record) {
-  std::string name = v1alpha1::RunStatus_Name(record.status());
-  constexpr char kPrefix[] = "RUN_STATUS_";
-  if (name.starts_with(kPrefix)) name = name.substr(sizeof(kPrefix) - 1);
-  return "the DEM run is " + name + (record.reason().empty() ? "" : " (" + record.reason() + ")") +
+  return "the DEM run is " + records::ShortName(record.status()) +
+         (record.reason().empty() ? "" : " (" + record.reason() + ")") +
          "; only steady runs train a model; its record is kept here";
 }
 

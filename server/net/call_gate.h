@@ -70,4 +70,13 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   bool admitted_;
 };
 
+/// Finishes a new UnaryCall with the status that `answer` returns.
+template <class Answer>
+grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, const grpc::CallbackServerContext& context,
+                                    const Answer& answer) {
+  auto* call = new UnaryCall(gate, context);
+  if (call->admitted()) call->Finish(answer());
+  return call;
+}
+
 }  // namespace grouser::server

@@ -17,6 +17,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "proto/records/os/unique_fd.h"
+
 namespace grouser::server {
 namespace {
 
@@ -46,24 +48,6 @@ int PortOf(const asio::generic::stream_protocol::endpoint& endpoint) {
   std::memcpy(&address, endpoint.data(), sizeof address);
   return ntohs(address.sin_port);
 }
-
-/// Holds an exclusive lock on a folder, so that of two servers which start at
-/// the same time only one judges and replaces a socket file.
-class FolderGuard {
- public:
-  explicit FolderGuard(const std::string& path)
-      : fd_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (fd_ >= 0) ::flock(fd_, LOCK_EX);
-  }
-  ~FolderGuard() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  FolderGuard(const FolderGuard&) = delete;
-  FolderGuard& operator=(const FolderGuard&) = delete;
-
- private:
-  int fd_;
-};
 
 /// Removes the socket file of a server that is no more. Throws for anything else.
 void RemoveStaleSocket(asio::io_context& loop, const Address& address) {
@@ -126,8 +110,9 @@ void Listener::ListenTcp() {
       problem = e.code().message();
       // A name may stand for a family of addresses that this machine lacks, but
       // not for a port that is half another program's.
-      if (e.code() == asio::error::address_in_use) ports_.clear();
-      if (e.code() == asio::error::address_in_use) break;
+      if (e.code() != asio::error::address_in_use) continue;
+      ports_.clear();
+      break;
     }
   }
   if (ports_.empty()) Fail(address_, "cannot listen: " + problem);
@@ -135,7 +120,10 @@ void Listener::ListenTcp() {
 
 void Listener::ListenUnix() {
   const auto folder = std::filesystem::absolute(address_.path).parent_path();
-  const FolderGuard guard(folder.string());
+  // Locked, so that of two servers which start at the same time only one judges and
+  // replaces a socket file.
+  const os::UniqueFd guard(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (guard.valid()) ::flock(guard.get(), LOCK_EX);
   RemoveStaleSocket(loop_, address_);
   try {
     Acceptor& acceptor = Open(asio::local::stream_protocol::endpoint(address_.path));

@@ -28,8 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Answerer = std::function<Answer(const Sample&)>;
-
 /// What a pair's rows are compared by.
 struct Ground {
   std::string pair;
@@ -39,7 +37,8 @@ struct Ground {
   BedVariability patch;
 };
 
-std::vector<Compared> OnTests(const Ground& ground, const Answerer& answer) {
+std::vector<Compared> OnTests(const Ground& ground,
+                              const std::function<Answer(const Sample&)>& answer) {
   std::vector<Compared> out;
   for (const Sample& row : ground.test) {
     const Answer a = answer(row);
@@ -62,17 +61,19 @@ std::vector<Compared> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& poi
   return out;
 }
 
-void Append(const std::vector<BenchmarkRow>& more, std::vector<BenchmarkRow>* rows) {
-  rows->insert(rows->end(), more.begin(), more.end());
-}
-
-BenchmarkRow Head(const Ground& ground, const std::string& kind, const char* reference, double ns) {
+/// Adds the rows of a kind whose answers were compared.
+void Add(const Ground& ground, const std::string& kind, double ns,
+         const std::vector<Compared>& compared, std::vector<BenchmarkRow>* rows,
+         const char* reference = "dem") {
   BenchmarkRow head;
   head.pair = ground.pair;
   head.kind = kind;
   head.reference = reference;
   head.ns_per_answer = ns;
-  return head;
+  const bool noisy = head.reference == "dem";
+  const auto more = MeasureErrors(
+      head, compared, noisy ? ground.patch.sd : std::array<double, kOutputs>{}, ground.radius_m);
+  rows->insert(rows->end(), more.begin(), more.end());
 }
 
 /// Nothing fitted: the wheel on a published soil (untuned.soil names it).
@@ -85,8 +86,7 @@ void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, cons
   const std::string table = pair.soils;
   std::istringstream file(records::ReadInputFile(table, "the table of soils"));
   const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
-  const auto soil =
-      std::find_if(soils.begin(), soils.end(), [&](const Soil& s) { return s.name == name; });
+  const auto soil = std::ranges::find(soils, name, &Soil::name);
   if (soil == soils.end()) {
     throw std::invalid_argument(named + ": '" + name + "', expected a soil of " + table);
   }
@@ -100,9 +100,7 @@ void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, cons
   const auto answer = [&](const Sample& row) {
     return Answer{AnswerOf(model, row.motion, row.load_n).value, {}};
   };
-  Append(MeasureErrors(Head(ground, "bekker_untuned", "dem", ns), OnTests(ground, answer),
-                       ground.patch.sd, ground.radius_m),
-         rows);
+  Add(ground, "bekker_untuned", ns, OnTests(ground, answer), rows);
 }
 
 void BenchmarkModels(const PairFolder& pair, const Ground& ground, double seconds,
@@ -125,14 +123,10 @@ void BenchmarkModels(const PairFolder& pair, const Ground& ground, double second
       const WheelAnswer a = AnswerOf(*model, row.motion, row.load_n);
       return Answer{a.value, a.half_width};
     };
-    Append(MeasureErrors(Head(ground, kind, "dem", ns), OnTests(ground, answer), ground.patch.sd,
-                         ground.radius_m),
-           rows);
+    Add(ground, kind, ns, OnTests(ground, answer), rows);
     if (points.empty()) continue;
-    Append(MeasureErrors(Head(ground, kind, "measured", ns),
-                         OnMeasured(points, *model, message.domain().speed_m_per_s()), {},
-                         ground.radius_m),
-           rows);
+    Add(ground, kind, ns, OnMeasured(points, *model, message.domain().speed_m_per_s()), rows,
+        "measured");
   }
 }
 
@@ -141,13 +135,8 @@ void BenchmarkKriging(const Ground& ground, double seconds, std::vector<Benchmar
   std::size_t next = 0;
   const double ns =
       TimeOf([&] { kriging.At(ground.test[next++ % ground.test.size()]); }, 1, seconds);
-  const auto answer = [&](const Sample& row) {
-    const Kriging::Answer a = kriging.At(row);
-    return Answer{a.value, a.half_width};
-  };
-  Append(MeasureErrors(Head(ground, "kriging", "dem", ns), OnTests(ground, answer), ground.patch.sd,
-                       ground.radius_m),
-         rows);
+  Add(ground, "kriging", ns, OnTests(ground, [&](const Sample& row) { return kriging.At(row); }),
+      rows);
 }
 
 /// What a single run is off by: its own error and the patch's.
@@ -179,10 +168,7 @@ void BenchmarkCoarse(const std::string& file, const Ground& ground,
   }
   if (compared.empty())
     throw std::invalid_argument(file + ": none of the test states of runs.json");
-  const double ns = wall / static_cast<double>(by_state.size()) * 1e9;
-  Append(MeasureErrors(Head(ground, "coarse_dem", "dem", ns), compared, ground.patch.sd,
-                       ground.radius_m),
-         rows);
+  Add(ground, "coarse_dem", wall / static_cast<double>(by_state.size()) * 1e9, compared, rows);
 }
 
 void BenchmarkDem(const Ground& ground, std::vector<BenchmarkRow>* rows) {
@@ -205,9 +191,7 @@ void BenchmarkDem(const Ground& ground, std::vector<BenchmarkRow>* rows) {
     }
   }
   if (compared.empty()) return;
-  const double ns = wall / static_cast<double>(ground.test.size()) * 1e9;
-  Append(MeasureErrors(Head(ground, "dem", "dem", ns), compared, ground.patch.sd, ground.radius_m),
-         rows);
+  Add(ground, "dem", wall / static_cast<double>(ground.test.size()) * 1e9, compared, rows);
 }
 
 Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {

@@ -24,11 +24,10 @@ struct Region {
 };
 
 std::vector<Region> Regions() {
-  std::vector<Region> regions = {{"all", [](const Compared&) { return true; }}};
-  for (const auto region : {v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
-                            v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL}) {
+  std::vector<Region> regions;
+  for (const v1alpha1::Region region : kRegions) {
     regions.push_back({RegionName(region), [region](const Compared& j) {
-                         return RegionOf(j.slip, j.attack_angle_rad) == region;
+                         return IsIn(region, j.slip, j.attack_angle_rad);
                        }});
   }
   regions.push_back({"core", [](const Compared& j) {

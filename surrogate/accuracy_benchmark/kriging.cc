@@ -15,11 +15,6 @@
 namespace grouser::surrogate {
 namespace {
 
-/// A state's canonical point; its sign for an output, and its mirrors' signs.
-FieldPoint PointOf(const Sample& row, Canonical* state) {
-  *state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
-  return MakeFieldPoint(*state, row.load_n);
-}
 double SignOf(int output, double x, double y) {
   const ResidualTable::Parity parity = ResidualTable::ParityOf(output);
   return (parity.x < 0 ? x : 1) * (parity.y < 0 ? y : 1);
@@ -52,8 +47,8 @@ Kriging::Kriging(const std::vector<Sample>& rows, const std::array<double, kOutp
     OT::Sample x(0, fits_->dimensions), y(0, 1);
     OT::Point noise;
     for (const Sample& row : rows) {
-      Canonical state{};
-      const FieldPoint point = PointOf(row, &state);
+      const Canonical state = row.state();
+      const FieldPoint point = MakeFieldPoint(state, row.load_n);
       const double scale = OutputScale(o, row.load_n, radius_m);
       const double own =
           SignOf(o, state.sign_x == 0 ? 1 : state.sign_x, state.sign_y == 0 ? 1 : state.sign_y);
@@ -82,9 +77,9 @@ Kriging::Kriging(const std::vector<Sample>& rows, const std::array<double, kOutp
 
 Kriging::~Kriging() = default;
 
-Kriging::Answer Kriging::At(const Sample& row) const {
-  Canonical state{};
-  const FieldPoint point = PointOf(row, &state);
+Answer Kriging::At(const Sample& row) const {
+  const Canonical state = row.state();
+  const FieldPoint point = MakeFieldPoint(state, row.load_n);
   const OT::Point x = Inputs(point, std::log(state.speed), fits_->dimensions, 1, 1);
   Answer answer{};
   for (const int o : kPredicted) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "surrogate/accuracy_benchmark/timing.h"
 #include "surrogate/fit/training_set.h"
 
 namespace grouser::surrogate {
@@ -22,9 +23,6 @@ class Kriging {
           double radius_m);
   ~Kriging();
 
-  struct Answer {
-    std::array<double, kOutputs> value, half_width;
-  };
   Answer At(const Sample& state) const;
 
  private:

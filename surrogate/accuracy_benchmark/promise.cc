@@ -32,12 +32,10 @@ struct Loaded {
 };
 
 void DropHeldOut(v1alpha1::Model* message) {
-  v1alpha1::Model kept = *message;
-  kept.clear_errors();
-  for (const auto& row : message->errors()) {
-    if (row.set() != "held_out") *kept.add_errors() = row;
-  }
-  *message = kept;
+  auto& errors = *message->mutable_errors();
+  errors.erase(std::remove_if(errors.begin(), errors.end(),
+                              [](const auto& row) { return row.set() == "held_out"; }),
+               errors.end());
 }
 
 Loaded Load(const std::string& folder, const PromiseOptions& options) {

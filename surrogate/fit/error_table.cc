@@ -5,13 +5,6 @@
 #include <numbers>
 
 namespace grouser::surrogate {
-namespace {
-
-constexpr std::array kRegions = {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING,
-                                 v1alpha1::REGION_TOWED, v1alpha1::REGION_DRIVING,
-                                 v1alpha1::REGION_LATERAL};
-
-}  // namespace
 
 v1alpha1::Region RegionOf(double slip, double attack_angle_rad) {
   const double limit = 15 * std::numbers::pi / 180 + 1e-9;
@@ -21,18 +14,13 @@ v1alpha1::Region RegionOf(double slip, double attack_angle_rad) {
 }
 
 const char* RegionName(v1alpha1::Region region) {
-  switch (region) {
-    case v1alpha1::REGION_BRAKING:
-      return "braking";
-    case v1alpha1::REGION_TOWED:
-      return "towed";
-    case v1alpha1::REGION_DRIVING:
-      return "driving";
-    case v1alpha1::REGION_LATERAL:
-      return "lateral";
-    default:
-      return "all";
-  }
+  static constexpr std::array kNames = {"all", "braking", "towed", "driving", "lateral"};
+  const auto* at = std::ranges::find(kRegions, region);
+  return kNames[at == kRegions.end() ? 0 : at - kRegions.begin()];
+}
+
+bool IsIn(v1alpha1::Region region, double slip, double attack_angle_rad) {
+  return region == v1alpha1::REGION_ALL || region == RegionOf(slip, attack_angle_rad);
 }
 
 bool Covered(double mean, double value, double half_width) {
@@ -57,9 +45,7 @@ std::vector<v1alpha1::ErrorRow> ErrorTable(const std::vector<Comparison>& compar
       double square = 0, largest = 0;
       int n = 0, covered = 0;
       for (const Comparison& c : comparisons) {
-        const bool here = region == v1alpha1::REGION_ALL ||
-                          region == RegionOf(c.row->slip, c.row->attack_angle_rad);
-        if (!here) continue;
+        if (!IsIn(region, c.row->slip, c.row->attack_angle_rad)) continue;
         const double miss = std::fabs(c.row->mean[o] - c.value[o]);
         ++n;
         square += miss * miss;

@@ -18,6 +18,11 @@ std::vector<Comparison> CompareRows(const TabulatedModel& model, const std::vect
 
 v1alpha1::Region RegionOf(double slip, double attack_angle_rad);
 const char* RegionName(v1alpha1::Region region);
+/// Those of an error table; REGION_ALL, the first, has every state.
+inline constexpr std::array kRegions = {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING,
+                                        v1alpha1::REGION_TOWED, v1alpha1::REGION_DRIVING,
+                                        v1alpha1::REGION_LATERAL};
+bool IsIn(v1alpha1::Region region, double slip, double attack_angle_rad);
 
 /// Rows of the error table by region and output (f_z, which is the load, left
 /// out); regions without a run are left out.

@@ -51,7 +51,7 @@ v1alpha1::Domain MakeDomain(const std::vector<Sample>& rows, const FitRequest& r
   const double inf = std::numeric_limits<double>::infinity();
   double slip_min = inf, slip_max = -inf, angle = 0, load_min = inf, load_max = 0;
   for (const Sample& row : rows) {
-    const Canonical c = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+    const Canonical c = row.state();
     const SlipState s = ToSlip(c.forward, c.lateral, c.rim);
     slip_min = std::min(slip_min, s.slip);
     slip_max = std::max(slip_max, s.slip);

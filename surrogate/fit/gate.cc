@@ -65,12 +65,6 @@ GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& mode
               std::to_string(states.size()) + " states finite"};
 }
 
-std::vector<Sample> SharedHeldOut(const v1alpha1::Model& candidate,
-                                  std::vector<v1alpha1::RunSummary>* keep) {
-  keep->assign(candidate.provenance().runs().begin(), candidate.provenance().runs().end());
-  return SamplesOf(*keep, v1alpha1::RUN_ROLE_TEST);
-}
-
 // Of one output, root mean square over the runs.
 double PatchAt(const TabulatedModel& model, const std::vector<Sample>& rows, int output) {
   double sum = 0;
@@ -83,8 +77,7 @@ double PatchAt(const TabulatedModel& model, const std::vector<Sample>& rows, int
 
 std::vector<GateResult> HeldOut(const v1alpha1::Model& candidate, const TabulatedModel& old_model,
                                 const TabulatedModel& new_model) {
-  std::vector<v1alpha1::RunSummary> keep;
-  const std::vector<Sample> rows = SharedHeldOut(candidate, &keep);
+  const std::vector<Sample> rows = SamplesOf(candidate, v1alpha1::RUN_ROLE_TEST);
   if (rows.empty()) {
     const std::string none = "no held-out run in the provenance: nothing to judge by";
     return {{"held_out", false, none}, {"coverage", false, none}};
@@ -153,27 +146,19 @@ bool Near(const FieldPoint& a, const FieldPoint& b) {
   return d2 < kNearDirection * kNearDirection && std::fabs(a.log_load - b.log_load) < kNearLogLoad;
 }
 
-FieldPoint PointOf(const Sample& row) {
-  return MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed),
-                        row.load_n);
-}
-
 GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
                   const TabulatedModel& old_model, const TabulatedModel& new_model) {
-  const std::vector<v1alpha1::RunSummary> old_runs(base.provenance().runs().begin(),
-                                                   base.provenance().runs().end());
-  const std::vector<v1alpha1::RunSummary> new_runs(candidate.provenance().runs().begin(),
-                                                   candidate.provenance().runs().end());
   std::set<std::string> known;
-  for (const v1alpha1::RunSummary& run : old_runs) known.insert(run.run_id());
+  for (const v1alpha1::RunSummary& run : base.provenance().runs()) known.insert(run.run_id());
   std::vector<FieldPoint> fresh;
-  for (const Sample& row : SamplesOf(new_runs, v1alpha1::RUN_ROLE_TRAIN)) {
-    if (known.count(row.source->run_id()) == 0) fresh.push_back(PointOf(row));
+  for (const Sample& row : SamplesOf(candidate, v1alpha1::RUN_ROLE_TRAIN)) {
+    if (known.count(row.source->run_id()) == 0)
+      fresh.push_back(MakeFieldPoint(row.state(), row.load_n));
   }
   int checked = 0, outside = 0;
   std::string first;
-  for (const Sample& row : SamplesOf(old_runs, v1alpha1::RUN_ROLE_TRAIN)) {
-    const FieldPoint point = PointOf(row);
+  for (const Sample& row : SamplesOf(base, v1alpha1::RUN_ROLE_TRAIN)) {
+    const FieldPoint point = MakeFieldPoint(row.state(), row.load_n);
     if (std::any_of(fresh.begin(), fresh.end(), [&](const auto& f) { return Near(point, f); })) {
       continue;
     }
@@ -199,15 +184,13 @@ GateResult Change(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
 std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate) {
   const auto made_old = MakeScalar(base), made_new = MakeScalar(candidate);
   const TabulatedModel &old_model = *made_old, &new_model = *made_new;
-  std::vector<GateResult> checks;
-  checks.push_back(SelfTest(candidate, new_model));
-  for (GateResult& check : HeldOut(candidate, old_model, new_model)) {
-    checks.push_back(std::move(check));
-  }
-  checks.push_back(Symmetry(candidate, new_model));
-  checks.push_back(Dissipation(candidate, new_model));
-  checks.push_back(Change(base, candidate, old_model, new_model));
-  return checks;
+  const std::vector<GateResult> held_out = HeldOut(candidate, old_model, new_model);
+  return {SelfTest(candidate, new_model),
+          held_out[0],
+          held_out[1],
+          Symmetry(candidate, new_model),
+          Dissipation(candidate, new_model),
+          Change(base, candidate, old_model, new_model)};
 }
 
 }  // namespace grouser::surrogate

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -60,14 +62,9 @@ std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& m
   sigaddset(&stops, SIGINT);
   sigaddset(&stops, SIGTERM);
   sigprocmask(SIG_BLOCK, &stops, &before);
-  try {
-    const std::string digest = WriteTestedModel(path, model);
-    sigprocmask(SIG_SETMASK, &before, nullptr);
-    return digest;
-  } catch (...) {
-    sigprocmask(SIG_SETMASK, &before, nullptr);
-    throw;
-  }
+  const auto unblock = [](const sigset_t* set) { sigprocmask(SIG_SETMASK, set, nullptr); };
+  const std::unique_ptr<const sigset_t, decltype(unblock)> guard(&before, unblock);
+  return WriteTestedModel(path, model);
 }
 
 void LogNotes(const std::vector<std::string>& notes) {
@@ -154,8 +151,7 @@ int Show(const Arguments& a) {
 
 int Eval(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
-  const auto made = MakeScalar(loaded.model);
-  const TabulatedModel& model = *made;
+  const auto model = MakeScalar(loaded.model);
   const double trained = loaded.model.domain().speed_m_per_s();
   const Query query{a.slip, a.angle_deg * std::numbers::pi / 180, a.load,
                     a.speed > 0 ? a.speed : trained};
@@ -163,15 +159,14 @@ int Eval(const Arguments& a) {
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
-  const WheelAnswer answer = AnswerOf(model, v, query.load_n);
+  const WheelAnswer answer = AnswerOf(*model, v, query.load_n);
   Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
   return kOk;
 }
 
 int Compare(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
-  const auto made = MakeScalar(loaded.model);
-  const TabulatedModel& model = *made;
+  const auto model = MakeScalar(loaded.model);
   const std::vector<v1alpha1::MeasuredPoint> points =
       ReadMeasured(a.measured, LimitsOf(loaded.model), a.accept_unusual);
   std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
@@ -185,7 +180,7 @@ int Compare(const Arguments& a) {
     }
   }
   const std::vector<MeasuredRow> rows =
-      MatchMeasured(model, loaded.model.domain().speed_m_per_s(), points, runs);
+      MatchMeasured(*model, loaded.model.domain().speed_m_per_s(), points, runs);
   Print(a.json ? MeasuredJson(rows, Reference(loaded)) : MeasuredText(rows));
   return kOk;
 }
@@ -195,10 +190,7 @@ int Gate(const Arguments& a) {
   const records::LoadedModel candidate = ReadModel(a.candidate);
   const std::vector<GateResult> checks = GateChecks(base.model, candidate.model);
   Print(a.json ? GateJson(checks) : GateText(checks));
-  for (const GateResult& check : checks) {
-    if (!check.passed) return kGateFailed;
-  }
-  return kOk;
+  return std::ranges::all_of(checks, &GateResult::passed) ? kOk : kGateFailed;
 }
 
 int MigrateAll(const Arguments& a) {
@@ -218,8 +210,14 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
     sub->callback([chosen, run] { *chosen = run; });
     return sub;
   };
+  const auto runs = [a](CLI::App* sub) {
+    sub->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  };
+  const auto model = [a](CLI::App* sub) {
+    sub->add_option("model", a->model, "model file")->required();
+  };
   CLI::App* fit = add("fit", "Fit a model to the runs of one or more campaigns", Fit);
-  fit->add_option("--runs", a->run_dirs, "campaign folder, or its summary file")->required();
+  runs(fit);
   fit->add_option("--name", a->name, "name of the model")->required();
   fit->add_option("--out", a->out, "model file to write")->required();
   fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
@@ -239,16 +237,16 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::NonNegativeNumber);
   CLI::App* summarise =
       add("summarise", "Keep of campaigns what fits need, in one file", Summarise);
-  summarise->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  runs(summarise);
   summarise->add_option("--out", a->out, "summary file to write (*.runs.json)")->required();
   CLI::App* profiles = add("profiles", "Stresses on the rim, DEM beside physics", Profiles);
-  profiles->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  runs(profiles);
   profiles->add_option("--model", a->model, "model file with physics")->required();
   profiles->add_option("--role", a->role, "which runs")
       ->check(CLI::IsMember({"test", "train"}))
       ->capture_default_str();
   CLI::App* weigh = add("weigh", "What a weight of the stress profiles does to the physics", Weigh);
-  weigh->add_option("--runs", a->run_dirs, "campaign folders, or summary files")->required();
+  runs(weigh);
   weigh->add_option("--weights", a->weights, "weights to try")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -257,10 +255,9 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
   refit->add_option("--out", a->out, "model file to write")->required();
   refit->add_option("--reason", a->reason, "kept in the provenance");
-  CLI::App* show = add("show", "Say what a model file holds", Show);
-  show->add_option("model", a->model, "model file")->required();
+  model(add("show", "Say what a model file holds", Show));
   CLI::App* eval = add("eval", "Answer one wheel state", Eval);
-  eval->add_option("model", a->model, "model file")->required();
+  model(eval);
   eval->add_option("--slip", a->slip, "(r w - v_x)/max(|r w|, V)")->required();
   eval->add_option("--angle-deg", a->angle_deg, "attack angle [deg]")->capture_default_str();
   eval->add_option("--load", a->load, "vertical load [N]")
@@ -269,7 +266,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
       ->check(CLI::PositiveNumber);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
-  compare->add_option("model", a->model, "model file")->required();
+  model(compare);
   compare->add_option("--measured", a->measured, "CSV of measured tests")->required();
   compare->add_option("--runs", a->run_dirs, "campaign folder; else the model's own runs");
   accept(compare);

@@ -241,15 +241,12 @@ std::vector<MeasuredRow> MatchMeasured(const TabulatedModel& model, double speed
 
 std::vector<MeasuredError> MeasuredErrors(const std::vector<MeasuredRow>& rows) {
   std::vector<MeasuredError> errors;
-  for (const auto region : {v1alpha1::REGION_ALL, v1alpha1::REGION_BRAKING, v1alpha1::REGION_TOWED,
-                            v1alpha1::REGION_DRIVING, v1alpha1::REGION_LATERAL}) {
+  for (const v1alpha1::Region region : kRegions) {
     for (const Output o : kMeasurable) {
       MeasuredError e{region, o, 0, 0, 0, 0, 0};
       for (const MeasuredRow& row : rows) {
         const v1alpha1::MeasuredPoint& p = *row.measured;
-        const bool here =
-            region == v1alpha1::REGION_ALL || region == RegionOf(p.slip(), p.attack_angle_rad());
-        if (!here || std::isnan(p.value(o))) continue;
+        if (!IsIn(region, p.slip(), p.attack_angle_rad()) || std::isnan(p.value(o))) continue;
         ++e.n;
         e.rmse += std::pow(row.model.value[o] - p.value(o), 2);
         e.mean_measured += p.value(o);

@@ -16,22 +16,21 @@ namespace {
 
 /// "40 training (12 of them drift), 10 held out, ...".
 std::string RunsText(const v1alpha1::Model& model) {
-  const std::vector<v1alpha1::RunSummary> runs(model.provenance().runs().begin(),
-                                               model.provenance().runs().end());
-  std::size_t used = 0;
+  int used = 0;
   std::string text;
   const auto add = [&](v1alpha1::RunRole role, const char* name) {
-    const std::vector<Sample> rows = SamplesOf(runs, role);
+    const std::vector<Sample> rows = SamplesOf(model, role);
     const auto drift =
         std::count_if(rows.begin(), rows.end(), [](const Sample& r) { return !r.steady; });
-    used += rows.size();
+    used += static_cast<int>(rows.size());
     text += fmt::format("{} {}{}, ", rows.size(), name,
                         drift > 0 ? fmt::format(" ({} still drifting at their end)", drift) : "");
   };
   add(v1alpha1::RUN_ROLE_TRAIN, "training");
   add(v1alpha1::RUN_ROLE_TEST, "held out");
   add(v1alpha1::RUN_ROLE_PATCH, "repeats");
-  return text + fmt::format("{} of no use (overload, failed)", runs.size() - used);
+  return text +
+         fmt::format("{} of no use (overload, failed)", model.provenance().runs_size() - used);
 }
 
 }  // namespace

@@ -13,10 +13,6 @@ namespace {
 
 constexpr int kGroups = 10;
 
-Canonical StateOf(const Sample& row) {
-  return ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
-}
-
 // Fitted to all rows but those of `group`; -1: to all.
 struct Fitter {
   std::vector<Sample> rows;
@@ -43,10 +39,30 @@ std::vector<int> GroupsOf(const std::vector<Sample>& rows) {
   return groups;
 }
 
+// Root mean square of misfits.
+struct MisfitSum {
+  double normal = 0, tangential = 0;
+  int n = 0;
+
+  void Add(double normal2, double tangential2) {
+    normal += normal2;
+    tangential += tangential2;
+    ++n;
+  }
+  void Add(const std::vector<ProfileRow>& rows) {
+    for (const ProfileRow& row : rows) {
+      if (row.used) Add(std::pow(row.misfit.normal, 2), std::pow(row.misfit.tangential, 2));
+    }
+  }
+  ProfileMisfit Rms() const {
+    return {std::sqrt(normal / std::max(1, n)), std::sqrt(tangential / std::max(1, n))};
+  }
+};
+
 // Sums first; Finish makes means of them.
 struct ErrorSums {
   PhysicsErrors errors;
-  ProfileMisfit size{0, 0};
+  MisfitSum misfit;
 
   void Add(const std::vector<Sample>& rows, const BekkerModel& model, double smear) {
     for (const Sample& row : rows) {
@@ -59,21 +75,14 @@ struct ErrorSums {
       }
       ++errors.runs;
     }
-    const std::vector<ProfileRow> profiles = CompareProfiles(rows, model, smear);
-    const int used = static_cast<int>(
-        std::count_if(profiles.begin(), profiles.end(), [](const auto& p) { return p.used; }));
-    if (used == 0) return;
-    const ProfileMisfit misfit = PooledMisfit(profiles);
-    errors.misfit.normal += used * misfit.normal * misfit.normal;
-    errors.misfit.tangential += used * misfit.tangential * misfit.tangential;
-    errors.profiles += used;
+    misfit.Add(CompareProfiles(rows, model, smear));
   }
 
   PhysicsErrors Finish() const {
     PhysicsErrors e = errors;
     for (double& rmse : e.rmse) rmse = std::sqrt(rmse / std::max(1, e.runs));
-    e.misfit.normal = std::sqrt(e.misfit.normal / std::max(1, e.profiles));
-    e.misfit.tangential = std::sqrt(e.misfit.tangential / std::max(1, e.profiles));
+    e.misfit = misfit.Rms();
+    e.profiles = misfit.n;
     return e;
   }
 };
@@ -135,8 +144,8 @@ std::vector<ProfileRow> CompareProfiles(const std::vector<Sample>& rows, const B
   for (const Sample& row : rows) {
     if (!HasProfile(*row.source)) continue;
     ProfileRow p{&row, MakeCompared(row, model.wheel()), {}, 0, false, {}};
-    p.sinkage = model.SolveCanonical(StateOf(row), row.load_n).value[kSinkage];
-    p.model = ModelProfile(model, StateOf(row), p.sinkage, p.compared.measured, smear_rad);
+    p.sinkage = model.SolveCanonical(row.state(), row.load_n).value[kSinkage];
+    p.model = ModelProfile(model, row.state(), p.sinkage, p.compared.measured, smear_rad);
     p.used = IsComparable(p.compared);
     if (p.used) p.misfit = MisfitOf(p.model, p.compared.measured);
     result.push_back(std::move(p));
@@ -145,15 +154,9 @@ std::vector<ProfileRow> CompareProfiles(const std::vector<Sample>& rows, const B
 }
 
 ProfileMisfit PooledMisfit(const std::vector<ProfileRow>& rows) {
-  ProfileMisfit sum{0, 0};
-  int used = 0;
-  for (const ProfileRow& row : rows) {
-    if (!row.used) continue;
-    sum.normal += row.misfit.normal * row.misfit.normal;
-    sum.tangential += row.misfit.tangential * row.misfit.tangential;
-    ++used;
-  }
-  return {std::sqrt(sum.normal / std::max(1, used)), std::sqrt(sum.tangential / std::max(1, used))};
+  MisfitSum sum;
+  sum.Add(rows);
+  return sum.Rms();
 }
 
 ProfileMisfit RepeatMisfit(const std::vector<Sample>& repeats, const WheelGeometry& wheel) {
@@ -163,16 +166,13 @@ ProfileMisfit RepeatMisfit(const std::vector<Sample>& repeats, const WheelGeomet
     const ComparedProfile compared = MakeCompared(row, wheel);
     if (IsComparable(compared)) states[KeyOf(row)].push_back(compared.measured);
   }
-  ProfileMisfit sum{0, 0};
-  int count = 0;
+  MisfitSum sum;
   for (const auto& [key, profiles] : states) {
     if (profiles.size() < 2) continue;
-    sum.normal += RelativeVariance(profiles, &RimProfile::normal);
-    sum.tangential += RelativeVariance(profiles, &RimProfile::tangential);
-    ++count;
+    sum.Add(RelativeVariance(profiles, &RimProfile::normal),
+            RelativeVariance(profiles, &RimProfile::tangential));
   }
-  return {std::sqrt(sum.normal / std::max(1, count)),
-          std::sqrt(sum.tangential / std::max(1, count))};
+  return sum.Rms();
 }
 
 std::vector<WeightTrial> TryWeights(const TrainingSet& set, const std::vector<double>& weights) {

@@ -80,7 +80,7 @@ RimProfile CanonicalProfile(const Sample& row) {
   RimProfile p{s.first_angle_rad(), s.angle_step_rad(), {}, {}};
   p.normal.assign(s.normal_pa().begin(), s.normal_pa().end());
   p.tangential.assign(s.shear_tangential_pa().begin(), s.shear_tangential_pa().end());
-  const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+  const Canonical state = row.state();
   if (state.sign_x < 0) {
     p.first_rad = -(p.first_rad + static_cast<double>(p.size()) * p.step_rad);
     std::reverse(p.normal.begin(), p.normal.end());

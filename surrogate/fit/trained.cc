@@ -13,14 +13,13 @@ namespace {
 constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
 
 double FroudeOf(const Sample& row, double radius_m, double gravity_m_per_s2) {
-  const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+  const Canonical state = row.state();
   return state.speed * state.speed / (gravity_m_per_s2 * radius_m);
 }
 
 FieldPoint PointOf(const Sample& row, const WheelGeometry& wheel, const SpeedAxis& speed,
                    double gravity) {
-  FieldPoint point =
-      MakeFieldPoint(ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed), row.load_n);
+  FieldPoint point = MakeFieldPoint(row.state(), row.load_n);
   if (speed.present()) point.u = speed.At(FroudeOf(row, wheel.radius_m, gravity));
   return point;
 }
@@ -72,7 +71,7 @@ Residuals ResidualsOf(const std::vector<Sample>& rows, const TrainOptions& optio
   Residuals r{Eigen::MatrixXd(n, kOutputs), Eigen::MatrixXd(n, kOutputs)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const Sample& row = rows[i];
-    const Canonical state = ToCanonical(row.motion.v_x, row.motion.v_y, row.motion.rim_speed);
+    const Canonical state = row.state();
     BekkerModel::Answer answer{};
     if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
     for (int o = 0; o < kOutputs; ++o) {
@@ -152,7 +151,7 @@ Trained Train(const std::vector<Sample>& rows, const TrainOptions& options, cons
 }
 
 Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Sample& at) {
-  const Canonical state = ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed);
+  const Canonical state = at.state();
   const FieldPoint point = PointOf(at, wheel, trained.speed, trained.gravity_m_per_s2);
   Prediction result;
   result.physics = {};

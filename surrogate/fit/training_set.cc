@@ -232,8 +232,10 @@ Sample MakeSample(const v1alpha1::RunSummary& s) {
   return row;
 }
 
-std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
-                              v1alpha1::RunRole role) {
+namespace {
+
+template <class Runs>
+std::vector<Sample> UsableOf(const Runs& runs, v1alpha1::RunRole role) {
   std::vector<Sample> rows;
   for (const v1alpha1::RunSummary& run : runs) {
     const bool train = run.role() == v1alpha1::RUN_ROLE_UNSPECIFIED;
@@ -243,6 +245,17 @@ std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
     if (usable && its == role) rows.push_back(MakeSample(run));
   }
   return rows;
+}
+
+}  // namespace
+
+std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
+                              v1alpha1::RunRole role) {
+  return UsableOf(runs, role);
+}
+
+std::vector<Sample> SamplesOf(const v1alpha1::Model& model, v1alpha1::RunRole role) {
+  return UsableOf(model.provenance().runs(), role);
 }
 
 std::vector<Sample> ReplicateSamples(const std::vector<v1alpha1::RunSummary>& runs) {

@@ -7,6 +7,7 @@
 
 #include "grouser/v1alpha1/campaign.pb.h"
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/kinematics.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
@@ -29,6 +30,8 @@ struct Sample {
   std::array<double, kOutputs> mean, standard_error;
   bool steady;
   const v1alpha1::RunSummary* source;  ///< not owned
+
+  Canonical state() const { return ToCanonical(motion.v_x, motion.v_y, motion.rim_speed); }
 };
 
 /// Reads DIR/campaign.json and the run files it names. Throws
@@ -59,6 +62,8 @@ Sample MakeSample(const v1alpha1::RunSummary& summary);
 /// their end.
 std::vector<Sample> SamplesOf(const std::vector<v1alpha1::RunSummary>& runs,
                               v1alpha1::RunRole role);
+/// Those of a model's provenance, which has to outlive them.
+std::vector<Sample> SamplesOf(const v1alpha1::Model& model, v1alpha1::RunRole role);
 
 /// The PATCH runs, and the training runs of their states: repeats of one state on
 /// several tiles.

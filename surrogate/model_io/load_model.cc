@@ -111,36 +111,37 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   return u;
 }
 
-// Tables answer in single precision.
-double GoldenTolerance(const v1alpha1::Model& message) {
-  return message.kind() == v1alpha1::MODEL_KIND_LOOKUP ? 1e-5 : 1e-9;
-}
+}  // namespace
 
-void CheckGolden(const v1alpha1::Model& message, const TabulatedModel& model) {
-  if (message.golden().empty()) Fail(message, "golden: expected at least one vector");
+void CheckGolden(const std::string& name, const v1alpha1::Model& message,
+                 const std::function<WheelAnswer(const VelocityState&, double)>& answer,
+                 const std::function<double(double, double)>& allowed) {
+  const auto fail = [&](int i, const std::string& what) {
+    throw std::runtime_error(name + ": golden[" + std::to_string(i) + "]" + what);
+  };
+  if (message.golden().empty()) {
+    throw std::runtime_error(name + ": golden: none, expected at least one to test the model with");
+  }
   for (int i = 0; i < message.golden_size(); ++i) {
     const v1alpha1::GoldenVector& g = message.golden(i);
-    const std::string where = "golden[" + std::to_string(i) + "]";
-    const bool usable = std::isfinite(g.v_x_m_per_s()) && std::isfinite(g.v_y_m_per_s()) &&
-                        std::isfinite(g.rim_speed_m_per_s()) && std::isfinite(g.load_n()) &&
+    const VelocityState motion{g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s()};
+    const bool usable = std::isfinite(motion.v_x) && std::isfinite(motion.v_y) &&
+                        std::isfinite(motion.rim_speed) && std::isfinite(g.load_n()) &&
                         g.load_n() > 0 && g.value_size() == kOutputs;
-    if (!usable) Fail(message, where + ": expected finite input, a load and 6 values");
-    const WheelAnswer answer =
-        model.EvaluateOne(g.v_x_m_per_s(), g.v_y_m_per_s(), g.rim_speed_m_per_s(), g.load_n());
+    if (!usable) fail(i, ": expected finite input, a load and 6 values");
+    const auto value = answer(motion, g.load_n()).value;
     for (int o = 0; o < kOutputs; ++o) {
       const double scale = OutputScale(o, g.load_n(), message.wheel().radius_m());
-      const double allowed = GoldenTolerance(message) * std::fmax(std::fabs(g.value(o)), scale);
-      if (std::fabs(answer.value[o] - g.value(o)) <= allowed) continue;
+      const double limit = allowed(g.value(o), scale);
+      if (std::fabs(value[o] - g.value(o)) <= limit) continue;
       std::ostringstream text;
       text.precision(17);
-      text << where << " " << kOutputFields[o].name << ": computed " << answer.value[o]
-           << ", expected " << g.value(o) << " to " << GoldenTolerance(message);
-      Fail(message, text.str());
+      text << "." << kOutputFields[o].name << ": computed " << value[o] << ", expected "
+           << g.value(o) << " to " << limit;
+      fail(i, text.str());
     }
   }
 }
-
-}  // namespace
 
 TrainingDomain HullOf(const v1alpha1::Model& model) {
   const v1alpha1::Domain& d = model.domain();
@@ -220,7 +221,14 @@ std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model) {
 
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
   std::unique_ptr<TabulatedModel> made = MakeScalar(model);
-  CheckGolden(model, *made);
+  // Tables answer in single precision.
+  const double share = model.kind() == v1alpha1::MODEL_KIND_LOOKUP ? 1e-5 : 1e-9;
+  CheckGolden(
+      "model " + model.name(), model,
+      [&](const VelocityState& v, double load) {
+        return made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      },
+      [&](double value, double scale) { return share * std::fmax(std::fabs(value), scale); });
   // The fitter's many models do without.
   if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) hybrid->Prepare();
   return made;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,6 +15,13 @@ namespace grouser::surrogate {
 /// golden vectors are not reproduced to 1e-9 relative. A hybrid then makes the
 /// table that it answers with (HybridModel::Prepare), about 0.1 s.
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model);
+
+/// Compares a model's golden vectors with what `answer` says to a motion and a load;
+/// `allowed`: by how much a value may differ, from it and its output's scale. Throws
+/// std::runtime_error "NAME: golden[I].OUTPUT: computed ..., expected ...".
+void CheckGolden(const std::string& name, const v1alpha1::Model& message,
+                 const std::function<WheelAnswer(const VelocityState&, double)>& answer,
+                 const std::function<double(double, double)>& allowed);
 
 /// The box of a message's domain, unchecked.
 TrainingDomain HullOf(const v1alpha1::Model& model);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
@@ -16,32 +15,12 @@ constexpr double kGoldenTolerance = 1e-9;  // relative, as the model format prom
 }  // namespace
 
 void SelfTest(const std::string& name, const v1alpha1::Model& message, const WheelModel& model) {
-  const auto fail = [&name](int i, const char* field, const std::string& what) {
-    throw std::runtime_error(name + ": golden[" + std::to_string(i) + "]." + field + ": " + what);
-  };
-  if (message.golden_size() == 0) {
-    throw std::runtime_error(name + ": golden: none, expected at least one to test the model with");
-  }
-  for (int i = 0; i < message.golden_size(); ++i) {
-    const v1alpha1::GoldenVector& golden = message.golden(i);
-    if (golden.value_size() != kOutputs) {
-      fail(i, "value",
-           std::to_string(golden.value_size()) + " entries, expected " + std::to_string(kOutputs));
-    }
-    const VelocityState motion{golden.v_x_m_per_s(), golden.v_y_m_per_s(),
-                               golden.rim_speed_m_per_s()};
-    const auto value = AnswerOf(model, motion, golden.load_n()).value;
-    for (int o = 0; o < kOutputs; ++o) {
-      const double allowed =
-          kGoldenTolerance * std::max(1.0, std::abs(golden.value(o))) +
-          model.Tolerance() * OutputScale(o, golden.load_n(), message.wheel().radius_m());
-      if (std::abs(value[o] - golden.value(o)) <= allowed) continue;
-      std::ostringstream text;
-      text.precision(17);
-      text << value[o] << ", expected " << golden.value(o) << " to " << allowed;
-      fail(i, kOutputFields[o].name, text.str());
-    }
-  }
+  CheckGolden(
+      name, message,
+      [&](const VelocityState& motion, double load) { return AnswerOf(model, motion, load); },
+      [&](double value, double scale) {
+        return kGoldenTolerance * std::max(1.0, std::abs(value)) + model.Tolerance() * scale;
+      });
 }
 
 std::unique_ptr<const WheelModel> MakeTestedModel(const v1alpha1::Model& message) {

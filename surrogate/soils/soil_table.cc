@@ -66,36 +66,42 @@ std::vector<std::string> Cells(const std::string& line, const Place& place) {
 
 std::string Range(double low, double high) { return fmt::format("{:g} to {:g}", low, high); }
 
-/// The cell of a column, in SI.
-std::optional<double> Number(const std::vector<std::string>& cells, int column, bool accept_unusual,
-                             const Place& place) {
-  const std::string& text = cells[column];
-  const Column& c = kColumns[column];
-  if (text.empty()) return std::nullopt;
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    place.Fail(fmt::format("{}: {}, expected a number", c.name, text));
-  }
-  if (value < c.low || value > c.high) {
-    const bool unit = *c.hint && (std::abs(value) > c.high || (value > 0 && value < c.low));
-    place.Fail(fmt::format("{}: {}, expected {}{}{}", c.name, text, Range(c.low, c.high),
-                           unit ? ": " : "", unit ? c.hint : ""));
-  }
-  const bool usual = value >= c.usual_low && value <= c.usual_high;
-  if (!usual && !accept_unusual) {
-    place.Fail(fmt::format("{}: {}, expected {} as published soils have; --accept-unusual takes it",
-                           c.name, text, Range(c.usual_low, c.usual_high)));
-  }
-  return value * c.si;
-}
+/// A line of the table.
+struct Row {
+  const std::vector<std::string>& cells;
+  bool accept_unusual;
+  const Place& place;
 
-double Required(const std::vector<std::string>& cells, int column, bool accept_unusual,
-                const Place& place) {
-  const std::optional<double> value = Number(cells, column, accept_unusual, place);
-  if (!value) place.Fail(std::string(kColumns[column].name) + ": empty, expected a number");
-  return *value;
-}
+  /// The cell of a column, in SI.
+  std::optional<double> Number(int column) const {
+    const std::string& text = cells[column];
+    const Column& c = kColumns[column];
+    if (text.empty()) return std::nullopt;
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+      place.Fail(fmt::format("{}: {}, expected a number", c.name, text));
+    }
+    if (value < c.low || value > c.high) {
+      const bool unit = *c.hint && (std::abs(value) > c.high || (value > 0 && value < c.low));
+      place.Fail(fmt::format("{}: {}, expected {}{}{}", c.name, text, Range(c.low, c.high),
+                             unit ? ": " : "", unit ? c.hint : ""));
+    }
+    const bool usual = value >= c.usual_low && value <= c.usual_high;
+    if (!usual && !accept_unusual) {
+      place.Fail(
+          fmt::format("{}: {}, expected {} as published soils have; --accept-unusual takes it",
+                      c.name, text, Range(c.usual_low, c.usual_high)));
+    }
+    return value * c.si;
+  }
+
+  double Required(int column) const {
+    const std::optional<double> value = Number(column);
+    if (!value) place.Fail(std::string(kColumns[column].name) + ": empty, expected a number");
+    return *value;
+  }
+};
 
 SoilKind Kind(const std::string& word, const Place& place) {
   if (word == "sand") return SoilKind::kSand;
@@ -106,18 +112,11 @@ SoilKind Kind(const std::string& word, const Place& place) {
 }
 
 Soil ReadSoil(const std::vector<std::string>& cells, bool accept_unusual, const Place& place) {
-  Soil soil;
-  soil.name = cells[0];
-  if (soil.name.empty()) place.Fail("soil: empty, expected a name");
-  soil.n = Required(cells, 1, accept_unusual, place);
-  soil.k_c = Required(cells, 2, accept_unusual, place);
-  soil.k_phi = Required(cells, 3, accept_unusual, place);
-  soil.cohesion_pa = Required(cells, 4, accept_unusual, place);
-  soil.friction_angle_rad = Required(cells, 5, accept_unusual, place);
-  soil.density_kg_per_m3 = Number(cells, 6, accept_unusual, place);
-  soil.shear_modulus_m = Number(cells, 7, accept_unusual, place);
-  soil.kind = Kind(cells[8], place);
-  soil.source = cells[9];
+  const Row row{cells, accept_unusual, place};
+  if (cells[0].empty()) place.Fail("soil: empty, expected a name");
+  const Soil soil{
+      cells[0],        row.Required(1), row.Required(2), row.Required(3),       row.Required(4),
+      row.Required(5), row.Number(6),   row.Number(7),   Kind(cells[8], place), cells[9]};
   // No soil has an angle between none and a degree or two; radians are all there.
   const double phi = soil.friction_angle_rad;
   if (phi > 0 && phi <= std::numbers::pi / 2 * kDegree) {

@@ -44,7 +44,7 @@ RULES = {
     "surrogate/model_io": (r"surrogate/(models|model_io)/|proto/records/model_file\.h"
                            r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/"),
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
-                    r"|proto/records/(model|durable)_file\.h|grouser/v1alpha1/(?!\w*service)",
+                    r"|proto/records/((model|durable)_file\.h|os/)|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
     "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|os/)", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query)/|surrogate/(models|model_io|vehicle)/"

@@ -22,9 +22,8 @@ TerrainService::TerrainService(const SnapshotStore& store, CallGate& gate)
 grpc::ServerUnaryReactor* TerrainService::EvaluateWheels(
     grpc::CallbackServerContext* context, const v1alpha1::EvaluateWheelsRequest* request,
     v1alpha1::EvaluateWheelsResponse* response) {
-  auto* call = new UnaryCall(gate_, *context);
-  if (call->admitted()) call->Finish(ToGrpcStatus(Answer(store_, *request, response)));
-  return call;
+  return AnswerNow(gate_, *context,
+                   [&] { return ToGrpcStatus(Answer(store_, *request, response)); });
 }
 
 grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>*
@@ -35,21 +34,17 @@ TerrainService::StreamWheels(grpc::CallbackServerContext* /*context*/) {
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
                                                      const v1alpha1::ListModelsRequest* request,
                                                      v1alpha1::ListModelsResponse* response) {
-  auto* call = new UnaryCall(gate_, *context);
-  if (call->admitted()) {
-    call->Finish(ToGrpcStatus(server::ListModels(*store_.Current(), *request, response)));
-  }
-  return call;
+  return AnswerNow(gate_, *context, [&] {
+    return ToGrpcStatus(server::ListModels(*store_.Current(), *request, response));
+  });
 }
 
 grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* context,
                                                    const v1alpha1::GetModelRequest* request,
                                                    v1alpha1::GetModelResponse* response) {
-  auto* call = new UnaryCall(gate_, *context);
-  if (call->admitted()) {
-    call->Finish(ToGrpcStatus(server::GetModel(*store_.Current(), *request, response)));
-  }
-  return call;
+  return AnswerNow(gate_, *context, [&] {
+    return ToGrpcStatus(server::GetModel(*store_.Current(), *request, response));
+  });
 }
 
 }  // namespace grouser::server

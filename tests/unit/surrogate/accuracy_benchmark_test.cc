@@ -128,12 +128,12 @@ TEST(Kriging, FollowsASmoothTruthAndKeepsItsMirrors) {
   const Kriging kriging(train, noise, radius);
   std::vector<Compared> compared;
   for (const Sample& row : SamplesOf(runs, v1alpha1::RUN_ROLE_TEST)) {
-    const Kriging::Answer a = kriging.At(row);
+    const Answer a = kriging.At(row);
     compared.push_back(
         {row.slip, row.attack_angle_rad, row.load_n, row.mean, a.value, a.half_width});
     Sample mirrored = row;
     mirrored.motion.v_y = -row.motion.v_y;
-    const Kriging::Answer b = kriging.At(mirrored);
+    const Answer b = kriging.At(mirrored);
     EXPECT_NEAR(b.value[kFx], a.value[kFx], 1e-9);
     EXPECT_NEAR(b.value[kFy], -a.value[kFy], 1e-9);
     EXPECT_NEAR(b.value[kMz], -a.value[kMz], 1e-9);
