@@ -171,9 +171,10 @@ Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& p, double d
   }
   out.foot_m = foot * diameter_m;
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  const double summit = *std::max_element(mean.begin() + 1, mean.end());
   for (int k = 1; k < foot; ++k) {
     const double x = (k + 0.5) * diameter_m;
-    if (x < 0.2 * out.foot_m || x > 0.8 * out.foot_m) continue;
+    if (mean[k] < 0.2 * summit || mean[k] > 0.8 * summit) continue;
     n += 1, sx += x, sy += mean[k], sxx += x * x, sxy += x * mean[k];
   }
   if (n >= 2) out.angle_rad = std::atan(-(n * sxy - sx * sy) / (n * sxx - sx * sx));

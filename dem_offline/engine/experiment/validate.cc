@@ -248,8 +248,9 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
 void CheckFillsBox(const Experiment& e, const std::string& field) {
   for (const Grains& g : e.grains) {
     const Region& r = g.region;
-    const bool whole = r.low_m[0] <= 0 && r.low_m[1] <= 0 && r.high_m[0] >= e.box.length_m &&
-                       r.high_m[1] >= e.box.width_m && !(r.radius_m > 0);
+    const bool along = r.low_m[0] <= 0 && r.high_m[0] >= e.box.length_m && !(r.radius_m > 0),
+               across = r.low_m[1] <= 0 && r.high_m[1] >= e.box.width_m;
+    const bool whole = along && (across || e.box.planar);
     if (whole && e.box.x != Side::kOpen && e.box.y != Side::kOpen) continue;
     throw SpecError(field, "it with grains in a part of the box, or open sides",
                     "grains over the whole floor, between walls or periodic sides");

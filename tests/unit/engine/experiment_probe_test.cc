@@ -285,7 +285,7 @@ TEST(ExperimentGrains, ClumpsHaveTheVolumeOfTheirSphere) {
 TEST(ExperimentGrains, ClumpsPackAndRest) {
   Experiment e = Pouring(Filling::kPoured);
   e.grains[0].clump = {{{0, 0, 0}, 1}, {{1, 0, 0}, 1}};
-  e.grains[0].count = 500;
+  e.box.height_m = 0.5;
   Recorded rec;
   const Result result = RunExperiment(e, rec.Sink(), nullptr);
   ASSERT_TRUE(result.done) << result.reason;
