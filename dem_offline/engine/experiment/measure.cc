@@ -139,21 +139,25 @@ std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const 
 }
 
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& p, double diameter_m) {
-  constexpr int kSectors = 16;
+  static constexpr int kSectors = 16;
   const Region& r = p.region;
   const Vec3d middle = Middle(r);
   const double reach = 0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[1] - r.low_m[1]);
   const int rings = static_cast<int>(std::min(1e4, reach / diameter_m));
   Heap out;
   if (rings < 4) return out;
+  // Sectors are two diameters wide or more, so that a full layer has a grain in each.
+  const auto sectors = [](int ring) {
+    return std::clamp(static_cast<int>(M_PI * (ring + 0.5)), 1, kSectors);
+  };
   std::vector<double> top(static_cast<std::size_t>(rings) * kSectors, 0);
   for (const GrainState& s : grains) {
     const double dx = s.x_m - middle[0], dy = s.y_m - middle[1];
-    const int ring = static_cast<int>(std::hypot(dx, dy) / diameter_m);
-    if (ring >= rings) continue;
+    const double ring_of = std::hypot(dx, dy) / diameter_m;
+    if (!(ring_of < rings)) continue;
+    const int ring = static_cast<int>(ring_of), n = sectors(ring);
     const double turn = std::atan2(dy, dx) / (2 * M_PI);
-    const int sector =
-        std::min(kSectors - 1, static_cast<int>((turn < 0 ? turn + 1 : turn) * kSectors));
+    const int sector = std::min(n - 1, static_cast<int>((turn < 0 ? turn + 1 : turn) * n));
     double& t = top[static_cast<std::size_t>(ring) * kSectors + sector];
     t = std::max(t, s.z_m + s.radius_m - r.low_m[2]);
     out.height_m = std::max(out.height_m, s.z_m + s.radius_m - r.low_m[2]);
@@ -161,10 +165,10 @@ Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& p, double d
   std::vector<double> mean(rings, 0);
   int foot = rings;
   for (int k = 0; k < rings; ++k) {
-    for (int s = 0; s < kSectors; ++s) {
-      mean[k] += top[static_cast<std::size_t>(k) * kSectors + s] / kSectors;
+    for (int s = 0; s < sectors(k); ++s) {
+      mean[k] += top[static_cast<std::size_t>(k) * kSectors + s] / sectors(k);
     }
-    if (mean[k] < diameter_m && k > 0) {  // the innermost ring has sectors without a grain
+    if (mean[k] < diameter_m && k > 0) {
       foot = k;
       break;
     }
