@@ -70,7 +70,9 @@ void Drive::Before(World& world) {
   if (s.hold) {
     const double mass =
         s.hold_mass_kg > 0 ? s.hold_mass_kg : s.hold_force_n / around_.gravity_m_per_s2;
-    const double damper = s.hold_damper_s >= 0 ? s.hold_damper_s : kDamperTime * around_.unit_s;
+    const bool still = !Any(s.velocity_m_per_s) && !Any(s.spin_rad_per_s) && !Any(s.amplitude_m);
+    const double rule = still ? kDamperTime * around_.unit_s : 0;
+    const double damper = s.hold_damper_s >= 0 ? s.hold_damper_s : rule;
     const double push = s.hold_force_n + DotD(ForceOf(world.wrench(body_)), s.direction);
     held_m_per_s_ += dt * push / mass;
     if (damper > 0) held_m_per_s_ /= 1 + dt / damper;

@@ -150,7 +150,7 @@ struct MotionStep {
   Vec3d direction = {0, 0, -1};
   double hold_force_n = 0;
   double hold_mass_kg = 0;    ///< 0: that of the dead weight, force/g
-  double hold_damper_s = -1;  ///< < 0: sqrt(d/g)/3; 0: none
+  double hold_damper_s = -1;  ///< < 0: sqrt(d/g)/3, none beside a motion; 0: none
   bool free = false;          ///< a rigid body under gravity
   // Ends.
   double for_s = kNever, distance_m = kNever, angle_rad = kNever;

@@ -14,6 +14,7 @@ namespace grouser::dem::experiment {
 namespace {
 
 constexpr std::int64_t kLookSteps = 200;
+constexpr double kFractionReached = 0.005;
 constexpr double kKick = 0.34;     // [sqrt(g d)] first velocity of poured grains, along an axis
 constexpr double kDrag = 5.0 / 3;  // [sqrt(d/g)] of the viscous fall
 constexpr double kMargin = 8;      // [largest diameters] around a box that is not periodic
@@ -139,6 +140,10 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
   const Grains& g = e_.grains[0];
   const BedSpec bed = BedOf(e_, g);
   const Tile tile = PrepareBed(bed, progress_, limits);
+  if (!(std::abs(tile.solid_fraction - g.solid_fraction) <= kFractionReached)) {
+    throw SpecError("grains[0].solid_fraction", Short(g.solid_fraction),
+                    "one that can be reached; the nearest was " + Short(tile.solid_fraction));
+  }
   config_.frame.z_span_m = std::max(config_.frame.z_span_m, TileZSpan(g.depth_m));
   config_.origin_m = {0, 0, g.depth_m};
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);

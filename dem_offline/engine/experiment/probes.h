@@ -25,11 +25,11 @@ std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const 
 
 /// A heap about the upright axis through the middle of the region.
 struct Heap {
-  double angle_rad = 0;  ///< of the straight line through the flank, 20 to 80 % of its foot
+  double angle_rad = 0;  ///< of the straight line through the flank, 20 to 80 % of its height
   double height_m = 0, foot_m = 0;
 };
-/// The surface ring by ring, each one the mean of the highest grains in 16 sectors; the foot is
-/// where this mean falls under one diameter. All 0 for less than four rings.
+/// The surface ring by ring, each one the mean of the highest grains in up to 16 sectors; the foot
+/// is where this mean falls under one diameter. All 0 for less than four rings.
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, double diameter_m);
 
 /// All probes of an experiment: collects every step, writes rows to the sink.

@@ -194,7 +194,9 @@ TEST(ExperimentMotion, LowerEndsAtTouchAndAtForce) {
     const double z = rec.Column("ball.z_m").back(), force = rec.Column("ball.f_z_n").back();
     // The grain rests on the floor already: its weight presses it in by micrometres.
     EXPECT_NEAR(z, 0.07, touch ? 5e-5 : 2e-3);
-    if (!touch) EXPECT_GT(force, 0.9);
+    if (!touch) {
+      EXPECT_GT(force, 0.9);
+    }
   }
 }
 
