@@ -67,7 +67,7 @@ std::vector<std::string> Cells(const std::string& line, const Place& place) {
 std::string Range(double low, double high) { return fmt::format("{:g} to {:g}", low, high); }
 
 /// A line of the table.
-struct Row {
+struct Line {
   const std::vector<std::string>& cells;
   bool accept_unusual;
   const Place& place;
@@ -112,7 +112,7 @@ SoilKind Kind(const std::string& word, const Place& place) {
 }
 
 Soil ReadSoil(const std::vector<std::string>& cells, bool accept_unusual, const Place& place) {
-  const Row row{cells, accept_unusual, place};
+  const Line row{cells, accept_unusual, place};
   if (cells[0].empty()) place.Fail("soil: empty, expected a name");
   const Soil soil{
       cells[0],        row.Required(1), row.Required(2), row.Required(3),       row.Required(4),

@@ -177,13 +177,13 @@ TEST_F(ExperimentYaml, ReadsEveryExample) {
 }
 
 TEST_F(ExperimentYaml, SchemaIsTheCommittedOne) {
-  EXPECT_EQ(ExperimentSchema(), records::ReadFileBytes(kExamples / "experiment.schema.json"))
+  EXPECT_TRUE(ExperimentSchema() == records::ReadFileBytes(kExamples / "experiment.schema.json"))
       << "./grouser dem schema > dem_offline/experiments/experiment.schema.json";
 }
 
 TEST_F(ExperimentYaml, TableOfKeysIsTheDocumentedOne) {
-  EXPECT_THAT(records::ReadFileBytes(kExamples / "../../docs/experiments.md"),
-              HasSubstr(ExperimentKeyTable()))
+  EXPECT_TRUE(records::ReadFileBytes(kExamples / "../../docs/experiments.md")
+                  .ends_with(ExperimentKeyTable()))
       << "./grouser dem schema --table";
 }
 
