@@ -8,10 +8,11 @@ Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "unit", under AddressSanitizer and UBSan (of the slow
             suites the ensemble's emulated device and the fit of speeds wait for --full)
-  cuda      where nvcc is: every kernel compiled for sm_80 and sm_90 (run by tests/gpu/run)
+  cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks
   asan      tests labelled "verify" as well
+  cuda      every kernel for sm_80 too
   slow      tests labelled "slow"
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
   tidy      clang-tidy over all sources
@@ -62,10 +63,10 @@ run_tsan() {
 
 # Kernels are compiled; only a card can run them.
 run_cuda() {
-  local nvcc
+  local nvcc architectures="90${1:+;80}"
   nvcc="$(find_nvcc)" || { echo "no nvcc: kernels not compiled"; return; }
   CUDACXX="$nvcc" cmake -S "$GROUSER_ROOT/dem_offline/engine" -B "$GROUSER_ROOT/build/kernels" \
-    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON '-DCMAKE_CUDA_ARCHITECTURES=80;90' \
+    -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON -DCMAKE_CUDA_ARCHITECTURES="$architectures" \
     -DCMAKE_CUDA_FLAGS=--threads=2 &&
     cmake --build "$GROUSER_ROOT/build/kernels" --target grouser_cuda grouser-gpu-law-check
 }
@@ -98,7 +99,7 @@ word_test() {
     record_stage release run_ctest release --label-exclude slow
     # The suites of the engine take minutes under ASan: with --full only.
     record_stage asan run_asan "$full"
-    record_stage cuda run_cuda
+    record_stage cuda run_cuda "$full"
     if [ -n "$full" ]; then
       record_stage lint word_lint
       record_stage slow run_ctest release --label-regex slow
