@@ -171,6 +171,8 @@ void CheckLength(const v1alpha1::Model& model, const char* field, const std::str
 void CheckHead(const v1alpha1::Model& model) {
   if (model.name().empty()) Fail(model, "name: expected one");
   CheckLength(model, "name", model.name(), kMostName);
+  // "NAME@ALIAS" and "NAME@sha256:HEX" address a model: what follows the first @ is no name.
+  if (model.name().find('@') != std::string::npos) Fail(model, "name: expected one without '@'");
   CheckLength(model, "soil.name", model.soil().name(), kMostSoilName);
   if (!v1alpha1::ModelKind_IsValid(model.kind())) Fail(model, "kind: not known to this version");
 }

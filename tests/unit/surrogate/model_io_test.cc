@@ -103,6 +103,8 @@ TEST(MakeModel, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(Complaint([](M m) { m->clear_name(); }), HasSubstr("name"));
   EXPECT_THAT(Complaint([](M m) { m->set_name(std::string(129, 'n')); }),
               HasSubstr("name: 129 bytes, expected at most 128"));
+  EXPECT_THAT(Complaint([](M m) { m->set_name("a@b"); }),
+              HasSubstr("name: expected one without '@'"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_soil()->set_name(std::string(1001, 's')); }),
               HasSubstr("soil.name: 1001 bytes, expected at most 1000"));
   EXPECT_THAT(Complaint([](M m) { m->mutable_wheel()->set_radius_m(0); }),
