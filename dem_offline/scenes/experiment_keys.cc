@@ -188,8 +188,8 @@ const std::vector<Key>& ExperimentKeys() {
        "the run fails where no end comes by then"},
 
       {"probe", "kind", K::kChoice,
-       "wrench|pose|velocity|coordination|energy|rest|repose|bins|surface", "!", "", ""},
-      {"probe", "body", K::kText, "", "!", "wrench|pose|velocity", ""},
+       "wrench|pose|velocity|coordination|energy|rest|repose|bins|surface|treads", "!", "", ""},
+      {"probe", "body", K::kText, "", "!", "wrench|pose|velocity|treads", ""},
       {"probe", "frame", K::kChoice, "world|body", "world", "wrench", ""},
       {"probe", "name", K::kText, "", "!", "bins|surface", "of its CSV"},
       {"probe", "region", K::kSection, "region", "the box", "bins|surface|repose",
@@ -202,6 +202,8 @@ const std::vector<Key>& ExperimentKeys() {
       {"output", "checkpoint_s", K::kLater, "", "", "", "checkpoints"},
       {"output", "frames_s", K::kLater, "", "", "", "frames for pictures"},
       {"numerics", "rayleigh_fraction", K::kNumber, "", "0.2", "", "largest time step"},
+      {"numerics", "program_step", K::kNumber, "", "1", "",
+       "time step of the program over that of the preparation"},
       {"numerics", "overlap", K::kNumber, "", "0.05", "",
        "largest overlap over the radius that the step has to bear"},
   };

@@ -67,6 +67,7 @@ class Reader {
     if (root.Has("numerics")) {
       KeyedSection s = root.Section("numerics");
       e.rayleigh_fraction = s.NumberOr("rayleigh_fraction", e.rayleigh_fraction);
+      e.program_step = s.NumberOr("program_step", e.program_step);
       e.overlap = s.NumberOr("overlap", e.overlap);
       s.Finish();
     }
@@ -426,7 +427,8 @@ class Reader {
     using K = dx::Probe::Kind;
     dx::Probe p;
     p.kind = static_cast<K>(s.Choice("kind"));
-    if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity) {
+    if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity ||
+        p.kind == K::kTreads) {
       p.body = s.Text("body");
     }
     if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;

@@ -186,10 +186,11 @@ struct Probe {
     kRepose,        ///< angle and height of a heap
     kBins,          ///< solid fraction, velocity, granular temperature in bins
     kSurface,       ///< height of the surface on a grid
+    kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
   };
   Kind kind = Kind::kWrench;
   std::string name;  ///< of its table (bins, surface)
-  std::string body;  ///< wrench, pose, velocity
+  std::string body;  ///< wrench, pose, velocity, treads
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
@@ -211,6 +212,7 @@ struct Experiment {
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;
   double rayleigh_fraction = 0.2;    ///< time step over the Rayleigh time, at most
+  double program_step = 1;           ///< time step of the program over that of the preparation
   double overlap = 0.05;             ///< largest overlap over the radius that the step bears
   double largest_speed_m_per_s = 0;  ///< of bodies; checked against step and grain
 };
@@ -218,7 +220,7 @@ struct Experiment {
 /// What an experiment takes, before anything is allocated.
 struct Plan {
   Work work;  ///< as an upper bound
-  double dt_s = 0, rayleigh_time_s = 0;
+  double dt_s = 0, program_dt_s = 0, rayleigh_time_s = 0;
   double preparation_s = 0, program_s = 0;  ///< simulated, at most
   double preparation_grain_steps = 0, program_grain_steps = 0;
 };

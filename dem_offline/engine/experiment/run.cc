@@ -32,8 +32,9 @@ class Run {
       const WorkLimits& limits)
       : e_(e), plan_(plan), progress_(progress), ground_(e, plan.dt_s, Preparing(), limits) {
     out_.prepared_s = ground_.world().time_s();
+    if (plan.program_dt_s != plan.dt_s) ground_.world().SetTimeStep(plan.program_dt_s);
     Surroundings around;
-    around.dt_s = plan.dt_s;
+    around.dt_s = plan.program_dt_s;
     around.gravity_m_per_s2 = e.gravity_m_per_s2;
     around.unit_s = GravityTime(e);
     around.done = [this](const std::string& name) {
@@ -61,7 +62,7 @@ class Run {
     }
     probes_->End();
     out_.steps = world.steps() - before;
-    out_.run_s = static_cast<double>(out_.steps) * plan_.dt_s;
+    out_.run_s = static_cast<double>(out_.steps) * plan_.program_dt_s;
     Report();
     return out_;
   }
@@ -114,11 +115,11 @@ class Run {
     return true;
   }
 
-  double Time() const { return static_cast<double>(steps_) * plan_.dt_s; }
+  double Time() const { return static_cast<double>(steps_) * plan_.program_dt_s; }
 
   void Report() {
     const World& world = ground_.world();
-    out_.dt_s = plan_.dt_s;
+    out_.dt_s = plan_.program_dt_s;
     out_.rayleigh_time_s = plan_.rayleigh_time_s;
     out_.list_rebuilds = world.rebuilds();
     out_.solid_fraction = ground_.solid_fraction();
