@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -152,6 +153,13 @@ struct MotionStep {
   double hold_mass_kg = 0;    ///< 0: that of the dead weight, force/g
   double hold_damper_s = -1;  ///< < 0: sqrt(d/g)/3, none beside a motion; 0: none
   bool free = false;          ///< a rigid body under gravity
+  bool about_axle = false;    ///< spin_rad_per_s is in the body's axes, along its own y
+  /// A rig's degrees of freedom (freedoms.h): axes of the world that are free with the body's mass
+  /// and weight, and its spin about its own y axis; what acts on them beside grains and gravity.
+  std::array<bool, 3> free_axes = {false, false, false};
+  bool free_spin = false;
+  Vec3d applied_force_n = {0, 0, 0};
+  double applied_torque_n_m = 0;
   // Ends.
   double for_s = kNever, distance_m = kNever, angle_rad = kNever;
   double force_n = kNever;  ///< against the motion (lower, move) or held

@@ -44,9 +44,11 @@ class Run {
     around.restlessness = [this] { return Restlessness(ground_.world()); };
     for (std::size_t b = 0; b < e.bodies.size(); ++b) {
       if (e.bodies[b].motion.empty()) continue;
-      const BuiltBody& built = ground_.Built(b);
-      drives_.emplace_back(e.bodies[b], ground_.BodyOf(b),
-                           MatrixOf(built.turn).Back(built.centre_m), MostTimes(e, e.bodies[b]),
+      const BodySpec& body = e.bodies[b];
+      const bool free = std::any_of(body.motion.begin(), body.motion.end(), HasFreedom);
+      const FreeMass mass =
+          free ? FreeMassOf(body, MaterialOf(e, body.material), body.name) : FreeMass{};
+      drives_.emplace_back(body, ground_.BodyOf(b), ground_.Built(b), MostTimes(e, body), mass,
                            around);
     }
     probes_ = std::make_unique<Probes>(e, ground_, drives_, sink);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
@@ -332,6 +333,7 @@ void CheckMotion(const Experiment& e, const std::string& at, const BodySpec& bod
       }
     }
     if (Norm(s.amplitude_m) > 0) CheckPositive(here + ".frequency_hz", s.frequency_hz);
+    CheckFreedoms(e, here, body, s);
     CheckEnds(e, here, body, s);
   }
 }
