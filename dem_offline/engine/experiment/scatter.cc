@@ -30,15 +30,33 @@ class Scatterer {
     }
   }
 
+  /// Hexagonal layers across the axis, as wide apart as the number allows, each turned, moved and
+  /// disturbed at random: from places that are random to begin with, a dense layer jams.
   void Begin(Random* random) {
-    for (Sphere3& s : spheres_) {
-      do {
-        for (int k = 0; k < 3; ++k) {
-          s.x[k] = random->Between(region_.low_m[k], region_.high_m[k]);
-        }
-      } while (region_.radius_m > 0 && !(Rho(s.x) > region_.inner_radius_m &&
-                                         Rho(s.x) < region_.radius_m));
-      Confine(&s);
+    const double height = region_.high_m[axis_] - region_.low_m[axis_];
+    const auto most = box_.planar ? 1 : std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(height / (2 * largest_)));
+    const auto n = static_cast<std::int64_t>(spheres_.size());
+    std::vector<Vec3d> sites;
+    for (std::int64_t layers = 1; layers <= most; ++layers) {
+      const std::int64_t each = (n + layers - 1) / layers;
+      const double pitch = PitchFor(each);
+      if (pitch < 2 * largest_ && layers < most) continue;
+      for (std::int64_t layer = 0; layer < layers; ++layer) {
+        const double share = layers > 1 ? (static_cast<double>(layer) + 0.5) /
+                                              static_cast<double>(layers)
+                                        : random->Uniform();
+        const double level = region_.low_m[axis_] + share * height;
+        AddLayer(pitch, level, layers > 1 ? 0 : height, random, &sites);
+      }
+      break;
+    }
+    for (std::size_t k = sites.size(); k > 1; --k) {
+      std::swap(sites[k - 1], sites[random->Next() % k]);
+    }
+    for (std::size_t k = 0; k < spheres_.size(); ++k) {
+      spheres_[k].x = sites[k % sites.size()];
+      Confine(&spheres_[k]);
     }
   }
 
@@ -62,6 +80,59 @@ class Scatterer {
   double largest_m() const { return largest_; }
 
  private:
+  /// f at every site of a hexagonal layer whose sphere lies in the region.
+  template <class F>
+  void ForSites(double pitch, double turn, double du, double dw, F&& f) const {
+    const int u = (axis_ + 1) % 3, w = (axis_ + 2) % 3;
+    const Vec3d middle = Scale(0.5, Add(region_.low_m, region_.high_m));
+    const double reach = 0.5 * std::hypot(region_.high_m[u] - region_.low_m[u],
+                                          region_.high_m[w] - region_.low_m[w]);
+    const double row = std::sqrt(0.75) * pitch, c = std::cos(turn), s = std::sin(turn);
+    const auto rows = static_cast<std::int64_t>(reach / row) + 2;
+    const auto columns = static_cast<std::int64_t>(reach / pitch) + 2;
+    for (std::int64_t j = -rows; j <= rows; ++j) {
+      for (std::int64_t i = -columns; i <= columns; ++i) {
+        const double a = (static_cast<double>(i) + (j % 2 != 0 ? 0.5 : 0.0) + du) * pitch,
+                     b = (static_cast<double>(j) + dw) * row;
+        Vec3d x = middle;
+        x[u] += c * a - s * b;
+        x[w] += s * a + c * b;
+        Sphere3 inside = {x, largest_};
+        Confine(&inside);
+        inside.x[axis_] = x[axis_];
+        if (Norm(Sub(inside.x, x)) < 0.25 * largest_) f(x);
+      }
+    }
+  }
+
+  /// The widest pitch with so many sites in a layer.
+  double PitchFor(std::int64_t count) const {
+    const double area = ArealOf(region_, box_);
+    double low = 0.3 * std::sqrt(area / static_cast<double>(count)),
+           high = 8 * std::sqrt(area / static_cast<double>(count));
+    for (int k = 0; k < 40; ++k) {
+      const double pitch = std::sqrt(low * high);
+      std::int64_t found = 0;
+      ForSites(pitch, 0, 0, 0, [&](const Vec3d&) { ++found; });
+      (found >= count ? low : high) = pitch;
+    }
+    return low;
+  }
+
+  void AddLayer(double pitch, double level, double play, Random* random,
+                std::vector<Vec3d>* sites) const {
+    const double turn = random->Between(0, 2 * M_PI), du = random->Uniform(),
+                 dw = random->Uniform();
+    const auto jitter = [&](double by) { return by * random->Between(-0.5, 0.5); };
+    // Another turn and place has a few sites more or fewer.
+    ForSites(0.99 * pitch, turn, du, dw, [&](const Vec3d& at) {
+      Vec3d x = at;
+      for (int k = 0; k < 3; ++k) x[k] += jitter(0.2 * pitch);
+      x[axis_] = level + jitter(play);
+      sites->push_back(x);
+    });
+  }
+
   Vec3d FromAxis(const Vec3d& x) const {
     Vec3d d = Sub(x, Scale(0.5, Add(region_.low_m, region_.high_m)));
     d[axis_] = 0;
@@ -75,7 +146,7 @@ class Scatterer {
   }
 
   /// Back into the region by its whole body.
-  void Confine(Sphere3* s) {
+  void Confine(Sphere3* s) const {
     for (int k = 0; k < 3; ++k) {
       const double low = region_.low_m[k] + s->r, high = region_.high_m[k] - s->r;
       s->x[k] = low < high ? std::clamp(s->x[k], low, high) : 0.5 * (low + high);

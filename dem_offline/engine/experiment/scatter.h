@@ -21,8 +21,8 @@ double ArealOf(const Region& region, const BoxSpec& box);
 /// areal_fraction A/(pi/4 <d^2>), <d^2> by number.
 std::int64_t CountByArea(const Grains& grains, const BoxSpec& box);
 
-/// Centres of spheres of these radii in the region. They begin at random places and are moved
-/// apart, pair by pair, and out of the bodies (at rest, in the box's coordinates), until
+/// Centres of spheres of these radii in the region. They begin in disturbed hexagonal layers and
+/// are moved apart, pair by pair, and out of the bodies (at rest, in the box's coordinates), until
 /// no overlap is above 1e-3 of the largest radius. In a planar box all lie in its plane.
 /// Throws SpecError naming `field` where that is not reached in 4000 rounds: there is
 /// no room. poll is called every round.

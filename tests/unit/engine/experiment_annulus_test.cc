@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dem_offline/engine/core/random.h"
+#include "dem_offline/engine/core/rotation.h"
 #include "dem_offline/engine/experiment/scatter.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "experiment_testing.h"
@@ -160,13 +161,15 @@ TEST(Scattered, NoneOverlapsAndAllLieInTheAnnulus) {
                             [] {});
     ASSERT_EQ(at.size(), static_cast<std::size_t>(n));
     double nearest = 1, nearest_to_body = 1, inner = 1, outer = 0;
-    const Mat3d m = MatrixOf(wheel.orientation);
+    const auto m = MatrixOf(wheel.orientation);
     for (std::size_t i = 0; i < at.size(); ++i) {
       const Vec3d d = Sub(at[i], spec.position_m);
       const double rho = planar ? std::hypot(d[0], d[2]) : std::hypot(d[0], d[1]);
       inner = std::min(inner, rho - r);
       outer = std::max(outer, rho + r);
-      if (planar) EXPECT_EQ(at[i][1], 0.02);
+      if (planar) {
+        EXPECT_EQ(at[i][1], 0.02);
+      }
       for (int k = 0; k < 3; ++k) {
         if (planar && k == 1) continue;
         EXPECT_GE(at[i][k], r * (1 - 2e-3));
