@@ -131,7 +131,7 @@ def runs(level):
         laws, interface = laws_of(normal + "DFr3ds", modulus)
         soft = modulus / STEEL_PA
         out.append((f"drop-{normal}-soft", DROP,
-                    {"laws": laws, "interfaces[0]": interface, "duration_s": 0.004 * soft ** -0.4,
+                    {"laws": laws, "interfaces[0]": interface, "duration_s": 3e-4 + 5e-5 * soft ** -0.4,
                      "materials[0].youngs_modulus_pa": modulus}))
     for trial in range(LEVELS[level]["trials"]):
         for name, (variant, other) in cases(level).items():
