@@ -147,6 +147,7 @@ class Reader {
     r.low_m = ToVec3(s.Vector("low_m"));
     r.high_m = ToVec3(s.Vector("high_m"));
     r.radius_m = s.NumberOr("radius_m", 0);
+    r.inner_radius_m = s.NumberOr("inner_radius_m", 0);
     s.Finish();
     if (r.low_m == r.high_m) s.yaml().Fail("high_m", "the same as low_m", "the opposite corner");
     return r;
@@ -186,12 +187,28 @@ class Reader {
         m.Finish();
       }
     }
+    if (g.filling == dx::Filling::kScattered) {
+      ReadScattered(s, &g);
+      return g;
+    }
     g.count = static_cast<std::int64_t>(lattice ? s.CountOr("count", 0, kMostCount)
                                                 : s.Count("count", kMostCount));
     g.pitch_m = s.NumberOr("pitch_m", 0);
     if (g.filling == dx::Filling::kRained) g.speed_m_per_s = s.NumberOr("speed_m_per_s", 0);
     s.Finish();
     return g;
+  }
+
+  static void ReadScattered(KeyedSection& s, dx::Grains* g) {
+    if (s.Has("count") == s.Has("areal_fraction")) {
+      s.yaml().Fail("count", s.Has("count") ? "it beside areal_fraction" : "neither it nor areal_fraction",
+                    "one of them");
+    }
+    if (s.Has("count")) g->count = static_cast<std::int64_t>(s.Count("count", kMostCount));
+    if (s.Has("areal_fraction")) {
+      g->areal_fraction = s.yaml().Number("areal_fraction", kPositive);
+    }
+    s.Finish();
   }
 
   std::string ReadOther(KeyedSection& s, const char* key) {
@@ -212,26 +229,32 @@ class Reader {
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
       if (line.empty() || line == "\r" || line[0] == '#') continue;
-      double v[4];
+      double v[7] = {};
       const char* at = line.data();
       const char* end = at + line.size();
+      const auto commas = std::count(line.begin(), line.end(), ',');
+      const int columns = commas == 6 ? 7 : 4;
       bool good = true;
-      for (int k = 0; k < 4 && good; ++k) {
+      for (int k = 0; k < columns && good; ++k) {
         while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
         const auto [stop, error] = std::from_chars(at, end, v[k]);
         good =
-            error == std::errc() && std::isfinite(v[k]) && (k == 3 || (stop < end && *stop == ','));
-        at = stop + (k < 3);
+            error == std::errc() && std::isfinite(v[k]) &&
+            (k == columns - 1 || (stop < end && *stop == ','));
+        at = stop + (k < columns - 1);
       }
       if (!good && out.empty() && number == 1) continue;  // the names of the columns
       if (!good) {
-        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)), "x,y,z,r");
+        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)), "x,y,z,r or x,y,z,r,v_x,v_y,v_z");
       }
       dem::GrainState g = {};
       g.x_m = v[0];
       g.y_m = v[1];
       g.z_m = v[2];
       g.radius_m = v[3];
+      g.v_x = v[4];
+      g.v_y = v[5];
+      g.v_z = v[6];
       out.push_back(g);
     }
     return out;
@@ -273,7 +296,7 @@ class Reader {
       return std::find(shapes.begin(), shapes.end(), p.shape) != shapes.end();
     };
     if (is({S::kBox})) p.size_m = ToVec3(s.Vector("size_m"));
-    if (is({S::kCylinder, S::kTube, S::kDisc, S::kCone, S::kSphere, S::kWheel})) {
+    if (is({S::kCylinder, S::kTube, S::kDisc, S::kCone, S::kSphere, S::kWheel, S::kSpheres})) {
       p.radius_m = Length(s, "radius_m");
     }
     if (is({S::kCylinder, S::kTube})) p.length_m = Length(s, "length_m");
@@ -296,6 +319,7 @@ class Reader {
       p.shaft_radius_m = s.Has("shaft_radius_m") ? Length(s, "shaft_radius_m") : p.radius_m;
       p.shaft_length_m = s.Has("shaft_length_m") ? Length(s, "shaft_length_m") : 0;
     }
+    if (is({S::kSpheres})) ReadSpheres(s, &p);
     if (is({S::kWheel})) {
       p.width_m = Length(s, "width_m");
       if (s.Has("treads")) {
@@ -305,6 +329,25 @@ class Reader {
     if (is({S::kMesh})) p.mesh = ReadMeshFile(s);
     s.Finish();
     return p;
+  }
+
+  /// Spheres on a circle: by number, or by the gap between neighbours along it.
+  static void ReadSpheres(KeyedSection& s, dx::PartSpec* p) {
+    p->ring_radius_m = Length(s, "ring_radius_m");
+    if (s.Has("count") == s.Has("spacing")) {
+      s.yaml().Fail("count", s.Has("count") ? "it beside spacing" : "neither it nor spacing", "one of them");
+    }
+    double count = 0;
+    if (s.Has("count")) count = static_cast<double>(s.Count("count", 10000));
+    if (s.Has("spacing")) {
+      const double gap = s.yaml().Number("spacing", kNonNegative);
+      const double half = (1 + gap) * p->radius_m / p->ring_radius_m;  // of the chord
+      count = half < 1 ? std::floor(M_PI / std::asin(half) * (1 + 1e-9)) : 1;
+    }
+    if (!(count >= 1 && count <= 10000)) {
+      s.yaml().Fail(s.Has("count") ? "count" : "spacing", fmt::format("{} spheres", count), "1 to 10000");
+    }
+    p->count = static_cast<int>(count);
   }
 
   static double Length(KeyedSection& s, const char* key) {
@@ -447,11 +490,17 @@ class Reader {
     }
     if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;
     if (s.Has("region")) p.region = ReadRegion(s.Section("region"));
-    if (p.kind == K::kBins || p.kind == K::kSurface) {
+    if (dx::HasTable(p)) {
       p.name = s.Text("name");
+      p.every_s = s.NumberOr("every_s", 0);
+    }
+    if (p.kind == K::kRings) {
+      p.rings = static_cast<int>(s.Count("rings", 1000000));
+      p.from_s = s.NumberOr("from_s", 0);
+    }
+    if (p.kind == K::kBins || p.kind == K::kSurface) {
       const auto n = s.Counts("n", 1000000);
       for (int k = 0; k < 3; ++k) p.n[k] = static_cast<int>(n[static_cast<std::size_t>(k)]);
-      p.every_s = s.NumberOr("every_s", 0);
     }
     s.Finish();
     return p;

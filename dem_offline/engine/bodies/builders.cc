@@ -214,6 +214,31 @@ Shape Box(double x_m, double y_m, double z_m) {
                0.5 * std::sqrt(x_m * x_m + y_m * y_m + z_m * z_m), false);
 }
 
+Shape Sphere(double radius_m) {
+  CheckLength("radius_m", radius_m);
+  return OfOne(PartOf(PartKind::kSphere, radius_m, radius_m, radius_m), radius_m, false);
+}
+
+Shape SphereRing(double sphere_radius_m, double ring_radius_m, int count) {
+  CheckLength("radius_m", sphere_radius_m);
+  CheckLength("ring_radius_m", ring_radius_m);
+  if (count < 1 || count > 10000) Refuse("count", count, "1 to 10000 spheres");
+  Shape shape;
+  Part part = PartOf(PartKind::kSphere, sphere_radius_m, sphere_radius_m, sphere_radius_m);
+  for (int k = 0; k < count; ++k) {
+    double s, c;
+    SinCos(2 * kPi * k / count, &s, &c);
+    part.centre[0] = static_cast<float>(ring_radius_m * s);
+    part.centre[2] = static_cast<float>(ring_radius_m * c);
+    shape.parts.push_back(part);
+  }
+  const auto outer = static_cast<float>((ring_radius_m + sphere_radius_m) * (1 + 1e-6));
+  shape.rings.push_back({0, count, outer, static_cast<float>(sphere_radius_m * (1 + 1e-6))});
+  shape.reach = outer;
+  shape.round = false;
+  return shape;
+}
+
 Shape TreadedWheel(double radius_m, double width_m, const std::vector<Tread>& treads) {
   Shape shape = SmoothWheel(radius_m, width_m);
   for (const Tread& tread : treads) {

@@ -104,6 +104,12 @@ GROUSER_HD SignedDistance Prism(const Part& part, Vec3f q) {
   return Corner(flat.distance, flat.normal, side * q.y - part.b, {0.0f, side, 0.0f});
 }
 
+GROUSER_HD SignedDistance SphereAt(const Part& part, Vec3f q) {
+  const float r = Sqrt(Dot(q, q));
+  if (!(r > 1e-12f)) return {-part.a, {0.0f, 0.0f, 1.0f}};
+  return {r - part.a, (1.0f / r) * q};
+}
+
 GROUSER_HD SignedDistance InPartFrame(const Part& part, Vec3f q) {
   switch (part.kind) {
     case PartKind::kHalfSpace:
@@ -120,6 +126,8 @@ GROUSER_HD SignedDistance InPartFrame(const Part& part, Vec3f q) {
       return BoxAt(part, q);
     case PartKind::kPrism:
       return Prism(part, q);
+    case PartKind::kSphere:
+      return SphereAt(part, q);
   }
   return {1e30f, {0.0f, 0.0f, 1.0f}};
 }

@@ -26,6 +26,7 @@ enum class PartKind : std::int32_t {
   kBox,             ///< solid, half sizes a, b, c along x, y, z
   kPrism,           ///< solid trapezoid: z from 0 to c; half size along x goes from a (z = 0)
                     ///< to d (z = c); half size along y: b. A tooth.
+  kSphere,          ///< solid, radius a (= b = c)
 };
 
 struct Part {
@@ -39,7 +40,7 @@ class Mesh;  // bodies/mesh.h
 
 /// What a rigid body looks like. Parts are numbered by their place; a grain
 /// keeps one contact and one history per part, and per smooth surface of the
-/// mesh. Equal teeth that sit evenly around the axle (y) form a ring, of which
+/// mesh. Equal teeth or spheres that sit evenly around the axle (y) form a ring, of which
 /// only those within reach are looked at.
 struct Shape {
   std::vector<Part> parts;
@@ -91,6 +92,10 @@ Shape HollowCylinder(double radius_m, double length_m, double wall_m = 0);  ///<
 Shape Disc(double radius_m);
 Shape Annulus(double inner_radius_m, double outer_radius_m);
 Shape Box(double x_m, double y_m, double z_m);  ///< full sizes
+Shape Sphere(double radius_m);
+/// Equal spheres evenly spaced about y, their centres in a circle about the origin, the first at
+/// +z.
+Shape SphereRing(double sphere_radius_m, double ring_radius_m, int count);
 
 /// Bars on a wheel: grousers, teeth or lugs.
 struct Tread {

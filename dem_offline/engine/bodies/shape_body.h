@@ -60,10 +60,11 @@ GROUSER_HD void Try(const ShapeView& shape, int index, Vec3f p, float reach, Can
   found->Add({index, s.distance, s.normal, rim}, &part);
 }
 
-/// Cheap look at a bar: beyond its flanks or its foot by more than reach?
+/// Cheap look at a bar: beyond its flanks or its foot by more than reach? Or at a sphere.
 GROUSER_HD bool BarAway(const Part& bar, Vec3f p, float reach) {
   const float* m = bar.axes;
   const Vec3f r = {p.x - bar.centre[0], p.y - bar.centre[1], p.z - bar.centre[2]};
+  if (bar.kind == PartKind::kSphere) return Dot(r, r) > (bar.a + reach) * (bar.a + reach);
   if (m[6] * r.x + m[7] * r.y + m[8] * r.z < -reach) return true;
   return Abs(m[0] * r.x + m[1] * r.y + m[2] * r.z) > Max(bar.a, bar.d) + reach;
 }

@@ -52,10 +52,12 @@ struct BoxSpec {
   double disc_thickness_m = 0;  ///< planar: discs of this thickness; 0: spheres
 };
 
-/// An upright block, or the largest upright cylinder of this radius in its middle.
+/// An upright block, or the upright cylinder of this radius in its middle, or the annulus that an
+/// inner radius leaves of that. In a planar box the axis is along y.
 struct Region {
   Vec3d low_m = {0, 0, 0}, high_m = {0, 0, 0};
   double radius_m = 0;  ///< 0: a block
+  double inner_radius_m = 0;
 };
 
 enum class Filling {
@@ -64,6 +66,7 @@ enum class Filling {
   kRained,   ///< layers that come in one after another under the region's top
   kLattice,  ///< a simple cubic lattice in the region
   kListed,   ///< given one by one
+  kScattered,  ///< put at random in the region and moved apart until none overlap (scatter.h)
 };
 
 /// One group of grains.
@@ -75,7 +78,8 @@ struct Grains {
   /// the drawn diameter; none: spheres. Poured and lattice.
   std::vector<ClumpTemplate::Member> clump;
   Region region;              ///< poured, rained, lattice
-  std::int64_t count = 0;     ///< poured, rained; lattice: 0 = as many as fit
+  std::int64_t count = 0;     ///< poured, rained, scattered; lattice: 0 = as many as fit
+  double areal_fraction = 0;  ///< scattered: sum of pi d^2/4 over the region seen along its axis; gives the count
   double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
   double speed_m_per_s = 0;   ///< rained: first speed downwards; 0: sqrt(g d)
   double depth_m = 0;         ///< bed
@@ -116,6 +120,8 @@ enum class PartShape {
   kSphere,
   kWheel,
   kMesh,
+  kSpheres,
+  kPlane,
 };
 
 /// A part of a body, in body coordinates. Its own axis is z before `turn`.
@@ -124,13 +130,14 @@ struct PartSpec {
   Vec3d at_m = {0, 0, 0};  ///< of the part's own origin
   Quatd turn = {1, 0, 0, 0};
   Vec3d size_m = {0, 0, 0};  ///< box: full sizes
-  double radius_m = 0;       ///< cylinder, tube (inner), disc, cone (base), sphere, wheel
+  double radius_m = 0;       ///< cylinder, tube (inner), disc, cone (base), sphere(s), wheel
   double length_m = 0;       ///< cylinder, tube
   double wall_m = 0;         ///< tube
   double inner_radius_m = 0, outer_radius_m = 0;  ///< annulus, ring, vanes
   double height_m = 0;     ///< ring (from z = 0 up), vanes (from z = 0 down), cone
   double thickness_m = 0;  ///< vanes
-  int count = 0;           ///< vanes
+  int count = 0;           ///< vanes, spheres
+  double ring_radius_m = 0;  ///< spheres: of the circle of their centres, about y
   double shaft_radius_m = 0, shaft_length_m = 0;  ///< cone; 0: none. Its tip is at z = 0.
   double width_m = 0;                             ///< wheel, along y
   std::vector<Tread> treads;                      ///< wheel
@@ -195,6 +202,8 @@ struct Probe {
     kBins,          ///< solid fraction, velocity, granular temperature in bins
     kSurface,       ///< height of the surface on a grid
     kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
+    kRings,         ///< means over rings of an annulus and over time (rings.h)
+    kGrains,        ///< every grain
   };
   Kind kind = Kind::kWrench;
   std::string name;  ///< of its table (bins, surface)
@@ -202,8 +211,17 @@ struct Probe {
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
-  double every_s = 0;    ///< bins, surface: between tables; 0: at the end only
+  double every_s = 0;    ///< tables: between two; 0: at the end only. rings: over which a mean goes
+  int rings = 1;         ///< rings: of equal width between the radii of the region
+  double from_s = 0;     ///< rings: the first mean begins
 };
+
+/// Whether a probe writes a table of its own, beside the series.
+inline bool HasTable(const Probe& p) {
+  using K = Probe::Kind;
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings ||
+         p.kind == K::kGrains;
+}
 
 struct Experiment {
   std::string name;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/scatter.h"
 #include "dem_offline/engine/rig/bed_feed.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/rig/preparation.h"
@@ -251,6 +252,37 @@ void Ground::AddClump(const Grains& g, const GrainState& at, Contents* out) {
   out->clumps.push_back(c);
 }
 
+void Ground::Scattered(std::size_t group, Contents* out) {
+  const Grains& g = e_.grains[group];
+  std::vector<Body> standing;
+  for (std::size_t b = 0; b < e_.bodies.size(); ++b) {
+    const BodySpec& spec = e_.bodies[b];
+    if (!spec.while_preparing) continue;
+    const std::string field = "bodies[" + std::to_string(b) + "]";
+    standing.push_back(BuildBody(spec, MaterialOf(e_, spec.material), 0, false, field).body);
+  }
+  std::vector<double> diameters, radii;
+  for (std::int64_t k = 0; k < g.count; ++k) {
+    diameters.push_back(DrawDiameter(g.sizes, random_));
+    radii.push_back(0.5 * ReachOf(g) * diameters.back());
+  }
+  const auto poll = [&] {
+    if (progress_ && !progress_(0, "scatter")) throw std::runtime_error("stopped by caller");
+  };
+  const std::string field = "grains[" + std::to_string(group) + "]." +
+                            (g.areal_fraction > 0 ? "areal_fraction" : "count");
+  const std::vector<Vec3d> places =
+      Scatter(e_.box, g.region, radii, standing, field, &random_, poll);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const GrainState s = Make(g, places[k], 0, diameters[k]);
+    if (g.clump.empty()) {
+      out->grains.push_back(s);
+    } else {
+      AddClump(g, s, out);
+    }
+  }
+}
+
 /// All grains but those that rain; where all rain, the first layer, so that there is a world.
 Contents Ground::First() {
   Contents out;
@@ -266,6 +298,10 @@ Contents Ground::First() {
       continue;
     }
     if (g.filling == Filling::kRained) continue;
+    if (g.filling == Filling::kScattered) {
+      Scattered(&g - e_.grains.data(), &out);
+      continue;
+    }
     const bool lattice = g.filling == Filling::kLattice;
     const Sites sites = SitesOf(g);
     const double kick = lattice ? 0 : kKick * std::sqrt(e_.gravity_m_per_s2 * LargestDiameter(e_));

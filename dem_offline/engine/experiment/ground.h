@@ -43,6 +43,7 @@ class Ground {
   void AddWalls();
   void AddBodyOf(std::size_t body);
   Contents First();
+  void Scattered(std::size_t group, Contents* out);
   void AddClump(const Grains& g, const GrainState& at, Contents* out);
   GrainState Make(const Grains& g, const Vec3d& at, double play, double diameter);
   std::vector<GrainState> RainLayer(const Grains& g, std::int64_t done);

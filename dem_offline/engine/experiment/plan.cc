@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/scatter.h"
 #include "dem_offline/engine/experiment/validate.h"
 #include "dem_offline/engine/laws/material.h"
 #include "dem_offline/engine/laws/time_step.h"
@@ -29,12 +30,7 @@ std::vector<std::string> Order(const Experiment& e) {
   return out;
 }
 
-/// Diameter of what a grain of diameter 1 takes up, and radius of its smallest sphere.
-double ReachOf(const Grains& g) {
-  double reach = g.clump.empty() ? 0.5 : 0;
-  for (const auto& m : g.clump) reach = std::max(reach, Norm(m.offset_m) + m.radius_m);
-  return 2 * reach;
-}
+/// Radius of the smallest sphere of a grain of diameter 1.
 double SmallestOf(const Grains& g) {
   double r = g.clump.empty() ? 0.5 : kNever;
   for (const auto& m : g.clump) r = std::min(r, m.radius_m);
@@ -49,6 +45,12 @@ double LargestOf(const Grains& g) {
 }
 
 }  // namespace
+
+double ReachOf(const Grains& g) {
+  double reach = g.clump.empty() ? 0.5 : 0;
+  for (const auto& m : g.clump) reach = std::max(reach, Norm(m.offset_m) + m.radius_m);
+  return 2 * reach;
+}
 
 int MaterialNumber(const Experiment& e, const std::string& name, const std::string& field) {
   const auto order = Order(e);
@@ -163,6 +165,7 @@ Experiment Resolved(const Experiment& given) {
   };
   for (Grains& g : e.grains) {
     fill(g.region);
+    if (g.areal_fraction > 0) g.count = CountByArea(g, e.box);
     if (!e.box.planar) continue;  // one row of places, in the middle
     const double half = 0.5 * SitesOf(g).pitch_m * (1 + 1e-6);
     g.region.low_m[1] = std::max(0.0, 0.5 * e.box.width_m - half);

@@ -36,6 +36,8 @@ double CountInLayer(const Sites& sites, const Grains& g);
 /// probes (pose, wrench and velocity of every body that moves).
 Experiment Resolved(const Experiment& given);
 
+/// Diameter of what a grain of diameter 1 takes up: more than 1 for clumps.
+double ReachOf(const Grains& g);
 double LargestDiameter(const Experiment& e);
 double SmallestRadius(const Experiment& e);
 /// sqrt(d/g) of the largest grains [s]: the unit of the times that are set by rule.

@@ -10,10 +10,6 @@
 namespace grouser::dem::experiment {
 namespace {
 
-bool HasTable(const Probe& p) {
-  return p.kind == Probe::Kind::kBins || p.kind == Probe::Kind::kSurface;
-}
-
 /// Origin of the file's body coordinates, and their axes.
 struct Pose {
   Vec3d at;
@@ -81,9 +77,20 @@ void Probes::MakeColumns() {
       case Probe::Kind::kSurface:
         table = {p.name, {"time_s", "x_m", "y_m", "height_m"}};
         break;
+      case Probe::Kind::kRings:
+        table = {p.name,
+                 {"time_s", "low_m", "high_m", "grains", "areal_fraction", "v_t_m_per_s",
+                  "v_r_m_per_s", "temperature_m2_per_s2"}};
+        rings_.emplace_back(p, e_.box);
+        break;
+      case Probe::Kind::kGrains:
+        table = {p.name,
+                 {"time_s", "id", "x_m", "y_m", "z_m", "r_m", "v_x_m_per_s", "v_y_m_per_s",
+                  "v_z_m_per_s", "w_x_rad_per_s", "w_y_rad_per_s", "w_z_rad_per_s"}};
+        break;
     }
     tables_.push_back(table);
-    due_s_.push_back(p.every_s);
+    due_s_.push_back(p.every_s + (p.kind == Probe::Kind::kRings ? p.from_s : 0));
   }
 }
 
@@ -114,6 +121,7 @@ void Probes::AfterStep(std::int64_t steps) {
   if (steps == 1 && energy_) balance_0_ = ground_.world().Balance();
   if (time * (1 + 1e-9) < next_s_) return;
   WriteSeries(time);
+  AddToRings(time);
   for (std::size_t k = 0; k < e_.probes.size(); ++k) {
     if (!HasTable(e_.probes[k]) || !(e_.probes[k].every_s > 0)) continue;
     if (time * (1 + 1e-9) < due_s_[k]) continue;
@@ -123,7 +131,10 @@ void Probes::AfterStep(std::int64_t steps) {
 }
 
 void Probes::End() {
-  if (summed_ > 0) WriteSeries(time_s_);
+  if (summed_ > 0) {
+    WriteSeries(time_s_);
+    AddToRings(time_s_);
+  }
   for (const Probe& p : e_.probes) {
     if (HasTable(p) && !(p.every_s > 0)) WriteTable(p, time_s_);
   }
@@ -212,8 +223,43 @@ void Probes::AddEnergy(std::vector<double>* row) const {
                            e.cohesion, e.body_work, e.Total() - balance_0_.Total()});
 }
 
+RingSums& Probes::RingsOf(const Probe& p) {
+  std::size_t k = 0;
+  for (const Probe* o = e_.probes.data(); o != &p; ++o) k += o->kind == Probe::Kind::kRings;
+  return rings_[k];
+}
+
+void Probes::AddToRings(double time_s) {
+  for (const Probe& p : e_.probes) {
+    if (p.kind == Probe::Kind::kRings && time_s > p.from_s) RingsOf(p).Add(ground_);
+  }
+}
+
+void Probes::WriteRings(const Probe& p, double time_s) {
+  RingSums& sums = RingsOf(p);
+  if (sums.samples() == 0) return;
+  const std::vector<RingMean> rings = sums.Take();
+  for (std::size_t k = 0; k < rings.size(); ++k) {
+    const RingMean& m = rings[k];
+    sink_(tables_[&p - e_.probes.data()],
+          {time_s, sums.Low(k), sums.Low(k + 1), m.grains, m.areal_fraction, m.tangential_m_per_s,
+           m.radial_m_per_s, m.temperature_m2_per_s2});
+  }
+}
+
+void Probes::WriteGrains(const Probe& p, double time_s) {
+  for (std::int64_t i = 0; i < ground_.world().count(); ++i) {
+    const GrainState s = ground_.At(i);
+    sink_(tables_[&p - e_.probes.data()],
+          {time_s, static_cast<double>(ground_.world().grains()[i].id), s.x_m, s.y_m, s.z_m,
+           s.radius_m, s.v_x, s.v_y, s.v_z, s.w_x, s.w_y, s.w_z});
+  }
+}
+
 void Probes::WriteTable(const Probe& p, double time_s) {
   if (!sink_) return;
+  if (p.kind == Probe::Kind::kRings) return WriteRings(p, time_s);
+  if (p.kind == Probe::Kind::kGrains) return WriteGrains(p, time_s);
   const Table& table = tables_[&p - e_.probes.data()];
   const Region& r = p.region;
   if (p.kind == Probe::Kind::kSurface) {

@@ -5,6 +5,7 @@
 
 #include "dem_offline/engine/experiment/drive.h"
 #include "dem_offline/engine/experiment/ground.h"
+#include "dem_offline/engine/experiment/rings.h"
 
 namespace grouser::dem::experiment {
 
@@ -59,6 +60,10 @@ class Probes {
   void AddVelocity(std::size_t body, std::vector<double>* row) const;
   void AddEnergy(std::vector<double>* row) const;
   void WriteTable(const Probe& p, double time_s);
+  RingSums& RingsOf(const Probe& p);
+  void AddToRings(double time_s);
+  void WriteRings(const Probe& p, double time_s);
+  void WriteGrains(const Probe& p, double time_s);
   std::size_t IndexOf(const std::string& body) const;
   std::vector<GrainState> States() const;
 
@@ -69,6 +74,7 @@ class Probes {
   Table series_;
   std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
   std::vector<double> due_s_;  ///< [probe]
+  std::vector<RingSums> rings_;  ///< of probes of that kind, in their order
   std::vector<Wrench> sums_;   ///< [body]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;

@@ -12,7 +12,6 @@ namespace grouser::dem::experiment {
 namespace {
 
 constexpr int kSegments = 96;  // around an axis: an inscribed circle, 0.05 % of the radius inside
-constexpr int kLatitudes = 48;
 
 /// Axes of an engine's part whose own axis is y, so that it points along z.
 constexpr float kAlongZ[9] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
@@ -26,16 +25,6 @@ Profile ConeProfile(const PartSpec& p) {
     out.push_back({p.shaft_radius_m, p.height_m + p.shaft_length_m});
   }
   out.push_back({0, out.back()[1]});
-  return out;
-}
-
-Profile SphereProfile(double radius_m) {
-  Profile out;
-  for (int k = 0; k <= kLatitudes; ++k) {
-    const double angle = M_PI * k / kLatitudes;
-    const bool pole = k == 0 || k == kLatitudes;
-    out.push_back({pole ? 0 : radius_m * std::sin(angle), -radius_m * std::cos(angle)});
-  }
   return out;
 }
 
@@ -57,8 +46,6 @@ std::optional<TriangleSoup> SoupOf(const PartSpec& p) {
   switch (p.shape) {
     case PartShape::kCone:
       return Revolve(ConeProfile(p), kSegments);
-    case PartShape::kSphere:
-      return Revolve(SphereProfile(p.radius_m), kSegments);
     case PartShape::kRing:
       return Revolve({{p.inner_radius_m, 0},
                       {p.outer_radius_m, 0},
@@ -125,6 +112,12 @@ Shape PrimitiveOf(const PartSpec& p) {
       return Annulus(p.inner_radius_m, p.outer_radius_m);
     case PartShape::kVanes:
       return BarsOf(p);
+    case PartShape::kSphere:
+      return Sphere(p.radius_m);
+    case PartShape::kSpheres:
+      return SphereRing(p.radius_m, p.ring_radius_m, p.count);
+    case PartShape::kPlane:
+      return HalfSpace(Vec3d{0, 0, 1}.data());
     default:
       return p.treads.empty() ? SmoothWheel(p.radius_m, p.width_m)
                               : TreadedWheel(p.radius_m, p.width_m, p.treads);
@@ -249,6 +242,15 @@ MassProperties MassOfPart(const PartSpec& p) {
                    i = 0.4 * v * p.radius_m * p.radius_m;
       return Diagonal(v, 0, i, i, i);
     }
+    case PartShape::kSpheres:
+      for (int k = 0; k < p.count; ++k) {
+        const double a = 2 * M_PI * k / p.count;
+        PartSpec one = p;
+        one.shape = PartShape::kSphere;
+        sum.Add(MassOfPart(one), {p.ring_radius_m * std::sin(a), 0, p.ring_radius_m * std::cos(a)},
+                kAsIs);
+      }
+      return sum.Total();
     case PartShape::kWheel:
       sum.Add(CylinderMass(p.radius_m, p.width_m, 0), kHere, kYToZ);
       return sum.Total();
@@ -286,6 +288,9 @@ float Support(const Part& part, const Vec3d& up_in_body) {  // lowest along -up,
       break;
     case PartKind::kBox:
       down = part.a * std::abs(x) + part.b * std::abs(y) + part.c * std::abs(z);
+      break;
+    case PartKind::kSphere:
+      down = part.a;
       break;
     case PartKind::kPrism:
       down =
@@ -384,12 +389,13 @@ Shape ShapeOf(const std::vector<PartSpec>& parts, const std::string& field) {
         continue;
       }
       Shape one = PrimitiveOf(p);
-      if (!IsIdentity(p.at_m, p.turn) || !out.parts.empty()) {
-        one.rings.clear();  // evenly spaced about the body's y no more, or not the first parts
+      if (!IsIdentity(p.at_m, p.turn)) {
+        one.rings.clear();  // evenly spaced about the body's y no more
         one.round = false;
       }
+      for (Shape::Ring& ring : one.rings) ring.first += static_cast<int>(out.parts.size());
+      out.rings.insert(out.rings.end(), one.rings.begin(), one.rings.end());
       for (Part& part : one.parts) out.parts.push_back(MovedPart(part, p.at_m, p.turn));
-      if (!one.rings.empty()) out.rings = one.rings;
       out.reach = std::max(out.reach, one.reach + static_cast<float>(Norm(p.at_m)));
       out.round = one.round && parts.size() == 1;
     } catch (const SpecError&) {

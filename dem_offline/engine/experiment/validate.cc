@@ -71,8 +71,12 @@ void CheckRegion(const std::string& field, const Region& r, const BoxSpec& box) 
       throw SpecError(field + ".high_m", Short(r.high_m[k]), "more than low_m, axis by axis");
     }
   }
+  const int across = box.planar ? 2 : 1;
   CheckWithin(field + ".radius_m", r.radius_m, 0,
-              0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[1] - r.low_m[1]) * (1 + 1e-9));
+              0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[across] - r.low_m[across]) *
+                  (1 + 1e-9));
+  CheckWithin(field + ".inner_radius_m", r.inner_radius_m, 0,
+              std::max(0.0, r.radius_m * (1 - 1e-6)));
 }
 
 void CheckBox(const Experiment& e) {
@@ -181,6 +185,14 @@ void CheckSites(const Experiment& e, const std::string& at, const Grains& g) {
   CheckNotNegative(at + ".speed_m_per_s", g.speed_m_per_s);
 }
 
+/// Grains that are put at random: their number.
+void CheckScattered(const Experiment& e, const std::string& at, const Grains& g) {
+  CheckRegion(at + ".region", g.region, e.box);
+  const char* key = g.areal_fraction > 0 ? ".areal_fraction" : ".count";
+  CheckWithin(at + ".areal_fraction", g.areal_fraction, 0, 1e3);
+  CheckWithin(at + key, static_cast<double>(g.count), 1, kMostGrains);
+}
+
 /// Worlds with clumps take no grains in or out.
 void CheckClump(const Experiment& e, const std::string& at, const Grains& g) {
   if (g.clump.empty()) return;
@@ -231,6 +243,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
     const bool sites = g.filling == Filling::kPoured || g.filling == Filling::kRained ||
                        g.filling == Filling::kLattice;
     if (sites) CheckSites(e, At("grains", i), g);
+    if (g.filling == Filling::kScattered) CheckScattered(e, At("grains", i), g);
     const double size[3] = {e.box.length_m, e.box.width_m, e.box.height_m};
     for (std::size_t k = 0; k < g.listed.size(); ++k) {
       const GrainState& s = g.listed[k];
@@ -380,16 +393,23 @@ void CheckProbes(const Experiment& e) {
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
-    if (p.kind != Probe::Kind::kBins && p.kind != Probe::Kind::kSurface) continue;
+    if (!HasTable(p)) continue;
     tables.push_back(p.name);
     if (p.name.empty() || p.name == "series" ||
         std::count(tables.begin(), tables.end(), p.name) > 1) {
       throw SpecError(at + ".name", "'" + p.name + "'", "a name of its own, and not series");
     }
-    CheckRegion(at + ".region", p.region, e.box);
-    CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 1, kMostBins);
     CheckNotNegative(at + ".every_s", p.every_s);
     if (p.every_s > 0) CheckWithin(at + ".every_s", p.every_s, e.sample_s, 1e300);
+    if (p.kind == Probe::Kind::kGrains) continue;
+    CheckRegion(at + ".region", p.region, e.box);
+    if (p.kind == Probe::Kind::kRings) {
+      CheckPositive(at + ".region.radius_m", p.region.radius_m);
+      CheckWithin(at + ".rings", p.rings, 1, kMostBins);
+      CheckNotNegative(at + ".from_s", p.from_s);
+      continue;
+    }
+    CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 1, kMostBins);
   }
 }
 

@@ -176,6 +176,45 @@ TEST_F(ExperimentYaml, ReadsEveryExample) {
   EXPECT_GE(count, 5);
 }
 
+TEST_F(ExperimentYaml, ReadsTheShearCell) {
+  const std::string file = kExamples / "shear_cell.yaml";
+  const auto e = LoadExperiment(file, {}).experiment;
+  EXPECT_EQ(e.bodies[0].parts[1].count, 70);  // floor(pi/asin(1.6 r/R))
+  EXPECT_EQ(e.grains[0].areal_fraction, 0.75);
+  EXPECT_EQ(e.grains[0].region.inner_radius_m, 0.085725);
+  EXPECT_EQ(e.probes[0].rings, 6);
+  const auto spheres = [&](const std::string& how) {
+    return LoadExperiment(file, {},
+                          {"bodies[0].parts[1]={shape: spheres, radius_m: 0.00238125, "
+                           "ring_radius_m: 0.085725, " +
+                           how + "}"})
+        .experiment.bodies[0]
+        .parts[1]
+        .count;
+  };
+  EXPECT_EQ(spheres("spacing: 0"), 113);
+  EXPECT_EQ(spheres("count: 12"), 12);
+  EXPECT_THROW(spheres("count: 12, spacing: 1"), InputError);
+  EXPECT_THROW(spheres("count: 0"), InputError);
+  for (const char* bad :
+       {"grains.count=5", "grains.areal_fraction=-1", "grains.areal_fraction=1e9",
+        "grains.region.inner_radius_m=0.2", "probes[0].rings=0", "probes[0].region.radius_m=0"}) {
+    EXPECT_THROW(LoadExperiment(file, {}, {bad}), InputError) << bad;
+  }
+}
+
+TEST_F(ExperimentYaml, ListedGrainsMayHaveVelocities) {
+  std::ofstream(folder_ / "grains.csv")
+      << "x,y,z,r,v_x,v_y,v_z\n0.1,0.1,0.05,0.005,1,-2,0.5\n0.15,0.1,0.05,0.005,0,0,0\n";
+  const auto grains = Read(kRest).experiment.grains[2].listed;
+  ASSERT_EQ(grains.size(), 2u);
+  EXPECT_EQ(grains[0].v_x, 1);
+  EXPECT_EQ(grains[0].v_y, -2);
+  EXPECT_EQ(grains[0].v_z, 0.5);
+  std::ofstream(folder_ / "grains.csv") << "0.1,0.1,0.05,0.005\n0.1,0.1,0.05,0.005,1,2\n";
+  EXPECT_THROW(Read(kRest), InputError);
+}
+
 TEST_F(ExperimentYaml, SchemaIsTheCommittedOne) {
   EXPECT_TRUE(ExperimentSchema() == records::ReadFileBytes(kExamples / "experiment.schema.json"))
       << "./grouser dem schema > dem_offline/experiments/experiment.schema.json";
