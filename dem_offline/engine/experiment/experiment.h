@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/contact/bond.h"
 #include "dem_offline/engine/core/vec3d.h"
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/engine/rig/bed.h"
@@ -63,6 +64,19 @@ enum class Filling {
   kRained,   ///< layers that come in one after another under the region's top
   kLattice,  ///< a simple cubic lattice in the region
   kListed,   ///< given one by one
+  kPlaced,   ///< at given places
+};
+
+/// Grains made of bonded fragments (contact/bond.h, experiment/bonded_grain.h).
+struct Bonding {
+  double fragment_m = 0;   ///< diameter of the fragments
+  int fragments = 0;       ///< of a grain; 0: not bonded
+  std::int64_t count = 0;  ///< of bonds in a grain
+  double disk_scale = 1;   ///< R_B over the fragments' radius
+  /// A bond is dropped where its fragments are farther apart than this times the length of the
+  /// grain's longest bond as it was made.
+  double largest_distance = 1e300;
+  BondLaw law;  ///< but for its largest length
 };
 
 /// One group of grains.
@@ -73,6 +87,8 @@ struct Grains {
   /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
   /// the drawn diameter; none: spheres. Poured and lattice.
   std::vector<ClumpTemplate::Member> clump;
+  Bonding bonds;              ///< poured, lattice, placed; the sizes are those of the grains
+  std::vector<Vec3d> places_m;  ///< placed: of centres
   Region region;              ///< poured, rained, lattice
   std::int64_t count = 0;     ///< poured, rained; lattice: 0 = as many as fit
   double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
@@ -186,10 +202,14 @@ struct Probe {
     kRepose,        ///< angle and height of a heap
     kBins,          ///< solid fraction, velocity, granular temperature in bins
     kSurface,       ///< height of the surface on a grid
+    kBonds,         ///< how many are left, what broke the others, their forces, pieces
+    kBondForces,    ///< table of every bond
+    kFragments,     ///< table of every sphere: place, velocity, spin, piece, bodies that it touches
+    kTouching,      ///< spheres that touch a body, and their mean distance from its z axis
   };
   Kind kind = Kind::kWrench;
-  std::string name;  ///< of its table (bins, surface)
-  std::string body;  ///< wrench, pose, velocity
+  std::string name;  ///< of its table (bins, surface, bond_forces, fragments)
+  std::string body;  ///< wrench, pose, velocity, touching
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y

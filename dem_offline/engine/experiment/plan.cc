@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/validate.h"
 #include "dem_offline/engine/laws/material.h"
 #include "dem_offline/engine/laws/time_step.h"
@@ -17,6 +18,7 @@ constexpr double kPitch = 1.12;         // of loose lattices, over the largest d
 constexpr double kLatticePitch = 1.02;  // of a lattice that stands
 constexpr double kRestTime = 100;       // [sqrt(d/g)] waiting for rest, at most
 constexpr double kRowBytes = 8 * 200;   // of a sample, written as text
+constexpr double kBytesPerBond = 600;
 
 /// Names of materials in the order of the world.
 std::vector<std::string> Order(const Experiment& e) {
@@ -36,10 +38,13 @@ double ReachOf(const Grains& g) {
   return 2 * reach;
 }
 double SmallestOf(const Grains& g) {
+  if (g.bonds.fragments > 0) return 0.5 * g.bonds.fragment_m / g.sizes[0].diameter_m;
   double r = g.clump.empty() ? 0.5 : kNever;
   for (const auto& m : g.clump) r = std::min(r, m.radius_m);
   return r;
 }
+
+}  // namespace
 
 double LargestOf(const Grains& g) {
   double d = 0;
@@ -47,8 +52,6 @@ double LargestOf(const Grains& g) {
   for (const GrainState& s : g.listed) d = std::max(d, 2 * s.radius_m);
   return d;
 }
-
-}  // namespace
 
 int MaterialNumber(const Experiment& e, const std::string& name, const std::string& field) {
   const auto order = Order(e);
@@ -227,6 +230,14 @@ double LargestDiameter(const Experiment& e) {
   return d;
 }
 
+double LargestSphere(const Experiment& e) {
+  double d = 0;
+  for (const Grains& g : e.grains) {
+    d = std::max(d, g.bonds.fragments > 0 ? g.bonds.fragment_m : LargestOf(g));
+  }
+  return d;
+}
+
 double SmallestRadius(const Experiment& e) {
   double r = kNever;
   for (const Grains& g : e.grains) {
@@ -238,7 +249,7 @@ double SmallestRadius(const Experiment& e) {
 
 double GravityTime(const Experiment& e) {
   const double g = e.gravity_m_per_s2 > 0 ? e.gravity_m_per_s2 : 9.81;
-  return std::sqrt(LargestDiameter(e) / g);
+  return std::sqrt(LargestSphere(e) / g);
 }
 
 SettlingTimes SettlingOf(const Experiment& e, const Preparation& step) {
@@ -349,8 +360,9 @@ double StepOf(const Experiment& e, double* rayleigh) {
     };
     // A contact of a clump feels all of its mass, by at most its smallest sphere.
     for (const SizeBin& b : g.sizes) {
-      look(m, SmallestOf(g) * b.diameter_m,
-           mass((g.clump.empty() ? 0.5 : SmallestOf(g)) * b.diameter_m));
+      const double smallest = SmallestOf(g) * b.diameter_m;
+      look(m, smallest, mass(smallest));
+      step = std::min(step, BondStep(g, m.density_kg_per_m3));
     }
     for (const GrainState& s : g.listed) look(m, s.radius_m, mass(s.radius_m));
   }
@@ -363,6 +375,8 @@ double CountOf(const Experiment& e, const Grains& g) {
       return WorkOf(BedOf(e, g)).grains;
     case Filling::kListed:
       return static_cast<double>(g.listed.size());
+    case Filling::kPlaced:
+      return static_cast<double>(g.places_m.size());
     case Filling::kLattice:
       if (g.count == 0) {
         const Sites s = SitesOf(g);
@@ -374,9 +388,10 @@ double CountOf(const Experiment& e, const Grains& g) {
   }
 }
 
-/// Spheres in a group: members of its clumps.
+/// Spheres in a group: members of its clumps, fragments.
 double SpheresOf(const Experiment& e, const Grains& g) {
-  return CountOf(e, g) * std::max<double>(1, static_cast<double>(g.clump.size()));
+  return CountOf(e, g) *
+         std::max({1.0, static_cast<double>(g.clump.size()), 1.0 * g.bonds.fragments});
 }
 
 double PreparationTime(const Experiment& e) {
@@ -414,6 +429,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {
     plan.work.grains += SpheresOf(e, g);
+    plan.work.bytes += kBytesPerBond * static_cast<double>(g.bonds.count) * CountOf(e, g);
     if (g.filling != Filling::kBed) continue;
     const Work bed = WorkOf(BedOf(e, g));
     bed_steps += bed.steps;
@@ -425,7 +441,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   plan.preparation_grain_steps = bed_grain_steps + preparation * plan.work.grains;
   plan.program_grain_steps = program * plan.work.grains;
   plan.work.steps = bed_steps + preparation + program;
-  plan.work.bytes = kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
+  plan.work.bytes += kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
   CheckWork("grains, bodies.motion", plan.work, limits);
   return plan;
 }

@@ -9,10 +9,6 @@
 namespace grouser::dem::experiment {
 namespace {
 
-bool HasTable(const Probe& p) {
-  return p.kind == Probe::Kind::kBins || p.kind == Probe::Kind::kSurface;
-}
-
 /// Origin of the file's body coordinates, and their axes.
 struct Pose {
   Vec3d at;
@@ -25,6 +21,12 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 
 }  // namespace
 
+bool HasTable(const Probe& p) {
+  using K = Probe::Kind;
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kBondForces ||
+         p.kind == K::kFragments;
+}
+
 Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
                const SinkFn& sink)
     : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
@@ -34,7 +36,7 @@ Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Driv
 void Probes::MakeColumns() {
   series_.name = "series";
   series_.columns = {"time_s"};
-  const auto add = [&](const std::string& prefix, std::initializer_list<const char*> names) {
+  const auto add = [&](const std::string& prefix, const std::vector<const char*>& names) {
     for (const char* n : names) series_.columns.push_back(prefix + n);
   };
   for (const Probe& p : e_.probes) {
@@ -75,6 +77,16 @@ void Probes::MakeColumns() {
         break;
       case Probe::Kind::kSurface:
         table = {p.name, {"time_s", "x_m", "y_m", "height_m"}};
+        break;
+      case Probe::Kind::kBonds:
+        add("bonds.", BondColumns());
+        break;
+      case Probe::Kind::kTouching:
+        add(body, {"touching", "touching_radius_m"});
+        break;
+      case Probe::Kind::kBondForces:
+      case Probe::Kind::kFragments:
+        table = {p.name, BondTableColumns(e_, p)};
         break;
     }
     tables_.push_back(table);
@@ -153,6 +165,10 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
       row->insert(row->end(), {heap.angle_rad, heap.height_m, heap.foot_m});
       return;
     }
+    case Probe::Kind::kBonds:
+      return AddBonds(world, row);
+    case Probe::Kind::kTouching:
+      return AddTouching(IndexOf(p.body), row);
     default:
       return;
   }
@@ -204,6 +220,8 @@ void Probes::WriteTable(const Probe& p, double time_s) {
   if (!sink_) return;
   const Table& table = tables_[&p - e_.probes.data()];
   const Region& r = p.region;
+  if (p.kind == Probe::Kind::kBondForces) return WriteBondForces(table, time_s);
+  if (p.kind == Probe::Kind::kFragments) return WriteFragments(table, time_s);
   if (p.kind == Probe::Kind::kSurface) {
     const std::vector<double> height = MeasureSurface(States(), p);
     for (int ix = 0; ix < p.n[0]; ++ix) {

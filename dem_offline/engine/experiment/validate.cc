@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/laws/material.h"
@@ -209,6 +210,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
     }
     CheckSizes(at, g);
     CheckClump(e, at, g);
+    CheckBonding(e, at, g);
     if (g.filling == Filling::kRained && i > 0 && g.material != e.grains[0].material) {
       throw SpecError(at + ".material", "rain of a second material of grains",
                       "that of the first group: not possible yet");
@@ -229,6 +231,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
     const bool sites = g.filling == Filling::kPoured || g.filling == Filling::kRained ||
                        g.filling == Filling::kLattice;
     if (sites) CheckSites(e, At("grains", i), g);
+    if (g.filling == Filling::kPlaced) CheckPlaces(e, At("grains", i), g);
     const double size[3] = {e.box.length_m, e.box.width_m, e.box.height_m};
     for (std::size_t k = 0; k < g.listed.size(); ++k) {
       const GrainState& s = g.listed[k];
@@ -368,7 +371,7 @@ void CheckProbes(const Experiment& e) {
     const Probe& p = e.probes[i];
     const std::string at = At("probes", i);
     const bool of_body = p.kind == Probe::Kind::kWrench || p.kind == Probe::Kind::kPose ||
-                         p.kind == Probe::Kind::kVelocity;
+                         p.kind == Probe::Kind::kVelocity || p.kind == Probe::Kind::kTouching;
     if (of_body && std::none_of(e.bodies.begin(), e.bodies.end(),
                                 [&](const BodySpec& b) { return b.name == p.body; })) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
@@ -376,7 +379,8 @@ void CheckProbes(const Experiment& e) {
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
-    if (p.kind != Probe::Kind::kBins && p.kind != Probe::Kind::kSurface) continue;
+    CheckBondProbe(e, at, p);
+    if (!HasTable(p)) continue;
     tables.push_back(p.name);
     if (p.name.empty() || p.name == "series" ||
         std::count(tables.begin(), tables.end(), p.name) > 1) {
