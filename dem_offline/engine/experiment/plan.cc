@@ -31,6 +31,13 @@ std::vector<std::string> Order(const Experiment& e) {
   return out;
 }
 
+/// How many of them are of grains: the first.
+int GrainMaterials(const Experiment& e) {
+  std::set<std::string> names;
+  for (const Grains& g : e.grains) names.insert(g.material);
+  return static_cast<int>(names.size());
+}
+
 /// Diameter of what a grain of diameter 1 takes up, and radius of its smallest sphere.
 double ReachOf(const Grains& g) {
   double reach = g.clump.empty() ? 0.5 : 0;
@@ -350,7 +357,8 @@ double StepOf(const Experiment& e, double* rayleigh) {
   const auto look = [&](const Material& m, double r, double mass) {
     const double own = RayleighTime(r, m.density_kg_per_m3, m.youngs_modulus_pa, m.poisson_ratio);
     *rayleigh = std::min(*rayleigh, own);
-    step = std::min({step, e.rayleigh_fraction * own, PackedLimit(contacts, e.overlap, r, mass)});
+    step = std::min({step, e.rayleigh_fraction * own,
+                     PackedLimit(contacts, e.overlap, r, mass, GrainMaterials(e))});
   };
   for (const Grains& g : e.grains) {
     const Material& m = MaterialOf(e, g.material);

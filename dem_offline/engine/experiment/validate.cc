@@ -7,6 +7,7 @@
 
 #include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/probes.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/laws/material.h"
 

@@ -236,5 +236,14 @@ TEST(BondedGrain, StiffBondsShortenTheStep) {
   EXPECT_NEAR(PlanOf(e).dt_s, 0.5 * stiff, 1e-3 * stiff);
 }
 
+/// Steel bodies never touch one another: only their contact with grains counts.
+TEST(BondedGrain, StiffBodiesShortenTheStepByTheirContactWithGrainsAlone) {
+  Experiment e = Crushed(1.05);
+  const double rigid = PlanOf(e).dt_s;
+  e.materials[1].youngs_modulus_pa = 2e11;
+  e.materials.push_back({"rail", 7800, 2e11, 0.3});
+  EXPECT_NEAR(PlanOf(e).dt_s, rigid, 1e-3 * rigid);
+}
+
 }  // namespace
 }  // namespace grouser::dem::experiment
