@@ -153,6 +153,54 @@ class Reader {
     return r;
   }
 
+  static dx::Bonding ReadBonds(KeyedSection s) {
+    dx::Bonding b;
+    b.fragment_m = s.Number("fragment_m");
+    b.fragments = static_cast<int>(s.Count("fragments", 1000000));
+    if (b.fragments < 2) s.yaml().Fail("fragments", fmt::format("{}", b.fragments), "2 or more");
+    b.count = static_cast<std::int64_t>(s.Count("count", kMostCount));
+    b.disk_scale = s.NumberOr("disk_scale", 1);
+    b.law.normal_stiffness_n_per_m3 = s.Number("normal_stiffness_n_per_m3");
+    b.law.shear_stiffness_n_per_m3 =
+        s.NumberOr("shear_stiffness_n_per_m3", b.law.normal_stiffness_n_per_m3);
+    const double ratio = s.NumberOr("strength_ratio", 1);
+    if (s.Has("strength_pa")) {
+      b.law.tensile_strength_pa = s.Number("strength_pa");
+      b.law.shear_strength_pa = ratio * b.law.tensile_strength_pa;
+    }
+    b.law.largest_stretch = s.NumberOr("largest_stretch", b.law.largest_stretch);
+    b.largest_distance = s.NumberOr("largest_distance", b.largest_distance);
+    b.law.damping_ratio = s.NumberOr("damping_ratio", 0);
+    b.law.beside_contact = s.Switch("beside_contact", true);
+    s.Finish();
+    return b;
+  }
+
+  static std::vector<Vec3d> ReadPlaces(KeyedSection& s) {
+    std::vector<Vec3d> out;
+    if (s.Has("places") == s.Has("circle")) {
+      s.yaml().Fail("places", s.Has("places") ? "it beside circle" : "neither it nor circle",
+                    "one of them");
+    }
+    if (s.Has("places")) {
+      for (KeyedSection& p : s.Sections("places")) {
+        out.push_back(ToVec3(p.Vector("at_m")));
+        p.Finish();
+      }
+      return out;
+    }
+    KeyedSection circle = s.Section("circle");
+    const std::uint64_t n = circle.Count("count", 100000);
+    const double radius = circle.Number("radius_m");
+    const Vec3d at = ToVec3(circle.Vector("at_m"));
+    for (std::uint64_t k = 0; k < n; ++k) {
+      const double turn = 2 * M_PI * static_cast<double>(k) / static_cast<double>(n);
+      out.push_back({at[0] + radius * std::cos(turn), at[1] + radius * std::sin(turn), at[2]});
+    }
+    circle.Finish();
+    return out;
+  }
+
   dx::Grains ReadGrains(KeyedSection& s) {
     dx::Grains g;
     g.filling = static_cast<dx::Filling>(s.Choice("kind"));
@@ -179,7 +227,10 @@ class Reader {
       s.Finish();
       return g;
     }
-    if (s.Has("region")) g.region = ReadRegion(s.Section("region"));
+    const bool placed = g.filling == dx::Filling::kPlaced;
+    if (g.filling != dx::Filling::kRained && s.Has("bonds")) g.bonds = ReadBonds(s.Section("bonds"));
+    if (placed) g.places_m = ReadPlaces(s);
+    if (!placed && s.Has("region")) g.region = ReadRegion(s.Section("region"));
     const bool lattice = g.filling == dx::Filling::kLattice;
     if (g.filling != dx::Filling::kRained && s.Has("clump")) {
       for (KeyedSection& m : s.Sections("clump")) {
@@ -189,6 +240,10 @@ class Reader {
     }
     if (g.filling == dx::Filling::kScattered) {
       ReadScattered(s, &g);
+      return g;
+    }
+    if (placed) {
+      s.Finish();
       return g;
     }
     g.count = static_cast<std::int64_t>(lattice ? s.CountOr("count", 0, kMostCount)
@@ -485,7 +540,7 @@ class Reader {
     dx::Probe p;
     p.kind = static_cast<K>(s.Choice("kind"));
     if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity ||
-        p.kind == K::kTreads) {
+        p.kind == K::kTreads || p.kind == K::kTouching) {
       p.body = s.Text("body");
     }
     if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;

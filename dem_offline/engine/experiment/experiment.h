@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/contact/bond.h"
 #include "dem_offline/engine/core/vec3d.h"
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/engine/rig/bed.h"
@@ -67,6 +68,19 @@ enum class Filling {
   kLattice,  ///< a simple cubic lattice in the region
   kListed,   ///< given one by one
   kScattered,  ///< put at random in the region and moved apart until none overlap (scatter.h)
+  kPlaced,     ///< at given places
+};
+
+/// Grains made of bonded fragments (contact/bond.h, experiment/bonded_grain.h).
+struct Bonding {
+  double fragment_m = 0;   ///< diameter of the fragments
+  int fragments = 0;       ///< of a grain; 0: not bonded
+  std::int64_t count = 0;  ///< of bonds in a grain
+  double disk_scale = 1;   ///< R_B over the fragments' radius
+  /// A bond is dropped where its fragments are farther apart than this times the length of the
+  /// grain's longest bond as it was made.
+  double largest_distance = 1e300;
+  BondLaw law;  ///< but for its largest length
 };
 
 /// One group of grains.
@@ -77,6 +91,8 @@ struct Grains {
   /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
   /// the drawn diameter; none: spheres. Poured and lattice.
   std::vector<ClumpTemplate::Member> clump;
+  Bonding bonds;              ///< poured, lattice, placed; the sizes are those of the grains
+  std::vector<Vec3d> places_m;  ///< placed: of centres
   Region region;              ///< poured, rained, lattice
   std::int64_t count = 0;     ///< poured, rained, scattered; lattice: 0 = as many as fit
   double areal_fraction = 0;  ///< scattered: sum of pi d^2/4 over the region seen along its axis; gives the count
@@ -204,10 +220,14 @@ struct Probe {
     kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
     kRings,         ///< means over rings of an annulus and over time (rings.h)
     kGrains,        ///< every grain
+    kBonds,         ///< how many are left, what broke the others, their forces, pieces
+    kBondForces,    ///< table of every bond
+    kFragments,     ///< table of every sphere: place, velocity, spin, piece, bodies that it touches
+    kTouching,      ///< spheres that touch a body, and their mean distance from its z axis
   };
   Kind kind = Kind::kWrench;
-  std::string name;  ///< of its table (bins, surface)
-  std::string body;  ///< wrench, pose, velocity, treads
+  std::string name;  ///< of its table
+  std::string body;  ///< wrench, pose, velocity, treads, touching
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y

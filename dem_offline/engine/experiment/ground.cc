@@ -76,7 +76,7 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   config_.frame = FrameOf(e);
   config_.gravity_m_per_s2 = {0, 0, -e.gravity_m_per_s2};
   config_.dt_s = dt_s;
-  config_.skin_m = 0.3 * LargestDiameter(e);
+  config_.skin_m = 0.3 * LargestSphere(e);
   config_.contacts = ContactsOf(e);
   config_.planar = e.box.planar;
   if (e.box.disc_thickness_m > 0) config_.inertia_factor = 0.5;
@@ -164,6 +164,7 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
 }
 
 void Ground::Open() {
+  bonded_grain_of_id_.clear();
   const Contents contents = First();
   share_of_id_.clear();
   if (!contents.clumps.empty()) share_of_id_.assign(contents.grains.size(), 1);
@@ -302,6 +303,12 @@ Contents Ground::First() {
       Scattered(&g - e_.grains.data(), &out);
       continue;
     }
+    if (g.filling == Filling::kPlaced) {
+      for (const Vec3d& at : g.places_m) {
+        AddGrain(g, Make(g, at, 0, DrawDiameter(g.sizes, random_)), &out);
+      }
+      continue;
+    }
     const bool lattice = g.filling == Filling::kLattice;
     const Sites sites = SitesOf(g);
     const double kick = lattice ? 0 : kKick * std::sqrt(e_.gravity_m_per_s2 * LargestDiameter(e_));
@@ -315,11 +322,7 @@ Contents Ground::First() {
         GrainState s = Make(g, at, loose ? 0.5 * (sites.pitch_m - d) : 0, d);
         for (double* v : {&s.v_x, &s.v_y, &s.v_z}) *v = kick * random_.Between(-1, 1);
         if (e_.box.planar) s.v_y = 0;
-        if (g.clump.empty()) {
-          out.grains.push_back(s);
-        } else {
-          AddClump(g, s, &out);
-        }
+        AddGrain(g, s, &out);
       }
     }
   }

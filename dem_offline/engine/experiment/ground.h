@@ -30,6 +30,11 @@ class Ground {
   double SolidShare(std::int64_t i) const {
     return share_of_id_.empty() ? 1 : share_of_id_[world_->grains()[i].id];
   }
+  /// Number of the bonded grain that a sphere was part of; -1: none.
+  int BondedGrainOf(std::int32_t id) const {
+    const auto k = static_cast<std::size_t>(id);
+    return k < bonded_grain_of_id_.size() ? bonded_grain_of_id_[k] : -1;
+  }
   /// State of a grain, x and y as the box counts them (a wall is left at 0, not at the period).
   GrainState At(std::int64_t i) const;
   /// Takes out grains beyond open sides; how many.
@@ -44,6 +49,8 @@ class Ground {
   void AddBodyOf(std::size_t body);
   Contents First();
   void Scattered(std::size_t group, Contents* out);
+  void AddGrain(const Grains& g, const GrainState& at, Contents* out);
+  void AddBonded(const Grains& g, const GrainState& at, Contents* out);
   void AddClump(const Grains& g, const GrainState& at, Contents* out);
   GrainState Make(const Grains& g, const Vec3d& at, double play, double diameter);
   std::vector<GrainState> RainLayer(const Grains& g, std::int64_t done);
@@ -66,6 +73,7 @@ class Ground {
   std::vector<int> body_number_;
   std::vector<BuiltBody> built_;
   std::vector<double> share_of_id_;      ///< empty: no clumps
+  std::vector<int> bonded_grain_of_id_;  ///< shorter than the ids: no bonded grains after it
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
   double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/scatter.h"
 #include "dem_offline/engine/experiment/validate.h"
 #include "dem_offline/engine/laws/material.h"
@@ -18,6 +19,7 @@ constexpr double kPitch = 1.12;         // of loose lattices, over the largest d
 constexpr double kLatticePitch = 1.02;  // of a lattice that stands
 constexpr double kRestTime = 100;       // [sqrt(d/g)] waiting for rest, at most
 constexpr double kRowBytes = 8 * 200;   // of a sample, written as text
+constexpr double kBytesPerBond = 600;
 
 /// Names of materials in the order of the world.
 std::vector<std::string> Order(const Experiment& e) {
@@ -30,12 +32,22 @@ std::vector<std::string> Order(const Experiment& e) {
   return out;
 }
 
+/// How many of them are of grains: the first.
+int GrainMaterials(const Experiment& e) {
+  std::set<std::string> names;
+  for (const Grains& g : e.grains) names.insert(g.material);
+  return static_cast<int>(names.size());
+}
+
 /// Radius of the smallest sphere of a grain of diameter 1.
 double SmallestOf(const Grains& g) {
+  if (g.bonds.fragments > 0) return 0.5 * g.bonds.fragment_m / g.sizes[0].diameter_m;
   double r = g.clump.empty() ? 0.5 : kNever;
   for (const auto& m : g.clump) r = std::min(r, m.radius_m);
   return r;
 }
+
+}  // namespace
 
 double LargestOf(const Grains& g) {
   double d = 0;
@@ -245,6 +257,14 @@ double LargestDiameter(const Experiment& e) {
   return d;
 }
 
+double LargestSphere(const Experiment& e) {
+  double d = 0;
+  for (const Grains& g : e.grains) {
+    d = std::max(d, g.bonds.fragments > 0 ? g.bonds.fragment_m : LargestOf(g));
+  }
+  return d;
+}
+
 double SmallestRadius(const Experiment& e) {
   double r = kNever;
   for (const Grains& g : e.grains) {
@@ -256,7 +276,7 @@ double SmallestRadius(const Experiment& e) {
 
 double GravityTime(const Experiment& e) {
   const double g = e.gravity_m_per_s2 > 0 ? e.gravity_m_per_s2 : 9.81;
-  return std::sqrt(LargestDiameter(e) / g);
+  return std::sqrt(LargestSphere(e) / g);
 }
 
 SettlingTimes SettlingOf(const Experiment& e, const Preparation& step) {
@@ -357,7 +377,8 @@ double StepOf(const Experiment& e, double* rayleigh) {
   const auto look = [&](const Material& m, double r, double mass) {
     const double own = RayleighTime(r, m.density_kg_per_m3, m.youngs_modulus_pa, m.poisson_ratio);
     *rayleigh = std::min(*rayleigh, own);
-    step = std::min({step, e.rayleigh_fraction * own, PackedLimit(contacts, e.overlap, r, mass)});
+    step = std::min({step, e.rayleigh_fraction * own,
+                     PackedLimit(contacts, e.overlap, r, mass, GrainMaterials(e))});
   };
   for (const Grains& g : e.grains) {
     const Material& m = MaterialOf(e, g.material);
@@ -367,8 +388,9 @@ double StepOf(const Experiment& e, double* rayleigh) {
     };
     // A contact of a clump feels all of its mass, by at most its smallest sphere.
     for (const SizeBin& b : g.sizes) {
-      look(m, SmallestOf(g) * b.diameter_m,
-           mass((g.clump.empty() ? 0.5 : SmallestOf(g)) * b.diameter_m));
+      const double smallest = SmallestOf(g) * b.diameter_m;
+      look(m, smallest, mass(smallest));
+      step = std::min(step, BondStep(g, m.density_kg_per_m3));
     }
     for (const GrainState& s : g.listed) look(m, s.radius_m, mass(s.radius_m));
   }
@@ -381,6 +403,8 @@ double CountOf(const Experiment& e, const Grains& g) {
       return WorkOf(BedOf(e, g)).grains;
     case Filling::kListed:
       return static_cast<double>(g.listed.size());
+    case Filling::kPlaced:
+      return static_cast<double>(g.places_m.size());
     case Filling::kLattice:
       if (g.count == 0) {
         const Sites s = SitesOf(g);
@@ -392,9 +416,10 @@ double CountOf(const Experiment& e, const Grains& g) {
   }
 }
 
-/// Spheres in a group: members of its clumps.
+/// Spheres in a group: members of its clumps, fragments.
 double SpheresOf(const Experiment& e, const Grains& g) {
-  return CountOf(e, g) * std::max<double>(1, static_cast<double>(g.clump.size()));
+  return CountOf(e, g) *
+         std::max({1.0, static_cast<double>(g.clump.size()), 1.0 * g.bonds.fragments});
 }
 
 double PreparationTime(const Experiment& e) {
@@ -433,6 +458,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {
     plan.work.grains += SpheresOf(e, g);
+    plan.work.bytes += kBytesPerBond * static_cast<double>(g.bonds.count) * CountOf(e, g);
     if (g.filling != Filling::kBed) continue;
     const Work bed = WorkOf(BedOf(e, g));
     bed_steps += bed.steps;
@@ -445,7 +471,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   plan.preparation_grain_steps = bed_grain_steps + preparation * plan.work.grains;
   plan.program_grain_steps = program * plan.work.grains;
   plan.work.steps = bed_steps + preparation + program;
-  plan.work.bytes = kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
+  plan.work.bytes += kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
   CheckWork("grains, bodies.motion", plan.work, limits);
   return plan;
 }

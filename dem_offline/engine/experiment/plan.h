@@ -38,9 +38,12 @@ Experiment Resolved(const Experiment& given);
 
 /// Diameter of what a grain of diameter 1 takes up: more than 1 for clumps.
 double ReachOf(const Grains& g);
+double LargestOf(const Grains& g);  ///< diameter of what a grain of the group takes up, at most
 double LargestDiameter(const Experiment& e);
+/// The same, but of single spheres where grains are bonded.
+double LargestSphere(const Experiment& e);
 double SmallestRadius(const Experiment& e);
-/// sqrt(d/g) of the largest grains [s]: the unit of the times that are set by rule.
+/// sqrt(d/g) of the largest grains (bonded ones: of their fragments) [s]: the unit of the times that are set by rule.
 double GravityTime(const Experiment& e);
 
 /// Least and most time of a settling [s]: from the height of the box.

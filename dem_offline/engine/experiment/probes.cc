@@ -22,6 +22,12 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 
 }  // namespace
 
+bool HasTable(const Probe& p) {
+  using K = Probe::Kind;
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kBondForces ||
+         p.kind == K::kFragments;
+}
+
 Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
                const SinkFn& sink)
     : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
@@ -31,7 +37,7 @@ Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Driv
 void Probes::MakeColumns() {
   series_.name = "series";
   series_.columns = {"time_s"};
-  const auto add = [&](const std::string& prefix, std::initializer_list<const char*> names) {
+  const auto add = [&](const std::string& prefix, const std::vector<const char*>& names) {
     for (const char* n : names) series_.columns.push_back(prefix + n);
   };
   for (const Probe& p : e_.probes) {
@@ -87,6 +93,15 @@ void Probes::MakeColumns() {
         table = {p.name,
                  {"time_s", "id", "x_m", "y_m", "z_m", "r_m", "v_x_m_per_s", "v_y_m_per_s",
                   "v_z_m_per_s", "w_x_rad_per_s", "w_y_rad_per_s", "w_z_rad_per_s"}};
+      case Probe::Kind::kBonds:
+        add("bonds.", BondColumns());
+        break;
+      case Probe::Kind::kTouching:
+        add(body, {"touching", "touching_radius_m"});
+        break;
+      case Probe::Kind::kBondForces:
+      case Probe::Kind::kFragments:
+        table = {p.name, BondTableColumns(e_, p)};
         break;
     }
     tables_.push_back(table);
@@ -176,6 +191,10 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
       row->insert(row->end(), {heap.angle_rad, heap.height_m, heap.foot_m});
       return;
     }
+    case Probe::Kind::kBonds:
+      return AddBonds(world, row);
+    case Probe::Kind::kTouching:
+      return AddTouching(IndexOf(p.body), row);
     default:
       return;
   }
@@ -262,6 +281,8 @@ void Probes::WriteTable(const Probe& p, double time_s) {
   if (p.kind == Probe::Kind::kGrains) return WriteGrains(p, time_s);
   const Table& table = tables_[&p - e_.probes.data()];
   const Region& r = p.region;
+  if (p.kind == Probe::Kind::kBondForces) return WriteBondForces(table, time_s);
+  if (p.kind == Probe::Kind::kFragments) return WriteFragments(table, time_s);
   if (p.kind == Probe::Kind::kSurface) {
     const std::vector<double> height = MeasureSurface(States(), p);
     for (int ix = 0; ix < p.n[0]; ++ix) {

@@ -33,6 +33,14 @@ struct Heap {
 /// is where this mean falls under one diameter. All 0 for less than four rings.
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, double diameter_m);
 
+/// Whether a probe writes a table of its own.
+bool HasTable(const Probe& p);
+
+/// Of the bonds of a world: columns of a series, and their values.
+std::vector<const char*> BondColumns();
+void AddBonds(const World& world, std::vector<double>* row);
+std::vector<std::string> BondTableColumns(const Experiment& e, const Probe& p);
+
 /// All probes of an experiment: collects every step, writes rows to the sink.
 class Probes {
  public:
@@ -59,6 +67,9 @@ class Probes {
   void AddWrench(std::size_t body, bool body_frame, std::vector<double>* row) const;
   void AddVelocity(std::size_t body, std::vector<double>* row) const;
   void AddEnergy(std::vector<double>* row) const;
+  void AddTouching(std::size_t body, std::vector<double>* row) const;
+  void WriteBondForces(const Table& table, double time_s) const;
+  void WriteFragments(const Table& table, double time_s) const;
   void WriteTable(const Probe& p, double time_s);
   RingSums& RingsOf(const Probe& p);
   void AddToRings(double time_s);

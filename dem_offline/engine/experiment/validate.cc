@@ -5,8 +5,10 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/probes.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
 #include "dem_offline/engine/laws/material.h"
@@ -223,6 +225,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
     }
     CheckSizes(at, g);
     CheckClump(e, at, g);
+    CheckBonding(e, at, g);
     if (g.filling == Filling::kRained && i > 0 && g.material != e.grains[0].material) {
       throw SpecError(at + ".material", "rain of a second material of grains",
                       "that of the first group: not possible yet");
@@ -244,6 +247,7 @@ void CheckGrains(const Experiment& e, const WorkLimits& limits) {
                        g.filling == Filling::kLattice;
     if (sites) CheckSites(e, At("grains", i), g);
     if (g.filling == Filling::kScattered) CheckScattered(e, At("grains", i), g);
+    if (g.filling == Filling::kPlaced) CheckPlaces(e, At("grains", i), g);
     const double size[3] = {e.box.length_m, e.box.width_m, e.box.height_m};
     for (std::size_t k = 0; k < g.listed.size(); ++k) {
       const GrainState& s = g.listed[k];
@@ -384,7 +388,8 @@ void CheckProbes(const Experiment& e) {
     const Probe& p = e.probes[i];
     const std::string at = At("probes", i);
     const bool of_body = p.kind == Probe::Kind::kWrench || p.kind == Probe::Kind::kPose ||
-                         p.kind == Probe::Kind::kVelocity || p.kind == Probe::Kind::kTreads;
+                         p.kind == Probe::Kind::kVelocity || p.kind == Probe::Kind::kTreads ||
+                         p.kind == Probe::Kind::kTouching;
     if (of_body && std::none_of(e.bodies.begin(), e.bodies.end(),
                                 [&](const BodySpec& b) { return b.name == p.body; })) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
@@ -393,6 +398,7 @@ void CheckProbes(const Experiment& e) {
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
+    CheckBondProbe(e, at, p);
     if (!HasTable(p)) continue;
     tables.push_back(p.name);
     if (p.name.empty() || p.name == "series" ||

@@ -36,11 +36,11 @@ double LeapfrogLimit(double mass, const SpringBound& b) {
 }
 
 double PackedLimit(const ContactModel& contacts, double overlap_over_radius, double radius,
-                   double mass) {
+                   double mass, int of_grains) {
   const double overlap = overlap_over_radius * radius, inertia = kSphere * mass * radius * radius;
   double limit = std::numeric_limits<double>::infinity();
   const auto at_most = [&limit](double step) { limit = std::min(limit, step); };
-  for (int a = 0; a < contacts.materials(); ++a) {
+  for (int a = 0; a < (of_grains < 0 ? contacts.materials() : of_grains); ++a) {
     for (int b = a; b < contacts.materials(); ++b) {
       if (!contacts.has_contact_properties(a, b)) continue;
       const ContactBounds body = contacts.Bounds(a, b, AtBody(overlap, radius, mass));

@@ -22,8 +22,9 @@ double LeapfrogLimit(double mass, const SpringBound& bound);
 ///   rolling in 6 contacts of which each is felt by two grains;
 ///   its contact with a body;
 /// times the share that the rolling law asks for.
+/// Materials [0, of_grains) are those of grains; two others never touch. < 0: all are.
 double PackedLimit(const ContactModel& contacts, double overlap_over_radius, double radius_m,
-                   double mass_kg);
+                   double mass_kg, int of_grains = -1);
 
 /// 0.2 sqrt(m/K), or m/(8 C) where that is less: K and C of the contact with a body that is
 /// hardest on a grain, at this overlap [m]. A tenth of the limit of one contact

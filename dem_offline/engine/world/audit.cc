@@ -118,6 +118,8 @@ EnergyBalance World::Balance() const {
   return e;
 }
 
+std::vector<BondLoad> World::BondLoads() const { return BondPass::Loads(state_); }
+
 double World::MeanContacts() const {
   double sum = 0;
   for (std::int64_t i = 0; i < state_.count; ++i) sum += state_.loads[i].touching;

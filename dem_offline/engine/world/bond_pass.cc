@@ -57,9 +57,12 @@ Strain Measure(const BondEntry& e, const Quatd& qa, const Quatd& qb, const Vec3d
 struct BondSprings {
   double normal, shear, bending, twist;
 };
+BondSprings SpringsOf(const BondLaw& law, double area, double bending, double polar) {
+  return {law.normal_stiffness_n_per_m3 * area, law.shear_stiffness_n_per_m3 * area,
+          law.normal_stiffness_n_per_m3 * bending, law.shear_stiffness_n_per_m3 * polar};
+}
 BondSprings SpringsOf(const BondLaw& law, const BondEntry& e) {
-  return {law.normal_stiffness_n_per_m3 * e.area, law.shear_stiffness_n_per_m3 * e.area,
-          law.normal_stiffness_n_per_m3 * e.bending, law.shear_stiffness_n_per_m3 * e.polar};
+  return SpringsOf(law, e.area, e.bending, e.polar);
 }
 
 /// Reduced mass [kg] and moment of inertia [kg m^2] of two grains.
@@ -70,6 +73,18 @@ std::pair<double, double> ReducedOf(const Grain& a, const Grain& b, double inert
 }
 
 }  // namespace
+
+double BondStepOf(const BondLaw& law, double disk_radius_m, double length_m, double mass,
+                  double inertia) {
+  const double r2 = disk_radius_m * disk_radius_m;
+  const BondSprings k = SpringsOf(law, M_PI * r2, M_PI * r2 * r2 / 4, M_PI * r2 * r2 / 2);
+  // Shear also turns the grains, with half the bond's length as its lever.
+  const double turning = std::max(k.bending, k.twist) + 0.25 * length_m * length_m * k.shear;
+  const auto limit = [&](double m, double spring) {
+    return 0.1 * LeapfrogLimit(m, {spring, 2 * law.damping_ratio * std::sqrt(spring * m)});
+  };
+  return std::min(limit(mass, std::max(k.normal, k.shear)), limit(inertia, turning));
+}
 
 void BondPass::Add(SimulationState& w, const Contents& c) {
   w.bond_laws = c.bond_laws;
@@ -89,10 +104,12 @@ void BondPass::Add(SimulationState& w, const Contents& c) {
     if (!(s.radius_m > 0)) Bad(n, "radius_m: expected > 0");
     const BondLaw& law = c.bond_laws[s.law];
     if (!(law.largest_stretch > 0)) Bad(n, "largest_stretch: expected > 0");
+    if (!(law.largest_length_m > 0)) Bad(n, "largest_length_m: expected > 0");
     BondEntry e;
     e.a = w.index_of[s.grain_a];
     e.b = w.index_of[s.grain_b];
-    w.turns[e.a] = w.turns[e.b] = 1;
+    ++w.turns[e.a];
+    ++w.turns[e.b];
     e.law = s.law;
     const Grain &a = w.grains[e.a], &b = w.grains[e.b];
     const Vec3d apart = Apart(a, b, w.config.frame);
@@ -144,10 +161,13 @@ void BondPass::Forces(SimulationState& w) {
     const bool torn = pull / e.area + Norm(bend) * e.radius / e.bending > law.tensile_strength_pa;
     const bool cut =
         Norm(shear) / e.area + std::abs(twist) * e.radius / e.polar > law.shear_strength_pa;
-    const bool parted = Norm(apart) > (1 + law.largest_stretch) * e.length;
+    const bool parted =
+        Norm(apart) > std::min((1 + law.largest_stretch) * e.length, law.largest_length_m);
     if (torn || cut || parted) {
       e.intact = false;
       --stat.intact;
+      --w.turns[e.a];
+      --w.turns[e.b];
       ++(torn ? stat.broken_in_tension : cut ? stat.broken_in_shear : stat.broken_by_stretch);
       // This step's motion still worked against half of the force before.
       stat.broken_j += 0.5 * (before + e.stored);
@@ -183,21 +203,31 @@ void BondPass::Forces(SimulationState& w) {
   }
 }
 
+std::vector<BondLoad> BondPass::Loads(const SimulationState& w) {
+  std::vector<BondLoad> out;
+  out.reserve(w.bonds.size());
+  for (const BondEntry& e : w.bonds) {
+    const Grain &a = w.grains[e.a], &b = w.grains[e.b];
+    BondLoad load = {a.id, b.id, e.intact};
+    if (e.intact) {
+      const Strain s =
+          Measure(e, w.orientation[e.a], w.orientation[e.b], Apart(a, b, w.config.frame));
+      const BondSprings k = SpringsOf(w.bond_laws[e.law], e);
+      load.tension_n = k.normal * s.u_n;
+      load.shear_n = k.shear * Norm(s.u_t);
+    }
+    out.push_back(load);
+  }
+  return out;
+}
+
 double BondPass::CriticalStep(const SimulationState& w) {
   double least = 1e300;
   for (const BondEntry& e : w.bonds) {
     if (!e.intact) continue;
     const BondLaw& law = w.bond_laws[e.law];
     const auto [m, inertia] = ReducedOf(w.grains[e.a], w.grains[e.b], w.config.inertia_factor);
-    const BondSprings k = SpringsOf(law, e);
-    // Shear also turns the grains, with half the bond's length as its lever.
-    const double turning = std::max(k.bending, k.twist) + 0.25 * e.length * e.length * k.shear;
-    const auto at_most = [&](double mass, double spring) {
-      const double damping = 2 * law.damping_ratio * std::sqrt(spring * mass);
-      least = std::min(least, 0.1 * LeapfrogLimit(mass, {spring, damping}));
-    };
-    at_most(m, std::max(k.normal, k.shear));
-    at_most(inertia, turning);
+    least = std::min(least, BondStepOf(law, e.radius, e.length, m, inertia));
   }
   return least;
 }

@@ -44,6 +44,7 @@ struct BondPass {
   static void Add(SimulationState& w, const Contents& c);
   static void Turn(SimulationState& w);    ///< orientations follow the spins
   static void Forces(SimulationState& w);  ///< adds to the loads
+  static std::vector<BondLoad> Loads(const SimulationState& w);
   static double CriticalStep(
       const SimulationState& w);  ///< a tenth of the least LeapfrogLimit of a bond
 };

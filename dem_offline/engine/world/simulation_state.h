@@ -71,7 +71,7 @@ struct SimulationState {
   std::vector<BondEntry> bonds;
   /// [grains] partners of bonds that replace the contact; empty: no bonds
   std::vector<std::vector<std::int32_t>> bonded;
-  std::vector<std::uint8_t> turns;  ///< [grains] has a bond: its orientation counts
+  std::vector<std::int32_t> turns;  ///< [grains] intact bonds: while > 0 its orientation counts
   std::vector<Quatd> orientation;   ///< [grains]; empty: no bonds
   BondStatistics bond_statistics;
 

@@ -54,6 +54,7 @@ class World {
   ClumpState Clump(std::int64_t c) const;
   const BondStatistics& bond_statistics() const { return state_.bond_statistics; }
   bool BondIntact(std::int64_t b) const { return state_.bonds.at(b).intact; }
+  std::vector<BondLoad> BondLoads() const;  ///< of all bonds, in the order of the contents
   const PairList& list() const { return state_.list; }
   PairList& list() { return state_.list; }
   const WorldConfig& config() const { return state_.config; }

@@ -245,7 +245,7 @@ TEST_F(ExperimentYaml, RefusesAKeyOfAnotherKind) {
 
 TEST_F(ExperimentYaml, RefusesByNameWhatIsNotPossibleYet) {
   EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("got joints between bodies"));
-  EXPECT_THAT(Complaint("seed: 3", "bonds: []"), HasSubstr("not possible yet"));
+  EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("not possible yet"));
 }
 
 TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {

@@ -1,0 +1,241 @@
+"""High-pressure torsion of sand grains between two annular steel faces (reference system 5)."""
+
+import math
+
+import matplotlib.pyplot as pyplot
+import numpy
+
+from rows import Row, at_most, between, failed, mean_and_error, printed
+
+TITLE = "hpt: high-pressure torsion of sand in a wheel-rail contact"
+ABOUT = ("Sand grains of bonded 0.1 mm fragments lie on a ring between two annular faces. The upper face is "
+         "lowered at 0.05 m/s, held at 10 MPa of its area, and turned until it has swept 0.4 mm at the effective "
+         "radius of friction. The coefficient of traction is (torque / ERF) / normal force, with ERF the mean "
+         "distance of the fragments that touch the upper face from its axis.")
+
+INNER_M, OUTER_M, SWEEP_M, RADIUS_M = 5.25e-3, 9.0e-3, 0.4e-3, 7.29e-3
+AREA_M2 = math.pi * (OUTER_M ** 2 - INNER_M ** 2)
+LOAD_N = 1e7 * AREA_M2
+QUICK_LOAD_N = 360.0  # as much on a fragment as in the base case
+WINDOW_M = 0.02e-3
+# diameter [m]: fragments and bonds of the paper's table
+GRAINS = {0.83e-3: (210, 486), 1.0e-3: (326, 739), 1.5e-3: (1000, 2892), 2.0e-3: (2840, 6855)}
+RATE_DEG_PER_S = 100.0
+FLOOR_M, GAP_M = 0.5e-3, 1e-6
+FILE = "torsion.yaml"
+CRITERION = ("a bond breaks where its fragments are farther apart than 1.05 times the longest bond of their grain as "
+             "made (a reach of about 1.25 diameters, which the number of bonds implies), or by stress; "
+             "contacts act beside intact bonds")
+CHANGED = f"turned at {RATE_DEG_PER_S:g} deg/s in place of 1 deg/s; {CRITERION}"
+
+
+def size(diameter):
+    """Overrides of a grain size: all four grains stand on the lower face, the upper one just above."""
+    fragments, bonds = GRAINS[diameter]
+    return {"grains.diameter_m": diameter, "grains.bonds.fragments": fragments, "grains.bonds.count": bonds,
+            "grains.circle.at_m": [0.01, 0.01, round(FLOOR_M + GAP_M + diameter / 2, 9)],
+            "bodies[1].position_m": [0.01, 0.01, round(FLOOR_M + 3 * GAP_M + diameter, 9)]}
+
+
+def turned_at(rate):
+    """Another rate; samples of the same sweep."""
+    share = RATE_DEG_PER_S / rate
+    return {"bodies[1].motion[2].rate_deg_per_s": rate, "bodies[1].motion[2].ramp_s": 1e-3 * share,
+            "output.sample_s": 1e-4 * share}
+
+
+def actual():
+    """Actual density, modulus and pressure. All rates follow sqrt(E/rho), so that the ratio of
+    inertia to load is that of the scaled runs."""
+    faster = math.sqrt((7e10 / 2650) / (7e8 / 2.65e4))
+    held = {f"bodies[1].motion[{k}].hold_force_n": 1678.8e2 for k in (1, 2)}
+    mass = {f"bodies[1].motion[{k}].hold_mass_kg": 0.01 * 100 / faster ** 2 for k in (1, 2)}
+    damper = {f"bodies[1].motion[{k}].hold_damper_s": 2e-6 / faster for k in (1, 2)}
+    return {"materials[0].density_kg_per_m3": 2650, "materials[0].youngs_modulus_pa": 7e10,
+            "bodies[1].motion[0].speed_m_per_s": 0.05 * faster, "bodies[1].motion[0].force_n": 800e2,
+            "bodies[1].motion[1].for_s": 0.002 / faster,
+            "bodies[1].motion[2].rate_deg_per_s": RATE_DEG_PER_S * faster,
+            "bodies[1].motion[2].ramp_s": 1e-3 / faster, "output.sample_s": 1e-4 / faster,
+            "probes[5].every_s": 5e-3 / faster, **held, **mass, **damper}
+
+
+def runs(level):
+    if level == "quick":
+        few = {"grains.bonds.fragments": 70, "grains.bonds.count": 160, "grains.diameter_m": 0.6e-3,
+               "grains.circle.at_m": [0.01, 0.01, 0.801e-3], "bodies[1].position_m": [0.01, 0.01, 1.103e-3],
+               "bodies[1].motion[2].rate_deg_per_s": 200}
+        return [("four_1", FILE, few), ("eight", FILE, {**few, "grains.circle.count": 8})]
+    beds = [(f"four_{seed}", FILE, {"seed": seed}) for seed in (1, 2, 3)]
+    grains = [(f"grains_{n}", FILE, {"grains.circle.count": n}) for n in (8, 16)]
+    sizes = [(f"size_{1e3 * d:.2f}", FILE, size(d)) for d in GRAINS if d != 1e-3]
+    strengths = [(f"strength_{s:.0e}", FILE, {"grains.bonds.strength_pa": s}) for s in (1e7, 1e9, 1e10)]
+    stiffnesses = [(f"stiffness_{k:.0e}", FILE, {"grains.bonds.normal_stiffness_n_per_m3": k})
+                   for k in (1e9, 1e11)]
+    return [sizes[-1], ("half_rate", FILE, turned_at(RATE_DEG_PER_S / 2)), *beds, *grains, *sizes[:-1], *strengths,
+            *stiffnesses, ("actual", FILE, actual())]
+
+
+class Sweep:
+    """The turning of a run: load, torque, coefficient of traction against the sweep."""
+
+    def __init__(self, result):
+        s = result.series
+        turned = s["upper.turned_z_rad"]
+        begin = int(numpy.argmax(turned > 0))
+        self.sweep_m = RADIUS_M * turned[begin:]
+        self.load_n = s["upper.f_z_n"][begin:]
+        self.torque_n_m = -s["upper.t_z_n_m"][begin:]
+        self.erf_m = s["upper.touching_radius_m"][begin:]
+        self.touching = s["upper.touching"][begin:]
+        self.share_broken = s["bonds.share_broken"][begin:]
+        self.traction = self.torque_n_m / self.erf_m / self.load_n
+        self.done = result.done
+
+    def mean(self, values, low=0.5):
+        """Over the sweep from this share of it on."""
+        return float(numpy.mean(values[self.sweep_m >= low * self.sweep_m[-1]]))
+
+    def worst_load(self, load_n):
+        """Largest relative error of the mean load over each 0.02 mm of the sweep."""
+        window = numpy.minimum(self.sweep_m / WINDOW_M, self.sweep_m[-1] / WINDOW_M - 0.5).astype(int)
+        sums = numpy.bincount(window, self.load_n)
+        counts = numpy.bincount(window)
+        return float(numpy.max(numpy.abs(sums[counts > 0] / counts[counts > 0] / load_n - 1)))
+
+
+def layers(result):
+    """Of the fragments that touch a face at the end: the share that touches both (one layer)."""
+    f = result.table("fragments")
+    last = f["time_s"] == f["time_s"][-1]
+    lower, upper = f["touches_lower"][last] > 0, f["touches_upper"][last] > 0
+    return float(numpy.sum(lower & upper) / max(1, numpy.sum(lower | upper)))
+
+
+def load_of(name, level):
+    return QUICK_LOAD_N if level == "quick" else LOAD_N * (100 if name == "actual" else 1)
+
+
+def rows(results, level):
+    full = level != "quick"
+    sweeps = {name: Sweep(r) for name, r in results.items() if r.done}
+    missing = sorted(set(results) - set(sweeps))
+    if missing:
+        return [failed("runs without a fault", "all", "all done", CHANGED,
+                       "; ".join(f"{n}: {results[n].reason}" for n in missing))]
+    traction = {name: s.mean(s.traction) for name, s in sweeps.items()}
+    beds = [traction[n] for n in traction if n.startswith("four_")]
+    four, _ = mean_and_error(beds)
+    held = {name: s.worst_load(load_of(name, level)) for name, s in sweeps.items()}
+    worst = max(held, key=held.get)
+    out = [at_most("10 MPa held: largest error of the mean load over each 0.02 mm of sweep", held[worst], 0.01, 0,
+                   CHANGED, f"worst of {len(held)} runs: {worst}"),
+           between("coefficient of traction, four grains of 1 mm (mean over the second half of the sweep)", beds, 0.25,
+                   0.35, 0.30, CHANGED, "largest of the sweep: " + ", ".join(
+                       f"{numpy.max(sweeps[n].traction):.3f}" for n in sweeps if n.startswith("four_")), full)]
+    if full:
+        out += compared(traction, four, beds)
+        out += layer_rows(results)
+        out.append(at_most("half the rate of turning: change of the coefficient of traction",
+                           abs(traction["half_rate"] - traction["four_1"]), 0.03, 0, CHANGED,
+                           f"{traction['half_rate']:.3f} at 50 deg/s, {traction['four_1']:.3f} at 100 deg/s"))
+    for name, s in sweeps.items():
+        out.append(printed(f"share of bonds broken at the end: {name}", float(s.share_broken[-1]), "not published",
+                           CHANGED, f"{s.share_broken[0]:.3f} when turning began"))
+    for name, s in sweeps.items():
+        out.append(printed(f"effective radius of friction [mm]: {name}", 1e3 * s.mean(s.erf_m, 0), "kept", CHANGED,
+                           f"coefficient of traction {traction[name]:.3f}; fragments in contact "
+                           f"{s.touching[0]:.0f} at the beginning, {s.touching[-1]:.0f} at the end"))
+    return out
+
+
+def falls(row, values, names):
+    steps = numpy.diff(values)
+    return Row(row, " > ".join(f"{v:.3f}" for v in values), "falls", "every step falls", bool(numpy.all(steps < 0)),
+               CHANGED, note=", ".join(names))
+
+
+def compared(traction, four, beds):
+    strength = {n: abs(v / traction["four_1"] - 1) for n, v in traction.items() if n.startswith("strength")}
+    stiffness = {n: abs(v / traction["four_1"] - 1) for n, v in traction.items() if n.startswith("stiffness")}
+    note = ", ".join(f"{n} {traction[n]:.3f}" for n in (*strength, *stiffness)) + (
+        f"; the three beds of the base case: {', '.join(f'{v:.3f}' for v in beds)}")
+    return [
+        falls("traction falls with the number of grains", [four, traction["grains_8"], traction["grains_16"]],
+              ["4", "8", "16 grains"]),
+        falls("traction falls with the size of grains",
+              [traction["size_0.83"], four, traction["size_1.50"], traction["size_2.00"]],
+              ["0.83", "1.0", "1.5", "2.0 mm"]),
+        at_most("strength 1e7 to 1e10 Pa: largest relative change of traction", max(strength.values()), 0.10,
+                "hardly any", CHANGED, note),
+        between("stiffness 1e9 to 1e11 N/m^3: its largest change over that of strength",
+                max(stiffness.values()) / max(max(strength.values()), 1e-9), 2, math.inf, "more than strength",
+                CHANGED, note),
+        at_most("scaled against actual parameters: difference of traction", abs(traction["actual"] - four), 0.04, 0.04,
+                CHANGED + "; actual run: all rates times sqrt(E/rho), bonds as in the scaled run",
+                f"actual {traction['actual']:.3f}, scaled {four:.3f}"),
+    ]
+
+
+def layer_rows(results):
+    share = {name: layers(results[name]) for name in ("size_0.83", "four_1", "size_1.50", "size_2.00")}
+    note = ", ".join(f"{n} {v:.3f}" for n, v in share.items())
+    return [between("smallest grains in one layer: share of touching fragments that touch both faces",
+                    share["size_0.83"], 0.9, 1, "one layer", CHANGED, note),
+            at_most("largest grains in clusters: the same share", share["size_2.00"], 0.9, "clusters", CHANGED, note)]
+
+
+def changed(level):
+    return [f"Breaking: {CRITERION}. Stress alone breaks no bond: 1e8 Pa at 1e10 N/m^3 is a stretch of 10 mm.",
+            f"Rate of turning {RATE_DEG_PER_S:g} deg/s in place of 1 deg/s; a run at half of it is compared.",
+            "Both faces are smooth annuli; grains stand on a circle of 7.29 mm, evenly; no box around them.",
+            "Time step 0.2 of the Rayleigh time or what the contacts bear at half a radius of overlap.",
+            "The held axis has 0.01 kg and a damper of 5000 N s/m."] + (
+        [f"Quick: four grains of 0.6 mm of 70 fragments, {QUICK_LOAD_N:g} N, 200 deg/s."] if level == "quick" else [])
+
+
+def figures(results, level):
+    done = {n: Sweep(r) for n, r in results.items() if r.done}
+    out = []
+    groups = [("Number of grains", ("four_1", "grains_8", "grains_16", "eight")),
+              ("Size of grains", ("size_0.83", "four_1", "size_1.50", "size_2.00")),
+              ("Bonds", ("four_1", *(n for n in done if n.startswith(("strength", "stiffness"))))),
+              ("Rate and scale", ("four_1", "four_2", "four_3", "half_rate", "actual"))]
+    for title, names in groups:
+        names = [n for n in names if n in done]
+        if len(names) < 2:
+            continue
+        figure, axes = pyplot.subplots(1, 2, figsize=(9, 3.2))
+        for n in names:
+            axes[0].plot(1e3 * done[n].sweep_m, done[n].traction, label=n, linewidth=1)
+            axes[1].plot(1e3 * done[n].sweep_m, done[n].touching, label=n, linewidth=1)
+        axes[0].set(xlabel="sweep [mm]", ylabel="coefficient of traction")
+        axes[1].set(xlabel="sweep [mm]", ylabel="fragments that touch the upper face")
+        axes[0].legend(fontsize=7)
+        figure.tight_layout()
+        out.append((title, figure, "Coefficient of traction and fragments in contact against the sweep."))
+    for n in ("size_0.83", "four_1", "size_2.00"):
+        if n in results and results[n].done:
+            out.append((f"Spin and bonds: {n}", spin_map(results[n]), "Left: fragments near one grain at the end, by "
+                        "the size of their spin. Right: load, mean and largest force of a bond against time."))
+    return out
+
+
+def spin_map(result):
+    f = result.table("fragments")
+    last = (f["time_s"] == f["time_s"][-1]) & (f["grain"] == 0)
+    spin = numpy.sqrt(sum(f[f"w_{a}_rad_per_s"] ** 2 for a in "xyz"))[last]
+    figure, axes = pyplot.subplots(1, 2, figsize=(9, 3.6))
+    dots = axes[0].scatter(1e3 * (f["x_m"][last] - 0.01), 1e3 * (f["y_m"][last] - 0.01), c=spin, s=8, cmap="viridis",
+                           vmax=numpy.quantile(spin, 0.95))
+    figure.colorbar(dots, label="spin [rad/s]")
+    axes[0].set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    s = result.series
+    axes[1].plot(1e3 * s["time_s"], 1e3 * s["bonds.force_mean_n"], label="mean bond force [mN]")
+    axes[1].plot(1e3 * s["time_s"], 1e3 * s["bonds.force_max_n"], label="largest bond force [mN]")
+    axes[1].set(xlabel="time [ms]", ylabel="bond force [mN]")
+    load = axes[1].twinx()
+    load.plot(1e3 * s["time_s"], s["upper.f_z_n"], color="0.6", linewidth=0.8)
+    load.set_ylabel("load [N] (grey)")
+    axes[1].legend(fontsize=7)
+    figure.tight_layout()
+    return figure
