@@ -240,7 +240,7 @@ struct Probe {
 inline bool HasTable(const Probe& p) {
   using K = Probe::Kind;
   return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings ||
-         p.kind == K::kGrains;
+         p.kind == K::kGrains || p.kind == K::kBondForces || p.kind == K::kFragments;
 }
 
 struct Experiment {

@@ -22,12 +22,6 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 
 }  // namespace
 
-bool HasTable(const Probe& p) {
-  using K = Probe::Kind;
-  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kBondForces ||
-         p.kind == K::kFragments;
-}
-
 Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
                const SinkFn& sink)
     : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
