@@ -32,7 +32,7 @@ const std::vector<Key>& ExperimentKeys() {
       {"", "numerics", K::kSection, "numerics", "", "", ""},
       {"", "joints", K::kLater, "", "", "", "joints between bodies"},
       {"", "bonds", K::kLater, "", "", "", "bonded grains"},
-      {"", "sweep", K::kLater, "", "", "", "sweeps over keys"},
+      {"", "sweep", K::kSection, "sweep", "one run", "", "many runs of this file, over its keys"},
 
       {"material", "name", K::kText, "", "!", "", ""},
       {"material", "density_kg_per_m3", K::kNumber, "", "0", "",
@@ -204,6 +204,25 @@ const std::vector<Key>& ExperimentKeys() {
       {"numerics", "rayleigh_fraction", K::kNumber, "", "0.2", "", "largest time step"},
       {"numerics", "overlap", K::kNumber, "", "0.05", "",
        "largest overlap over the radius that the step has to bear"},
+
+      {"sweep", "axes", K::kSections, "axis", "none", "", "what varies; every one with every other"},
+      {"sweep", "replicates", K::kCount, "", "1", "", "runs of each, with seeds from `seed` on"},
+      {"sweep", "held_out", K::kSection, "held_out", "none", "",
+       "more runs, marked as kept for tests"},
+      {"sweep", "results", K::kSections, "result", "none", "", "columns of the table of members"},
+
+      {"axis", "key", K::kText, "", "!", "", "as in `--set`: `bodies[0].motion[1].hold_force_n`"},
+      {"axis", "values", K::kValues, "", "!", "", "that it takes, in turn"},
+      {"axis", "zipped", K::kSwitch, "", "off", "", "takes its values along with the axis above"},
+
+      {"held_out", "axes", K::kSections, "axis", "!", "", ""},
+      {"held_out", "replicates", K::kCount, "", "1", "", ""},
+
+      {"result", "column", K::kText, "", "!", "", "of the series"},
+      {"result", "of", K::kChoice, "mean|last|least|most|sd", "mean", "", "sd: standard deviation"},
+      {"result", "from_s", K::kNumber, "", "0", "", "window; negative: from the end"},
+      {"result", "to_s", K::kNumber, "", "the end", "", "the same"},
+      {"result", "name", K::kText, "", "column and of", "", "of the column in the table"},
   };
   return keys;
 }

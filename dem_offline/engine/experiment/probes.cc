@@ -28,10 +28,16 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
                const SinkFn& sink)
     : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
-  MakeColumns();
+  MakeColumns(e);
 }
 
-void Probes::MakeColumns() {
+std::vector<std::string> SeriesColumns(const Experiment& experiment) {
+  ProbeTables tables;
+  tables.MakeColumns(Resolved(experiment));
+  return tables.series_.columns;
+}
+
+void ProbeTables::MakeColumns(const Experiment& e_) {
   series_.name = "series";
   series_.columns = {"time_s"};
   const auto add = [&](const std::string& prefix, std::initializer_list<const char*> names) {

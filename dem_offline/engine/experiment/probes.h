@@ -32,8 +32,21 @@ struct Heap {
 /// is where this mean falls under one diameter. All 0 for less than four rings.
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, double diameter_m);
 
+/// Tables of the probes of an experiment that is Resolved.
+struct ProbeTables {
+  void MakeColumns(const Experiment& e);
+
+  Table series_;
+  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
+  std::vector<double> due_s_;  ///< [probe]
+  bool energy_ = false;
+};
+
+/// Columns of the series that an experiment will have.
+std::vector<std::string> SeriesColumns(const Experiment& experiment);
+
 /// All probes of an experiment: collects every step, writes rows to the sink.
-class Probes {
+class Probes : ProbeTables {
  public:
   /// `e` is Resolved.
   Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
@@ -51,7 +64,6 @@ class Probes {
   struct Sum {
     Wrench wrench;
   };
-  void MakeColumns();
   void WriteSeries(double time_s);
   void AddRow(const Probe& p, std::vector<double>* row);
   void AddPose(std::size_t body, std::vector<double>* row) const;
@@ -66,13 +78,9 @@ class Probes {
   const Ground& ground_;
   const std::vector<Drive>& drives_;
   const SinkFn& sink_;
-  Table series_;
-  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
-  std::vector<double> due_s_;  ///< [probe]
   std::vector<Wrench> sums_;   ///< [body]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
-  bool energy_ = false;
   EnergyBalance balance_0_;
 };
 
