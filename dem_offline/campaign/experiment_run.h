@@ -16,13 +16,22 @@ using ToldFn = std::function<bool(double fraction)>;
 /// be reached: an exception, or a record that is FAILED.
 enum class OnFailure { kThrow, kRecord };
 
+struct RunOptions {
+  dem::WorkLimits limits;
+  ToldFn told;
+  OnFailure on_failure = OnFailure::kThrow;
+  bool resume = false;  ///< from the checkpoint, where there is one
+};
+
 /// Runs an experiment: writes the run file `out` (*.run.h5), and beside it OUT.series.csv and a CSV
-/// for each table. Nothing: stopped by `told`; then the CSVs hold what there was. Throws as
-/// RunExperiment, and std::system_error or std::runtime_error for a file that cannot be written.
+/// for each table, and frames and checkpoints where it asks for them. Nothing: stopped by `told`; then the CSVs hold what there was. Throws as
+/// RunExperiment, InputError for a checkpoint of another run, and std::runtime_error for a file that cannot be written.
 std::optional<records::RunFile> RunExperimentTo(const std::string& out,
                                                 const ExperimentFile& experiment,
-                                                const dem::WorkLimits& limits, const ToldFn& told,
-                                                OnFailure on_failure = OnFailure::kThrow);
+                                                const RunOptions& options);
+
+/// Where the checkpoint of a run stands; it is removed when the run has ended.
+std::string CheckpointOf(const std::string& out);
 
 /// Equal for equal experiments and engines: of all values, and other files.
 std::string RunIdOf(const ExperimentFile& file);

@@ -41,7 +41,7 @@ struct RunArguments {
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
   int jobs = 0;
-  bool json = false, progress_lines = false;
+  bool resume = false, json = false, progress_lines = false;
   std::vector<std::string> sets;
   dem::WorkLimits limits;
 };
@@ -152,13 +152,19 @@ int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
   }
   if (arguments.jobs > 0) throw InputError("--jobs: one run, expected a file with a sweep");
   CheckOutFolder(arguments.out);
+  if (arguments.resume && !std::filesystem::exists(CheckpointOf(arguments.out))) {
+    PutText(stderr, CheckpointOf(arguments.out) + ": no checkpoint; the run begins anew\n");
+  }
   ProgressPrinter printer(arguments.progress_lines);
   const auto run = RunExperimentTo(
       arguments.out, LoadExperiment(arguments.experiment, arguments.limits, arguments.sets),
-      arguments.limits, [&](double fraction) {
-        printer.Run(fraction);
-        return !signals.stop();
-      });
+      {.limits = arguments.limits,
+       .told =
+           [&](double fraction) {
+             printer.Run(fraction);
+             return !signals.stop();
+           },
+       .resume = arguments.resume});
   if (!run) return signals.exit_code();
   printer.End();
   if (arguments.json) {
@@ -247,6 +253,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
   run->add_option("--jobs", arguments->jobs, "Runs of a sweep at a time; default: one per core")
       ->check(CLI::PositiveNumber)
       ->needs(experiment);
+  run->add_flag("--resume", arguments->resume, "Go on from the last checkpoint, where there is one")
+      ->needs(experiment);
   AddMemoryLimit(*run, &arguments->limits);
   run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
   run->add_flag("--json", arguments->json, "The record as JSON on stdout");
@@ -256,7 +264,7 @@ void AddRunCommand(CLI::App& app, Action* action) {
     if (*experiment) {
       for (const auto* option : run->get_options()) {
         const std::set<std::string> fits = {
-            "FILE", "--set", "--out", "--jobs", "--json", "--progress-lines", "--memory-gib",
+            "FILE", "--set", "--out", "--jobs", "--resume", "--json", "--progress-lines", "--memory-gib",
             "--help"};
         if (*option && fits.count(option->get_name()) == 0) {
           throw CLI::ValidationError("run", option->get_name() + ": not with an experiment file");

@@ -164,7 +164,7 @@ class SweepExecutor {
       progress_.Working(task.run_id, fraction, "run");
       return !workers_.Stopping();
     };
-    return RunExperimentTo(out, file, limits_, told, OnFailure::kRecord);
+    return RunExperimentTo(out, file, {limits_, told, OnFailure::kRecord, /*resume=*/true});
   }
 
   const Sweep& sweep_;

@@ -199,11 +199,16 @@ const std::vector<Key>& ExperimentKeys() {
       {"probe", "every_s", K::kNumber, "", "at the end", "bins|surface", ""},
 
       {"output", "sample_s", K::kNumber, "", "0.01", "", "of the series; wrenches are means"},
-      {"output", "checkpoint_s", K::kLater, "", "", "", "checkpoints"},
-      {"output", "frames_s", K::kLater, "", "", "", "frames for pictures"},
+      {"output", "checkpoint_every_s", K::kNumber, "", "none", "",
+       "of the program: `run --resume` goes on from the last one"},
+      {"output", "frames", K::kSection, "frames", "none", "",
+       "grains and bodies for pictures (`./grouser dem view`, ParaView)"},
       {"numerics", "rayleigh_fraction", K::kNumber, "", "0.2", "", "largest time step"},
       {"numerics", "overlap", K::kNumber, "", "0.05", "",
        "largest overlap over the radius that the step has to bear"},
+
+      {"frames", "every_s", K::kNumber, "", "", "", "from the beginning of the program on"},
+      {"frames", "times_s", K::kNumbers, "", "", "", "instead: at these times; the end comes too"},
 
       {"sweep", "axes", K::kSections, "axis", "none", "", "what varies; every one with every other"},
       {"sweep", "replicates", K::kCount, "", "1", "", "runs of each, with seeds from `seed` on"},

@@ -63,6 +63,10 @@ class Reader {
     if (root.Has("output")) {
       KeyedSection s = root.Section("output");
       e.sample_s = s.NumberOr("sample_s", e.sample_s);
+      if (s.Has("checkpoint_every_s")) {
+        e.checkpoint_every_s = s.yaml().Number("checkpoint_every_s", kPositive);
+      }
+      if (s.Has("frames")) e.frames = ReadFrames(s.Section("frames"));
       s.Finish();
     }
     if (root.Has("numerics")) {
@@ -88,6 +92,18 @@ class Reader {
       section.Finish();
     }
     return out;
+  }
+
+  static dx::FrameSpec ReadFrames(KeyedSection s) {
+    dx::FrameSpec f;
+    if (s.Has("every_s") == s.Has("times_s")) {
+      s.yaml().Fail("every_s", s.Has("every_s") ? "it beside times_s" : "neither it nor times_s",
+                    "one of them");
+    }
+    if (s.Has("every_s")) f.every_s = s.yaml().Number("every_s", kPositive);
+    if (s.Has("times_s")) f.times_s = s.Numbers("times_s");
+    s.Finish();
+    return f;
   }
 
   void ReadLaws(KeyedSection s) {

@@ -59,6 +59,13 @@ class Probes : ProbeTables {
   /// The last row, and the tables that are due at the end.
   void End();
   const EnergyBalance& first_balance() const { return balance_0_; }
+  /// All that changes, for checkpoints, as Drive::Walk.
+  template <class Archive>
+  void Walk(Archive& a) {
+    a(due_s_), a(sums_), a(summed_), a(next_s_), a(time_s_), a(balance_0_);
+  }
+  /// Energy that the world counts no longer (checkpoints: what left with grains).
+  void Forget(double frozen_j) { balance_0_.frozen -= frozen_j; }
 
  private:
   struct Sum {

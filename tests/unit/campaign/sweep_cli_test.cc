@@ -84,13 +84,13 @@ TEST_F(SweepCli, GoesOnWithoutRunningAgainWhatIsThere) {
 }
 
 TEST_F(SweepCli, AMemberThatFailsDoesNotStopTheOthers) {
-  // A shake that throws the grains at twice the step's speed fails; a move that never ends does too.
+  // A plate that does not reach the grains in its time.
   Write("drops.yaml", std::string(kDrops) +
                           R"(bodies:
   - {name: plate, material: sand, parts: {shape: disc, radius_m: 0.03},
      position_m: [0.1, 0.1, 0.2], motion: [{do: lower, speed_m_per_s: 0.1, touch: on, most_s: 1}]}
 )");
-  ASSERT_EQ(Run(RunCommand(" --set 'sweep.axes={key: bodies[0].motion[0].most_s, values: [0.001, "
+  ASSERT_EQ(Run(RunCommand(" --set 'sweep.axes={key: \"bodies[0].motion[0].most_s\", values: [0.001, "
                            "9]}'")),
             0)
       << said_;
@@ -144,7 +144,7 @@ TEST_F(SweepCli, CheckCountsMembersAndAddsUpTheirTime) {
 }
 
 TEST_F(SweepCli, RefusesBeforeAnyWork) {
-  EXPECT_EQ(Run(RunCommand(" --set 'sweep.results.column=kinetic'")), 2);
+  EXPECT_EQ(Run(RunCommand(" --set 'sweep.results.column=kinetic_over_weigth'")), 2);
   EXPECT_NE(said_.find("the nearest is 'kinetic_over_weight'"), std::string::npos) << said_;
   EXPECT_EQ(Run(RunCommand(" --set 'sweep.axes.values=[5, 5]'")), 2);
   EXPECT_NE(said_.find("members 0 and 1 are the same"), std::string::npos) << said_;

@@ -115,7 +115,7 @@ TEST(Sweep, SeedMayBeAnAxis) {
 
 TEST(Sweep, RefusesBadInput) {
   Refuses("sweep: {axes: {key: grains.cuont, values: [5]}}\n", "nearest is 'count'");
-  Refuses("sweep: {axes: {key: bodies[3].name, values: [5]}}\n", "no such key as 'bodies[3]'");
+  Refuses("sweep: {axes: {key: \"bodies[3].name\", values: [5]}}\n", "no such key as 'bodies[3]'");
   Refuses("sweep: {axes: {key: grains.count, values: [5, none]}}\n", "member grains.count=none");
   Refuses("sweep: {axes: {key: grains.count, values: []}}\n", "non-empty list");
   Refuses("sweep: {axes: {key: sweep.replicates, values: [5]}}\n", "of the experiment itself");
