@@ -27,7 +27,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from frames import MEASURES, BadFile, Frame, list_frames, read_series, stem_of  # noqa: E402
 from render import Camera, Canvas, cut  # noqa: E402
 
-STEEL = (0.62, 0.66, 0.72)
+STEEL = (0.47, 0.66, 0.90)
 AXES = "xyz"
 plt.rcParams.update({"font.size": 9, "axes.edgecolor": "#888888", "axes.axisbelow": True,
                      "grid.color": "#e6e6e6", "figure.dpi": 110})
@@ -88,7 +88,7 @@ def draw_box(axes, camera, box, height):
                                              for y in (0, size[1])]))
             k = int(np.argmin(sides[:, 0]))
             other = [(0, size[0])[k >> 1], (0, size[1])[k & 1], 0.0]
-        ticks = nice_ticks(size[axis])
+        ticks = nice_ticks(size[axis])[1 if axis == 1 else 0:]  # the corner has x's end already
         for value in ticks:
             point = np.array(other)
             point[axis] = value
@@ -126,6 +126,10 @@ def draw_oblique(axes, frame, scale, camera, height, alpha, pixels):
     # Bodies that stand out far are cut off.
     low = np.maximum(low, box.min(axis=0) - 0.15 * (box.max(axis=0) - box.min(axis=0)))
     high = np.minimum(high, box.max(axis=0) + 0.15 * (box.max(axis=0) - box.min(axis=0)))
+    if frame.radius.size:  # grains at the sides reach out
+        at, reach = camera.project(frame.centre), frame.radius[:, None]
+        low = np.minimum(low, (at - reach).min(axis=0))
+        high = np.maximum(high, (at + reach).max(axis=0))
     canvas = Canvas(low[0], high[0], low[1], high[1], (high - low)[:2].max() / pixels)
     canvas.spheres(camera.project(frame.centre), frame.radius,
                    scale.colours(frame.values(scale.by)))
@@ -203,12 +207,14 @@ def panels_of(columns):
 
 
 def draw_series(columns, rows, name):
-    """All columns against time, and the vertical force of a body against its sinkage."""
-    panels = panels_of(columns)
+    """All columns that are not 0 throughout against time, and the vertical force of a body
+    against its sinkage."""
+    panels = {key: members for key, members in panels_of(columns).items()
+              if np.any(rows[:, [columns.index(c) for c in members]])}
     curves = [(body, f"{body}.sinkage_m", f"{body}.f_z_n")
               for body in {c.split(".")[0] for c in columns if "." in c}
               if {f"{body}.sinkage_m", f"{body}.f_z_n"} <= set(columns)]
-    count = len(panels) + len(curves)
+    count = max(1, len(panels) + len(curves))
     wide = min(3, count)
     tall = -(-count // wide)
     figure, axes = plt.subplots(tall, wide, figsize=(3.9 * wide, 2.5 * tall), squeeze=False,
@@ -300,7 +306,7 @@ def parse(arguments):
     parser.add_argument("--cut", metavar="AXIS=METRES", help="plane of the cut, as y=0.09")
     parser.add_argument("--azimuth-deg", type=float, default=35.0)
     parser.add_argument("--elevation-deg", type=float, default=28.0)
-    parser.add_argument("--body-alpha", type=float, default=0.55, help="0: bodies are clear")
+    parser.add_argument("--body-alpha", type=float, default=0.7, help="0: bodies are clear")
     parser.add_argument("--pixels", type=int, default=700, help="of the longer side of the view")
     parser.add_argument("--film", action="store_true", help="of all frames")
     parser.add_argument("--rate", type=float, default=10.0, help="frames of the film per second")

@@ -71,6 +71,14 @@ void Ground::Load(ByteReader& in) {
   for (std::size_t b = 0; b < e_.bodies.size(); ++b) {
     if (body_number_[b] < 0) AddBodyOf(b);
   }
+  const auto count = static_cast<std::size_t>(world_->count());
+  const auto words = static_cast<std::size_t>(world_->list().words());
+  bool good = state.grains.size() == count && state.loads.size() == count &&
+              state.kinetics.size() == count && state.words.size() == state.pairs.size() * words &&
+              state.clumps.size() == world_->state().clumps.size() &&
+              state.bodies.size() == world_->state().bodies.size();
+  for (const Grain& g : state.grains) good = good && g.id >= 0;
+  if (!good) throw std::invalid_argument("checkpoint: it is of another experiment");
   world_->SetEnergy(energy);
   world_->ImportState(state);
 }

@@ -137,6 +137,48 @@ TEST_F(SweepCli, ASignalEndsTheRunsInProgressAndKeepsTheOthers) {
   EXPECT_NE(table.find(",PLANNED,"), std::string::npos) << table;
 }
 
+/// Killed after a checkpoint: the files are those of a run that was not.
+TEST_F(SweepCli, AKilledRunGoesOnFromItsCheckpointToTheBit) {
+  std::string one = std::string(kDrops).substr(0, std::string(kDrops).find("sweep:"));
+  one.replace(one.find("duration_s: 0.02"), 16, "duration_s: 2.5");
+  Write("one.yaml", one +
+                        "output: {checkpoint_every_s: 0.02, sample_s: 0.0005, "
+                        "frames: {every_s: 0.5}}\n");
+  ASSERT_EQ(Run("run " + In("one.yaml") + " --out " + In("whole.run.h5")), 0) << said_;
+  EXPECT_FALSE(fs::exists(In("whole.checkpoint")));
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string file = In("one.yaml"), out = In("part.run.h5");
+    execl(GROUSER_DEM, GROUSER_DEM, "run", file.c_str(), "--out", out.c_str(), nullptr);
+    _exit(1);
+  }
+  for (int k = 0; k < 60000 && !fs::exists(In("part.checkpoint")); ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGKILL);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "it was done before";
+  EXPECT_FALSE(fs::exists(In("part.run.h5")));
+  // Of another experiment: refused, and nothing is lost.
+  EXPECT_EQ(Run("run " + In("one.yaml") + " --set seed=9 --resume --out " + In("part.run.h5")), 2);
+  EXPECT_NE(said_.find("the experiment or the engine has changed"), std::string::npos) << said_;
+  const std::string kept = Read("part.checkpoint");
+  Write("part.checkpoint", kept.substr(0, kept.size() / 2));
+  EXPECT_EQ(Run("run " + In("one.yaml") + " --resume --out " + In("part.run.h5")), 2);
+  EXPECT_NE(said_.find("damaged"), std::string::npos) << said_;
+  Write("part.checkpoint", kept);
+  ASSERT_EQ(Run("run " + In("one.yaml") + " --resume --out " + In("part.run.h5")), 0) << said_;
+  EXPECT_EQ(said_.find("no checkpoint"), std::string::npos) << said_;
+  EXPECT_EQ(Read("part.series.csv"), Read("whole.series.csv"));
+  const auto whole = grouser::records::ReadAnyRunFile(In("whole.run.h5")),
+             part = grouser::records::ReadAnyRunFile(In("part.run.h5"));
+  EXPECT_EQ(part.series, whole.series);
+  EXPECT_EQ(part.record.numerics().steps(), whole.record.numerics().steps());
+  EXPECT_EQ(Read("part.frames/frames.pvd"), Read("whole.frames/frames.pvd"));
+  EXPECT_EQ(Read("part.frames/grains_000005.vtp"), Read("whole.frames/grains_000005.vtp"));
+}
+
 TEST_F(SweepCli, CheckCountsMembersAndAddsUpTheirTime) {
   ASSERT_EQ(Run("check " + In("drops.yaml")), 0) << said_;
   EXPECT_NE(said_.find("members      3, 0 of them held out"), std::string::npos) << said_;
