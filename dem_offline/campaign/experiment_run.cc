@@ -103,8 +103,9 @@ class Tables {
       std::error_code error;
       const std::uint64_t size = std::filesystem::file_size(PathOf(name), error);
       if (error || size < kept_[name]) {
-        throw InputError(PathOf(name) + ": missing or shorter than at the checkpoint; without "
-                                        "--resume the run begins anew");
+        throw InputError(PathOf(name) +
+                         ": missing or shorter than at the checkpoint; without "
+                         "--resume the run begins anew");
       }
       std::filesystem::resize_file(PathOf(name), kept_[name]);
     }
@@ -196,9 +197,10 @@ std::string ReadCheckpoint(const std::string& path, const std::string& run_id, T
   if (text != kCheckpointMagic) throw InputError(path + ": no checkpoint of this version");
   in(text);
   if (text != run_id) {
-    throw InputError(fmt::format("{}: of run {}, not {}: the experiment or the engine has changed; "
-                                 "without --resume the run begins anew",
-                                 path, text, run_id));
+    throw InputError(
+        fmt::format("{}: of run {}, not {}: the experiment or the engine has changed; "
+                    "without --resume the run begins anew",
+                    path, text, run_id));
   }
   tables->Load(in);
   std::vector<double> times;
@@ -252,8 +254,8 @@ std::optional<records::RunFile> RunExperimentTo(const std::string& out,
     throw;
   } catch (const dem::SpecError& error) {
     if (options.on_failure == OnFailure::kThrow) throw;
-    result.reason = fmt::format("{}: got {}, expected {}", error.field(), error.got(),
-                                error.expected());
+    result.reason =
+        fmt::format("{}: got {}, expected {}", error.field(), error.got(), error.expected());
   } catch (const std::runtime_error& error) {
     tables.Sync();
     if (stopped) return std::nullopt;

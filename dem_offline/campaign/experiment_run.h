@@ -24,8 +24,9 @@ struct RunOptions {
 };
 
 /// Runs an experiment: writes the run file `out` (*.run.h5), and beside it OUT.series.csv and a CSV
-/// for each table, and frames and checkpoints where it asks for them. Nothing: stopped by `told`; then the CSVs hold what there was. Throws as
-/// RunExperiment, InputError for a checkpoint of another run, and std::runtime_error for a file that cannot be written.
+/// for each table, and frames and checkpoints where it asks for them. Nothing: stopped by `told`;
+/// then the CSVs hold what there was. Throws as RunExperiment, InputError for a checkpoint of
+/// another run, and std::runtime_error for a file that cannot be written.
 std::optional<records::RunFile> RunExperimentTo(const std::string& out,
                                                 const ExperimentFile& experiment,
                                                 const RunOptions& options);

@@ -30,18 +30,20 @@ class VtpWriter {
     xml_ += "</FieldData>\n";
   }
   void Piece(std::size_t points, std::size_t verts, std::size_t lines, std::size_t polygons) {
-    xml_ += fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" "
-                        "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
-                        points, verts, lines, polygons);
+    xml_ += fmt::format(
+        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" "
+        "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
+        points, verts, lines, polygons);
   }
   void Open(const std::string& element) { xml_ += "<" + element + ">\n"; }
   void Close(const std::string& element) { xml_ += "</" + element + ">\n"; }
   template <class T>
   void Array(const std::string& name, const char* type, int components, const std::vector<T>& data,
              const std::string& more = "") {
-    xml_ += fmt::format("<DataArray Name=\"{}\" type=\"{}\" NumberOfComponents=\"{}\"{} "
-                        "format=\"appended\" offset=\"{}\"/>\n",
-                        name, type, components, more, data_.size());
+    xml_ += fmt::format(
+        "<DataArray Name=\"{}\" type=\"{}\" NumberOfComponents=\"{}\"{} "
+        "format=\"appended\" offset=\"{}\"/>\n",
+        name, type, components, more, data_.size());
     const std::uint64_t bytes = data.size() * sizeof(T);
     data_.append(reinterpret_cast<const char*>(&bytes), sizeof(bytes));
     data_.append(reinterpret_cast<const char*>(data.data()), bytes);
@@ -152,9 +154,10 @@ void FrameFiles::Write(const dx::Snapshot& s) {
       "byte_order=\"LittleEndian\">\n<Collection>\n";
   for (std::size_t k = 0; k < times_.size(); ++k) {
     for (const auto& [part, name] : {std::pair(0, "grains"), std::pair(1, "bodies")}) {
-      pvd += fmt::format("<DataSet timestep=\"{:.9g}\" part=\"{}\" name=\"{}\" "
-                         "file=\"{}_{:06}.vtp\"/>\n",
-                         times_[k], part, name, name, k);
+      pvd += fmt::format(
+          "<DataSet timestep=\"{:.9g}\" part=\"{}\" name=\"{}\" "
+          "file=\"{}_{:06}.vtp\"/>\n",
+          times_[k], part, name, name, k);
     }
   }
   records::WriteFileDurably(folder_ + "/frames.pvd", pvd + "</Collection>\n</VTKFile>\n");

@@ -92,9 +92,8 @@ void CampaignProgress::Finished(const std::string& run_id, const std::string& wh
   working_.erase(run_id);
   CountRun(record.status(), &status_);
   ++finished_here_;
-  std::string line =
-      fmt::format("[{}/{}] {} {}: {}{}", status_.done(), status_.total(), run_id, what,
-                  StatusWord(record.status()), Means(record));
+  std::string line = fmt::format("[{}/{}] {} {}: {}{}", status_.done(), status_.total(), run_id,
+                                 what, StatusWord(record.status()), Means(record));
   if (!record.reason().empty()) line += fmt::format(" ({})", record.reason());
   PrintLocked(line + fmt::format("; {}; {:.2f} runs/min, ETA {}",
                                  ForPeople(record.numerics().wall_s()), 60 * RateLocked(),

@@ -132,9 +132,9 @@ void CheckOutFolder(const std::string& out) {
 
 int RunSweepOf(const RunArguments& arguments, const Sweep& sweep, const StopSignals& signals) {
   CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
-  const auto status = RunSweep(
-      sweep, {.folder = arguments.out, .jobs = arguments.jobs, .limits = arguments.limits},
-      signals.stop(), progress);
+  const auto status =
+      RunSweep(sweep, {.folder = arguments.out, .jobs = arguments.jobs, .limits = arguments.limits},
+               signals.stop(), progress);
   if (arguments.json) {
     fmt::print("{}\n", records::ToJson(status));
   } else {
@@ -246,7 +246,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
       ->check(CLI::PositiveNumber)
       ->excludes(spec);
   for (auto* option : {slip, load, drawbar, angle}) option->excludes(spec);
-  run->add_option("--out", arguments->out, "Run file to write (*.run.h5); of a sweep: a folder")->required();
+  run->add_option("--out", arguments->out, "Run file to write (*.run.h5); of a sweep: a folder")
+      ->required();
   run->add_option("--device", arguments->device,
                   "cpu (default), cuda, auto (a card where there is one), or emulated")
       ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
@@ -264,8 +265,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
     if (*experiment) {
       for (const auto* option : run->get_options()) {
         const std::set<std::string> fits = {
-            "FILE", "--set", "--out", "--jobs", "--resume", "--json", "--progress-lines", "--memory-gib",
-            "--help"};
+            "FILE",         "--set", "--out", "--jobs", "--resume", "--json", "--progress-lines",
+            "--memory-gib", "--help"};
         if (*option && fits.count(option->get_name()) == 0) {
           throw CLI::ValidationError("run", option->get_name() + ": not with an experiment file");
         }

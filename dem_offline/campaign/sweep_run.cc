@@ -97,10 +97,10 @@ std::list<Task> PlanTasks(const Sweep& sweep, const dem::WorkLimits& limits, Mem
                      plan.preparation_grain_steps + plan.program_grain_steps, plan.work.bytes});
     const auto [twin, first] = row_of.try_emplace(tasks.back().run_id, k);
     if (!first) {
-      throw InputError(fmt::format("{}: sweep: members {} and {} are the same ({}), expected each "
-                                   "once",
-                                   sweep.file, twin->second, k,
-                                   Describe(sweep, sweep.members[k])));
+      throw InputError(
+          fmt::format("{}: sweep: members {} and {} are the same ({}), expected each "
+                      "once",
+                      sweep.file, twin->second, k, Describe(sweep, sweep.members[k])));
     }
     table->SetId(k, tasks.back().run_id);
   }
@@ -215,8 +215,8 @@ v1alpha1::CampaignStatus RunSweep(const Sweep& sweep, const SweepOptions& option
   for (const auto status : finished) progress.Resumed(status);
   double largest = 0;
   for (const Task& task : tasks) largest = std::max(largest, task.bytes);
-  const int jobs = JobsThatFit(static_cast<int>(tasks.size()), options.jobs, largest,
-                               options.limits, progress);
+  const int jobs =
+      JobsThatFit(static_cast<int>(tasks.size()), options.jobs, largest, options.limits, progress);
   SweepExecutor(sweep, options, folder, stop, progress, table, std::move(tasks)).Run(jobs);
   table.Write();
   return progress.Status();

@@ -19,7 +19,8 @@ struct SweepOptions {
 /// file and its CSVs, as one experiment has them) and FOLDER/members.csv, the table of all of them.
 /// A member that fails is written as FAILED, and the others go on. Members that are in the folder
 /// already, DONE or FAILED, with the same values and engine are not run again. A member
-/// with a checkpoint goes on from it. When `stop` becomes true, the runs in progress end without a run file.
+/// with a checkpoint goes on from it. When `stop` becomes true, the runs in progress end without a
+/// run file.
 ///
 /// Throws InputError for a member that is refused or a folder with other contents, before anything
 /// has run; std::runtime_error where the folder is in use or a file cannot be written.

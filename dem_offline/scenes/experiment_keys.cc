@@ -210,7 +210,8 @@ const std::vector<Key>& ExperimentKeys() {
       {"frames", "every_s", K::kNumber, "", "", "", "from the beginning of the program on"},
       {"frames", "times_s", K::kNumbers, "", "", "", "instead: at these times; the end comes too"},
 
-      {"sweep", "axes", K::kSections, "axis", "none", "", "what varies; every one with every other"},
+      {"sweep", "axes", K::kSections, "axis", "none", "",
+       "what varies; every one with every other"},
       {"sweep", "replicates", K::kCount, "", "1", "", "runs of each, with seeds from `seed` on"},
       {"sweep", "held_out", K::kSection, "held_out", "none", "",
        "more runs, marked as kept for tests"},

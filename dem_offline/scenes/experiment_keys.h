@@ -71,7 +71,7 @@ class KeyedSection {
   std::vector<double> Vector(const char* key);  ///< three; angles in radians
   std::vector<std::uint64_t> Counts(const char* key, std::uint64_t most);
   std::vector<std::string> Texts(const char* key);
-  std::vector<double> Numbers(const char* key);       ///< none twice
+  std::vector<double> Numbers(const char* key);      ///< none twice
   std::vector<std::string> Values(const char* key);  ///< as YAML
   KeyedSection Section(const char* key);
   std::vector<KeyedSection> Sections(const char* key);

@@ -13,6 +13,8 @@
 namespace grouser::campaign {
 namespace {
 
+constexpr std::size_t kMostAxes = 64;
+
 /// Axes that take their values together.
 struct Group {
   std::vector<std::string> keys;
@@ -49,6 +51,10 @@ Design ReadDesign(KeyedSection& s) {
         axis.yaml().Fail("key", "'" + key + "' twice", "each key once");
       }
       seen.push_back(key);
+      if (seen.size() > kMostAxes) {
+        axis.yaml().Fail("key", fmt::format("axis {}", seen.size()),
+                         fmt::format("at most {}", kMostAxes));
+      }
       const bool zipped = axis.Switch("zipped", false);
       Group& group = GroupFor(zipped, axis, &out);
       group.keys.push_back(key);
@@ -133,8 +139,8 @@ void CheckSets(const Sweep& sweep, bool replicates) {
   }
   const bool seeds = std::find(sweep.keys.begin(), sweep.keys.end(), "seed") != sweep.keys.end();
   if (seeds && replicates) {
-    throw InputError(fmt::format("{}: sweep: an axis over seed beside replicates, expected one",
-                                 sweep.file));
+    throw InputError(
+        fmt::format("{}: sweep: an axis over seed beside replicates, expected one", sweep.file));
   }
 }
 
@@ -225,9 +231,10 @@ std::string Describe(const Sweep& sweep, const SweepMember& member) {
 void CheckResults(const Sweep& sweep, const std::vector<std::string>& columns) {
   for (const SweepResult& r : sweep.results) {
     if (std::find(columns.begin(), columns.end(), r.column) != columns.end()) continue;
-    throw InputError(fmt::format("{}: sweep.results: no column '{}', expected one of the series; "
-                                 "the nearest is '{}'",
-                                 sweep.file, r.column, NearestOf(r.column.substr(0, 100), columns)));
+    throw InputError(
+        fmt::format("{}: sweep.results: no column '{}', expected one of the series; "
+                    "the nearest is '{}'",
+                    sweep.file, r.column, NearestOf(r.column.substr(0, 100), columns)));
   }
 }
 

@@ -217,7 +217,7 @@ struct Experiment {
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;
   FrameSpec frames;
-  double checkpoint_every_s = 0;  ///< of the program; 0: none
+  double checkpoint_every_s = 0;     ///< of the program; 0: none
   double rayleigh_fraction = 0.2;    ///< time step over the Rayleigh time, at most
   double overlap = 0.05;             ///< largest overlap over the radius that the step bears
   double largest_speed_m_per_s = 0;  ///< of bodies; checked against step and grain

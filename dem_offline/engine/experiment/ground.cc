@@ -90,8 +90,7 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   }
 }
 
-Ground::Ground(const Experiment& e, double dt_s, ByteReader& saved)
-    : e_(e), dt_(dt_s), random_(0) {
+Ground::Ground(const Experiment& e, double dt_s, ByteReader& saved) : e_(e), dt_(dt_s), random_(0) {
   Configure();
   Load(saved);
 }

@@ -85,7 +85,7 @@ class Probes : ProbeTables {
   const Ground& ground_;
   const std::vector<Drive>& drives_;
   const SinkFn& sink_;
-  std::vector<Wrench> sums_;   ///< [body]
+  std::vector<Wrench> sums_;  ///< [body]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
   EnergyBalance balance_0_;

@@ -26,8 +26,7 @@ class PartSurface {
       case PartKind::kHollowCylinder: {
         const double outer = p_.a + p_.c;
         if (!(p_.c > 0)) return Revolve({{p_.a, p_.b}, {p_.a, -p_.b}});
-        return Revolve(
-            {{p_.a, p_.b}, {p_.a, -p_.b}, {outer, -p_.b}, {outer, p_.b}, {p_.a, p_.b}});
+        return Revolve({{p_.a, p_.b}, {p_.a, -p_.b}, {outer, -p_.b}, {outer, p_.b}, {p_.a, p_.b}});
       }
       case PartKind::kDisc:
         return Flat(0, p_.a);

@@ -17,13 +17,13 @@ struct Snapshot {
   bool planar = false;
   std::vector<GrainState> grains;
   std::vector<std::int32_t> ids;
-  std::vector<Vec3f> force_n;         ///< sum of the contacts of a grain
-  std::vector<float> overlap;         ///< deepest with another grain, over the radius
-  std::vector<float> contacts;        ///< of a grain
+  std::vector<Vec3f> force_n;                      ///< sum of the contacts of a grain
+  std::vector<float> overlap;                      ///< deepest with another grain, over the radius
+  std::vector<float> contacts;                     ///< of a grain
   std::vector<std::array<std::int32_t, 2>> bonds;  ///< intact, by place
-  std::vector<std::string> bodies;    ///< their names
-  TriangleSoup triangles;             ///< of all bodies, in the world [m]
-  std::vector<std::int32_t> body_of;  ///< [triangles]
+  std::vector<std::string> bodies;                 ///< their names
+  TriangleSoup triangles;                          ///< of all bodies, in the world [m]
+  std::vector<std::int32_t> body_of;               ///< [triangles]
 };
 Snapshot SnapshotOf(const Experiment& e, const Ground& ground, double time_s);
 

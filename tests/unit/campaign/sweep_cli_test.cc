@@ -63,8 +63,7 @@ TEST_F(SweepCli, RunsAllMembersIntoAFolderWithATable) {
   std::istringstream table(Read("out/members.csv"));
   std::string line;
   std::getline(table, line);
-  EXPECT_EQ(line,
-            "member,run_id,role,grains.count,seed,status,kinetic_over_weight.last,reason");
+  EXPECT_EQ(line, "member,run_id,role,grains.count,seed,status,kinetic_over_weight.last,reason");
   std::getline(table, line);
   EXPECT_NE(line.find(",training,5,1,DONE,"), std::string::npos) << line;
 }
@@ -90,9 +89,10 @@ TEST_F(SweepCli, AMemberThatFailsDoesNotStopTheOthers) {
   - {name: plate, material: sand, parts: {shape: disc, radius_m: 0.03},
      position_m: [0.1, 0.1, 0.2], motion: [{do: lower, speed_m_per_s: 0.1, touch: on, most_s: 1}]}
 )");
-  ASSERT_EQ(Run(RunCommand(" --set 'sweep.axes={key: \"bodies[0].motion[0].most_s\", values: [0.001, "
-                           "9]}'")),
-            0)
+  ASSERT_EQ(
+      Run(RunCommand(" --set 'sweep.axes={key: \"bodies[0].motion[0].most_s\", values: [0.001, "
+                     "9]}'")),
+      0)
       << said_;
   EXPECT_NE(said_.find("2/2 done, 1 failed"), std::string::npos) << said_;
   const std::string table = Read("out/members.csv");

@@ -58,8 +58,8 @@ Experiment Press() {
   b.motion = {Lower(1), Hold(2, 0, 0.04), Hold(2, 3, 0.05), release};
   e.bodies = {b};
   using K = Probe::Kind;
-  for (const K kind : {K::kPose, K::kVelocity, K::kWrench, K::kEnergy, K::kCoordination, K::kRest,
-                       K::kSurface}) {
+  for (const K kind :
+       {K::kPose, K::kVelocity, K::kWrench, K::kEnergy, K::kCoordination, K::kRest, K::kSurface}) {
     Probe probe;
     probe.kind = kind;
     probe.body = kind == K::kPose || kind == K::kVelocity || kind == K::kWrench ? "plate" : "";

@@ -1,10 +1,9 @@
 // Frames: surfaces of shapes, times, and what the grains carry.
-#include "dem_offline/engine/experiment/snapshot.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "dem_offline/engine/experiment/snapshot.h"
 #include "tests/unit/engine/experiment_testing.h"
 
 namespace grouser::dem::experiment {
