@@ -46,6 +46,7 @@ void Ground::Save(ByteWriter& out) const {
   if (world_->clumps() == 0) {
     for (std::int64_t i = 0; i < world_->count(); ++i) grains.push_back(world_->State(i));
   }
+  out(world_->config().dt_s);
   out(grains);
   out(surface_);
   out(solid_fraction_);
@@ -55,6 +56,7 @@ void Ground::Save(ByteWriter& out) const {
 
 void Ground::Load(ByteReader& in) {
   Contents contents;
+  in(config_.dt_s);
   in(contents.grains);
   in(surface_);
   in(solid_fraction_);

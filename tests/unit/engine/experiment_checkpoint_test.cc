@@ -175,6 +175,22 @@ TEST(Checkpoint, PlanarWorldOfDiscs) {
   GoesOnToTheBit(e, 3);
 }
 
+TEST(Checkpoint, FreeAxesAndAnotherTimeStepOfTheProgram) {
+  Experiment e = Press();
+  e.program_step = 0.7;
+  BodySpec& b = e.bodies[0];
+  b.mass_kg = 0.2;
+  b.inertia_kg_m2 = {1e-4, 1e-4, 1e-4};
+  MotionStep drag;
+  drag.verb = "move";
+  drag.velocity_m_per_s = {0.05, 0, 0};
+  drag.free_axes[2] = true;
+  drag.free_spin = true;
+  drag.for_s = 0.1;
+  b.motion = {Lower(1), drag, Hold(2, 0, 0.02)};
+  GoesOnToTheBit(e, 5);
+}
+
 TEST(Checkpoint, BedOfAWheelTest) {
   Experiment e = Press();
   e.box = {0.1, 0.1, 0.2, Side::kPeriodic, Side::kPeriodic, "steel"};
