@@ -26,13 +26,6 @@ void AddVerifyCommands(CLI::App& app, Action* action);  ///< verify and torture
 void AddBenchCommand(CLI::App& app, Action* action);
 void AddExperimentCommands(CLI::App& app, Action* action);  ///< check and schema
 
-/// Whether the run goes on; the fraction of the whole [0, 1].
-using ToldFn = std::function<bool(double fraction)>;
-/// Runs an experiment file: the run file `out` (*.run.h5), and beside it OUT.series.csv and a CSV
-/// for each table. False: stopped by `told`; then the CSVs hold what there was.
-bool RunExperimentFile(const std::string& file, const std::string& out,
-                       const std::vector<std::string>& sets, const dem::WorkLimits& limits,
-                       const ToldFn& told, v1alpha1::RunRecord* record);
 /// The option --set.
 CLI::Option* AddSets(CLI::App& command, std::vector<std::string>* sets);
 

@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <exception>
 #include <filesystem>
 #include <list>
 #include <mutex>
 #include <optional>
 #include <set>
-#include <thread>
 #include <vector>
 
 #include "dem_offline/campaign/design.h"
@@ -19,6 +17,7 @@
 #include "dem_offline/campaign/run_one.h"
 #include "dem_offline/campaign/schedule.h"
 #include "dem_offline/campaign/tile_store.h"
+#include "dem_offline/campaign/workers.h"
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/run_identity.h"
 #include "dem_offline/scenes/yaml_section.h"
@@ -82,46 +81,37 @@ class Executor {
            CampaignProgress& progress, std::list<Task> tasks)
       : folder_(folder),
         backend_(backend),
-        stop_(stop),
+        workers_(stop),
         progress_(progress),
         tiles_(folder.TileFolder(), &backend),
         index_(folder),
         queue_(std::move(tasks)) {}
 
   void Run(int jobs) {
-    {
-      std::vector<std::jthread> workers;
-      for (int i = 0; i < jobs; ++i) workers.emplace_back([this] { Work(); });
-    }
-    if (error_) std::rethrow_exception(error_);
-    if (backend_.run_many && !Stopping()) RunTogether();
+    // Whatever ends a worker (no task, stop, error) ends the others too.
+    workers_.Run(
+        jobs, [this] { return One(); }, [this] { queue_.Close(); });
+    if (backend_.run_many && !workers_.Stopping()) RunTogether();
   }
 
  private:
-  void Work() {
+  bool One() {
+    const auto task = queue_.Next();
+    if (!task || workers_.Stopping()) return false;
     try {
-      while (const auto task = queue_.Next()) {
-        if (Stopping()) break;
-        Do(*task);
-      }
+      Do(*task);
     } catch (const Stopped&) {
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      if (!error_) error_ = std::current_exception();
-      failed_ = true;
+      return false;
     }
-    // Whatever ended this worker (no task, stop, error) ends the others too.
-    queue_.Close();
+    return true;
   }
-
-  bool Stopping() const { return stop_ || failed_; }
 
   void Do(const Task& task) {
     const std::string& id = task.run.run_id();
     const auto watch = [&](const char* stage) {
       return [this, &id, stage](double fraction, const std::string&) {
         progress_.Working(id, fraction, stage);
-        return !Stopping();
+        return !workers_.Stopping();
       };
     };
     const auto tile = tiles_.Get(task.spec, watch("tile"));
@@ -161,7 +151,7 @@ class Executor {
         [&](double fraction, const std::string& stage) {
           if (stage.rfind(dem::gpu::kMemoryStage, 0) == 0) progress_.Say(stage);
           tell(fraction * all - finished);
-          return !Stopping();
+          return !workers_.Stopping();
         },
         [&](std::size_t n, const dem::WheelTestResult& result) {
           // What was cut short is no result.
@@ -175,15 +165,13 @@ class Executor {
 
   const RunFolder& folder_;
   const Backend& backend_;
-  const std::atomic<bool>& stop_;
+  Workers workers_;
   CampaignProgress& progress_;
   TileStore tiles_;
   RunIndex index_;
   TaskQueue queue_;
-  std::mutex mutex_;  // error_, index_
-  std::exception_ptr error_;
+  std::mutex mutex_;  // index_, together_
   std::vector<std::pair<Task, std::shared_ptr<const StoredTile>>> together_;
-  std::atomic<bool> failed_{false};
 };
 
 std::list<Task> PlanTasks(const v1alpha1::Campaign& campaign, const Backend& backend) {
@@ -203,20 +191,14 @@ std::list<Task> PlanTasks(const v1alpha1::Campaign& campaign, const Backend& bac
   return tasks;
 }
 
-/// Runs at a time: as many as wanted, while all fit the memory together.
-int JobsThatFit(const std::list<Task>& tasks, int wanted, const Backend& backend,
-                CampaignProgress& progress) {
+/// The most memory that one of the runs needs [bytes].
+double LargestOf(const std::list<Task>& tasks) {
   double largest = 0;
   for (const Task& task : tasks) {
     const dem::WheelTestSpec spec = ToEngine(task.spec);
     largest = std::max({largest, dem::WorkOf(spec).bytes, dem::WorkOf(dem::BedOf(spec)).bytes});
   }
-  const double together = dem::MostBytes(backend.limits) / std::max(largest, 1.0);
-  if (!(together < wanted)) return wanted;
-  const int jobs = std::max(1, static_cast<int>(together));
-  progress.Say(fmt::format("{} instead of {} runs at a time: one may need {:.3g} GiB of memory",
-                           jobs, wanted, largest / 1073741824.0));
-  return jobs;
+  return largest;
 }
 
 // The status of a finished run; nothing if it has to be run (again).
@@ -267,10 +249,8 @@ v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
   });
   progress.Start(campaign.name(), campaign.runs_size(), static_cast<int>(finished.size()));
   for (const auto status : finished) progress.Resumed(status);
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const int wanted = options.jobs > 0 ? options.jobs : cores;
-  const int jobs =
-      JobsThatFit(tasks, std::min(wanted, static_cast<int>(tasks.size())), backend, progress);
+  const int jobs = JobsThatFit(static_cast<int>(tasks.size()), options.jobs, LargestOf(tasks),
+                               backend.limits, progress);
   Executor(folder, backend, stop, progress, std::move(tasks)).Run(jobs);
   for (const auto& [file, why] : RunIndex(folder).Refresh()) progress.Say(why);
   return progress.Status();

@@ -30,6 +30,7 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version",
                        fmt::format("grouser-dem {} (engine {}, {})", GROUSER_VERSION,
                                    EngineBackend().engine_version, EngineBackend().isa));
+  app.footer("Pictures of a run: ./grouser dem view RUN (docs/experiments.md).");
   app.require_subcommand(1);
   Action action;
   AddRunCommand(app, &action);

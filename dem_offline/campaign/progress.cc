@@ -82,13 +82,18 @@ void CampaignProgress::Working(const std::string& run_id, double fraction,
 
 void CampaignProgress::Finished(const v1alpha1::PlannedRun& run,
                                 const v1alpha1::RunRecord& record) {
+  Finished(run.run_id(),
+           fmt::format("{} {}", RoleWord(run.role()), Describe(run.state(), run.seed())), record);
+}
+
+void CampaignProgress::Finished(const std::string& run_id, const std::string& what,
+                                const v1alpha1::RunRecord& record) {
   const std::lock_guard lock(mutex_);
-  working_.erase(run.run_id());
+  working_.erase(run_id);
   CountRun(record.status(), &status_);
   ++finished_here_;
-  std::string line = fmt::format(
-      "[{}/{}] {} {} {}: {}{}", status_.done(), status_.total(), run.run_id(), RoleWord(run.role()),
-      Describe(run.state(), run.seed()), StatusWord(record.status()), Means(record));
+  std::string line = fmt::format("[{}/{}] {} {}: {}{}", status_.done(), status_.total(), run_id,
+                                 what, StatusWord(record.status()), Means(record));
   if (!record.reason().empty()) line += fmt::format(" ({})", record.reason());
   PrintLocked(line + fmt::format("; {}; {:.2f} runs/min, ETA {}",
                                  ForPeople(record.numerics().wall_s()), 60 * RateLocked(),

@@ -26,6 +26,8 @@ class CampaignProgress {
   /// Stage and fraction of a run in progress; `run_id` keys it.
   void Working(const std::string& run_id, double fraction, const std::string& stage);
   void Finished(const v1alpha1::PlannedRun& run, const v1alpha1::RunRecord& record);
+  void Finished(const std::string& run_id, const std::string& what,
+                const v1alpha1::RunRecord& record);
   void Say(const std::string& line);
   v1alpha1::CampaignStatus Status() const;
 

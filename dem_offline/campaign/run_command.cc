@@ -12,8 +12,10 @@
 #include "dem_offline/campaign/backend.h"
 #include "dem_offline/campaign/commands.h"
 #include "dem_offline/campaign/design.h"
+#include "dem_offline/campaign/experiment_run.h"
 #include "dem_offline/campaign/progress.h"
 #include "dem_offline/campaign/run_one.h"
+#include "dem_offline/campaign/sweep_run.h"
 #include "dem_offline/campaign/tile_store.h"
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/scene_yaml.h"
@@ -28,6 +30,7 @@ constexpr char kRunExamples[] = R"(Examples:
   grouser-dem run --scene dem_offline/campaigns/smoke.scene.yaml --slip 0.2 --angle-deg 30 \
     --load 1.5 --out a.run.h5
   grouser-dem run dem_offline/experiments/plate.yaml --out out/plate.run.h5   # any experiment
+  grouser-dem run bed_friction.yaml --out out/friction   # with a sweep; goes on where it stopped
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
 The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
 LOST or FAILED run; its status says which.)";
@@ -37,7 +40,8 @@ struct RunArguments {
   double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
-  bool json = false, progress_lines = false;
+  int jobs = 0;
+  bool resume = false, json = false, progress_lines = false;
   std::vector<std::string> sets;
   dem::WorkLimits limits;
 };
@@ -126,23 +130,47 @@ void CheckOutFolder(const std::string& out) {
   }
 }
 
+int RunSweepOf(const RunArguments& arguments, const Sweep& sweep, const StopSignals& signals) {
+  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
+  const auto status =
+      RunSweep(sweep, {.folder = arguments.out, .jobs = arguments.jobs, .limits = arguments.limits},
+               signals.stop(), progress);
+  if (arguments.json) {
+    fmt::print("{}\n", records::ToJson(status));
+  } else {
+    fmt::print("sweep {}: {}/{} done, {} failed; {}/members.csv\n", status.name(), status.done(),
+               status.total(), status.failed(), arguments.out);
+  }
+  if (status.done() == status.total() || !signals.stop()) return 0;
+  PutText(stderr, "stopped; the same command goes on from here\n");
+  return signals.exit_code();
+}
+
 int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
+  if (const auto sweep = LoadSweep(arguments.experiment, arguments.sets)) {
+    return RunSweepOf(arguments, *sweep, signals);
+  }
+  if (arguments.jobs > 0) throw InputError("--jobs: one run, expected a file with a sweep");
   CheckOutFolder(arguments.out);
+  if (arguments.resume && !std::filesystem::exists(CheckpointOf(arguments.out))) {
+    PutText(stderr, CheckpointOf(arguments.out) + ": no checkpoint; the run begins anew\n");
+  }
   ProgressPrinter printer(arguments.progress_lines);
-  v1alpha1::RunRecord record;
-  const bool ended = RunExperimentFile(
-      arguments.experiment, arguments.out, arguments.sets, arguments.limits,
-      [&](double fraction) {
-        printer.Run(fraction);
-        return !signals.stop();
-      },
-      &record);
-  if (!ended) return signals.exit_code();
+  const auto run = RunExperimentTo(
+      arguments.out, LoadExperiment(arguments.experiment, arguments.limits, arguments.sets),
+      {.limits = arguments.limits,
+       .told =
+           [&](double fraction) {
+             printer.Run(fraction);
+             return !signals.stop();
+           },
+       .resume = arguments.resume});
+  if (!run) return signals.exit_code();
   printer.End();
   if (arguments.json) {
-    fmt::print("{}\n", records::ToJson(record));
+    fmt::print("{}\n", records::ToJson(run->record));
   } else {
-    PrintRecord(record);
+    PrintRecord(run->record);
   }
   return 0;
 }
@@ -218,10 +246,16 @@ void AddRunCommand(CLI::App& app, Action* action) {
       ->check(CLI::PositiveNumber)
       ->excludes(spec);
   for (auto* option : {slip, load, drawbar, angle}) option->excludes(spec);
-  run->add_option("--out", arguments->out, "Run file to write (*.run.h5)")->required();
+  run->add_option("--out", arguments->out, "Run file to write (*.run.h5); of a sweep: a folder")
+      ->required();
   run->add_option("--device", arguments->device,
                   "cpu (default), cuda, auto (a card where there is one), or emulated")
       ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
+  run->add_option("--jobs", arguments->jobs, "Runs of a sweep at a time; default: one per core")
+      ->check(CLI::PositiveNumber)
+      ->needs(experiment);
+  run->add_flag("--resume", arguments->resume, "Go on from the last checkpoint, where there is one")
+      ->needs(experiment);
   AddMemoryLimit(*run, &arguments->limits);
   run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
   run->add_flag("--json", arguments->json, "The record as JSON on stdout");
@@ -231,7 +265,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
     if (*experiment) {
       for (const auto* option : run->get_options()) {
         const std::set<std::string> fits = {
-            "FILE", "--set", "--out", "--json", "--progress-lines", "--memory-gib", "--help"};
+            "FILE",         "--set", "--out", "--jobs", "--resume", "--json", "--progress-lines",
+            "--memory-gib", "--help"};
         if (*option && fits.count(option->get_name()) == 0) {
           throw CLI::ValidationError("run", option->get_name() + ": not with an experiment file");
         }

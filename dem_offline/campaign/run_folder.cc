@@ -32,9 +32,10 @@ void RemoveTemporariesIn(const fs::path& folder, std::chrono::hours older_than) 
 
 }  // namespace
 
-void RunFolder::Create() const {
+void RunFolder::Create(bool tiles) const {
   std::error_code error;
   for (const char* name : {"runs", "tiles"}) {
+    if (!tiles && std::string_view(name) == "tiles") continue;
     fs::create_directories(fs::path(path_) / name, error);
     if (error) {
       throw std::runtime_error(

@@ -15,8 +15,8 @@ class RunFolder {
  public:
   explicit RunFolder(std::string path) : path_(std::move(path)) {}
 
-  /// Makes the sub-folders. Throws std::runtime_error naming the path.
-  void Create() const;
+  /// Makes the sub-folders (tiles: of beds as well). Throws std::runtime_error naming the path.
+  void Create(bool tiles = true) const;
   /// One campaign run at a time. Throws std::runtime_error "PATH: in use by
   /// process N ..." when another process holds the lock.
   os::UniqueFd Lock() const;

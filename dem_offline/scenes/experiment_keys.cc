@@ -31,7 +31,7 @@ const std::vector<Key>& ExperimentKeys() {
       {"", "output", K::kSection, "output", "", "", ""},
       {"", "numerics", K::kSection, "numerics", "", "", ""},
       {"", "joints", K::kLater, "", "", "", "joints between bodies"},
-      {"", "sweep", K::kLater, "", "", "", "sweeps over keys"},
+      {"", "sweep", K::kSection, "sweep", "one run", "", "many runs of this file, over its keys"},
 
       {"material", "name", K::kText, "", "!", "", ""},
       {"material", "density_kg_per_m3", K::kNumber, "", "0", "",
@@ -253,13 +253,38 @@ const std::vector<Key>& ExperimentKeys() {
        "rings: each row is the mean over this time"},
 
       {"output", "sample_s", K::kNumber, "", "0.01", "", "of the series; wrenches are means"},
-      {"output", "checkpoint_s", K::kLater, "", "", "", "checkpoints"},
-      {"output", "frames_s", K::kLater, "", "", "", "frames for pictures"},
+      {"output", "checkpoint_every_s", K::kNumber, "", "none", "",
+       "of the program: `run --resume` goes on from the last one"},
+      {"output", "frames", K::kSection, "frames", "none", "",
+       "grains and bodies for pictures (`./grouser dem view`, ParaView)"},
       {"numerics", "rayleigh_fraction", K::kNumber, "", "0.2", "", "largest time step"},
       {"numerics", "program_step", K::kNumber, "", "1", "",
        "time step of the program over that of the preparation"},
       {"numerics", "overlap", K::kNumber, "", "0.05", "",
        "largest overlap over the radius that the step has to bear"},
+
+      {"frames", "every_s", K::kNumber, "", "", "", "from the beginning of the program on"},
+      {"frames", "times_s", K::kNumbers, "", "", "", "instead: at these times; the end comes too"},
+
+      {"sweep", "axes", K::kSections, "axis", "none", "",
+       "what varies; every one with every other"},
+      {"sweep", "replicates", K::kCount, "", "1", "", "runs of each, with seeds from `seed` on"},
+      {"sweep", "held_out", K::kSection, "held_out", "none", "",
+       "more runs, marked as kept for tests"},
+      {"sweep", "results", K::kSections, "result", "none", "", "columns of the table of members"},
+
+      {"axis", "key", K::kText, "", "!", "", "as in `--set`: `bodies[0].motion[1].hold_force_n`"},
+      {"axis", "values", K::kValues, "", "!", "", "that it takes, in turn"},
+      {"axis", "zipped", K::kSwitch, "", "off", "", "takes its values along with the axis above"},
+
+      {"held_out", "axes", K::kSections, "axis", "!", "", ""},
+      {"held_out", "replicates", K::kCount, "", "1", "", ""},
+
+      {"result", "column", K::kText, "", "!", "", "of the series"},
+      {"result", "of", K::kChoice, "mean|last|least|most|sd", "mean", "", "sd: standard deviation"},
+      {"result", "from_s", K::kNumber, "", "0", "", "window; negative: from the end"},
+      {"result", "to_s", K::kNumber, "", "the end", "", "the same"},
+      {"result", "name", K::kText, "", "column and of", "", "of the column in the table"},
   };
   return keys;
 }

@@ -20,6 +20,8 @@ enum class KeyKind {
   kVector,    ///< a list of three numbers
   kAngles,    ///< a list of three angles in degrees
   kCounts,    ///< a list of three whole numbers
+  kNumbers,   ///< a list of numbers
+  kValues,    ///< a list of anything
   kSection,   ///< a mapping of the section `more`
   kSections,  ///< a list of such mappings, or one
   kLaws,      ///< names of laws, each a mapping of its settings (law registry)
@@ -71,6 +73,8 @@ class KeyedSection {
   std::vector<double> Vector(const char* key);  ///< three; angles in radians
   std::vector<std::uint64_t> Counts(const char* key, std::uint64_t most);
   std::vector<std::string> Texts(const char* key);
+  std::vector<double> Numbers(const char* key);      ///< none twice
+  std::vector<std::string> Values(const char* key);  ///< as YAML
   KeyedSection Section(const char* key);
   std::vector<KeyedSection> Sections(const char* key);
   /// As YamlSection; every key that stands there must have been read.

@@ -43,6 +43,10 @@ Json TypeOf(const Key& k) {
       return ListOfThree("number");
     case KeyKind::kCounts:
       return ListOfThree("integer");
+    case KeyKind::kNumbers:
+      return {{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 1}};
+    case KeyKind::kValues:
+      return {{"type", "array"}, {"minItems", 1}};
     case KeyKind::kSection:
       return section;
     case KeyKind::kSections:
@@ -127,6 +131,10 @@ const char* TypeForPeople(const Key& k) {
       return "three angles";
     case KeyKind::kCounts:
       return "three whole numbers";
+    case KeyKind::kNumbers:
+      return "list of numbers";
+    case KeyKind::kValues:
+      return "list of values";
     default:
       return "";
   }

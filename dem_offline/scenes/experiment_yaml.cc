@@ -39,6 +39,7 @@ class Reader {
 
   void Read(KeyedSection root) {
     dx::Experiment& e = out_.experiment;
+    if (root.Has("sweep")) root.yaml().Fail("sweep", "many runs", "one run: a file without");
     e.name = root.Text("name");
     e.seed = root.CountOr("seed", 1, std::numeric_limits<std::uint64_t>::max());
     e.gravity_m_per_s2 = root.NumberOr("gravity_m_per_s2", e.gravity_m_per_s2);
@@ -62,6 +63,10 @@ class Reader {
     if (root.Has("output")) {
       KeyedSection s = root.Section("output");
       e.sample_s = s.NumberOr("sample_s", e.sample_s);
+      if (s.Has("checkpoint_every_s")) {
+        e.checkpoint_every_s = s.yaml().Number("checkpoint_every_s", kPositive);
+      }
+      if (s.Has("frames")) e.frames = ReadFrames(s.Section("frames"));
       s.Finish();
     }
     if (root.Has("numerics")) {
@@ -88,6 +93,18 @@ class Reader {
       section.Finish();
     }
     return out;
+  }
+
+  static dx::FrameSpec ReadFrames(KeyedSection s) {
+    dx::FrameSpec f;
+    if (s.Has("every_s") == s.Has("times_s")) {
+      s.yaml().Fail("every_s", s.Has("every_s") ? "it beside times_s" : "neither it nor times_s",
+                    "one of them");
+    }
+    if (s.Has("every_s")) f.every_s = s.yaml().Number("every_s", kPositive);
+    if (s.Has("times_s")) f.times_s = s.Numbers("times_s");
+    s.Finish();
+    return f;
   }
 
   void ReadLaws(KeyedSection s) {
@@ -567,20 +584,10 @@ class Reader {
 
 }  // namespace
 
-ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
-                              const std::string& folder, const dem::WorkLimits& limits,
-                              const std::vector<std::string>& sets) {
+ExperimentFile ReadExperiment(YamlSection root, const std::string& folder,
+                              const dem::WorkLimits& limits) {
   ExperimentFile out;
-  out.text = text;
-  out.sets = sets;
-  YamlSection root = YamlSection::OfText(text, file);
-  for (const std::string& set : sets) {
-    const std::size_t equals = set.find('=');
-    if (equals == std::string::npos) {
-      throw InputError(fmt::format("--set {}: no '=', expected KEY=VALUE", set));
-    }
-    root.Set(set.substr(0, equals), set.substr(equals + 1));
-  }
+  out.resolved = root.Dump();
   Reader(&out, folder).Read(KeyedSection(root, ""));
   try {
     dx::PlanOf(out.experiment, limits);
@@ -590,16 +597,39 @@ ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
   return out;
 }
 
-ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
+ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
+                              const std::string& folder, const dem::WorkLimits& limits,
                               const std::vector<std::string>& sets) {
-  std::string text;
+  YamlSection root = YamlSection::OfText(text, file);
+  PutSets(sets, &root);
+  ExperimentFile out = ReadExperiment(root, folder, limits);
+  out.text = text;
+  out.sets = sets;
+  return out;
+}
+
+void PutSets(const std::vector<std::string>& sets, YamlSection* root) {
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos) {
+      throw InputError(fmt::format("--set {}: no '=', expected KEY=VALUE", set));
+    }
+    root->Set(set.substr(0, equals), set.substr(equals + 1));
+  }
+}
+
+std::string ReadExperimentText(const std::string& file) {
   try {
-    text = records::ReadFileBytes(file);
+    return records::ReadFileBytes(file);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
-  return ReadExperiment(text, file, std::filesystem::path(file).parent_path().string(), limits,
-                        sets);
+}
+
+ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
+                              const std::vector<std::string>& sets) {
+  return ReadExperiment(ReadExperimentText(file), file,
+                        std::filesystem::path(file).parent_path().string(), limits, sets);
 }
 
 }  // namespace grouser::campaign

@@ -12,6 +12,7 @@ namespace grouser::campaign {
 struct ExperimentFile {
   dem::experiment::Experiment experiment;
   std::string text;                 ///< of the file
+  std::string resolved;             ///< the same as YAML, with all values in place
   std::vector<std::string> others;  ///< files that it names, as found (meshes, grains)
   std::vector<std::string> sets;    ///< KEY=VALUE that stood over it
 };
@@ -26,5 +27,11 @@ ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& li
 ExperimentFile ReadExperiment(const std::string& text, const std::string& file,
                               const std::string& folder, const dem::WorkLimits& limits,
                               const std::vector<std::string>& sets = {});
+/// The same of a file that is read already; text and sets are the caller's.
+ExperimentFile ReadExperiment(YamlSection root, const std::string& folder,
+                              const dem::WorkLimits& limits);
+/// Puts KEY=VALUE in place, one after another.
+void PutSets(const std::vector<std::string>& sets, YamlSection* root);
+std::string ReadExperimentText(const std::string& file);
 
 }  // namespace grouser::campaign

@@ -168,6 +168,16 @@ std::vector<std::string> KeyedSection::Texts(const char* key) {
   return section_.Texts(key, 2);
 }
 
+std::vector<double> KeyedSection::Numbers(const char* key) {
+  Find(key);
+  return section_.Numbers(key);
+}
+
+std::vector<std::string> KeyedSection::Values(const char* key) {
+  Find(key);
+  return section_.Values(key);
+}
+
 KeyedSection KeyedSection::Section(const char* key) {
   return KeyedSection(section_.Section(key), Find(key).more);
 }

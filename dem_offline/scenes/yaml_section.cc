@@ -61,6 +61,18 @@ YAML::Node Step(const YAML::Node& map, const std::string& key) {
   return at[index];
 }
 
+void MakeFlow(YAML::Node node) {
+  if (!node.IsMap() && !node.IsSequence()) return;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  for (auto entry : node) MakeFlow(node.IsMap() ? entry.second : static_cast<YAML::Node>(entry));
+}
+
+std::string OnOneLine(const YAML::Node& node) {
+  const YAML::Node copy = YAML::Clone(node);
+  MakeFlow(copy);
+  return YAML::Dump(copy);
+}
+
 }  // namespace
 
 std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates) {
@@ -187,6 +199,21 @@ void YamlSection::Set(const std::string& path, const std::string& value) {
   }
 }
 
+std::string YamlSection::ValueAt(const std::string& path) const {
+  YAML::Node node = node_;
+  std::istringstream keys(path);
+  for (std::string key; std::getline(keys, key, '.');) {
+    const YAML::Node next = Step(node, key);
+    if (!next) return "";
+    node.reset(next);
+  }
+  return OnOneLine(node);
+}
+
+void YamlSection::Remove(const std::string& key) { node_.remove(key); }
+
+std::string YamlSection::Dump() const { return YAML::Dump(node_) + "\n"; }
+
 bool YamlSection::Has(const std::string& key) {
   known_.insert(key);
   return static_cast<bool>(std::as_const(node_)[key]);
@@ -305,6 +332,16 @@ std::vector<std::string> YamlSection::Texts(const std::string& key, std::size_t 
     if (!node.IsScalar()) FailAt(node.Mark(), key, Describe(node), "a text");
     values.push_back(node.Scalar());
   }
+  return values;
+}
+
+std::vector<std::string> YamlSection::Values(const std::string& key) {
+  const YAML::Node list = Find(key, "a list of values");
+  if (!list.IsSequence() || list.size() == 0) {
+    FailAt(list.Mark(), key, Describe(list), "a non-empty list of values");
+  }
+  std::vector<std::string> values;
+  for (const auto& node : list) values.push_back(OnOneLine(node));
   return values;
 }
 

@@ -45,6 +45,13 @@ class YamlSection {
   /// InputError for a path that is not there.
   void Set(const std::string& path, const std::string& value);
 
+  /// What stands at such a path, as YAML on one line; empty: nothing.
+  std::string ValueAt(const std::string& path) const;
+  /// Takes a key out, if it stands there.
+  void Remove(const std::string& key);
+  /// All of it as YAML.
+  std::string Dump() const;
+
   /// Whether an optional key stands there; makes it a known one.
   bool Has(const std::string& key);
   double Number(const std::string& key, const Range& range = {});
@@ -61,6 +68,8 @@ class YamlSection {
   /// A list of exactly n numbers or texts, which may repeat.
   std::vector<double> Tuple(const std::string& key, std::size_t n);
   std::vector<std::string> Texts(const std::string& key, std::size_t n);
+  /// A non-empty list of anything, each entry as YAML on one line.
+  std::vector<std::string> Values(const std::string& key);
   YamlSection Section(const std::string& key);
   /// A list of mappings; a single mapping counts as a list of one.
   std::vector<YamlSection> Sections(const std::string& key);

@@ -38,6 +38,13 @@ class Drive {
   const std::string& name() const { return spec_.name; }
   /// Angle turned about the axes of the world since the start [rad]: the integral of the spin.
   const Vec3d& turned_rad() const { return turned_; }
+  /// All that changes, for checkpoints: whatever is added to the members below that a later step
+  /// depends on belongs here.
+  template <class Archive>
+  void Walk(Archive& a) {
+    a(at_), a(entered_), a(steps_), a(gone_m_), a(turned_step_), a(held_m_per_s_), a(felt_n_);
+    a(speed_now_), a(spin_now_), a(turned_), a(freedoms_);
+  }
 
  private:
   void Enter(World& world);

@@ -243,6 +243,12 @@ inline bool HasTable(const Probe& p) {
          p.kind == K::kGrains || p.kind == K::kBondForces || p.kind == K::kFragments;
 }
 
+/// When the grains are drawn; the end is drawn as well where any other time is.
+struct FrameSpec {
+  double every_s = 0;           ///< from the beginning of the program on; 0: at times_s
+  std::vector<double> times_s;  ///< of the program, rising
+};
+
 struct Experiment {
   std::string name;
   std::uint64_t seed = 1;
@@ -257,6 +263,8 @@ struct Experiment {
   std::vector<Probe> probes;  ///< none: wrench, pose, velocity of bodies that move
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;
+  FrameSpec frames;
+  double checkpoint_every_s = 0;     ///< of the program; 0: none
   double rayleigh_fraction = 0.2;    ///< time step over the Rayleigh time, at most
   double program_step = 1;           ///< time step of the program over that of the preparation
   double overlap = 0.05;             ///< largest overlap over the radius that the step bears
@@ -299,10 +307,21 @@ struct Result {
   double energy_residual_j = 0, energy_input_j = 0;  ///< where the energy is probed
 };
 
+struct Snapshot;
+
+/// What else a run hands out.
+struct RunExtras {
+  std::function<void(const Snapshot&)> frame;  ///< at the times of Experiment::frames
+  /// Every checkpoint_every_s: all that the rest of the run depends on.
+  std::function<void(const std::string& bytes)> checkpoint;
+  /// A checkpoint of the same experiment to go on from, to the bit; empty: from the beginning.
+  std::string resume;
+};
+
 /// Prepares and runs. Throws as PlanOf, SpecError for a solid fraction that cannot be reached, and
 /// std::runtime_error where the caller stops it;
 /// physics and numbers that fail become `reason`. Deterministic in the experiment.
 Result RunExperiment(const Experiment& experiment, const SinkFn& sink, const ProgressFn& progress,
-                     const WorkLimits& limits = {});
+                     const WorkLimits& limits = {}, const RunExtras& extras = {});
 
 }  // namespace grouser::dem::experiment

@@ -73,14 +73,7 @@ double Restlessness(const World& world) {
 Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
                const WorkLimits& limits)
     : e_(e), dt_(dt_s), progress_(progress), random_(0) {
-  config_.frame = FrameOf(e);
-  config_.gravity_m_per_s2 = {0, 0, -e.gravity_m_per_s2};
-  config_.dt_s = dt_s;
-  config_.skin_m = 0.3 * LargestSphere(e);
-  config_.contacts = ContactsOf(e);
-  config_.planar = e.box.planar;
-  if (e.box.disc_thickness_m > 0) config_.inertia_factor = 0.5;
-  built_.resize(e.bodies.size());
+  Configure();
   expected_steps_ = std::max(1.0, (RainTime(e) + 1) / dt_s);
   for (const Preparation& p : e.preparation) {
     const bool shake = p.kind == Preparation::Kind::kShake;
@@ -96,6 +89,22 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   for (std::size_t b = 0; b < e.bodies.size(); ++b) {
     if (body_number_[b] < 0) AddBodyOf(b);
   }
+}
+
+Ground::Ground(const Experiment& e, double dt_s, ByteReader& saved) : e_(e), dt_(dt_s), random_(0) {
+  Configure();
+  Load(saved);
+}
+
+void Ground::Configure() {
+  config_.frame = FrameOf(e_);
+  config_.gravity_m_per_s2 = {0, 0, -e_.gravity_m_per_s2};
+  config_.dt_s = dt_;
+  config_.skin_m = 0.3 * LargestSphere(e_);
+  config_.contacts = ContactsOf(e_);
+  config_.planar = e_.box.planar;
+  if (e_.box.disc_thickness_m > 0) config_.inertia_factor = 0.5;
+  built_.resize(e_.bodies.size());
 }
 
 void Ground::Fill(const WorkLimits& limits) {
@@ -145,8 +154,7 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
     throw SpecError("grains[0].solid_fraction", Short(g.solid_fraction),
                     "one that can be reached; the nearest was " + Short(tile.solid_fraction));
   }
-  config_.frame.z_span_m = std::max(config_.frame.z_span_m, TileZSpan(g.depth_m));
-  config_.origin_m = {0, 0, g.depth_m};
+  PlaceAsTile();
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);
   BedPiece piece = feed.Between(0, tile.length_m);
   for (GrainState& s : piece.grains) s.z_m += g.depth_m;
@@ -163,9 +171,18 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
   for (const FloorTouch& t : piece.floor) world_->SetBodyHistory(place[t.in], 0, 0, t.words);
 }
 
+void Ground::PlaceAsTile() {
+  const double depth = e_.grains[0].depth_m;
+  config_.frame.z_span_m = std::max(config_.frame.z_span_m, TileZSpan(depth));
+  config_.origin_m = {0, 0, depth};
+}
+
 void Ground::Open() {
   bonded_grain_of_id_.clear();
-  const Contents contents = First();
+  OpenWith(First());
+}
+
+void Ground::OpenWith(const Contents& contents) {
   share_of_id_.clear();
   if (!contents.clumps.empty()) share_of_id_.assign(contents.grains.size(), 1);
   for (const ClumpState& c : contents.clumps) {

@@ -7,6 +7,11 @@
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/world/world.h"
 
+namespace grouser::dem {
+class ByteReader;
+class ByteWriter;
+}  // namespace grouser::dem
+
 namespace grouser::dem::experiment {
 
 /// Kinetic energy of translation of the grains over the sum of m g d; without gravity: in joules.
@@ -19,6 +24,13 @@ class Ground {
   /// `e` is Resolved and valid. Throws std::runtime_error where the caller stops it or a step
   /// fails.
   Ground(const Experiment& e, double dt_s, const ProgressFn& progress, const WorkLimits& limits);
+
+  /// As it was saved by the same experiment. Throws std::invalid_argument for other bytes.
+  Ground(const Experiment& e, double dt_s, ByteReader& saved);
+  void Save(ByteWriter& out) const;
+  /// A new world in place of the present one, with nothing that was not saved: after it, the one
+  /// that was saved and one that is opened later go on to the bit alike.
+  void Load(ByteReader& in);
 
   World& world() { return *world_; }
   const World& world() const { return *world_; }
@@ -41,8 +53,11 @@ class Ground {
   std::uint64_t TakeOutLeavers();
 
  private:
+  void Configure();
   void OpenOnTile(const WorkLimits& limits);
+  void PlaceAsTile();
   void Open();
+  void OpenWith(const Contents& contents);
   void Fill(const WorkLimits& limits);
   void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
   void AddWalls();

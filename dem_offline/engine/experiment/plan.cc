@@ -435,6 +435,8 @@ double PreparationTime(const Experiment& e) {
   return target ? kMostAttempts * time : time;
 }
 
+}  // namespace
+
 double ProgramTime(const Experiment& e) {
   double longest = 0;
   for (const BodySpec& b : e.bodies) {
@@ -445,8 +447,6 @@ double ProgramTime(const Experiment& e) {
   if (e.duration_s > 0) longest = longest > 0 ? std::min(longest, e.duration_s) : e.duration_s;
   return longest;
 }
-
-}  // namespace
 
 Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   const Experiment e = Resolved(given);

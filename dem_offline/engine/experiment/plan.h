@@ -57,6 +57,8 @@ double RainTime(const Experiment& e);
 
 /// Most time of a step of a program [s]; kNever: it has no end.
 double MostTime(const Experiment& e, const BodySpec& body, const MotionStep& step);
+/// Most time of the whole program [s].
+double ProgramTime(const Experiment& e);
 
 /// The bed of a group of kind bed.
 BedSpec BedOf(const Experiment& e, const Grains& g);

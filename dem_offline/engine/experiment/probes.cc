@@ -25,10 +25,19 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
                const SinkFn& sink)
     : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
-  MakeColumns();
+  MakeColumns(e);
+  for (const Probe& p : e.probes) {
+    if (p.kind == Probe::Kind::kRings) rings_.emplace_back(p, e.box);
+  }
 }
 
-void Probes::MakeColumns() {
+std::vector<std::string> SeriesColumns(const Experiment& experiment) {
+  ProbeTables tables;
+  tables.MakeColumns(Resolved(experiment));
+  return tables.series_.columns;
+}
+
+void ProbeTables::MakeColumns(const Experiment& e_) {
   series_.name = "series";
   series_.columns = {"time_s"};
   const auto add = [&](const std::string& prefix, const std::vector<const char*>& names) {
@@ -81,12 +90,12 @@ void Probes::MakeColumns() {
         table = {p.name,
                  {"time_s", "low_m", "high_m", "grains", "areal_fraction", "v_t_m_per_s",
                   "v_r_m_per_s", "temperature_m2_per_s2"}};
-        rings_.emplace_back(p, e_.box);
         break;
       case Probe::Kind::kGrains:
         table = {p.name,
                  {"time_s", "id", "x_m", "y_m", "z_m", "r_m", "v_x_m_per_s", "v_y_m_per_s",
                   "v_z_m_per_s", "w_x_rad_per_s", "w_y_rad_per_s", "w_z_rad_per_s"}};
+        break;
       case Probe::Kind::kBonds:
         add("bonds.", BondColumns());
         break;

@@ -33,16 +33,26 @@ struct Heap {
 /// is where this mean falls under one diameter. All 0 for less than four rings.
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, double diameter_m);
 
-/// Whether a probe writes a table of its own.
-bool HasTable(const Probe& p);
-
 /// Of the bonds of a world: columns of a series, and their values.
 std::vector<const char*> BondColumns();
 void AddBonds(const World& world, std::vector<double>* row);
 std::vector<std::string> BondTableColumns(const Experiment& e, const Probe& p);
 
+/// Tables of the probes of an experiment that is Resolved.
+struct ProbeTables {
+  void MakeColumns(const Experiment& e);
+
+  Table series_;
+  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
+  std::vector<double> due_s_;  ///< [probe]
+  bool energy_ = false;
+};
+
+/// Columns of the series that an experiment will have.
+std::vector<std::string> SeriesColumns(const Experiment& experiment);
+
 /// All probes of an experiment: collects every step, writes rows to the sink.
-class Probes {
+class Probes : ProbeTables {
  public:
   /// `e` is Resolved.
   Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
@@ -55,12 +65,18 @@ class Probes {
   /// The last row, and the tables that are due at the end.
   void End();
   const EnergyBalance& first_balance() const { return balance_0_; }
+  /// All that changes, for checkpoints, as Drive::Walk.
+  template <class Archive>
+  void Walk(Archive& a) {
+    a(due_s_), a(sums_), a(summed_), a(next_s_), a(time_s_), a(balance_0_);
+  }
+  /// Energy that the world counts no longer (checkpoints: what left with grains).
+  void Forget(double frozen_j) { balance_0_.frozen -= frozen_j; }
 
  private:
   struct Sum {
     Wrench wrench;
   };
-  void MakeColumns();
   void WriteSeries(double time_s);
   void AddRow(const Probe& p, std::vector<double>* row);
   void AddPose(std::size_t body, std::vector<double>* row) const;
@@ -82,14 +98,10 @@ class Probes {
   const Ground& ground_;
   const std::vector<Drive>& drives_;
   const SinkFn& sink_;
-  Table series_;
-  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
-  std::vector<double> due_s_;  ///< [probe]
   std::vector<RingSums> rings_;  ///< of probes of that kind, in their order
-  std::vector<Wrench> sums_;   ///< [body]
+  std::vector<Wrench> sums_;     ///< [body]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
-  bool energy_ = false;
   EnergyBalance balance_0_;
 };
 

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dem_offline/engine/core/byte_archive.h"
 #include "dem_offline/engine/experiment/drive.h"
 #include "dem_offline/engine/experiment/ground.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/probes.h"
+#include "dem_offline/engine/experiment/snapshot.h"
 
 namespace grouser::dem::experiment {
 namespace {
@@ -29,10 +31,18 @@ std::vector<double> MostTimes(const Experiment& e, const BodySpec& body) {
 class Run {
  public:
   Run(const Experiment& e, const Plan& plan, const SinkFn& sink, const ProgressFn& progress,
-      const WorkLimits& limits)
-      : e_(e), plan_(plan), progress_(progress), ground_(e, plan.dt_s, Preparing(), limits) {
+      const WorkLimits& limits, const RunExtras& extras)
+      : e_(e),
+        plan_(plan),
+        progress_(progress),
+        extras_(extras),
+        frames_(e.frames),
+        reader_(extras.resume),
+        ground_(extras.resume.empty() ? Ground(e, plan.dt_s, Preparing(), limits)
+                                      : Ground(e, plan.dt_s, reader_)) {
     out_.prepared_s = ground_.world().time_s();
-    if (plan.program_dt_s != plan.dt_s) ground_.world().SetTimeStep(plan.program_dt_s);
+    if (extras.resume.empty() && plan.program_dt_s != plan.dt_s)
+      ground_.world().SetTimeStep(plan.program_dt_s);
     Surroundings around;
     around.dt_s = plan.program_dt_s;
     around.gravity_m_per_s2 = e.gravity_m_per_s2;
@@ -58,13 +68,18 @@ class Run {
     World& world = ground_.world();
     out_.grains = static_cast<std::uint64_t>(world.count());
     if (probes_->energy()) world.SetEnergy(true);
-    probes_->Begin();
-    const std::uint64_t before = world.steps();
+    if (extras_.resume.empty()) {
+      probes_->Begin();
+      TakeFrame(frames_.Due(0));
+    } else {
+      Walk(reader_);
+    }
     while (OneStep()) {
     }
     probes_->End();
-    out_.steps = world.steps() - before;
-    out_.run_s = static_cast<double>(out_.steps) * plan_.program_dt_s;
+    TakeFrame(frames_.Wanted() && framed_s_ != Time());
+    out_.steps = static_cast<std::uint64_t>(steps_);
+    out_.run_s = Time();
     Report();
     return out_;
   }
@@ -106,9 +121,11 @@ class Run {
     }
     if (steps_ % kLookSteps == 0) out_.left += ground_.TakeOutLeavers();
     probes_->AfterStep(steps_);
+    TakeFrame(frames_.Due(Time()));
     if (all_done && !(e_.duration_s > 0 && Time() < e_.duration_s)) return End("");
     if (e_.duration_s > 0 && Time() * (1 + 1e-12) >= e_.duration_s) return End("");
-    if (progress_ && steps_ % PollSteps(world.count()) == 0) {
+    if (e_.checkpoint_every_s > 0 && steps_ % CheckpointSteps() == 0) TakeCheckpoint();
+    if (progress_ && steps_ % PollSteps(ground_.world().count()) == 0) {
       const double part = std::min(1.0, Time() / plan_.program_s);
       if (!progress_(share_ + (1 - share_) * part, "run")) {
         throw std::runtime_error("stopped by caller");
@@ -117,13 +134,48 @@ class Run {
     return true;
   }
 
+  void TakeFrame(bool wanted) {
+    if (!wanted) return;
+    framed_s_ = Time();
+    if (extras_.frame) extras_.frame(SnapshotOf(e_, ground_, framed_s_));
+  }
+
+  std::int64_t CheckpointSteps() const {
+    return std::max<std::int64_t>(1, std::llround(e_.checkpoint_every_s / plan_.program_dt_s));
+  }
+
+  /// The state of the run beside that of the grains and bodies.
+  template <class Archive>
+  void Walk(Archive& a) {
+    for (Drive& d : drives_) d.Walk(a);
+    probes_->Walk(a);
+    a(steps_), a(framed_s_), a(rebuilds_);
+    std::int64_t frames = frames_.taken();
+    a(frames);
+    frames_.SetTaken(frames);
+    a(out_.grains), a(out_.left), a(out_.particle_steps), a(out_.prepared_s);
+  }
+
+  /// Goes on from its own checkpoint, as a run does that is resumed from it.
+  void TakeCheckpoint() {
+    if (probes_->energy()) probes_->Forget(ground_.world().Balance().frozen);
+    rebuilds_ += ground_.world().rebuilds();
+    ByteWriter out;
+    ground_.Save(out);
+    const std::size_t ground = out.bytes().size();
+    Walk(out);
+    if (extras_.checkpoint) extras_.checkpoint(out.bytes());
+    ByteReader in(out.bytes().substr(0, ground));
+    ground_.Load(in);
+  }
+
   double Time() const { return static_cast<double>(steps_) * plan_.program_dt_s; }
 
   void Report() {
     const World& world = ground_.world();
     out_.dt_s = plan_.program_dt_s;
     out_.rayleigh_time_s = plan_.rayleigh_time_s;
-    out_.list_rebuilds = world.rebuilds();
+    out_.list_rebuilds = rebuilds_ + world.rebuilds();
     out_.solid_fraction = ground_.solid_fraction();
     out_.surface_m = ground_.surface_m();
     out_.coordination = world.MeanContacts();
@@ -144,22 +196,26 @@ class Run {
   const Experiment& e_;
   const Plan& plan_;
   const ProgressFn& progress_;
-  double share_ = 0;
+  const RunExtras& extras_;
+  double share_ = 0, framed_s_ = -1;
+  SnapshotTimes frames_;
+  ByteReader reader_;
   Ground ground_;
   std::vector<Drive> drives_;
   std::unique_ptr<Probes> probes_;
   std::int64_t steps_ = 0;
+  std::uint64_t rebuilds_ = 0;  ///< of worlds before the present one
   Result out_;
 };
 
 }  // namespace
 
 Result RunExperiment(const Experiment& given, const SinkFn& sink, const ProgressFn& progress,
-                     const WorkLimits& limits) {
+                     const WorkLimits& limits, const RunExtras& extras) {
   const Plan plan = PlanOf(given, limits);
   const Experiment e = Resolved(given);
   const auto begin = Clock::now();
-  Result out = Run(e, plan, sink, progress, limits).Go();
+  Result out = Run(e, plan, sink, progress, limits, extras).Go();
   out.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
   return out;
 }

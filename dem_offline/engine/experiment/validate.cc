@@ -432,6 +432,8 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckPreparation(e);
   CheckBodies(e);
   CheckProbes(e);
+  CheckFrames(e);
+  CheckCheckpoints(e);
 }
 
 void ValidateSpeeds(const Experiment& e, double dt_s) {

@@ -7,6 +7,8 @@ namespace grouser::dem::experiment {
 /// Throw SpecError for what cannot be; nothing is allocated that grows with the experiment.
 /// `e` is Resolved.
 void Validate(const Experiment& e, const WorkLimits& limits);
+void CheckFrames(const Experiment& e);       ///< times of frames, and how many
+void CheckCheckpoints(const Experiment& e);  ///< whether they are possible
 /// Bodies and rain that move more than a tenth of the smallest radius in a step.
 void ValidateSpeeds(const Experiment& e, double dt_s);
 

@@ -41,7 +41,12 @@ void World::ImportState(const DeviceState& h) {
   std::copy(h.grains.begin(), h.grains.end(), state_.grains.begin());
   std::copy(h.loads.begin(), h.loads.end(), state_.loads.begin());
   std::copy(h.kinetics.begin(), h.kinetics.end(), state_.kinetics.begin());
-  // It may have sorted them.
+  // It may have sorted them; ids may come from a world that took grains out.
+  for (const Grain& g : h.grains) {
+    const auto ids = static_cast<std::size_t>(g.id) + 1;
+    if (ids > state_.index_of.size()) state_.index_of.resize(ids);
+  }
+  std::fill(state_.index_of.begin(), state_.index_of.end(), -1);
   for (std::int64_t i = 0; i < state_.count; ++i) {
     state_.index_of[state_.grains[i].id] = static_cast<std::int32_t>(i);
   }

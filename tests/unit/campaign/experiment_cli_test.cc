@@ -1,14 +1,6 @@
 // Experiment files from the command line: exit codes, CSVs, run file.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "proto/records/run_file.h"
+#include "tests/unit/campaign/dem_cli.h"
 
 namespace {
 
@@ -23,28 +15,12 @@ duration_s: 0.05
 probes: [{kind: rest}, {kind: bins, name: layers, n: [1, 1, 2]}]
 )";
 
-class ExperimentCli : public ::testing::Test {
+class ExperimentCli : public DemCli {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("experiment_cli_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    std::ofstream(folder_ / "drop.yaml") << kDrop;
+    DemCli::SetUp();
+    Write("drop.yaml", kDrop);
   }
-  void TearDown() override { fs::remove_all(folder_); }
-  /// Exit code; what was said is in `said_`.
-  int Run(const std::string& arguments) {
-    const std::string log = folder_ / "log";
-    const int status =
-        std::system((std::string(GROUSER_DEM) + " " + arguments + " >" + log + " 2>&1").c_str());
-    std::stringstream text;
-    text << std::ifstream(log).rdbuf();
-    said_ = text.str();
-    return WEXITSTATUS(status);
-  }
-  std::string In(const std::string& name) const { return folder_ / name; }
-
-  fs::path folder_;
-  std::string said_;
 };
 
 TEST_F(ExperimentCli, RunWritesRunFileSeriesAndTables) {

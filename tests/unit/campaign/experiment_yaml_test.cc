@@ -11,6 +11,7 @@
 
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/scenes/experiment_keys.h"
+#include "dem_offline/scenes/sweep_yaml.h"
 #include "proto/records/durable_file.h"
 
 namespace grouser::campaign {
@@ -30,6 +31,7 @@ box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, planar: on, disc_thickness_m: 
 grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
 preparation: {do: settle, solid_fraction: 0.8}
 duration_s: 0.1
+output: {frames: {every_s: 0.05}}
 )";
 constexpr char kClumps[] = R"(name: clumps
 materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
@@ -104,8 +106,19 @@ probes:
   - {kind: energy}
   - {kind: bins, name: rings, region: {low_m: [0, 0, 0], high_m: [0.2, 0.2, 0.1], radius_m: 0.1},
      n: [4, 1, 2], every_s: 0.05}
-output: {sample_s: 0.005}
+output: {sample_s: 0.005, frames: {times_s: [0, 0.01]},
+         checkpoint_every_s: 0.02}
 numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
+)";
+
+constexpr char kSweep[] = R"(sweep:
+  axes:
+    - {key: gravity_m_per_s2, values: [1.62, 9.81]}
+    - {key: "interfaces[0].friction", values: [0.4, 0.5], zipped: on}
+  replicates: 4
+  held_out: {axes: {key: gravity_m_per_s2, values: [3.7]}}
+  results:
+    - {column: coordination, of: mean, from_s: 0.01, to_s: -0.01, name: contacts}
 )";
 
 class ExperimentYaml : public ::testing::Test {
@@ -153,7 +166,10 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(e.bodies[0].motion[2].direction, (dem::Vec3d{0, 0, -1}));
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
-  std::string all = std::string(kRest) + kPlanar + kClumps;
+  EXPECT_EQ(e.frames.times_s.size(), 2u);
+  std::string all = std::string(kRest) + kPlanar + kClumps + kSweep;
+  EXPECT_EQ(Read(kPlanar).experiment.frames.every_s, 0.05);
+  EXPECT_EQ(ReadSweep(std::string(kRest) + kSweep, "e.yaml", folder_)->members.size(), 9u);
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
   EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
   EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
