@@ -245,7 +245,8 @@ class Reader {
       return g;
     }
     const bool placed = g.filling == dx::Filling::kPlaced;
-    if (g.filling != dx::Filling::kRained && s.Has("bonds")) g.bonds = ReadBonds(s.Section("bonds"));
+    if (g.filling != dx::Filling::kRained && s.Has("bonds"))
+      g.bonds = ReadBonds(s.Section("bonds"));
     if (placed) g.places_m = ReadPlaces(s);
     if (!placed && s.Has("region")) g.region = ReadRegion(s.Section("region"));
     const bool lattice = g.filling == dx::Filling::kLattice;
@@ -273,7 +274,8 @@ class Reader {
 
   static void ReadScattered(KeyedSection& s, dx::Grains* g) {
     if (s.Has("count") == s.Has("areal_fraction")) {
-      s.yaml().Fail("count", s.Has("count") ? "it beside areal_fraction" : "neither it nor areal_fraction",
+      s.yaml().Fail("count",
+                    s.Has("count") ? "it beside areal_fraction" : "neither it nor areal_fraction",
                     "one of them");
     }
     if (s.Has("count")) g->count = static_cast<std::int64_t>(s.Count("count", kMostCount));
@@ -310,14 +312,14 @@ class Reader {
       for (int k = 0; k < columns && good; ++k) {
         while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
         const auto [stop, error] = std::from_chars(at, end, v[k]);
-        good =
-            error == std::errc() && std::isfinite(v[k]) &&
-            (k == columns - 1 || (stop < end && *stop == ','));
+        good = error == std::errc() && std::isfinite(v[k]) &&
+               (k == columns - 1 || (stop < end && *stop == ','));
         at = stop + (k < columns - 1);
       }
       if (!good && out.empty() && number == 1) continue;  // the names of the columns
       if (!good) {
-        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)), "x,y,z,r or x,y,z,r,v_x,v_y,v_z");
+        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)),
+                      "x,y,z,r or x,y,z,r,v_x,v_y,v_z");
       }
       dem::GrainState g = {};
       g.x_m = v[0];
@@ -407,7 +409,8 @@ class Reader {
   static void ReadSpheres(KeyedSection& s, dx::PartSpec* p) {
     p->ring_radius_m = Length(s, "ring_radius_m");
     if (s.Has("count") == s.Has("spacing")) {
-      s.yaml().Fail("count", s.Has("count") ? "it beside spacing" : "neither it nor spacing", "one of them");
+      s.yaml().Fail("count", s.Has("count") ? "it beside spacing" : "neither it nor spacing",
+                    "one of them");
     }
     double count = 0;
     if (s.Has("count")) count = static_cast<double>(s.Count("count", 10000));
@@ -417,7 +420,8 @@ class Reader {
       count = half < 1 ? std::floor(M_PI / std::asin(half) * (1 + 1e-9)) : 1;
     }
     if (!(count >= 1 && count <= 10000)) {
-      s.yaml().Fail(s.Has("count") ? "count" : "spacing", fmt::format("{} spheres", count), "1 to 10000");
+      s.yaml().Fail(s.Has("count") ? "count" : "spacing", fmt::format("{} spheres", count),
+                    "1 to 10000");
     }
     p->count = static_cast<int>(count);
   }
