@@ -56,8 +56,6 @@ double LargestOf(const Grains& g) {
   return d;
 }
 
-}  // namespace
-
 double ReachOf(const Grains& g) {
   double reach = g.clump.empty() ? 0.5 : 0;
   for (const auto& m : g.clump) reach = std::max(reach, Norm(m.offset_m) + m.radius_m);
