@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/follow.h"
 #include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
@@ -386,7 +387,9 @@ void CheckProbes(const Experiment& e) {
         std::count(tables.begin(), tables.end(), p.name) > 1) {
       throw SpecError(at + ".name", "'" + p.name + "'", "a name of its own, and not series");
     }
-    CheckRegion(at + ".region", p.region, e.box);
+    BoxSpec seen = e.box;
+    if (!e.box.follow.body.empty()) seen.length_m = e.box.follow.length_m;
+    CheckRegion(at + ".region", p.region, seen);
     CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 1, kMostBins);
     CheckNotNegative(at + ".every_s", p.every_s);
     if (p.every_s > 0) CheckWithin(at + ".every_s", p.every_s, e.sample_s, 1e300);
@@ -405,6 +408,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckGrains(e, limits);
   CheckPreparation(e);
   CheckBodies(e);
+  CheckFollow(e);
   CheckProbes(e);
 }
 
