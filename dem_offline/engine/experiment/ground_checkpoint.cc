@@ -43,6 +43,10 @@ void CheckCheckpoints(const Experiment& e) {
                       "none: not possible yet");
     }
   }
+  if (!e.box.follow.body.empty()) {
+    throw SpecError("output.checkpoint_every_s", "it with a window that follows a body",
+                    "none: not possible yet");
+  }
   for (const Probe& p : e.probes) {
     if (p.kind == Probe::Kind::kRings) {
       throw SpecError("output.checkpoint_every_s", "it with a probe 'rings'",

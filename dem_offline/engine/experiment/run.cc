@@ -40,7 +40,7 @@ class Run {
         reader_(extras.resume),
         ground_(extras.resume.empty() ? Ground(e, plan.dt_s, Preparing(), limits)
                                       : Ground(e, plan.dt_s, reader_)) {
-    out_.prepared_s = ground_.world().time_s();
+    out_.prepared_s = ground_.prepared_s();
     if (extras.resume.empty() && plan.program_dt_s != plan.dt_s)
       ground_.world().SetTimeStep(plan.program_dt_s);
     Surroundings around;
@@ -110,6 +110,9 @@ class Run {
       return End(std::string(Explain(fault)) + " at " + Short(Time()) + " s");
     }
     out_.particle_steps += static_cast<double>(world.count());
+    if (!ground_.Follow()) {
+      return End("body '" + e_.box.follow.body + "' has come to soil that its window dropped");
+    }
     bool all_done = !drives_.empty();
     for (Drive& d : drives_) {
       if (!d.After(world)) return End(d.reason());

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "dem_offline/engine/experiment/bonded_grain.h"
+#include "dem_offline/engine/experiment/follow.h"
 #include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/probes.h"
@@ -408,7 +409,9 @@ void CheckProbes(const Experiment& e) {
     CheckNotNegative(at + ".every_s", p.every_s);
     if (p.every_s > 0) CheckWithin(at + ".every_s", p.every_s, e.sample_s, 1e300);
     if (p.kind == Probe::Kind::kGrains) continue;
-    CheckRegion(at + ".region", p.region, e.box);
+    BoxSpec seen = e.box;
+    if (!e.box.follow.body.empty()) seen.length_m = e.box.follow.length_m;
+    CheckRegion(at + ".region", p.region, seen);
     if (p.kind == Probe::Kind::kRings) {
       CheckPositive(at + ".region.radius_m", p.region.radius_m);
       CheckWithin(at + ".rings", p.rings, 1, kMostBins);
@@ -431,6 +434,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckGrains(e, limits);
   CheckPreparation(e);
   CheckBodies(e);
+  CheckFollow(e);
   CheckProbes(e);
   CheckFrames(e);
   CheckCheckpoints(e);
