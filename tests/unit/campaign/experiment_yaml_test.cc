@@ -82,7 +82,7 @@ bodies:
     position_m: [0.1, 0.1, 0.2]
     turn_deg: [0, 0, 30]
     mass_kg: 2
-    centre_m: [0, 0, 0.001]
+    centre_m: [0, 0.001, 0]
     inertia_kg_m2: [0.001, 0.002, 0.003]
     motion:
       - {do: shake, amplitude_m: [0.001, 0, 0], frequency_hz: 10, for_s: 0.01}
@@ -90,6 +90,9 @@ bodies:
       - {do: hold_force, hold_force_n: 5, hold_axis: -z, hold_mass_kg: 1, hold_damper_s: 0.01,
          for_s: 0.01}
       - {do: wait, until_done: two, most_s: 1}
+      - {do: turn, axis: axle, rate_deg_per_s: 20, free: [x, z], applied_force_n: [-1, 0, -5],
+         for_s: 0.01}
+      - {do: wait, free: [spin], applied_torque_n_m: 0.1, angle_deg: 5, most_s: 1}
       - {do: release, for_s: 0.01}
   - name: two
     material: steel
@@ -164,6 +167,9 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_NEAR(e.bodies[0].parts[0].treads[0].lean_rad, 10 * M_PI / 180, 1e-12);
   EXPECT_NEAR(e.bodies[0].turn[3], std::sin(15 * M_PI / 180), 1e-12);
   EXPECT_EQ(e.bodies[0].motion[2].direction, (dem::Vec3d{0, 0, -1}));
+  EXPECT_TRUE(e.bodies[0].motion[4].about_axle);
+  EXPECT_EQ(e.bodies[0].motion[4].free_axes, (std::array<bool, 3>{true, false, true}));
+  EXPECT_TRUE(e.bodies[0].motion[5].free_spin);
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
   EXPECT_EQ(e.frames.times_s.size(), 2u);
@@ -271,6 +277,10 @@ TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {
               HasSubstr("key 'bodies[0].motion[1]'"));
   EXPECT_THAT(Complaint("until_done: two", "until_done: ghost"),
               HasSubstr("motion[3].until_done': got 'ghost'"));
+  EXPECT_THAT(Complaint("free: [x, z]", "free: [x, u]"),
+              HasSubstr("motion[4].free': got 'u', expected some of: x, y, z, spin"));
+  EXPECT_THAT(Complaint("free: [x, z]", "free: [x]"),
+              HasSubstr("motion[4].applied_force_n': got -5 N along z, which is not free"));
   EXPECT_THAT(Complaint("cohesion: jkr", "cohesion: glue"), HasSubstr("key 'laws'"));
   EXPECT_THAT(Complaint("count: 50", "count: 900000000"), HasSubstr("key 'grains[0].count'"));
 }
