@@ -23,19 +23,22 @@ PUBLISHED_DIAMETER = 0.0035
 
 
 class Level:
-    """diameter: mean of the grains; seeds: beds of the published box; wide: angles on the long, wide bed."""
+    """diameter: mean of the grains; seeds: beds of the published box; wide: angles on the long, wide
+    bed, whose grains are wide_diameter large."""
 
-    def __init__(self, diameter, softer, seeds, way, wide):
-        self.diameter, self.softer, self.seeds, self.way, self.wide = diameter, softer, seeds, way, wide
+    def __init__(self, diameter, softer, seeds, way, wide=(), wide_diameter=0.0):
+        self.diameter, self.softer, self.seeds, self.way = diameter, softer, seeds, way
+        self.wide, self.wide_diameter = wide, wide_diameter
 
 
-LEVELS = {"quick": Level(0.022, 100, (1,), 0.3, ()), "coarse": Level(0.014, 100, (1, 2, 3), 0.35, (0, 90)),
-          "full": Level(PUBLISHED_DIAMETER, 1, (1, 2, 3), 0.4, ANGLES)}
-WIDE = (1.6, 0.8, 0.12)  # length, width, depth of the long, wide bed
+LEVELS = {"quick": Level(0.022, 100, (1,), 0.3), "coarse": Level(0.015, 100, (1, 2, 3), 0.35, (0, 90), 0.018),
+          "full": Level(PUBLISHED_DIAMETER, 1, (1, 2, 3), 0.4, ANGLES, PUBLISHED_DIAMETER)}
+WIDE = (1.2, 0.7, 0.1)  # length, width, depth of the long, wide bed
 
 
 def overrides(level, seed, angle, size, sides):
-    d, (length, width, depth) = level.diameter, size
+    (length, width, depth), walls = size, sides == "wall"
+    d = level.diameter if walls else level.wide_diameter
     volume = math.pi / 6 * d**3 * 0.97  # of a grain, mean by number
     region = {"low_m": [0, 0, 0], "high_m": [length, width, 0.9]}
     fields = [round(length / (1.2 * d)), round(width / (1.2 * d)), 1]
@@ -47,9 +50,9 @@ def overrides(level, seed, angle, size, sides):
         "grains.sizes": [{"diameter_m": round(f * d, 6), "mass_fraction": m}
                          for f, m in ((0.857, 0.33), (1.0, 0.34), (1.143, 0.33))],
         "preparation[1].height_m": depth,
-        "bodies[0].position_m": [0.31 if sides == "wall" else 0.4, width / 2, 0],
+        "bodies[0].position_m": [0.31, width / 2, 0],
         "bodies[0].turn_deg": [0, 0, angle],
-        "bodies[0].motion[1].distance_m": level.way * (1 if sides == "wall" else 2),
+        "bodies[0].motion[1].distance_m": level.way * (1 if walls else 1.6),
         "probes[3].region": region, "probes[3].n": fields,
         "probes[4].region": region, "probes[4].n": fields,
     }
@@ -161,7 +164,8 @@ def rows(results, level):
             out.append(printed(f"{key} at {a} deg [{unit}]", values, "figure", words))
         wide = of_beds(results, a, "longitudinal", "wide")
         if wide:
-            out.append(printed(f"longitudinal force at {a} deg on the long, wide bed [N]", wide, "-", words))
+            out.append(printed(f"longitudinal force at {a} deg on a long, wide bed of "
+                               f"{1e3 * LEVELS[level].wide_diameter:g} mm grains [N]", wide, "-", words))
     return out
 
 
