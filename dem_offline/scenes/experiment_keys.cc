@@ -213,7 +213,8 @@ const std::vector<Key>& ExperimentKeys() {
        "the run fails where no end comes by then"},
 
       {"probe", "kind", K::kChoice,
-       "wrench|pose|velocity|coordination|energy|rest|repose|bins|surface|bonds|bond_forces|fragments|"
+       "wrench|pose|velocity|coordination|energy|rest|repose|bins|surface|bonds|bond_forces|"
+       "fragments|"
        "touching",
        "!", "", ""},
       {"probe", "body", K::kText, "", "!", "wrench|pose|velocity|touching", ""},

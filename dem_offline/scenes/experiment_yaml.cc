@@ -226,7 +226,8 @@ class Reader {
       return g;
     }
     const bool placed = g.filling == dx::Filling::kPlaced;
-    if (g.filling != dx::Filling::kRained && s.Has("bonds")) g.bonds = ReadBonds(s.Section("bonds"));
+    if (g.filling != dx::Filling::kRained && s.Has("bonds"))
+      g.bonds = ReadBonds(s.Section("bonds"));
     if (placed) g.places_m = ReadPlaces(s);
     if (!placed && s.Has("region")) g.region = ReadRegion(s.Section("region"));
     const bool lattice = g.filling == dx::Filling::kLattice;

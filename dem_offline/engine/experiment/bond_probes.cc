@@ -34,7 +34,8 @@ std::vector<std::uint8_t> TouchesOf(const World& world, int body) {
   std::vector<std::uint8_t> out(world.grains().size(), 0);
   for (std::size_t k = 0; k < slots.near.size(); ++k) {
     const std::int32_t* keys = &slots.key[k * slots.per_grain];
-    out[slots.near[k]] = std::any_of(keys, keys + slots.per_grain, [](int key) { return key >= 0; });
+    out[slots.near[k]] =
+        std::any_of(keys, keys + slots.per_grain, [](int key) { return key >= 0; });
   }
   return out;
 }
@@ -42,9 +43,10 @@ std::vector<std::uint8_t> TouchesOf(const World& world, int body) {
 }  // namespace
 
 std::vector<const char*> BondColumns() {
-  return {"intact",        "share_broken", "broken_in_tension", "broken_in_shear", "broken_by_stretch",
-          "force_mean_n",  "force_max_n",  "stored_j",          "freed_j",         "pieces",
-          "largest_piece", "singles"};
+  return {"intact",          "share_broken",      "broken_in_tension",
+          "broken_in_shear", "broken_by_stretch", "force_mean_n",
+          "force_max_n",     "stored_j",          "freed_j",
+          "pieces",          "largest_piece",     "singles"};
 }
 
 /// Pieces, among them single spheres, of those spheres that were bonded.
@@ -81,9 +83,9 @@ std::vector<std::string> BondTableColumns(const Experiment& e, const Probe& p) {
   if (p.kind == Probe::Kind::kBondForces) {
     return {"time_s", "id_a", "id_b", "intact", "tension_n", "shear_n"};
   }
-  std::vector<std::string> out = {"time_s",      "id",          "grain",       "piece",
-                                  "bonds",       "x_m",         "y_m",         "z_m",
-                                  "v_x_m_per_s", "v_y_m_per_s", "v_z_m_per_s", "w_x_rad_per_s",
+  std::vector<std::string> out = {"time_s",        "id",           "grain",       "piece",
+                                  "bonds",         "x_m",          "y_m",         "z_m",
+                                  "v_x_m_per_s",   "v_y_m_per_s",  "v_z_m_per_s", "w_x_rad_per_s",
                                   "w_y_rad_per_s", "w_z_rad_per_s"};
   for (const BodySpec& b : e.bodies) out.push_back("touches_" + b.name);
   return out;
@@ -112,8 +114,8 @@ void Probes::AddTouching(std::size_t b, std::vector<double>* row) const {
 
 void Probes::WriteBondForces(const Table& table, double time_s) const {
   for (const BondLoad& b : ground_.world().BondLoads()) {
-    sink_(table, {time_s, 1.0 * b.grain_a, 1.0 * b.grain_b, b.intact ? 1.0 : 0.0, b.tension_n,
-                  b.shear_n});
+    sink_(table,
+          {time_s, 1.0 * b.grain_a, 1.0 * b.grain_b, b.intact ? 1.0 : 0.0, b.tension_n, b.shear_n});
   }
 }
 
@@ -134,9 +136,11 @@ void Probes::WriteFragments(const Table& table, double time_s) const {
     if (place < 0) continue;
     const std::int32_t id = world.grains()[place].id;
     const GrainState s = ground_.At(place);
-    std::vector<double> row = {time_s, 1.0 * id, 1.0 * ground_.BondedGrainOf(id), 1.0 * piece[id],
-                               held[id], s.x_m, s.y_m, s.z_m, s.v_x, s.v_y, s.v_z, s.w_x, s.w_y,
-                               s.w_z};
+    std::vector<double> row = {time_s,          1.0 * id, 1.0 * ground_.BondedGrainOf(id),
+                               1.0 * piece[id], held[id], s.x_m,
+                               s.y_m,           s.z_m,    s.v_x,
+                               s.v_y,           s.v_z,    s.w_x,
+                               s.w_y,           s.w_z};
     for (const auto& t : touches) row.push_back(t[place]);
     sink_(table, row);
   }

@@ -13,9 +13,9 @@
 namespace grouser::dem::experiment {
 
 struct BondedGrain {
-  std::vector<Vec3d> centres_m;                 ///< of the fragments, about the grain's centre
+  std::vector<Vec3d> centres_m;                    ///< of the fragments, about the grain's centre
   std::vector<std::array<std::int32_t, 2>> bonds;  ///< pairs of fragments
-  double reach_m = 0;  ///< distance of the centres of its longest bond
+  double reach_m = 0;                              ///< distance of the centres of its longest bond
 };
 
 /// Fragments packed at random into a sphere of the grain's diameter, and bonds between the nearest

@@ -87,14 +87,14 @@ struct Grains {
   /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
   /// the drawn diameter; none: spheres. Poured and lattice.
   std::vector<ClumpTemplate::Member> clump;
-  Bonding bonds;              ///< poured, lattice, placed; the sizes are those of the grains
+  Bonding bonds;                ///< poured, lattice, placed; the sizes are those of the grains
   std::vector<Vec3d> places_m;  ///< placed: of centres
-  Region region;              ///< poured, rained, lattice
-  std::int64_t count = 0;     ///< poured, rained; lattice: 0 = as many as fit
-  double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
-  double speed_m_per_s = 0;   ///< rained: first speed downwards; 0: sqrt(g d)
-  double depth_m = 0;         ///< bed
-  double solid_fraction = 0;  ///< bed: its target
+  Region region;                ///< poured, rained, lattice
+  std::int64_t count = 0;       ///< poured, rained; lattice: 0 = as many as fit
+  double pitch_m = 0;           ///< lattice; 0: 1.02 of the largest diameter
+  double speed_m_per_s = 0;     ///< rained: first speed downwards; 0: sqrt(g d)
+  double depth_m = 0;           ///< bed
+  double solid_fraction = 0;    ///< bed: its target
   std::vector<GrainState> listed;
 };
 

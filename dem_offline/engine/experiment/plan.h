@@ -41,7 +41,8 @@ double LargestDiameter(const Experiment& e);
 /// The same, but of single spheres where grains are bonded.
 double LargestSphere(const Experiment& e);
 double SmallestRadius(const Experiment& e);
-/// sqrt(d/g) of the largest grains (bonded ones: of their fragments) [s]: the unit of the times that are set by rule.
+/// sqrt(d/g) of the largest grains (bonded ones: of their fragments) [s]: the unit of the times
+/// that are set by rule.
 double GravityTime(const Experiment& e);
 
 /// Least and most time of a settling [s]: from the height of the box.
