@@ -23,7 +23,7 @@ struct BondLaw {
   double largest_stretch = 1e300;   ///< L/L_0 - 1 [-]
   double largest_length_m = 1e300;  ///< of L
   double damping_ratio = 0;         ///< share of critical, on every one of the four modes
-  bool beside_contact = true;      ///< false: an intact bond replaces the contact
+  bool beside_contact = true;       ///< false: an intact bond replaces the contact
 };
 
 struct BondState {

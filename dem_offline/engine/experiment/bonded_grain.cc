@@ -10,7 +10,8 @@ namespace grouser::dem::experiment {
 namespace {
 
 constexpr int kMostPushes = 20000;
-constexpr double kMostSolid = 0.6;  // of the spheres in a grain: random packings end at 0.64
+// Of the spheres in a grain; random packings end at 0.64, less near a wall: 0.6 (1 - 0.8 d/D).
+constexpr double kMostSolid = 0.6, kWallShare = 0.8;
 constexpr double kMostFragments = 20000;
 constexpr double kMostBondsEach = 6;   // a dense packing has six pairs a sphere that touch
 constexpr double kFarthestBond = 2.5;  // [fragments' diameters]
@@ -165,10 +166,11 @@ void CheckBonding(const Experiment& e, const std::string& group, const Grains& g
   }
   CheckWithin(at + ".fragments", b.fragments, 2, kMostFragments);
   const double solid = b.fragments * std::pow(b.fragment_m / d, 3);
-  if (!(solid <= kMostSolid)) {
+  const double most = kMostSolid * (1 - kWallShare * b.fragment_m / d);
+  if (!(solid <= most)) {
     throw SpecError(at + ".fragments",
                     std::to_string(b.fragments) + ", " + Short(solid) + " of the grain's volume",
-                    "at most " + Short(std::floor(kMostSolid / solid * b.fragments)));
+                    "at most " + Short(std::floor(most / solid * b.fragments)));
   }
   CheckWithin(at + ".count", static_cast<double>(b.count), 1,
               std::min(kMostBondsEach, 0.5 * (b.fragments - 1)) * b.fragments);
