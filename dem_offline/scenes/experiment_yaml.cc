@@ -200,7 +200,8 @@ class Reader {
 
   static void ReadScattered(KeyedSection& s, dx::Grains* g) {
     if (s.Has("count") == s.Has("areal_fraction")) {
-      s.yaml().Fail("count", s.Has("count") ? "it beside areal_fraction" : "neither it nor areal_fraction",
+      s.yaml().Fail("count",
+                    s.Has("count") ? "it beside areal_fraction" : "neither it nor areal_fraction",
                     "one of them");
     }
     if (s.Has("count")) g->count = static_cast<std::int64_t>(s.Count("count", kMostCount));
@@ -228,23 +229,25 @@ class Reader {
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
       if (line.empty() || line == "\r" || line[0] == '#') continue;
+      if (number == 1 && line.find_first_of("xX") != std::string::npos) continue;  // names
       double v[7] = {};
       const char* at = line.data();
       const char* end = at + line.size();
       const auto commas = std::count(line.begin(), line.end(), ',');
       const int columns = commas == 6 ? 7 : 4;
-      bool good = true;
+      bool good = commas == columns - 1;
       for (int k = 0; k < columns && good; ++k) {
         while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
         const auto [stop, error] = std::from_chars(at, end, v[k]);
-        good =
-            error == std::errc() && std::isfinite(v[k]) &&
-            (k == columns - 1 || (stop < end && *stop == ','));
+        good = error == std::errc() && std::isfinite(v[k]) &&
+               (k == columns - 1 || (stop < end && *stop == ','));
         at = stop + (k < columns - 1);
       }
-      if (!good && out.empty() && number == 1) continue;  // the names of the columns
+      while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
+      good = good && at == end;
       if (!good) {
-        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)), "x,y,z,r or x,y,z,r,v_x,v_y,v_z");
+        s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)),
+                      "x,y,z,r or x,y,z,r,v_x,v_y,v_z");
       }
       dem::GrainState g = {};
       g.x_m = v[0];
@@ -334,7 +337,8 @@ class Reader {
   static void ReadSpheres(KeyedSection& s, dx::PartSpec* p) {
     p->ring_radius_m = Length(s, "ring_radius_m");
     if (s.Has("count") == s.Has("spacing")) {
-      s.yaml().Fail("count", s.Has("count") ? "it beside spacing" : "neither it nor spacing", "one of them");
+      s.yaml().Fail("count", s.Has("count") ? "it beside spacing" : "neither it nor spacing",
+                    "one of them");
     }
     double count = 0;
     if (s.Has("count")) count = static_cast<double>(s.Count("count", 10000));
@@ -344,7 +348,8 @@ class Reader {
       count = half < 1 ? std::floor(M_PI / std::asin(half) * (1 + 1e-9)) : 1;
     }
     if (!(count >= 1 && count <= 10000)) {
-      s.yaml().Fail(s.Has("count") ? "count" : "spacing", fmt::format("{} spheres", count), "1 to 10000");
+      s.yaml().Fail(s.Has("count") ? "count" : "spacing", fmt::format("{} spheres", count),
+                    "1 to 10000");
     }
     p->count = static_cast<int>(count);
   }

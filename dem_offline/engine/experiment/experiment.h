@@ -60,11 +60,11 @@ struct Region {
 };
 
 enum class Filling {
-  kBed,      ///< the settled periodic bed of a wheel test (rig/bed.h)
-  kPoured,   ///< a loose column over the region that falls at once
-  kRained,   ///< layers that come in one after another under the region's top
-  kLattice,  ///< a simple cubic lattice in the region
-  kListed,   ///< given one by one
+  kBed,        ///< the settled periodic bed of a wheel test (rig/bed.h)
+  kPoured,     ///< a loose column over the region that falls at once
+  kRained,     ///< layers that come in one after another under the region's top
+  kLattice,    ///< a simple cubic lattice in the region
+  kListed,     ///< given one by one
   kScattered,  ///< put at random in the region and moved apart until none overlap (scatter.h)
 };
 
@@ -76,9 +76,10 @@ struct Grains {
   /// Members of a rigid clump in any unit, scaled so that its union has the volume of a sphere of
   /// the drawn diameter; none: spheres. Poured and lattice.
   std::vector<ClumpTemplate::Member> clump;
-  Region region;              ///< poured, rained, lattice
-  std::int64_t count = 0;     ///< poured, rained, scattered; lattice: 0 = as many as fit
-  double areal_fraction = 0;  ///< scattered: sum of pi d^2/4 over the region seen along its axis; gives the count
+  Region region;           ///< poured, rained, lattice
+  std::int64_t count = 0;  ///< poured, rained, scattered; lattice: 0 = as many as fit
+  double areal_fraction =
+      0;  ///< scattered: sum of pi d^2/4 over the region seen along its axis; gives the count
   double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
   double speed_m_per_s = 0;   ///< rained: first speed downwards; 0: sqrt(g d)
   double depth_m = 0;         ///< bed
@@ -133,9 +134,9 @@ struct PartSpec {
   double length_m = 0;       ///< cylinder, tube
   double wall_m = 0;         ///< tube
   double inner_radius_m = 0, outer_radius_m = 0;  ///< annulus, ring, vanes
-  double height_m = 0;     ///< ring (from z = 0 up), vanes (from z = 0 down), cone
-  double thickness_m = 0;  ///< vanes
-  int count = 0;           ///< vanes, spheres
+  double height_m = 0;       ///< ring (from z = 0 up), vanes (from z = 0 down), cone
+  double thickness_m = 0;    ///< vanes
+  int count = 0;             ///< vanes, spheres
   double ring_radius_m = 0;  ///< spheres: of the circle of their centres, about y
   double shaft_radius_m = 0, shaft_length_m = 0;  ///< cone; 0: none. Its tip is at z = 0.
   double width_m = 0;                             ///< wheel, along y
@@ -210,8 +211,7 @@ struct Probe {
 /// Whether a probe writes a table of its own, beside the series.
 inline bool HasTable(const Probe& p) {
   using K = Probe::Kind;
-  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings ||
-         p.kind == K::kGrains;
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings || p.kind == K::kGrains;
 }
 
 struct Experiment {

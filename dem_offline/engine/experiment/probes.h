@@ -72,10 +72,10 @@ class Probes {
   const std::vector<Drive>& drives_;
   const SinkFn& sink_;
   Table series_;
-  std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
-  std::vector<double> due_s_;  ///< [probe]
+  std::vector<Table> tables_;    ///< [probe]; without a name: none of its own
+  std::vector<double> due_s_;    ///< [probe]
   std::vector<RingSums> rings_;  ///< of probes of that kind, in their order
-  std::vector<Wrench> sums_;   ///< [body]
+  std::vector<Wrench> sums_;     ///< [body]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
   bool energy_ = false;

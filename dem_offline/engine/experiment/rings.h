@@ -8,8 +8,8 @@ namespace grouser::dem::experiment {
 
 /// Mean of a ring of an annulus over time and over the grains (clumps: their centres) in it.
 struct RingMean {
-  double grains = 0;          ///< mean number N
-  double areal_fraction = 0;  ///< N pi <d^2>/4 over the area of the ring
+  double grains = 0;                                  ///< mean number N
+  double areal_fraction = 0;                          ///< N pi <d^2>/4 over the area of the ring
   double tangential_m_per_s = 0, radial_m_per_s = 0;  ///< means; right-handed about the axis
   /// <(v_t - <v_t>)^2 + (v_r - <v_r>)^2>/3 (McCarthy et al., Powder Technol. 203 (2010) 70)
   double temperature_m2_per_s2 = 0;

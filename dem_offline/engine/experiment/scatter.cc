@@ -34,8 +34,9 @@ class Scatterer {
   /// disturbed at random: from places that are random to begin with, a dense layer jams.
   void Begin(Random* random) {
     const double height = region_.high_m[axis_] - region_.low_m[axis_];
-    const auto most = box_.planar ? 1 : std::max<std::int64_t>(
-        1, static_cast<std::int64_t>(height / (2 * largest_)));
+    const auto most =
+        box_.planar ? 1
+                    : std::max<std::int64_t>(1, static_cast<std::int64_t>(height / (2 * largest_)));
     const auto n = static_cast<std::int64_t>(spheres_.size());
     std::vector<Vec3d> sites;
     for (std::int64_t layers = 1; layers <= most; ++layers) {
@@ -43,9 +44,9 @@ class Scatterer {
       const double pitch = PitchFor(each);
       if (pitch < 2 * largest_ && layers < most) continue;
       for (std::int64_t layer = 0; layer < layers; ++layer) {
-        const double share = layers > 1 ? (static_cast<double>(layer) + 0.5) /
-                                              static_cast<double>(layers)
-                                        : random->Uniform();
+        const double share = layers > 1
+                                 ? (static_cast<double>(layer) + 0.5) / static_cast<double>(layers)
+                                 : random->Uniform();
         const double level = region_.low_m[axis_] + share * height;
         AddLayer(pitch, level, layers > 1 ? 0 : height, random, &sites);
       }
@@ -267,8 +268,9 @@ std::vector<Vec3d> Scatter(const BoxSpec& box, const Region& region,
     if (worst <= kOverlap * all.largest_m()) return all.Places();
     poll();
   }
-  throw SpecError(field, std::to_string(radii.size()) + " grains, which overlap by " +
-                             Short(worst) + " m wherever they are put",
+  throw SpecError(field,
+                  std::to_string(radii.size()) + " grains, which overlap by " + Short(worst) +
+                      " m wherever they are put",
                   "fewer, or a larger region: there is no room");
 }
 

@@ -70,9 +70,9 @@ void CheckRegion(const std::string& field, const Region& r, const BoxSpec& box) 
     }
   }
   const int across = box.planar ? 2 : 1;
-  CheckWithin(field + ".radius_m", r.radius_m, 0,
-              0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[across] - r.low_m[across]) *
-                  (1 + 1e-9));
+  CheckWithin(
+      field + ".radius_m", r.radius_m, 0,
+      0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[across] - r.low_m[across]) * (1 + 1e-9));
   CheckWithin(field + ".inner_radius_m", r.inner_radius_m, 0,
               std::max(0.0, r.radius_m * (1 - 1e-6)));
 }

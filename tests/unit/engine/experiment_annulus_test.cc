@@ -157,8 +157,8 @@ TEST(Scattered, NoneOverlapsAndAllLieInTheAnnulus) {
     const Body wheel = BuildBody(spec, {}, 1, false, "b").body;
     Random random(5);
     const double r = 0.00238125;
-    const auto at = Scatter(box, g.region, std::vector<double>(n, r), {wheel}, "grains", &random,
-                            [] {});
+    const auto at =
+        Scatter(box, g.region, std::vector<double>(n, r), {wheel}, "grains", &random, [] {});
     ASSERT_EQ(at.size(), static_cast<std::size_t>(n));
     double nearest = 1, nearest_to_body = 1, inner = 1, outer = 0;
     const auto m = MatrixOf(wheel.orientation);
