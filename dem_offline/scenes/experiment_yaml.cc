@@ -310,12 +310,13 @@ class Reader {
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
       if (line.empty() || line == "\r" || line[0] == '#') continue;
+      if (number == 1 && line.find_first_of("xX") != std::string::npos) continue;  // names
       double v[7] = {};
       const char* at = line.data();
       const char* end = at + line.size();
       const auto commas = std::count(line.begin(), line.end(), ',');
       const int columns = commas == 6 ? 7 : 4;
-      bool good = true;
+      bool good = commas == columns - 1;
       for (int k = 0; k < columns && good; ++k) {
         while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
         const auto [stop, error] = std::from_chars(at, end, v[k]);
@@ -323,7 +324,8 @@ class Reader {
                (k == columns - 1 || (stop < end && *stop == ','));
         at = stop + (k < columns - 1);
       }
-      if (!good && out.empty() && number == 1) continue;  // the names of the columns
+      while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
+      good = good && at == end;
       if (!good) {
         s.yaml().Fail("file", fmt::format("line {}: '{}'", number, line.substr(0, 60)),
                       "x,y,z,r or x,y,z,r,v_x,v_y,v_z");

@@ -233,8 +233,13 @@ TEST_F(ExperimentYaml, ListedGrainsMayHaveVelocities) {
   EXPECT_EQ(grains[0].v_x, 1);
   EXPECT_EQ(grains[0].v_y, -2);
   EXPECT_EQ(grains[0].v_z, 0.5);
-  std::ofstream(folder_ / "grains.csv") << "0.1,0.1,0.05,0.005\n0.1,0.1,0.05,0.005,1,2\n";
-  EXPECT_THROW(Read(kRest), InputError);
+  for (const char* bad : {"0.1,0.1,0.05,0.005,1,2\n", "0.1,0.1,0.05,0.005,1,2,3,4\n",
+                          "0.1,0.1,0.05,0.005 m\n", "nan,0.1,0.05,0.005\n", "0.1,0.1,0.05\n"}) {
+    for (const char* before : {"", "0.1,0.1,0.05,0.005\n", "x,y,z,r\n"}) {
+      std::ofstream(folder_ / "grains.csv") << before << bad;
+      EXPECT_THROW(Read(kRest), InputError) << before << bad;
+    }
+  }
 }
 
 TEST_F(ExperimentYaml, SchemaIsTheCommittedOne) {
