@@ -52,9 +52,9 @@ class Scale:
     def colours(self, values):
         return self.map(self.norm(values))[:, :3]
 
-    def bar(self, figure, axes):
-        figure.colorbar(plt.cm.ScalarMappable(self.norm, self.map), ax=axes, label=self.label,
-                        shrink=0.8, pad=0.03, extend="max" if self.clipped else "neither")
+    def bar(self, figure, place):
+        figure.colorbar(plt.cm.ScalarMappable(self.norm, self.map), cax=figure.add_axes(place),
+                        label=self.label, extend="max" if self.clipped else "neither")
 
 
 def nice_ticks(length):
@@ -173,16 +173,18 @@ def draw_cut(axes, frame, scale, axis, at, height):
 def draw_frame(frame, scale, name, options, height):
     axis, at = options.cut(frame)
     if frame.planar:
-        figure, axes = plt.subplots(figsize=(9, 5.2), layout="constrained")
+        figure = plt.figure(figsize=(9, 5))
+        axes = figure.add_axes((0.08, 0.1, 0.78, 0.8))
         draw_cut(axes, frame, scale, 1, 0.5 * frame.box[1], height)
         axes.set_title("")
     else:
-        figure, (left, axes) = plt.subplots(1, 2, figsize=(11, 4.9), layout="constrained",
-                                            width_ratios=(1.15, 1))
+        figure = plt.figure(figsize=(11, 4.9))
+        left = figure.add_axes((0.0, 0.02, 0.48, 0.88))
+        axes = figure.add_axes((0.54, 0.11, 0.35, 0.76))
         draw_oblique(left, frame, scale, options.camera, height, options.body_alpha,
                      options.pixels)
         draw_cut(axes, frame, scale, axis, at, height)
-    scale.bar(figure, axes)
+    scale.bar(figure, (0.905, 0.18, 0.014, 0.62))
     figure.suptitle(f"{name}, {frame.time:.3f} s", fontsize=11)
     return figure
 
