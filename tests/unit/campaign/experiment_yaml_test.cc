@@ -114,6 +114,31 @@ output: {sample_s: 0.005, frames: {times_s: [0, 0.01]},
 numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
 )";
 
+/// Bonded grains, and a window that follows a body.
+constexpr char kBonded[] = R"(name: bonded
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.3, height_m: 0.3, material: sand}
+grains: {kind: placed, material: sand, diameter_m: 0.02,
+         circle: {count: 3, radius_m: 0.05, at_m: [0.15, 0.15, 0.02]},
+         bonds: {fragment_m: 0.006, fragments: 12, count: 20, disk_scale: 1.1,
+                 normal_stiffness_n_per_m3: 1.0e10, shear_stiffness_n_per_m3: 5.0e9,
+                 strength_pa: 1.0e6, strength_ratio: 0.5, largest_stretch: 0.2,
+                 damping_ratio: 0.1, beside_contact: on}}
+duration_s: 0.1
+numerics: {program_step: 0.5}
+)";
+constexpr char kFollowed[] = R"(name: followed
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 1, width_m: 0.1, height_m: 0.3, planar: on, material: sand,
+      follow: {body: wheel, length_m: 0.5, ahead: 0.5}}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
+bodies: {name: wheel, material: sand, parts: {shape: wheel, radius_m: 0.03, width_m: 0.02},
+         position_m: [0.5, 0.05, 0.2],
+         motion: {do: move, velocity_m_per_s: [0.1, 0, 0], for_s: 0.1}}
+)";
+
 constexpr char kSweep[] = R"(sweep:
   axes:
     - {key: gravity_m_per_s2, values: [1.62, 9.81]}
@@ -173,11 +198,16 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
   EXPECT_EQ(e.frames.times_s.size(), 2u);
-  std::string all = std::string(kRest) + kPlanar + kClumps + kSweep;
+  std::string all = std::string(kRest) + kPlanar + kClumps + kBonded + kFollowed + kSweep;
   EXPECT_EQ(Read(kPlanar).experiment.frames.every_s, 0.05);
   EXPECT_EQ(ReadSweep(std::string(kRest) + kSweep, "e.yaml", folder_)->members.size(), 9u);
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
   EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
+  EXPECT_EQ(Read(kFollowed).experiment.box.follow.length_m, 0.5);
+  const auto bonded = Read(kBonded).experiment;
+  EXPECT_EQ(bonded.grains[0].places_m.size(), 3u);
+  EXPECT_EQ(bonded.grains[0].bonds.fragments, 12);
+  EXPECT_EQ(bonded.grains[0].bonds.law.shear_stiffness_n_per_m3, 5e9);
   EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
