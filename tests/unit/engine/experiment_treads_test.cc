@@ -171,7 +171,7 @@ Experiment Layer() {
 /// The wheel goes 2.5 times the length of the bed; its window stays around it and full.
 TEST(ExperimentFollow, WindowGoesWithTheWheel) {
   Experiment e = Layer();
-  e.box.follow = {"wheel", 0.24, 0.45};
+  e.box.follow = {"wheel", 0.26, 0.45};
   Recorded rec;
   const Result result = RunExperiment(e, rec.Sink(), nullptr);
   ASSERT_TRUE(result.done) << result.reason;
@@ -179,7 +179,7 @@ TEST(ExperimentFollow, WindowGoesWithTheWheel) {
   EXPECT_NEAR(end, 0.6, 1e-3);
   const auto x = rec.Column("x_m", "surface"), height = rec.Column("height_m", "surface");
   ASSERT_EQ(x.size(), 20u);
-  EXPECT_NEAR(x.back() - x.front(), 0.24 * 19 / 20, 1e-9);
+  EXPECT_NEAR(x.back() - x.front(), 0.26 * 19 / 20, 1e-9);
   EXPECT_LT(x.front(), end - 0.09);
   EXPECT_GT(x.back(), end + 0.07);
   for (std::size_t k = 0; k < x.size(); ++k) {  // soil everywhere; untouched in front
@@ -194,7 +194,7 @@ TEST(ExperimentFollow, WindowGoesWithTheWheel) {
 TEST(ExperimentFollow, RefusesWhatAWindowCannotHold) {
   const auto refused = [](auto&& change, const std::string& field) {
     Experiment e = Layer();
-    e.box.follow = {"wheel", 0.24, 0.45};
+    e.box.follow = {"wheel", 0.26, 0.45};
     change(e);
     try {
       PlanOf(e);
