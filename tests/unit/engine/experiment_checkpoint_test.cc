@@ -196,7 +196,8 @@ TEST(Checkpoint, BedOfAWheelTest) {
   e.box = {0.1, 0.1, 0.2, Side::kPeriodic, Side::kPeriodic, "steel"};
   Grains& g = e.grains[0];
   g.filling = Filling::kBed;
-  g.depth_m = 0.05;
+  g.sizes = {{0.0115, 0.5}, {0.0125, 0.5}};
+  g.depth_m = 0.036;
   g.solid_fraction = 0.6;
   g.count = 0;
   GoesOnToTheBit(e, 5);

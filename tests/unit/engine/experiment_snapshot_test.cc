@@ -69,10 +69,9 @@ TEST(Snapshot, ComesAtItsTimesAndAtTheEndAndFollowsBodies) {
   EXPECT_EQ(every[0].bodies, std::vector<std::string>{"ball"});
   double x = 0, furthest = 0;
   for (const Vec3d& v : every[3].triangles.vertices) x += v[0] / 8;
-  const double end = every[3].time_s;  // whole steps: up to one longer than 0.05 s
-  EXPECT_NEAR(x, 0.5 + 0.2 * end, 1e-6);
+  EXPECT_NEAR(x, 0.5 + 0.2 * every[3].time_s, 1e-6);
   for (const Vec3d& v : every[3].triangles.vertices) furthest = std::max(furthest, v[0] - x);
-  const double turned = M_PI / 2 * end;
+  const double turned = M_PI / 2 * every[3].time_s;
   EXPECT_NEAR(furthest, 0.05 * std::cos(turned) + 0.01 * std::sin(turned), 1e-6);
   const auto listed = times({.every_s = 0, .times_s = {0.01, 0.03}});
   ASSERT_EQ(listed.size(), 3u);
