@@ -91,7 +91,7 @@ def nice_ticks(low, high):
         if length / (factor * step) >= 2:
             step *= factor
             break
-    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) + 0.0
 
 
 def draw_box(axes, camera, region):
