@@ -57,20 +57,46 @@ class Scale:
                         label=self.label, extend="max" if self.clipped else "neither")
 
 
-def nice_ticks(length):
-    """Some round places from 0 to a length."""
+class Region:
+    """What is shown in all frames: where there are grains, and the bodies as far as they are no
+    higher over them than that is wide."""
+
+    def __init__(self, frames):
+        box = frames[0].box
+        full = [f for f in frames if f.radius.size]
+        low = np.min([(f.centre - f.radius[:, None]).min(axis=0) for f in full] or [0 * box],
+                     axis=0)
+        high = np.max([(f.centre + f.radius[:, None]).max(axis=0) for f in full] or [box],
+                      axis=0)
+        margin = 0.25 * (high - low)
+        self.low = np.append(np.maximum(0, low - margin)[:2], 0.0)
+        self.high = np.minimum(box, high + margin)
+        bodies = max((float(f.triangles[..., 2].max()) for f in frames if f.triangles.size),
+                     default=0.0)
+        wide = float((self.high - self.low)[:2].max())
+        self.high[2] = max(high[2], min(bodies, max(0.6 * wide, 1.3 * high[2])))
+        self.reach = max((float(f.radius.max()) for f in full), default=0.0)
+
+    def corners(self):
+        """The i-th has the high end along x, y, z where its bits 1, 2, 4 are set."""
+        bits = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
+        return self.low + bits * (self.high - self.low)
+
+
+def nice_ticks(low, high):
+    """Some round places from one to the other."""
+    length = high - low
     step = 10.0 ** np.floor(np.log10(length / 2))
     for factor in (5, 2.5, 2, 1):
         if length / (factor * step) >= 2:
             step *= factor
             break
-    return np.arange(0, length * (1 + 1e-9), step)
+    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) + 0.0
 
 
-def draw_box(axes, camera, box, height):
-    """Floor and rear edges, with metres along three of them."""
-    size = np.array([box[0], box[1], height])
-    corners = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]) * size
+def draw_box(axes, camera, region):
+    """Floor and rear edges of what is shown, with metres along three of them."""
+    corners = region.corners()
     flat = camera.project(corners)
     hidden = int(np.argmin(flat[:, 2]))  # the corner that is furthest from the eye
     for i in range(8):
@@ -79,57 +105,37 @@ def draw_box(axes, camera, box, height):
                 rear = hidden in (i, j) or (not i & 4 and not j & 4)
                 axes.plot(*flat[[i, j], :2].T, color="#999999", lw=0.8 if rear else 0.5,
                           zorder=0, ls="-" if rear else ":")
-    front = [0.0 if camera.towards[k] < 0 else size[k] for k in range(3)]
-    middle = camera.project(size[None] / 2)[0, :2]
+    front = np.where(camera.towards < 0, region.low, region.high)
+    front[2] = region.low[2]
+    upright = corners[int(np.argmin(flat[:4, 0]))]  # the edge at the left of the picture
+    middle = camera.project((region.low + region.high)[None] / 2)[0, :2]
     for axis in range(3):
-        other = [front[0], front[1], 0.0]
-        if axis == 2:  # the upright edge at the side of the picture
-            sides = camera.project(np.array([[x, y, 0] for x in (0, size[0])
-                                             for y in (0, size[1])]))
-            k = int(np.argmin(sides[:, 0]))
-            other = [(0, size[0])[k >> 1], (0, size[1])[k & 1], 0.0]
-        ticks = nice_ticks(size[axis])[1 if axis == 1 else 0:]  # the corner has x's end already
+        ticks = nice_ticks(region.low[axis], region.high[axis])
         for value in ticks:
-            point = np.array(other)
+            point = np.array(upright if axis == 2 else front)
             point[axis] = value
             at = camera.project(point[None])[0, :2]
-            out = at - middle
             if axis == 2:
                 out = np.array([-1.0, 0.0])
             else:
                 along = camera.project(np.eye(3)[axis][None])[0, :2]
                 across = np.array([-along[1], along[0]])
-                out = across * np.sign(across @ out)
+                out = across * np.sign(across @ (at - middle))
             out = out / np.linalg.norm(out)
+            # The corner has the end of x already.
+            if axis == 1 and abs(value - front[1]) < 0.02 * (region.high - region.low)[1]:
+                continue
             label = f"{value:.3g}" + (f" m\n{AXES[axis]}" if value == ticks[-1] else "")
-            axes.annotate(label, at, xytext=9 * out, textcoords="offset points", fontsize=7.5,
-                          ha="center", va="center", color="#444444", zorder=5)
+            axes.annotate(label, at, xytext=(9 + 5 * (axis == 2)) * out,
+                          textcoords="offset points", fontsize=7.5, ha="center", va="center",
+                          color="#444444", zorder=5)
 
 
-def height_of(frames):
-    """Of what is shown: grains and bodies that are not far above them."""
-    top = max((float((f.centre[:, 2] + f.radius).max()) for f in frames if f.radius.size),
-              default=frames[0].box[2])
-    bodies = max((float(f.triangles[..., 2].max()) for f in frames if f.triangles.size),
-                 default=0.0)
-    return min(max(top, bodies), max(float(frames[0].box[2]), top))
-
-
-def draw_oblique(axes, frame, scale, camera, height, alpha, pixels):
-    draw_box(axes, camera, frame.box, height)
-    size = np.array([frame.box[0], frame.box[1], height])
-    box = camera.project(np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]) * size)
-    all_points = [box] + ([camera.project(frame.triangles.reshape(-1, 3))]
-                          if frame.triangles.size else [])
-    low = np.min([p.min(axis=0) for p in all_points], axis=0)
-    high = np.max([p.max(axis=0) for p in all_points], axis=0)
-    # Bodies that stand out far are cut off.
-    low = np.maximum(low, box.min(axis=0) - 0.15 * (box.max(axis=0) - box.min(axis=0)))
-    high = np.minimum(high, box.max(axis=0) + 0.15 * (box.max(axis=0) - box.min(axis=0)))
-    if frame.radius.size:  # grains at the sides reach out
-        at, reach = camera.project(frame.centre), frame.radius[:, None]
-        low = np.minimum(low, (at - reach).min(axis=0))
-        high = np.maximum(high, (at + reach).max(axis=0))
+def draw_oblique(axes, frame, scale, camera, region, alpha, pixels):
+    draw_box(axes, camera, region)
+    box = camera.project(region.corners())
+    low, high = box.min(axis=0) - region.reach, box.max(axis=0) + region.reach
+    low, high = low - 0.03 * (high - low), high + 0.03 * (high - low)
     canvas = Canvas(low[0], high[0], low[1], high[1], (high - low)[:2].max() / pixels)
     canvas.spheres(camera.project(frame.centre), frame.radius,
                    scale.colours(frame.values(scale.by)))
@@ -144,7 +150,7 @@ def draw_oblique(axes, frame, scale, camera, height, alpha, pixels):
     axes.axis("off")
 
 
-def draw_cut(axes, frame, scale, axis, at, height):
+def draw_cut(axes, frame, scale, axis, at, region):
     """Grains that a plane cuts, as they are cut there; outlines of bodies."""
     others = [k for k in range(3) if k != axis]
     off = frame.centre[:, axis] - at
@@ -163,27 +169,28 @@ def draw_cut(axes, frame, scale, axis, at, height):
         axes.add_collection(LineCollection(cut(frame.triangles, axis, at), colors="#1b4965",
                                            linewidths=1.4))
     axes.set_aspect("equal")
-    axes.set_xlim(0, frame.box[others[0]])
-    axes.set_ylim(0, (frame.box[others[1]] if axis == 2 else height) * 1.02)
+    low, high = region.low[others], region.high[others]
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1] + 0.02 * (high - low)[1])
     axes.set_xlabel(f"{AXES[others[0]]} [m]")
     axes.set_ylabel(f"{AXES[others[1]]} [m]")
     axes.set_title(f"cut at {AXES[axis]} = {at:.3g} m", fontsize=9)
 
 
-def draw_frame(frame, scale, name, options, height):
+def draw_frame(frame, scale, name, options, region):
     axis, at = options.cut(frame)
     if frame.planar:
         figure = plt.figure(figsize=(9, 5))
         axes = figure.add_axes((0.08, 0.1, 0.78, 0.8))
-        draw_cut(axes, frame, scale, 1, 0.5 * frame.box[1], height)
+        draw_cut(axes, frame, scale, 1, 0.5 * frame.box[1], region)
         axes.set_title("")
     else:
         figure = plt.figure(figsize=(11, 4.9))
         left = figure.add_axes((0.0, 0.02, 0.48, 0.88))
         axes = figure.add_axes((0.54, 0.11, 0.35, 0.76))
-        draw_oblique(left, frame, scale, options.camera, height, options.body_alpha,
+        draw_oblique(left, frame, scale, options.camera, region, options.body_alpha,
                      options.pixels)
-        draw_cut(axes, frame, scale, axis, at, height)
+        draw_cut(axes, frame, scale, axis, at, region)
     scale.bar(figure, (0.905, 0.18, 0.014, 0.62))
     figure.suptitle(f"{name}, {frame.time:.3f} s", fontsize=11)
     return figure
@@ -334,11 +341,11 @@ def view(arguments):
     pictures = []
     if files:
         frames = [Frame(grains, bodies) for _, grains, bodies in files]
-        scale, height = Scale(frames, arguments.by), height_of(frames)
+        scale, region = Scale(frames, arguments.by), Region(frames)
         for (_, grains, _), frame in zip(files, frames):
             number = re.search(r"(\d+)\.vtp$", grains.name).group(1)
             pictures.append(folder / f"{arguments.by}_{number}.png")
-            save(draw_frame(frame, scale, name, options, height), pictures[-1])
+            save(draw_frame(frame, scale, name, options, region), pictures[-1])
             print(pictures[-1])
     if series:
         save(draw_series(*series, name), folder / "series.png")
