@@ -26,7 +26,7 @@ PLANAR = "planar.yaml"
 DROP = "drop.yaml"
 
 WHEEL_M, RIM_M, DIAMETER_M = 0.085725, 0.142875, 0.0047625
-STEEL_PA, YIELD_N = 193e9, 48.0
+STEEL_PA, POISSON, YIELD_N = 193e9, 0.29, 48.0
 # beta a da/dt of the drop tests [kg/(m s)] with steel's stiffness: the restitution between two balls
 # is that of the plastic law between 2 and 3 m/s.
 BETA = 1.0e6
@@ -71,7 +71,8 @@ def laws_of(variant, modulus):
         interface[law] = {"damping_kg_per_m_s": BETA * factor * soft ** 0.8}
     tangential = "mindlin_deresiewicz" if variant[2] == "F" else "linear_history"
     if tangential == "linear_history":
-        interface[tangential] = {"stiffness_ratio": 0}  # Mindlin's
+        # 8 G* a, with which F begins, over the secant 4/3 E* a of the normal spring: 6 G*/E*.
+        interface[tangential] = {"stiffness_ratio": 3 * (1 - POISSON) / (2 - POISSON)}
     return {"normal": law, "tangential": tangential, "rolling": "own_spin"}, interface
 
 
@@ -223,6 +224,7 @@ def changed(level):
         "wheel, rim and plates are of the balls' steel; hemispheres at half of the head space",
         "asphericity S: two spheres whose centres are 0.05 mm apart, the printed tolerance; the planar "
         "case has spheres (clumps cannot move in a plane yet)",
+        "friction law f: a linear spring of the stiffness that F begins with (Mindlin's, 8 G* a)",
         "beta of the damper is not printed: it is chosen so that restitution between balls equals that of "
         "the plastic law between 2 and 3 m/s; d: yield force 0.1 times, beta 5 times",
         "normalising speed: that of the wheel's rim, 0.0857 m (the paper's printed speeds imply 0.0988 m, "
