@@ -202,13 +202,8 @@ class Profiles:
 INNER = slice(0, 3)  # of six rings
 
 
-def peak_change(p, q, what):
-    """Largest difference of two profiles over the peak of the second."""
-    a, b = getattr(p, what), getattr(q, what)
-    return float(numpy.abs(a - b).max() / b.max())
-
-
 def change_of_means(all_, a, b, what):
+    """Largest difference of two mean profiles over the peak of the second."""
     p, q = all_.mean(a, what), all_.mean(b, what)
     return float(numpy.abs(p - q).max() / q.max())
 
@@ -279,7 +274,7 @@ def cell_rows(all_, level):
             f = lambda p, q, key=key: float(getattr(p, key)[INNER].mean() / getattr(q, key)[INNER].mean())
             values = all_.pairs(variant, BASE, f)
             text = f"spring-dashpot ({variant}) over plastic ({BASE}): {key} of the three inner rings"
-            out.append(r.at_most(text, values, 1.0 - 1e-9, "lower", what) if main else
+            out.append(r.at_most(text, values, 1.0, "lower", what) if main else
                        r.printed(text, values, "lower", what))
     if level == "quick":
         return out
