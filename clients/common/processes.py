@@ -31,8 +31,10 @@ class Processes:
     when this process dies (setpriv --pdeathsig), so that not even kill -9
     leaves one behind."""
 
-    def __init__(self, log_folder):
+    def __init__(self, log_folder, inherited=()):
+        """inherited: descriptors that children keep open, such as a lock that they share."""
         self._log_folder = log_folder
+        self._inherited = inherited
         self._running = []
 
     def start(self, name, argv, stdout=subprocess.DEVNULL, show=False):
@@ -41,7 +43,7 @@ class Processes:
             child = subprocess.Popen(
                 ["setpriv", "--pdeathsig", "TERM", "--", *map(str, argv)],
                 stdin=subprocess.DEVNULL, stdout=stdout, stderr=None if show else log,
-                start_new_session=True)
+                start_new_session=True, pass_fds=self._inherited)
         self._running.append(child)
         return child
 

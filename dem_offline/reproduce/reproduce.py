@@ -175,13 +175,18 @@ def reproduce(name, module, arguments, processes):
 
 
 def lock_of(out):
+    """The runs share it: those of a reproduction that was killed get a while to end."""
     os.makedirs(out, exist_ok=True)
     lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise Refused(f"--out {out}: another reproduction is running there") from None
-    return lock
+    last = time.monotonic() + 10
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return lock
+        except BlockingIOError:
+            if time.monotonic() > last:
+                raise Refused(f"--out {out}: another reproduction is running there") from None
+            time.sleep(0.1)
 
 
 def main():
@@ -199,7 +204,7 @@ def main():
         for name, module in modules.items():
             logs = os.path.join(arguments.out, name, "logs")
             os.makedirs(logs, exist_ok=True)
-            processes = Processes(logs)
+            processes = Processes(logs, inherited=[lock.fileno()])
             if not reproduce(name, module, arguments, processes):
                 code = 1
         lock.close()
