@@ -181,7 +181,9 @@ def rows(results, level):
 # Pictures.
 
 def smooth(values, n=9):
-    return numpy.convolve(values, numpy.ones(n) / n, mode="same")
+    window = numpy.ones(min(n, len(values)))
+    counts = numpy.convolve(numpy.ones(len(values)), window, mode="same")  # fewer at either end
+    return numpy.convolve(values, window, mode="same") / counts
 
 
 def history_figure(results, keys, kind="box-1"):
