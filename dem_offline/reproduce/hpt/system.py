@@ -36,12 +36,12 @@ def load_of(count, diameter, pressure=PRESSURE_PA):
 
 def pressed(load_n, faster=1.0):
     """Overrides of the load. Mass and damper of the held axis follow the load, their time `faster`."""
-    mass = 5e-4 * load_n / load_of(4, 1e-3) / faster ** 2
+    mass = 3e-4 * load_n / load_of(4, 1e-3) / faster ** 2
     sets = {"bodies[1].motion[0].force_n": 0.6 * load_n}
     for step in (1, 2):
         sets[f"bodies[1].motion[{step}].hold_force_n"] = load_n
         sets[f"bodies[1].motion[{step}].hold_mass_kg"] = mass
-        sets[f"bodies[1].motion[{step}].hold_damper_s"] = 8.3e-6 / faster
+        sets[f"bodies[1].motion[{step}].hold_damper_s"] = 1e-5 / faster
     return sets
 
 
@@ -74,7 +74,8 @@ def actual():
 def runs(level):
     if level == "quick":
         few = {**size(QUICK_DIAMETER_M, 70, 160), **turned_at(2 * RATE_DEG_PER_S)}
-        return [("four_1", FILE, few), ("drop_1.05", FILE, {**few, "grains.bonds.largest_distance": 1.05})]
+        return [("four_1", FILE, few), ("drop_1.05", FILE, {**few, "grains.bonds.largest_distance": 1.05}),
+                ("stiffness_1e+09", FILE, {**few, "grains.bonds.normal_stiffness_n_per_m3": 1e9})]
     beds = [(f"four_{seed}", FILE, {"seed": seed}) for seed in (1, 2, 3)]
     grains = [(f"grains_{n}", FILE, {"grains.circle.count": n, **pressed(load_of(n, 1e-3))}) for n in (8, 16)]
     sizes = [(f"size_{1e3 * d:.2f}", FILE, size(d, *GRAINS[d])) for d in GRAINS if d != 1e-3]
@@ -149,6 +150,10 @@ def rows(results, level):
            between("coefficient of traction, four grains of 1 mm (mean over the second half of the sweep)", beds, 0.25,
                    0.35, 0.30, CHANGED, "largest of the sweep: " + ", ".join(
                        f"{numpy.max(sweeps[n].traction):.3f}" for n in sweeps if n.startswith("four_")), full)]
+    if not full:
+        out.append(at_most("bonds of 1e9 N/m^3: traction over that of 1e10 N/m^3",
+                           traction["stiffness_1e+09"] / traction["four_1"], 0.7, "more than strength changes it",
+                           CHANGED, f"{traction['stiffness_1e+09']:.3f} over {traction['four_1']:.3f}"))
     if full:
         out += compared(traction, four, beds)
         out += layer_rows(results)
