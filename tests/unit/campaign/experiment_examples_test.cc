@@ -134,5 +134,18 @@ TEST(ExperimentExamples, HeapIsSteeperWithMoreRollingFriction) {
   EXPECT_LT(low["kinetic_over_weight"].back(), 1e-5);
 }
 
+/// The fewer bonds are left the flatter the grain, and never more of them.
+TEST(ExperimentExamples, BondedGrainBreaksUnderThePlate) {
+  const Ran run = RunQuick("bonded_grain", {"grains.bonds.fragments=60", "grains.bonds.count=140",
+                                            "grains.bonds.fragment_m=1.9e-4"});
+  const Column &intact = run["bonds.intact"], &force = run["plate.f_z_n"];
+  EXPECT_EQ(intact.front(), 140);
+  EXPECT_TRUE(std::is_sorted(intact.rbegin(), intact.rend()));
+  EXPECT_LT(intact.back(), 0.9 * 140);
+  const double half = 0.5 * run["plate.z_m"].front() + 0.5 * run["plate.z_m"].back();
+  EXPECT_GT(MeanWhere(run["plate.z_m"], force, 0, half),
+            MeanWhere(run["plate.z_m"], force, half, 1));
+}
+
 }  // namespace
 }  // namespace grouser::campaign

@@ -42,6 +42,29 @@ grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50,
 duration_s: 0.1
 )";
 
+/// Bonded grains, one by one and on a circle.
+constexpr char kBonded[] = R"(name: bonded
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.6, width_m: 0.6, height_m: 0.3, material: sand}
+grains:
+  - kind: placed
+    material: sand
+    diameter_m: 0.05
+    places: [{at_m: [0.3, 0.3, 0.2]}]
+    bonds: {fragment_m: 0.01, fragments: 40, count: 90, disk_scale: 1.25,
+            normal_stiffness_n_per_m3: 1.0e8, shear_stiffness_n_per_m3: 2.0e8, strength_pa: 1.0e5,
+            strength_ratio: 3, largest_stretch: 0.2, largest_distance: 1.5, damping_ratio: 0.1,
+            beside_contact: off}
+  - {kind: placed, material: sand, diameter_m: 0.05,
+     circle: {count: 4, radius_m: 0.2, at_m: [0.3, 0.3, 0.1]}}
+probes:
+  - {kind: bonds}
+  - {kind: bond_forces, name: forces, every_s: 0.1}
+  - {kind: fragments, name: fragments}
+duration_s: 0.1
+)";
+
 /// Every key that no other has.
 constexpr char kRest[] = R"(name: all
 seed: 3
@@ -114,20 +137,7 @@ output: {sample_s: 0.005, frames: {times_s: [0, 0.01]},
 numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
 )";
 
-/// Bonded grains, and a window that follows a body.
-constexpr char kBonded[] = R"(name: bonded
-materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
-interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
-box: {length_m: 0.3, width_m: 0.3, height_m: 0.3, material: sand}
-grains: {kind: placed, material: sand, diameter_m: 0.02,
-         circle: {count: 3, radius_m: 0.05, at_m: [0.15, 0.15, 0.02]},
-         bonds: {fragment_m: 0.006, fragments: 12, count: 20, disk_scale: 1.1,
-                 normal_stiffness_n_per_m3: 1.0e10, shear_stiffness_n_per_m3: 5.0e9,
-                 strength_pa: 1.0e6, strength_ratio: 0.5, largest_stretch: 0.2,
-                 damping_ratio: 0.1, beside_contact: on}}
-duration_s: 0.1
-numerics: {program_step: 0.5}
-)";
+/// A window that follows a body.
 constexpr char kFollowed[] = R"(name: followed
 materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
 interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
@@ -204,10 +214,6 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
   EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
   EXPECT_EQ(Read(kFollowed).experiment.box.follow.length_m, 0.5);
-  const auto bonded = Read(kBonded).experiment;
-  EXPECT_EQ(bonded.grains[0].places_m.size(), 3u);
-  EXPECT_EQ(bonded.grains[0].bonds.fragments, 12);
-  EXPECT_EQ(bonded.grains[0].bonds.law.shear_stiffness_n_per_m3, 5e9);
   EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
@@ -216,6 +222,37 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
     if (key.kind == KeyKind::kLater || key.kind == KeyKind::kLaws) continue;
     EXPECT_THAT(all, HasSubstr(std::string(key.name) + ":")) << key.section << ": no example";
   }
+}
+
+TEST_F(ExperimentYaml, ReadsBondedGrains) {
+  const dem::experiment::Experiment e = Read(kBonded).experiment;
+  const dem::experiment::Bonding& b = e.grains[0].bonds;
+  EXPECT_EQ(b.fragments, 40);
+  EXPECT_EQ(b.count, 90);
+  EXPECT_EQ(b.law.shear_stiffness_n_per_m3, 2e8);
+  EXPECT_EQ(b.law.tensile_strength_pa, 1e5);
+  EXPECT_EQ(b.law.shear_strength_pa, 3e5);
+  EXPECT_EQ(b.law.largest_stretch, 0.2);
+  EXPECT_EQ(b.largest_distance, 1.5);
+  EXPECT_FALSE(b.law.beside_contact);
+  EXPECT_EQ(e.grains[1].bonds.fragments, 0);
+  ASSERT_EQ(e.grains[1].places_m.size(), 4u);
+  EXPECT_NEAR(e.grains[1].places_m[1][0], 0.3, 1e-12);
+  EXPECT_NEAR(e.grains[1].places_m[1][1], 0.5, 1e-12);
+  const auto refusal = [&](const std::string& set) -> std::string {
+    try {
+      Read(kBonded, {set});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(refusal("grains[0].bonds.fragments=1"), HasSubstr("grains[0].bonds.fragments"));
+  EXPECT_THAT(refusal("grains[0].bonds.fragments=300"), HasSubstr("of the grain's volume"));
+  EXPECT_THAT(refusal("grains[0].circle={count: 1, radius_m: 0, at_m: [0.1, 0.1, 0.1]}"),
+              HasSubstr("it beside circle"));
+  EXPECT_THAT(refusal("box.planar=on"), HasSubstr("bonded grains with planar"));
+  EXPECT_THAT(refusal("probes[0].kind=bond"), HasSubstr("the nearest is 'bonds'"));
 }
 
 TEST_F(ExperimentYaml, ReadsEveryExample) {
