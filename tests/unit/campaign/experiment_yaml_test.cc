@@ -147,6 +147,7 @@ grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
 bodies: {name: wheel, material: sand, parts: {shape: wheel, radius_m: 0.03, width_m: 0.02},
          position_m: [0.5, 0.05, 0.2],
          motion: {do: move, velocity_m_per_s: [0.1, 0, 0], for_s: 0.1}}
+numerics: {program_step: 0.5}
 )";
 
 constexpr char kSweep[] = R"(sweep:
