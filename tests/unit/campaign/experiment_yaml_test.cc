@@ -32,6 +32,7 @@ grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
 preparation: {do: settle, solid_fraction: 0.8}
 duration_s: 0.1
 output: {frames: {every_s: 0.05}}
+numerics: {program_step: 0.5}
 )";
 constexpr char kClumps[] = R"(name: clumps
 materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}

@@ -198,7 +198,7 @@ TEST(Checkpoint, BedOfAWheelTest) {
   g.filling = Filling::kBed;
   g.sizes = {{0.0115, 0.5}, {0.0125, 0.5}};
   g.depth_m = 0.04;
-  g.solid_fraction = 0.63;
+  g.solid_fraction = 0.628;
   g.count = 0;
   GoesOnToTheBit(e, 5);
 }
