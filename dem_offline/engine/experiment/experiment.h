@@ -103,7 +103,7 @@ struct Grains {
   Bonding bonds;                ///< poured, lattice, placed; the sizes are those of the grains
   std::vector<Vec3d> places_m;  ///< placed: of centres
   Region region;                ///< poured, rained, lattice
-  std::int64_t count = 0;    ///< poured, rained, scattered; lattice: 0 = as many as fit
+  std::int64_t count = 0;       ///< poured, rained, scattered; lattice: 0 = as many as fit
   /// Scattered: sum of pi d^2/4 over the region seen along its axis; gives the count.
   double areal_fraction = 0;
   double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
