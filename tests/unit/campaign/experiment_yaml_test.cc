@@ -40,6 +40,23 @@ grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50,
 duration_s: 0.1
 )";
 
+/// A window that follows a wheel with treads.
+constexpr char kFollow[] = R"(name: follow
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, material: sand,
+      follow: {body: wheel, length_m: 0.4, ahead: 0.6}}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
+bodies:
+  name: wheel
+  material: sand
+  parts: {shape: wheel, radius_m: 0.05, width_m: 0.04,
+          treads: {count: 8, height_m: 0.005, root_thickness_m: 0.004}}
+  position_m: [0.1, 0.05, 0.2]
+  motion: {do: move, velocity_m_per_s: [0.1, 0, 0], for_s: 0.1}
+probes: {kind: treads, body: wheel}
+)";
+
 /// Every key that no other has.
 constexpr char kRest[] = R"(name: all
 seed: 3
@@ -105,7 +122,7 @@ probes:
   - {kind: bins, name: rings, region: {low_m: [0, 0, 0], high_m: [0.2, 0.2, 0.1], radius_m: 0.1},
      n: [4, 1, 2], every_s: 0.05}
 output: {sample_s: 0.005}
-numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
+numerics: {rayleigh_fraction: 0.1, overlap: 0.04, program_step: 0.5}
 )";
 
 class ExperimentYaml : public ::testing::Test {
@@ -153,7 +170,13 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(e.bodies[0].motion[2].direction, (dem::Vec3d{0, 0, -1}));
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
-  std::string all = std::string(kRest) + kPlanar + kClumps;
+  std::string all = std::string(kRest) + kPlanar + kClumps + kFollow;
+  EXPECT_EQ(e.program_step, 0.5);
+  const dem::experiment::Experiment follow = Read(kFollow).experiment;
+  EXPECT_EQ(follow.box.follow.body, "wheel");
+  EXPECT_EQ(follow.box.follow.length_m, 0.4);
+  EXPECT_EQ(follow.box.follow.ahead, 0.6);
+  EXPECT_EQ(follow.probes[0].kind, dem::experiment::Probe::Kind::kTreads);
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
   EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
   EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
