@@ -5,6 +5,7 @@ Usage: reproduce_test.py --bin FOLDER      (of grouser-dem)
 """
 
 import argparse
+import importlib
 import json
 import os
 import re
@@ -176,6 +177,22 @@ class Reproduce(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertIn("later: not there yet", err)
         self.assertIn("holds    fall over closed form", out)
+
+    def test_the_files_of_every_system_are_accepted(self):
+        sys.path[:0] = [os.path.dirname(REPRODUCE)]
+        reproduce = importlib.import_module("reproduce")
+        seen = set()
+        for name in reproduce.SYSTEMS:
+            module = reproduce.load(reproduce.HERE, name)
+            for level in reproduce.LEVELS if module else ():
+                for plan in reproduce.plans_of(module, level):
+                    if (plan.file, level) in seen:
+                        continue
+                    seen.add((plan.file, level))
+                    checked = subprocess.run([os.path.join(BIN, "grouser-dem"), "check", plan.file,
+                                              *plan.options()], capture_output=True, text=True, check=False)
+                    self.assertEqual(checked.returncode, 0, f"{name} {level} {plan.name}: {checked.stderr}")
+        self.assertTrue(seen)
 
 
 if __name__ == "__main__":

@@ -127,13 +127,14 @@ def energy_residual(series):
 
 def rut_spacing(result):
     """Distance between ruts: the period of the surface behind the wheel, by the largest peak of its
-    autocorrelation between half and 1.5 times of what a wheel without slip would leave."""
+    autocorrelation between half and 1.5 times of what a wheel without slip would leave. NaN where there
+    is no peak between these, or less than two such spacings of trace."""
     surface, series = result.table("surface"), result.series
     begin, end = steady(series)
     low, high = series["wheel.x_m"][begin], series["wheel.x_m"][end] - 0.8 * REACH
     x, height = surface["x_m"], surface["height_m"]
     keep = (x > low) & (x < high) & numpy.isfinite(height)
-    if keep.sum() < 8 or high - low < 1.3 * REACH * SPACING:
+    if keep.sum() < 8 or high - low < 2 * REACH * SPACING:
         return math.nan
     step, h = x[1] - x[0], height[keep]
     h = h - numpy.polyval(numpy.polyfit(x[keep], h, 1), x[keep])
@@ -142,7 +143,8 @@ def rut_spacing(result):
     if len(lags) < 3:
         return math.nan
     score = [numpy.mean(h[:-k] * h[k:]) for k in lags]
-    return float(lags[int(numpy.argmax(score))] * step)
+    best = int(numpy.argmax(score))
+    return float(lags[best] * step) if 0 < best < len(lags) - 1 else math.nan
 
 
 def passage_angles(series, name, pick):
@@ -213,11 +215,13 @@ def rows(results, name):
         pair("slip with grains 1.5 times as large: difference [points]", "size-1.5", 3),
     ]
     ruts = [v for v in (rut_spacing(results[f"bed-{seed}"]) for seed in (1, 2, 3)) if math.isfinite(v)]
+    short = "" if len(ruts) == len(beds) else f"{len(beds) - len(ruts)} beds without a clear period in so short a trace"
     out += [
         printed("areal fraction", [r.record["bed"]["solid_fraction"] for r in results.values()],
                 AREAL_FRACTION, note),
-        printed("rut spacing [mm]", [1e3 * v for v in ruts], "kept for acceptance", note),
-        printed("slip from ruts [%]", [100 * (1 - v / (REACH * SPACING)) for v in ruts], "kept for acceptance", note),
+        printed("rut spacing [mm]", [1e3 * v for v in ruts], "kept for acceptance", note, short),
+        printed("slip from ruts [%]", [100 * (1 - v / (REACH * SPACING)) for v in ruts], "kept for acceptance", note,
+                short),
         printed("entry angle of a grouser [deg]", [passage_angles(s, "entry_rad", numpy.nanmax) for s in beds],
                 "kept for acceptance", note, "from straight down, forward"),
         printed("exit angle of a grouser [deg]", [-passage_angles(s, "exit_rad", numpy.nanmin) for s in beds],
