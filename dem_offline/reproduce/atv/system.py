@@ -18,7 +18,7 @@ LOAD = MASS * GRAVITY
 ANGLES = (0, 30, 60, 90)
 LENGTH, WIDTH = 1.012, 0.412
 STEADY_FROM_M = 0.12  # towed, before means are taken
-STILL_FROM_S, DROP_S = 0.3, 0.6
+STILL_FROM_S, DROP_S = 0.3, 0.7
 PUBLISHED_DIAMETER = 0.0035
 
 TRIED = ("why the wheel skids at -0.6 in dem_offline/campaigns/atv.*: it sinks too deep. With 20 mm grains in the "
