@@ -147,8 +147,8 @@ def rows(results, level):
     worst = max(held, key=held.get)
     out = [at_most("10 MPa held: largest error of the mean load over each 0.02 mm of sweep", held[worst], 0.01, 0,
                    CHANGED, f"worst of {len(held)} runs: {worst}"),
-           between("coefficient of traction, four grains of 1 mm (mean over the second half of the sweep)", beds, 0.25,
-                   0.35, 0.30, CHANGED, "largest of the sweep: " + ", ".join(
+           between(f"coefficient of traction, four grains of {1 if full else 1e3 * QUICK_DIAMETER_M:g} mm (mean over the "
+                   "second half of the sweep)", beds, 0.25, 0.35, 0.30, CHANGED, "largest of the sweep: " + ", ".join(
                        f"{numpy.max(sweeps[n].traction):.3f}" for n in sweeps if n.startswith("four_")), full)]
     if not full:
         out.append(at_most("bonds of 1e9 N/m^3: traction over that of 1e10 N/m^3",
