@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dem_offline/engine/core/rotation.h"
+
 namespace grouser::dem::experiment {
 namespace {
 

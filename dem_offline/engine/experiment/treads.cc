@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dem_offline/engine/core/rotation.h"
 #include "dem_offline/engine/experiment/shapes.h"
 
 namespace grouser::dem::experiment {
