@@ -8,10 +8,11 @@ from html_page import document, picture, reading, section, table
 
 
 def show(value):
+    """A number or a text, as plain text."""
     if value is None:
         return "–"
     if isinstance(value, str):
-        return html.escape(value)
+        return value
     return "–" if not math.isfinite(value) else f"{value:.4g}"
 
 
@@ -22,7 +23,8 @@ def row_table(rows):
              None: "<span style='color:#666'>printed</span>"}
     body = "".join(
         "<tr>" + "".join(f"<td style='white-space:normal;text-align:left;vertical-align:top'>{text}</td>" for text in (
-            html.escape(r.row), show(r.got), show(r.standard_error), str(r.beds), show(r.expected),
+            html.escape(r.row), html.escape(show(r.got)), show(r.standard_error), str(r.beds),
+            html.escape(show(r.expected)),
             html.escape(r.limit), words[r.passed], html.escape(r.changed), html.escape(r.note)))
         + "</tr>\n" for r in rows)
     return ("<div class=scroll><table><tr>" + "".join(f"<th>{text}</th>" for text in head)

@@ -59,7 +59,7 @@ struct BoxSpec {
   /// those of areas.
   bool planar = false;
   double disc_thickness_m = 0;  ///< planar: discs of this thickness; 0: spheres
-  FollowSpec follow;
+  FollowSpec follow = {};
 };
 
 /// An upright block, or the upright cylinder of this radius in its middle, or the annulus that an

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
 #include "dem_offline/engine/world/world.h"
 #include "experiment_testing.h"
