@@ -86,11 +86,12 @@ def histories(result):
     c, n = math.cos(yaw), math.sin(yaw)
     fx, fy = s["wheel.f_x_n"], s["wheel.f_y_n"]
     spin = -n * s["wheel.w_x_rad_per_s"] + c * s["wheel.w_y_rad_per_s"]
-    along = numpy.maximum(s["wheel.v_x_m_per_s"] * c, 1e-9)
+    speed = s["wheel.v_x_m_per_s"]
+    scale = numpy.maximum(numpy.maximum(numpy.abs(spin * RADIUS), numpy.abs(speed)), 1e-9)
     return {"time": s["time_s"], "way": s["wheel.x_m"] - s["wheel.x_m"][0], "longitudinal": -fx, "lateral": fy,
             "vertical": s["wheel.f_z_n"], "moment": s["wheel.t_z_n_m"],
             "x_wheel": c * fx + n * fy, "y_wheel": -n * fx + c * fy,
-            "slip": spin * RADIUS / along - 1, "sinkage": s["wheel.sinkage_m"]}
+            "slip": (spin * RADIUS - speed * c) / scale, "sinkage": s["wheel.sinkage_m"]}
 
 
 def steady(result, key):
@@ -229,7 +230,7 @@ def figures(results, _level):
              ("sinkage", "sinkage [m]"))
     out = [("Histories in the frame of the motion", history_figure(results, motion), "Means over 45 ms; bed 1."),
            ("Histories in the frame of the wheel", history_figure(results, wheel),
-            "Slip of the wheel along its own plane; it has no meaning at 90 degrees.")]
+            "Slip (r w - v cos b)/max(|r w|, v), b the attack angle.")]
     if any(r.done for n, r in results.items() if n.startswith("box-1-")):
         out.append(("Vertical displacement of the surface", map_figure(results),
                     "After the drop and after the tow, in the published box; motion to the right."))
