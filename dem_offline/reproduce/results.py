@@ -40,7 +40,11 @@ def text_of(value):
         return "on" if value else "off"
     if isinstance(value, float):
         return f"{value:.9g}"
-    return json.dumps(value) if isinstance(value, (list, dict)) else str(value)
+    if isinstance(value, list):
+        return "[" + ", ".join(text_of(one) for one in value) + "]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {text_of(one)}" for key, one in value.items()) + "}"
+    return str(value)
 
 
 def hashes_of_others(text, folder):

@@ -186,9 +186,10 @@ class Reproduce(unittest.TestCase):
             module = reproduce.load(reproduce.HERE, name)
             for level in reproduce.LEVELS if module else ():
                 for plan in reproduce.plans_of(module, level):
-                    if (plan.file, level) in seen:
+                    keys = tuple(text.split("=")[0] for text in plan.sets)
+                    if (plan.file, level, keys) in seen:
                         continue
-                    seen.add((plan.file, level))
+                    seen.add((plan.file, level, keys))
                     checked = subprocess.run([os.path.join(BIN, "grouser-dem"), "check", plan.file,
                                               *plan.options()], capture_output=True, text=True, check=False)
                     self.assertEqual(checked.returncode, 0, f"{name} {level} {plan.name}: {checked.stderr}")
