@@ -16,6 +16,17 @@ def show(value):
     return "–" if not math.isfinite(value) else f"{value:.4g}"
 
 
+def markdown(system, level, rows):
+    """The rows for docs/reproductions.md."""
+    words = {True: "holds", False: "**fails**", None: "printed"}
+    lines = ["| row | got | standard error | beds | expected | limit | |", "| --- | --- | --- | --- | --- | --- | --- |"]
+    lines += ["| " + " | ".join((r.row, show(r.got), show(r.standard_error), str(r.beds), show(r.expected), r.limit,
+                                 words[r.passed])) + " |" for r in rows]
+    changed = sorted({r.changed for r in rows if r.changed})
+    return (f"## {system}, {level}\n\n" + "\n".join(lines) + "\n\nChanged against the paper: "
+            + ("; ".join(changed) or "nothing") + ".\n")
+
+
 def row_table(rows):
     head = ("row", "got", "standard error", "beds", "expected", "limit", "", "changed against the paper",
             "note")

@@ -3,7 +3,7 @@
 
 SYSTEM: {systems}, or all. What is not there yet is refused by name.
 
-Files go to OUT/SYSTEM: runs/NAME.run.h5 and its CSVs, rows.json (row, got,
+Files go to OUT/SYSTEM: runs/NAME.run.h5 and its CSVs, rows.md, rows.json (row, got,
 expected, limit, pass; pass is null where a row is printed only) and
 report.html. A run that is done with the same experiment text and values put
 over it is not repeated: kill it at any time, start it again.
@@ -163,6 +163,7 @@ def reproduce(name, module, arguments, processes):
     rows = module.rows(results, arguments.level)
     write_atomically(os.path.join(folder, "rows.json"), json.dumps(
         {"system": name, "level": arguments.level, "rows": [row.as_json() for row in rows]}, indent=1) + "\n")
+    write_atomically(os.path.join(folder, "rows.md"), page.markdown(name, arguments.level, rows))
     command = ["./grouser", "reproduce", name, "--" + arguments.level]
     report = os.path.join(folder, "report.html")
     write_atomically(report, page.render(module, arguments.level, rows, results, command, program))
