@@ -28,6 +28,14 @@ class PartSurface {
         if (!(p_.c > 0)) return Revolve({{p_.a, p_.b}, {p_.a, -p_.b}});
         return Revolve({{p_.a, p_.b}, {p_.a, -p_.b}, {outer, -p_.b}, {outer, p_.b}, {p_.a, p_.b}});
       }
+      case PartKind::kSphere: {
+        std::vector<std::array<double, 2>> line;  // from pole to pole
+        for (int k = 0, half = n_ / 2; k <= half; ++k) {
+          const double angle = M_PI * k / half, radius = p_.a * std::sin(angle);
+          line.push_back({k == 0 || k == half ? 0 : radius, -p_.a * std::cos(angle)});
+        }
+        return Revolve(line);
+      }
       case PartKind::kDisc:
         return Flat(0, p_.a);
       case PartKind::kAnnulus:

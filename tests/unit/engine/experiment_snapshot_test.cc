@@ -34,6 +34,7 @@ TEST(Snapshot, TrianglesEncloseTheirShapes) {
   check(Box(2, 3, 4), 24, 52);
   check(SmoothWheel(2, 3), M_PI * 4 * 3, 2 * M_PI * 2 * 3 + 2 * M_PI * 4);
   check(HollowCylinder(2, 3, 1), M_PI * (9 - 4) * 3, 2 * M_PI * (2 + 3) * 3 + 2 * M_PI * (9 - 4));
+  check(Sphere(2), M_PI * 32 / 3, M_PI * 16);
   check(Disc(2), 0, M_PI * 4);
   check(Annulus(1, 2), 0, M_PI * 3);
   EXPECT_TRUE(TrianglesOf(HalfSpace(Vec3d{0, 0, 1}.data())).triangles.empty());
