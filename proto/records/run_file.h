@@ -30,7 +30,8 @@ void WriteRunFile(const std::string& path, const RunFile& run);
 /// A run file of any schema, its record in today's form. A record of an engine before
 /// version 5 that names the law hertz_oden_martins comes back with hertz_dashpot, as that
 /// law is called since, and a note that says so. Throws std::runtime_error
-/// "PATH: what is wrong, what was expected" for a missing, truncated or foreign file, and for an experiment that is no wheel test.
+/// "PATH: what is wrong, what was expected" for a missing, truncated or foreign file, and for an
+/// experiment that is no wheel test.
 RunFile ReadRunFile(const std::string& path);
 /// The same of any experiment.
 RunFile ReadAnyRunFile(const std::string& path);

@@ -104,8 +104,8 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
     try {
       const auto loaded = Read(file);
       if (!seen.insert(loaded.digest).second) continue;
-      entries.push_back(
-          {file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(), file.shipped});
+      entries.push_back({file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(),
+                         file.shipped});
     } catch (const std::exception& e) {
       if (problems != nullptr) problems->push_back(e.what());
     }

@@ -198,8 +198,7 @@ TrainingDomain Around(const std::vector<SelectableModel>& models) {
 }
 
 void Check(const std::vector<SelectableModel>& models) {
-  if (models.empty())
-    throw std::invalid_argument("model selector: no model, expected one or more");
+  if (models.empty()) throw std::invalid_argument("model selector: no model, expected one or more");
   for (std::size_t k = 0; k < models.size(); ++k) {
     const SelectableModel& r = models[k];
     const std::string where = "model selector: model " + std::to_string(k) + ": ";

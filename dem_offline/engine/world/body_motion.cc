@@ -54,8 +54,8 @@ void World::Release(int b) {
   BodyEntry& entry = state_.bodies.at(b);
   entry.body.motion = BodyMotion::kFree;
   CheckBody(entry.body, state_.config.contacts.materials());
-  entry.angular_momentum = MomentumOf(entry.body.orientation, entry.body.spin_rad_per_s,
-                                      entry.body.inertia_kg_m2);
+  entry.angular_momentum =
+      MomentumOf(entry.body.orientation, entry.body.spin_rad_per_s, entry.body.inertia_kg_m2);
   // Velocities of the half step before, as all others are once the world has started.
   if (state_.started) StepBodyBack(BodyPass::Around(state_), &entry.body, &entry);
   BodyPass::Find(state_, entry);  // it may turn now
