@@ -141,6 +141,31 @@ std::string BodiesVtp(const dx::Snapshot& s) {
   return w.Text();
 }
 
+std::string ContactsVtp(const dx::Snapshot& s) {
+  std::vector<float> at, normal, force;
+  std::vector<std::int32_t> verts, body;
+  for (const dem::BodyContact& c : s.touches) {
+    const auto put = [](dem::Vec3f v, std::vector<float>* out) {
+      out->insert(out->end(), {v.x, v.y, v.z});
+    };
+    verts.push_back(static_cast<std::int32_t>(body.size()));
+    body.push_back(c.body);
+    put(c.point, &at), put(c.normal, &normal), put(c.force, &force);
+  }
+  VtpWriter w(s);
+  w.Piece(body.size(), body.size(), 0, 0);
+  w.Open("PointData");
+  w.Array("force_n", "Float32", 3, force);
+  w.Array("normal", "Float32", 3, normal);
+  w.Array("body", "Int32", 1, body);
+  w.Close("PointData");
+  w.Open("Points");
+  w.Array("points", "Float32", 3, at);
+  w.Close("Points");
+  w.Cells("Verts", verts, 1);
+  return w.Text();
+}
+
 void FrameFiles::Write(const dx::Snapshot& s) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
@@ -148,12 +173,20 @@ void FrameFiles::Write(const dx::Snapshot& s) {
   const std::size_t n = times_.size();
   records::WriteFileDurably(fmt::format("{}/grains_{:06}.vtp", folder_, n), GrainsVtp(s));
   records::WriteFileDurably(fmt::format("{}/bodies_{:06}.vtp", folder_, n), BodiesVtp(s));
+  records::WriteFileDurably(fmt::format("{}/contacts_{:06}.vtp", folder_, n), ContactsVtp(s));
+  if (n == 0) {
+    std::string names = "body,name\n";
+    for (std::size_t b = 0; b < s.bodies.size(); ++b)
+      names += fmt::format("{},{}\n", b, s.bodies[b]);
+    records::WriteFileDurably(folder_ + "/bodies.csv", names);
+  }
   times_.push_back(s.time_s);
   std::string pvd =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
       "byte_order=\"LittleEndian\">\n<Collection>\n";
   for (std::size_t k = 0; k < times_.size(); ++k) {
-    for (const auto& [part, name] : {std::pair(0, "grains"), std::pair(1, "bodies")}) {
+    for (const auto& [part, name] :
+         {std::pair(0, "grains"), std::pair(1, "bodies"), std::pair(2, "contacts")}) {
       pvd += fmt::format(
           "<DataSet timestep=\"{:.9g}\" part=\"{}\" name=\"{}\" "
           "file=\"{}_{:06}.vtp\"/>\n",

@@ -9,8 +9,10 @@ namespace grouser::campaign {
 
 /// Snapshots as VTK XML files (ParaView): FOLDER/grains_000000.vtp with radius, velocity, force,
 /// overlap, contacts and id of every grain (bonds as lines), FOLDER/bodies_000000.vtp with the
-/// triangles of all bodies, and FOLDER/frames.pvd, which gives their times. Every file is written
-/// aside and renamed. Throws std::system_error or std::runtime_error naming the file.
+/// triangles of all bodies, FOLDER/contacts_000000.vtp with their contacts (force on the body,
+/// normal out of it), FOLDER/bodies.csv with the names by number, and FOLDER/frames.pvd, which
+/// gives their times. Every file is written aside and renamed. Throws std::system_error or
+/// std::runtime_error naming the file.
 class FrameFiles {
  public:
   explicit FrameFiles(std::string folder) : folder_(std::move(folder)) {}
@@ -27,5 +29,6 @@ class FrameFiles {
 /// One PolyData file: points, lines and polygons with named arrays, raw appended, little endian.
 std::string GrainsVtp(const dem::experiment::Snapshot& snapshot);
 std::string BodiesVtp(const dem::experiment::Snapshot& snapshot);
+std::string ContactsVtp(const dem::experiment::Snapshot& snapshot);
 
 }  // namespace grouser::campaign

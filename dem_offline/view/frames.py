@@ -38,8 +38,9 @@ def read_vtp(path):
 class Frame:
     """Grains and bodies at one time. SI; arrays by grain."""
 
-    def __init__(self, grains, bodies):
+    def __init__(self, grains, bodies, contacts=None):
         grains, bodies = read_vtp(grains), read_vtp(bodies)
+        contacts = read_vtp(contacts) if contacts else {}
         self.time = float(grains["TimeValue"][0])
         self.box = grains["box_m"].reshape(3)
         self.planar = bool(grains["planar"][0])
@@ -54,6 +55,11 @@ class Frame:
         vertices = bodies["points"].reshape(-1, 3).astype(float)
         self.triangles = vertices[bodies["connectivity"].reshape(-1, 3)]  # [n, corner, xyz]
         self.body = bodies["body"]
+        # Contacts of bodies; none in frames of runs before there were any.
+        self.touch_body = contacts.get("body", np.zeros(0, int))
+        self.touch_point, self.touch_normal, self.touch_force = (
+            contacts.get(key, np.zeros(0)).reshape(-1, 3).astype(float)
+            for key in ("points", "normal", "force_n"))
 
     def values(self, by):
         """Of every grain, by one of MEASURES."""
@@ -76,7 +82,8 @@ def stem_of(run):
 
 
 def list_frames(stem):
-    """[(time, grains file, bodies file)] by frames.pvd, which is written last."""
+    """[(time, grains file, bodies file, contacts file or None)] by frames.pvd, which is written
+    last."""
     folder = pathlib.Path(stem + ".frames")
     try:
         text = (folder / "frames.pvd").read_text()
@@ -87,7 +94,18 @@ def list_frames(stem):
     for time, name, file in re.findall(
             r'timestep="([^"]+)" part="\d" name="(\w+)" file="([^"]+)"', text):
         files.setdefault(float(time), {})[name] = folder / file
-    return [(time, entry["grains"], entry["bodies"]) for time, entry in sorted(files.items())]
+    return [(time, entry["grains"], entry["bodies"], entry.get("contacts"))
+            for time, entry in sorted(files.items())]
+
+
+def read_names(stem):
+    """Names of the bodies by number."""
+    path = pathlib.Path(stem + ".frames") / "bodies.csv"
+    try:
+        lines = path.read_text().splitlines()[1:]
+    except OSError as error:
+        raise BadFile(f"{path}: {error.strerror}; run the experiment again for it") from error
+    return [line.split(",", 1)[1] for line in lines]
 
 
 def read_series(stem):

@@ -4,6 +4,7 @@
   ./grouser dem view out/plate.run.h5                        # into out/plate.view
   ./grouser dem view out/plate.run.h5 --by overlap --at 1.2  # the frame nearest to 1.2 s
   ./grouser dem view out/plate.run.h5 --film                 # MP4 through ffmpeg, else GIF
+  ./grouser dem view out/plate.run.h5 --patch plate          # pressure and shear on that body
 
 Frames are there where the experiment says output: {frames: {every_s: ...}}.
 Exit codes: 0 done, 1 failed, 2 bad usage or input."""
@@ -24,7 +25,9 @@ import numpy as np  # noqa: E402
 from matplotlib.collections import EllipseCollection, LineCollection  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from frames import MEASURES, BadFile, Frame, list_frames, read_series, stem_of  # noqa: E402
+from frames import (MEASURES, BadFile, Frame, list_frames, read_names, read_series,  # noqa: E402
+                    stem_of)
+from patch import draw_patch  # noqa: E402
 from render import Camera, Canvas, cut  # noqa: E402
 
 STEEL = (0.47, 0.66, 0.90)
@@ -317,9 +320,28 @@ def parse(arguments):
     parser.add_argument("--elevation-deg", type=float, default=28.0)
     parser.add_argument("--body-alpha", type=float, default=0.7, help="0: bodies are clear")
     parser.add_argument("--pixels", type=int, default=700, help="of the longer side of the view")
+    parser.add_argument("--patch", metavar="BODY", help="pressure and shear on its contact patch")
+    parser.add_argument("--cell", type=float, metavar="METRES",
+                        help="side of the cells of the patch; default: two diameters of the largest grain")
     parser.add_argument("--film", action="store_true", help="of all frames")
     parser.add_argument("--rate", type=float, default=10.0, help="frames of the film per second")
     return parser.parse_args(arguments)
+
+
+def view_patch(frame, stem, arguments, path):
+    names = read_names(stem)
+    if arguments.patch not in names:
+        raise BadFile(f"--patch {arguments.patch}: no such body, expected one of {', '.join(names)}")
+    side = arguments.cell if arguments.cell is not None else 4 * float(frame.radius.max(initial=0.0))
+    if not side > 0:
+        raise BadFile(f"--cell {side:g}: expected more than 0")
+    figure = draw_patch(frame, names.index(arguments.patch),
+                        f"{pathlib.Path(stem).name}, {arguments.patch}", side)
+    if figure is None:
+        print(f"{frame.time:.3f} s: nothing touches {arguments.patch}", file=sys.stderr)
+        return
+    save(figure, path)
+    print(path)
 
 
 def view(arguments):
@@ -333,20 +355,22 @@ def view(arguments):
         files = []
         print(f"{stem}.frames: no frames; the series alone is drawn", file=sys.stderr)
     if arguments.at:
-        times = np.array([time for time, _, _ in files])
+        times = np.array([time for time, *_ in files])
         files = [files[k] for k in sorted({int(np.abs(times - t).argmin())
                                            for t in arguments.at})]
     folder = pathlib.Path(arguments.out or stem + ".view")
     folder.mkdir(parents=True, exist_ok=True)
     pictures = []
     if files:
-        frames = [Frame(grains, bodies) for _, grains, bodies in files]
+        frames = [Frame(*parts) for _, *parts in files]
         scale, region = Scale(frames, arguments.by), Region(frames)
-        for (_, grains, _), frame in zip(files, frames):
+        for (_, grains, *_), frame in zip(files, frames):
             number = re.search(r"(\d+)\.vtp$", grains.name).group(1)
             pictures.append(folder / f"{arguments.by}_{number}.png")
             save(draw_frame(frame, scale, name, options, region), pictures[-1])
             print(pictures[-1])
+            if arguments.patch:
+                view_patch(frame, stem, arguments, folder / f"patch_{number}.png")
     if series:
         save(draw_series(*series, name), folder / "series.png")
         print(folder / "series.png")

@@ -7,6 +7,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "dem_offline" / "view"))
 import frames  # noqa: E402
+import patch  # noqa: E402
 import render  # noqa: E402
 import view  # noqa: E402
 
@@ -27,6 +29,30 @@ bodies:
      position_m: [0.1, 0.1, 0.1], motion: [{do: lower, speed_m_per_s: 0.1, for_s: 0.05}]}
 output: {frames: {every_s: 0.02}}
 """
+
+
+class ContactPatch(unittest.TestCase):
+    def test_cells_hold_all_of_the_force(self):
+        rng = np.random.default_rng(1)
+        point = rng.uniform(0, 0.1, (40, 3))
+        normal = np.column_stack([0.3 * rng.uniform(-1, 1, (40, 2)), -np.ones(40)])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        pressed, slid = rng.uniform(1, 2, 40), np.cross(normal, [0.0, 1.0, 0.0])
+        seen = patch.Patch(point, normal, -pressed[:, None] * normal + 0.5 * slid)
+        np.testing.assert_allclose(seen.normal_n, pressed)
+        np.testing.assert_allclose(seen.across @ seen.along, 0, atol=1e-12)
+        self.assertGreater(seen.across[0], 0.9)
+        self.assertGreater(seen.along[1], 0.9)
+        _, pressure, shear = seen.cells(0.02)
+        np.testing.assert_allclose(pressure.sum() * 0.02 ** 2, pressed.sum())
+        np.testing.assert_allclose(shear.sum(axis=(0, 1)) * 0.02 ** 2,
+                                   [0.5 * (slid @ seen.across).sum(), 0.5 * (slid @ seen.along).sum()])
+        frame = types.SimpleNamespace(touch_body=np.zeros(40, int), touch_point=point, time=0.5,
+                                      touch_normal=normal, touch_force=-pressed[:, None] * normal)
+        figure = patch.draw_patch(frame, 0, "plate", 0.02)
+        self.assertEqual([one.get_ylabel() for one in figure.axes[2:]],
+                         ["pressure [kPa]", "shear stress [kPa]"])
+        self.assertIsNone(patch.draw_patch(frame, 1, "plate", 0.02))
 
 
 class Run(unittest.TestCase):
@@ -46,7 +72,7 @@ class Run(unittest.TestCase):
         cls.folder.cleanup()
 
     def test_frames_come_at_their_times_and_at_the_end(self):
-        times = [time for time, _, _ in frames.list_frames(str(self.stem))]
+        times = [time for time, *_ in frames.list_frames(str(self.stem))]
         self.assertEqual(len(times), 4)
         np.testing.assert_allclose(times, [0, 0.02, 0.04, 0.05], atol=2e-4)
 
@@ -68,16 +94,19 @@ class Run(unittest.TestCase):
     def test_pictures_film_and_series_are_written(self):
         out = pathlib.Path(self.folder.name) / "pictures"
         self.assertEqual(view.main([f"{self.stem}.run.h5", "--out", str(out), "--film",
-                                    "--pixels", "120", "--by", "size"]), 0)
+                                    "--pixels", "120", "--by", "size", "--patch", "plate"]), 0)
         names = sorted(p.name for p in out.iterdir())
         self.assertEqual([n for n in names if n.startswith("size_")],
                          [f"size_{k:06}.png" for k in range(4)])
         self.assertIn("series.png", names)
+        self.assertEqual(frames.read_names(str(self.stem)), ["plate"])
         self.assertTrue({"film.gif", "film.mp4"} & set(names))
 
     def test_bad_input_is_named(self):
         self.assertEqual(view.main([f"{self.stem}.run.h5", "--cut", "q=1"]), 2)
         self.assertEqual(view.main([f"{self.stem}_ghost.run.h5"]), 2)
+        self.assertEqual(view.main([f"{self.stem}.run.h5", "--patch", "ghost"]), 2)
+        self.assertEqual(view.main([f"{self.stem}.run.h5", "--patch", "plate", "--cell", "0"]), 2)
         whole = pathlib.Path(f"{self.stem}.frames/grains_000000.vtp").read_bytes()
         short = pathlib.Path(self.folder.name) / "short.vtp"
         short.write_bytes(whole[:-200])

@@ -151,6 +151,11 @@ Snapshot SnapshotOf(const Experiment& e, const Ground& ground, double time_s) {
     out.bodies.push_back(e.bodies[b].name);
     AddBody(world.body(ground.BodyOf(b)), &out.triangles);
     out.body_of.resize(out.triangles.triangles.size(), static_cast<std::int32_t>(b));
+    for (BodyContact c : world.ContactsOf(ground.BodyOf(b))) {
+      c.body = static_cast<int>(b);
+      c.point = c.point + ToFloat(world.body(ground.BodyOf(b)).position_m);
+      out.touches.push_back(c);
+    }
   }
   return out;
 }

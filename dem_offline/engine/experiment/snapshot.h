@@ -24,6 +24,7 @@ struct Snapshot {
   std::vector<std::string> bodies;                 ///< their names
   TriangleSoup triangles;                          ///< of all bodies, in the world [m]
   std::vector<std::int32_t> body_of;               ///< [triangles]
+  std::vector<BodyContact> touches;                ///< point in the world, body by place in bodies
 };
 Snapshot SnapshotOf(const Experiment& e, const Ground& ground, double time_s);
 

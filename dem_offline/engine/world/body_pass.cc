@@ -1,5 +1,6 @@
 // Bodies of a World: contact forces.
 #include <algorithm>
+#include <cmath>
 
 #include "dem_offline/engine/world/touch_view.h"
 
@@ -52,7 +53,9 @@ void BodyPass::TouchEntry(SimulationState& w, BodyEntry& b, int number, const To
     sums.energy.Add(r.energy);
     if (!r.active) continue;
     sums.wrench.Add(r.force, r.moment);
-    if (w.sink) w.sink({number, r.point, r.force, r.key, r.rim});
+    if (!w.sink) continue;
+    const Vec3f arm = view.body.Relative(w.grains[i]) - r.point;
+    w.sink({number, r.point, (1 / std::sqrt(Dot(arm, arm))) * arm, r.force, r.key, r.rim});
   }
 }
 
@@ -87,34 +90,55 @@ void BodyPass::Forces(SimulationState& w) {
   }
 }
 
-double BodyPass::Stored(const SimulationState& w) {
-  double sum = 0;
+namespace {
+
+/// fn(surface point, contact point from the body's origin, result) for each active contact of a
+/// body, at the present positions and histories.
+template <class Fn>
+void VisitTouches(const SimulationState& w, const BodyEntry& b, const Fn& fn) {
   const int words = w.list.words();
   float word[kMaxHistoryWords];
-  for (const BodyEntry& b : w.bodies) {
-    const TouchView view = TouchViewOf(w.config, w.params, w.range, words, b);
-    for (std::size_t k = 0; k < b.slots.near.size(); ++k) {
-      const Grain& g = w.grains[b.slots.near[k]];
-      if (g.kind & kFrozen) continue;
-      const Touching t(view, g, SurfaceOf{b.body.shape});
-      for (int s = 0; s < t.n; ++s) {
-        // The words of this point's key, wherever they lie.
-        for (int n = 0; n < b.slots.per_grain; ++n) {
-          const std::size_t slot = k * b.slots.per_grain + n;
-          if (b.slots.key[slot] != t.at[s].key) continue;
-          std::copy_n(&b.slots.words[slot * words], words, word);
-          Vec3f point;
-          float lever;
-          const PairParams& p =
-              w.params[MaterialOf(g) * w.config.contacts.materials() + b.body.material];
-          const ContactGeometry c = t.Geometry(view, g, s, &point, &lever);
-          const ContactResult r = w.contact(w.config, p, c, word, 0.0f);
-          if (r.active) sum += r.stored;
-        }
+  const TouchView view = TouchViewOf(w.config, w.params, w.range, words, b);
+  for (std::size_t k = 0; k < b.slots.near.size(); ++k) {
+    const Grain& g = w.grains[b.slots.near[k]];
+    if (g.kind & kFrozen) continue;
+    const Touching t(view, g, SurfaceOf{b.body.shape});
+    for (int s = 0; s < t.n; ++s) {
+      // The words of this point's key, wherever they lie.
+      for (int n = 0; n < b.slots.per_grain; ++n) {
+        const std::size_t slot = k * b.slots.per_grain + n;
+        if (b.slots.key[slot] != t.at[s].key) continue;
+        std::copy_n(&b.slots.words[slot * words], words, word);
+        Vec3f point;
+        float lever;
+        const PairParams& p =
+            w.params[MaterialOf(g) * w.config.contacts.materials() + b.body.material];
+        const ContactGeometry c = t.Geometry(view, g, s, &point, &lever);
+        const ContactResult r = w.contact(w.config, p, c, word, 0.0f);
+        if (r.active) fn(t.at[s], point, r);
       }
     }
   }
+}
+
+}  // namespace
+
+double BodyPass::Stored(const SimulationState& w) {
+  double sum = 0;
+  for (const BodyEntry& b : w.bodies) {
+    VisitTouches(w, b,
+                 [&](const SurfacePoint&, Vec3f, const ContactResult& r) { sum += r.stored; });
+  }
   return sum;
+}
+
+std::vector<BodyContact> BodyPass::ContactsOf(const SimulationState& w, int number) {
+  std::vector<BodyContact> out;
+  VisitTouches(w, w.bodies.at(number),
+               [&](const SurfacePoint& at, Vec3f point, const ContactResult& r) {
+                 out.push_back({number, point, at.normal, -1.0f * r.force, at.key, at.rim});
+               });
+  return out;
 }
 
 }  // namespace grouser::dem

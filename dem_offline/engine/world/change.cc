@@ -55,6 +55,8 @@ double World::StoredNow() {
   return sum.stored + BodyPass::Stored(state_);
 }
 
+std::vector<BodyContact> World::ContactsOf(int b) const { return BodyPass::ContactsOf(state_, b); }
+
 void World::Freeze(const std::vector<std::uint8_t>& frozen) {
   if (static_cast<std::int64_t>(frozen.size()) != state_.count) {
     throw std::invalid_argument("freeze: " + std::to_string(frozen.size()) +

@@ -18,6 +18,8 @@ struct BodyPass {
   static void FindAll(SimulationState& w);
   static void Forces(SimulationState& w);
   static double Stored(const SimulationState& w);  ///< energy in the contacts' springs [J]
+  /// The contacts of body `number` as they are now; no history changes.
+  static std::vector<BodyContact> ContactsOf(const SimulationState& w, int number);
   static void Renumber(SimulationState& w, const std::vector<std::int32_t>& place_of);
   static void Move(SimulationState& w);      ///< before the forces; searches where needed
   static void StepBack(SimulationState& w);  ///< velocities of time zero to the half step before

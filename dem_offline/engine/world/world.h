@@ -41,6 +41,10 @@ class World {
     state_.sink = std::move(sink);
   }
 
+  /// Of body b, at the present positions and velocities, without a step: forces of springs as in
+  /// the last step, those of dampers with velocities half a step later.
+  std::vector<BodyContact> ContactsOf(int b) const;
+
   std::int64_t count() const { return state_.count; }
   double time_s() const {
     return state_.earlier_s + static_cast<double>(state_.steps) * state_.config.dt_s;

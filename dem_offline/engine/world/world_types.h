@@ -60,8 +60,9 @@ struct Contents {
 /// One contact of a body, for whoever records stresses (world axes).
 struct BodyContact {
   int body;
-  Vec3f point;  ///< relative to the origin [m]
-  Vec3f force;  ///< on the body [N]
+  Vec3f point;   ///< relative to the origin [m]
+  Vec3f normal;  ///< unit, from the body into the grain
+  Vec3f force;   ///< on the body [N]
   std::int32_t part;
   bool rim;
 };

@@ -119,6 +119,45 @@ TEST(World, ActionEqualsReactionAtTheWheel) {
   EXPECT_NEAR(world.wrench(0).fz, -world.loads()[0].fz, 1e-5);
 }
 
+TEST(World, ContactsOfABodyAddUpToItsWrench) {
+  WorldConfig c = Config();
+  c.contacts = OneMaterial({1e7, 0.3}, {1.0, 0.5, 0.1});  // no damper: forces of springs alone
+  std::vector<GrainState> grains;
+  for (int k = 0; k < 5; ++k)
+    grains.push_back({0.13 + 0.011 * k, 0.1, -0.0348, 0.005, 2500, 0, 0, 0.3});
+  World world(c, grains);
+  world.AddBody(Floor(-0.2));
+  const int wheel = world.AddBody(Wheel(20, 0.3, 0.1));
+  world.Start();
+  int met = 0;
+  for (int step = 0; step < 60; ++step) {
+    std::vector<BodyContact> recorded;
+    world.RecordContacts([&](const BodyContact& b) {
+      if (b.body == wheel) recorded.push_back(b);
+    });
+    ASSERT_EQ(world.Step(), StepFault::kNone);
+    world.RecordContacts(nullptr);
+    const std::uint64_t before = world.Hash();
+    const std::vector<BodyContact> now = world.ContactsOf(wheel);
+    EXPECT_EQ(world.Hash(), before);
+    ASSERT_EQ(now.size(), recorded.size());
+    met += static_cast<int>(now.size());
+    Vec3f sum = {0, 0, 0};
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      sum = sum + now[k].force;
+      EXPECT_GT(Dot(now[k].normal, recorded[k].normal), 1 - 1e-5f);
+      EXPECT_LT(Dot(now[k].normal, now[k].force), 0);  // pressed, not pulled
+      EXPECT_EQ(now[k].part, recorded[k].part);
+    }
+    const Wrench all = world.wrench(wheel);
+    const double size = Norm(Vec3d{all.fx, all.fy, all.fz});
+    EXPECT_NEAR(sum.x, all.fx, 1e-4 * size);
+    EXPECT_NEAR(sum.y, all.fy, 1e-4 * size);
+    EXPECT_NEAR(sum.z, all.fz, 1e-4 * size);
+  }
+  EXPECT_GT(met, 10);
+}
+
 TEST(World, EpsdHoldsASpinningGrainBack) {
   const double r = 0.005;
   WorldConfig c = Config();
