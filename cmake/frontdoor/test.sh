@@ -7,7 +7,7 @@ Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "unit", under AddressSanitizer and UBSan (of the slow
-            suites the ensemble's emulated device and the fit of speeds wait for --full)
+            suites the ensemble's emulated device, wheel tests and fits wait for --full)
   cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks
