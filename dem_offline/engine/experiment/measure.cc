@@ -1,4 +1,4 @@
-// Bins, surface and heap out of the states of grains.
+// Surface and heap out of the states of grains.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,109 +6,6 @@
 #include "dem_offline/engine/experiment/probes.h"
 
 namespace grouser::dem::experiment {
-namespace {
-
-constexpr int kAcross = 8;  // points across a grain, of which those in the sphere share its volume
-
-/// Points spread evenly in the unit sphere.
-const std::vector<Vec3d>& SpherePoints() {
-  static const std::vector<Vec3d> points = [] {
-    std::vector<Vec3d> out;
-    const auto at = [](int k) { return (2.0 * k + 1 - kAcross) / kAcross; };
-    for (int i = 0; i < kAcross; ++i) {
-      for (int j = 0; j < kAcross; ++j) {
-        for (int k = 0; k < kAcross; ++k) {
-          const Vec3d p = {at(i), at(j), at(k)};
-          if (DotD(p, p) < 1) out.push_back(p);
-        }
-      }
-    }
-    return out;
-  }();
-  return points;
-}
-
-Vec3d Middle(const Region& r) { return Scale(0.5, Add(r.low_m, r.high_m)); }
-
-/// Number of the bin of a point; -1: outside.
-std::int64_t BinOf(const Probe& p, const Vec3d& x) {
-  const Region& r = p.region;
-  const Vec3d middle = Middle(r);
-  double share[3];
-  for (int k = 0; k < 3; ++k) share[k] = (x[k] - r.low_m[k]) / (r.high_m[k] - r.low_m[k]);
-  if (r.radius_m > 0) {
-    const double dx = x[0] - middle[0], dy = x[1] - middle[1];
-    share[0] = std::hypot(dx, dy) / r.radius_m;
-    const double turn = std::atan2(dy, dx) / (2 * M_PI);
-    share[1] = turn < 0 ? turn + 1 : turn;
-  }
-  std::int64_t bin = 0;
-  for (int k = 0; k < 3; ++k) {
-    if (!(share[k] >= 0 && share[k] < 1)) return -1;
-    bin = bin * p.n[k] +
-          std::min<std::int64_t>(p.n[k] - 1, static_cast<std::int64_t>(share[k] * p.n[k]));
-  }
-  return bin;
-}
-
-double VolumeOf(const Probe& p, std::size_t bin) {
-  const Region& r = p.region;
-  const double height = (r.high_m[2] - r.low_m[2]) / p.n[2];
-  if (r.radius_m > 0) {
-    const auto ring = static_cast<double>(bin / p.n[2] / p.n[1]);
-    const double step = r.radius_m / p.n[0];
-    return M_PI * step * step * (2 * ring + 1) / p.n[1] * height;
-  }
-  return (r.high_m[0] - r.low_m[0]) / p.n[0] * (r.high_m[1] - r.low_m[1]) / p.n[1] * height;
-}
-
-/// In the axes of the bins: cylindrical ones see radial, along the turn, up.
-Vec3d VelocityIn(const Probe& p, const GrainState& s) {
-  if (!(p.region.radius_m > 0)) return {s.v_x, s.v_y, s.v_z};
-  const Vec3d middle = Middle(p.region);
-  const double dx = s.x_m - middle[0], dy = s.y_m - middle[1];
-  const double rho = std::max(std::hypot(dx, dy), 1e-300);
-  return {(s.v_x * dx + s.v_y * dy) / rho, (s.v_y * dx - s.v_x * dy) / rho, s.v_z};
-}
-
-}  // namespace
-
-std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& p,
-                             const std::vector<double>& solid_share) {
-  const auto n = static_cast<std::size_t>(p.n[0]) * p.n[1] * p.n[2];
-  std::vector<Bin> bins(n);
-  std::vector<double> mass(n, 0), square(n, 0);
-  const auto& points = SpherePoints();
-  for (std::size_t i = 0; i < grains.size(); ++i) {
-    const GrainState& s = grains[i];
-    const double share = (solid_share.empty() ? 1 : solid_share[i]) * 4.0 / 3 * M_PI * s.radius_m *
-                         s.radius_m * s.radius_m / static_cast<double>(points.size());
-    for (const Vec3d& q : points) {
-      const std::int64_t bin = BinOf(p, Add({s.x_m, s.y_m, s.z_m}, Scale(s.radius_m, q)));
-      if (bin >= 0) bins[bin].solid_fraction += share;
-    }
-    const std::int64_t bin = BinOf(p, {s.x_m, s.y_m, s.z_m});
-    if (bin < 0) continue;
-    const Vec3d v = VelocityIn(p, s);
-    bins[bin].velocity_m_per_s = Add(bins[bin].velocity_m_per_s, Scale(s.mass_kg, v));
-    bins[bin].grains += 1;
-    mass[bin] += s.mass_kg;
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    bins[k].solid_fraction /= VolumeOf(p, k);
-    if (mass[k] > 0) bins[k].velocity_m_per_s = Scale(1 / mass[k], bins[k].velocity_m_per_s);
-  }
-  for (const GrainState& s : grains) {
-    const std::int64_t bin = BinOf(p, {s.x_m, s.y_m, s.z_m});
-    if (bin < 0) continue;
-    const Vec3d off = Sub(VelocityIn(p, s), bins[bin].velocity_m_per_s);
-    square[bin] += s.mass_kg * DotD(off, off);
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    if (mass[k] > 0) bins[k].temperature_m2_per_s2 = square[k] / mass[k] / 3;
-  }
-  return bins;
-}
 
 std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const Probe& p) {
   const Region& r = p.region;
@@ -141,7 +38,7 @@ std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const 
 Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& p, double diameter_m) {
   static constexpr int kSectors = 16;
   const Region& r = p.region;
-  const Vec3d middle = Middle(r);
+  const Vec3d middle = Scale(0.5, Add(r.low_m, r.high_m));
   const double reach = 0.5 * std::min(r.high_m[0] - r.low_m[0], r.high_m[1] - r.low_m[1]);
   const int rings = static_cast<int>(std::min(1e4, reach / diameter_m));
   Heap out;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/treads.h"
@@ -78,10 +79,12 @@ void ProbeTables::MakeColumns(const Experiment& e_) {
         add("repose.", {"angle_rad", "height_m", "foot_m"});
         break;
       case Probe::Kind::kBins:
-        table = {p.name,
-                 {"time_s", "low_1_m", "high_1_m", "low_2_m", "high_2_m", "low_z_m", "high_z_m",
-                  "solid_fraction", "v_1_m_per_s", "v_2_m_per_s", "v_z_m_per_s",
-                  "temperature_m2_per_s2", "grains"}};
+        table = {p.name, {"time_s",       "low_1_m",      "high_1_m",     "low_2_m",
+                          "high_2_m",     "low_z_m",      "high_z_m",     "solid_fraction",
+                          "v_1_m_per_s",  "v_2_m_per_s",  "v_z_m_per_s",  "temperature_m2_per_s2",
+                          "grains",       "stress_11_pa", "stress_22_pa", "stress_zz_pa",
+                          "stress_12_pa", "stress_1z_pa", "stress_2z_pa", "d_1_m",
+                          "d_2_m",        "d_z_m"}};
         break;
       case Probe::Kind::kSurface:
         table = {p.name, {"time_s", "x_m", "y_m", "height_m"}};
@@ -127,6 +130,16 @@ std::vector<GrainState> Probes::States() const {
 
 void Probes::Begin() {
   balance_0_ = ground_.world().Balance();
+  const bool bins = std::any_of(e_.probes.begin(), e_.probes.end(),
+                                [](const Probe& p) { return p.kind == Probe::Kind::kBins; });
+  const World& world = ground_.world();
+  for (std::int64_t i = 0; bins && i < world.count(); ++i) {
+    const auto id = static_cast<std::size_t>(world.grains()[i].id);
+    const GrainState s = ground_.At(i);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    if (id >= start_m_.size()) start_m_.resize(id + 1, Vec3d{nan, nan, nan});
+    start_m_[id] = {s.x_m, s.y_m, s.z_m};
+  }
   WriteSeries(0);
 }
 
@@ -299,28 +312,7 @@ void Probes::WriteTable(const Probe& p, double time_s) {
     }
     return;
   }
-  std::vector<double> shares;
-  for (std::int64_t i = 0; i < ground_.world().count(); ++i) {
-    shares.push_back(ground_.SolidShare(i));
-  }
-  const std::vector<Bin> bins = MeasureBins(States(), here, shares);
-  const bool round = r.radius_m > 0;
-  const double low[3] = {round ? 0 : r.low_m[0], round ? 0 : r.low_m[1], r.low_m[2]};
-  const double high[3] = {round ? r.radius_m : r.high_m[0], round ? 2 * M_PI : r.high_m[1],
-                          r.high_m[2]};
-  for (std::size_t k = 0; k < bins.size(); ++k) {
-    const std::size_t at[3] = {k / p.n[2] / p.n[1], k / p.n[2] % p.n[1], k % p.n[2]};
-    std::vector<double> row = {time_s};
-    for (int a = 0; a < 3; ++a) {
-      const double step = (high[a] - low[a]) / p.n[a];
-      row.push_back(low[a] + static_cast<double>(at[a]) * step);
-      row.push_back(low[a] + static_cast<double>(at[a] + 1) * step);
-    }
-    const Bin& b = bins[k];
-    row.insert(row.end(), {b.solid_fraction, b.velocity_m_per_s[0], b.velocity_m_per_s[1],
-                           b.velocity_m_per_s[2], b.temperature_m2_per_s2, b.grains});
-    sink_(table, row);
-  }
+  WriteBins(p, here, time_s);
 }
 
 }  // namespace grouser::dem::experiment

@@ -9,17 +9,26 @@
 
 namespace grouser::dem::experiment {
 
-/// Mean over bins of a region: solid fraction, velocity and granular temperature.
+/// Mean over bins of a region; vectors and tensors in their axes (cylindrical: radial, turn, z).
 struct Bin {
   double solid_fraction = 0;
-  Vec3d velocity_m_per_s = {0, 0, 0};  ///< by mass; cylindrical bins: radial, along the turn, up
+  Vec3d velocity_m_per_s = {0, 0, 0};  ///< by mass
   double temperature_m2_per_s2 = 0;    ///< 1/3 of the mean square velocity about the mean
   double grains = 0;
+  /// Love-Weber stress of the contacts, compression positive: 11, 22, 33, 12, 13, 23.
+  ContactMoment stress_pa = {};
+  Vec3d displacement_m = {0, 0, 0};  ///< of the grains that are there, since the program began
 };
-/// Row of bins, z fastest. A grain's volume is shared out by points spread evenly in it; its
-/// velocity belongs to the bin of its centre. solid_share: Ground::SolidShare; empty: 1.
-std::vector<Bin> MeasureBins(const std::vector<GrainState>& grains, const Probe& probe,
-                             const std::vector<double>& solid_share = {});
+/// What is known of the grains, by place; what is empty is not measured.
+struct BinnedGrains {
+  std::vector<GrainState> states;
+  std::vector<double> solid_share = {};  ///< Ground::SolidShare; empty: 1
+  std::vector<ContactMoment> moments = {};
+  std::vector<Vec3d> displacement_m = {};  ///< NaN: came later
+};
+/// Row of bins, z fastest. A grain's volume and contacts are shared out by points spread evenly in
+/// it; its velocity and displacement belong to the bin of its centre.
+std::vector<Bin> MeasureBins(const BinnedGrains& grains, const Probe& probe);
 
 /// Highest point of the grains over each of nx x ny fields of the region [m]; NaN: none.
 std::vector<double> MeasureSurface(const std::vector<GrainState>& grains, const Probe& probe);
@@ -68,7 +77,7 @@ class Probes : ProbeTables {
   /// All that changes, for checkpoints, as Drive::Walk.
   template <class Archive>
   void Walk(Archive& a) {
-    a(due_s_), a(sums_), a(summed_), a(next_s_), a(time_s_), a(balance_0_);
+    a(due_s_), a(sums_), a(summed_), a(next_s_), a(time_s_), a(balance_0_), a(start_m_);
   }
   /// Energy that the world counts no longer (checkpoints: what left with grains).
   void Forget(double frozen_j) { balance_0_.frozen -= frozen_j; }
@@ -87,6 +96,8 @@ class Probes : ProbeTables {
   void WriteBondForces(const Table& table, double time_s) const;
   void WriteFragments(const Table& table, double time_s) const;
   void WriteTable(const Probe& p, double time_s);
+  void WriteBins(const Probe& p, const Probe& here, double time_s);
+  BinnedGrains Binned() const;
   RingSums& RingsOf(const Probe& p);
   void AddToRings(double time_s);
   void WriteRings(const Probe& p, double time_s);
@@ -103,6 +114,7 @@ class Probes : ProbeTables {
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
   EnergyBalance balance_0_;
+  std::vector<Vec3d> start_m_;  ///< [id] where the program begins; empty: no bins
 };
 
 }  // namespace grouser::dem::experiment

@@ -55,7 +55,8 @@ void BodyPass::TouchEntry(SimulationState& w, BodyEntry& b, int number, const To
     sums.wrench.Add(r.force, r.moment);
     if (!w.sink) continue;
     const Vec3f arm = view.body.Relative(w.grains[i]) - r.point;
-    w.sink({number, r.point, (1 / std::sqrt(Dot(arm, arm))) * arm, r.force, r.key, r.rim});
+    const float lever = std::sqrt(Dot(arm, arm));
+    w.sink({number, r.point, (1 / lever) * arm, r.force, r.key, r.rim, i, lever});
   }
 }
 
@@ -92,8 +93,8 @@ void BodyPass::Forces(SimulationState& w) {
 
 namespace {
 
-/// fn(surface point, contact point from the body's origin, result) for each active contact of a
-/// body, at the present positions and histories.
+/// fn(grain, surface point, contact point from the body's origin, lever, result) for each active
+/// contact of a body, at the present positions and histories.
 template <class Fn>
 void VisitTouches(const SimulationState& w, const BodyEntry& b, const Fn& fn) {
   const int words = w.list.words();
@@ -115,7 +116,7 @@ void VisitTouches(const SimulationState& w, const BodyEntry& b, const Fn& fn) {
             w.params[MaterialOf(g) * w.config.contacts.materials() + b.body.material];
         const ContactGeometry c = t.Geometry(view, g, s, &point, &lever);
         const ContactResult r = w.contact(w.config, p, c, word, 0.0f);
-        if (r.active) fn(t.at[s], point, r);
+        if (r.active) fn(b.slots.near[k], t.at[s], point, lever, r);
       }
     }
   }
@@ -127,17 +128,21 @@ double BodyPass::Stored(const SimulationState& w) {
   double sum = 0;
   for (const BodyEntry& b : w.bodies) {
     VisitTouches(w, b,
-                 [&](const SurfacePoint&, Vec3f, const ContactResult& r) { sum += r.stored; });
+                 [&](std::int32_t, const SurfacePoint&, Vec3f, float, const ContactResult& r) {
+                   sum += r.stored;
+                 });
   }
   return sum;
 }
 
 std::vector<BodyContact> BodyPass::ContactsOf(const SimulationState& w, int number) {
   std::vector<BodyContact> out;
-  VisitTouches(w, w.bodies.at(number),
-               [&](const SurfacePoint& at, Vec3f point, const ContactResult& r) {
-                 out.push_back({number, point, at.normal, -1.0f * r.force, at.key, at.rim});
-               });
+  VisitTouches(
+      w, w.bodies.at(number),
+      [&](std::int32_t grain, const SurfacePoint& at, Vec3f point, float lever,
+          const ContactResult& r) {
+        out.push_back({number, point, at.normal, -1.0f * r.force, at.key, at.rim, grain, lever});
+      });
   return out;
 }
 

@@ -44,6 +44,10 @@ class World {
   /// Of body b, at the present positions and velocities, without a step: forces of springs as in
   /// the last step, those of dampers with velocities half a step later.
   std::vector<BodyContact> ContactsOf(int b) const;
+  /// Of every grain by place, taken as ContactsOf takes forces; arms from its centre, or that of
+  /// its clump. Summed over a volume and divided by it: the stress of its contacts, compression
+  /// positive (Love-Weber). The forces of bonds are not in it.
+  std::vector<ContactMoment> ContactMoments() const;
 
   std::int64_t count() const { return state_.count; }
   double time_s() const {

@@ -65,7 +65,12 @@ struct BodyContact {
   Vec3f force;   ///< on the body [N]
   std::int32_t part;
   bool rim;
+  std::int32_t grain;  ///< by place in memory
+  float lever_m;       ///< from the grain's centre to the point
 };
+
+/// -sum over contacts of force (x) arm of one grain [N m], symmetric part: xx, yy, zz, xy, xz, yz.
+using ContactMoment = std::array<double, 6>;
 
 /// What went wrong in a step; the world stops there.
 enum class StepFault : int { kNone, kNonFinite, kTooFast, kTunnelled, kOverlap };

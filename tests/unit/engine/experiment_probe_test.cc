@@ -158,7 +158,7 @@ TEST(ExperimentProbes, BinsOfALattice) {
     grains[k].v_z = 2;
     grains[k].v_x = k % 2 ? 0.3 : -0.3;
   }
-  const auto bins = MeasureBins(grains, Bins({0.1, 0.1, 0.1}, 2, 1, 3));
+  const auto bins = MeasureBins({grains}, Bins({0.1, 0.1, 0.1}, 2, 1, 3));
   ASSERT_EQ(bins.size(), 6u);
   for (const Bin& b : bins) {
     EXPECT_NEAR(b.solid_fraction, M_PI / 6, 0.03);
@@ -177,7 +177,7 @@ TEST(ExperimentProbes, CylindricalBinsSeeASolidRotation) {
     s.v_x = -3 * (s.y_m - 0.1);
     s.v_y = 3 * (s.x_m - 0.1);
   }
-  const auto bins = MeasureBins(grains, Bins({0.2, 0.2, 0.2}, 5, 1, 1, 0.1));
+  const auto bins = MeasureBins({grains}, Bins({0.2, 0.2, 0.2}, 5, 1, 1, 0.1));
   ASSERT_EQ(bins.size(), 5u);
   for (int k = 1; k < 5; ++k) {
     const Bin& b = bins[k];
@@ -292,6 +292,57 @@ TEST(ExperimentGrains, ClumpsPackAndRest) {
   ASSERT_TRUE(result.done) << result.reason;
   EXPECT_LT(rec.Column("kinetic_over_weight").back(), 1e-4);
   EXPECT_NEAR(result.solid_fraction, 0.57, 0.1);
+}
+
+/// Stress of a bed at rest against the weight of what lies above, layer by layer.
+void ExpectWeightCarried(Experiment e) {
+  e.box.x = Side::kPeriodic;
+  Probe bins = Bins({0.12, 0.1, 0.09}, 1, 1, 6);
+  bins.name = "bins";
+  e.probes = {bins};
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  const auto solid = rec.Column("solid_fraction", "bins");
+  const auto zz = rec.Column("stress_zz_pa", "bins"), xx = rec.Column("stress_11_pa", "bins");
+  const auto xz = rec.Column("stress_1z_pa", "bins");
+  const double layer = 2500 * 9.81 * 0.015;
+  double above = 0, sum = 0, moment = 0;
+  for (int k = 5; k >= 0; --k) {
+    above += 0.5 * solid[k] * layer;
+    if (k < 3) EXPECT_NEAR(zz[k], above, 0.04 * above) << k;  // layers under the surface
+    if (k < 3) EXPECT_LT(std::abs(xz[k]), 0.1 * above) << k;
+    above += 0.5 * solid[k] * layer;
+    sum += zz[k];
+    moment += solid[k] * layer * (k + 0.5);
+  }
+  EXPECT_NEAR(sum, moment, 0.02 * moment);  // equilibrium: the integral of both
+  EXPECT_GT(xx[0], 0.2 * zz[0]);            // at rest: between active and passive
+  EXPECT_LT(xx[0], 1.2 * zz[0]);
+  EXPECT_LT(std::abs(rec.Column("d_z_m", "bins")[0]), 1e-4);  // since the bed came to rest
+}
+
+TEST(ExperimentGrains, StressInBinsCarriesTheWeightOfWhatLiesAbove) {
+  ExpectWeightCarried(Pouring(Filling::kRained));
+  Experiment pairs = Pouring(Filling::kPoured);
+  pairs.grains[0].sizes = {{0.010, 1}};
+  pairs.grains[0].clump = {{{-0.003, 0, 0}, 0.004}, {{0.003, 0, 0}, 0.004}};
+  ExpectWeightCarried(pairs);
+}
+
+TEST(ExperimentGrains, DisplacementInBinsIsThatOfTheGrains) {
+  Experiment e = Empty();
+  e.grains[0].listed[0].z_m = 0.3;
+  e.duration_s = 0.05;
+  Probe bins = Bins({1, 1, 0.5}, 1, 1, 1);
+  bins.name = "bins";
+  bins.every_s = 0.05;
+  e.probes = {bins};
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  EXPECT_NEAR(rec.Column("d_z_m", "bins")[0], -0.5 * 9.81 * result.run_s * result.run_s, 1e-5);
+  EXPECT_NEAR(rec.Column("d_1_m", "bins")[0], 0, 1e-9);
 }
 
 TEST(ExperimentGrains, PlanarDiscsStayInTheirPlane) {
