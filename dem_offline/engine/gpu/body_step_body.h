@@ -115,8 +115,9 @@ struct SumBody {
       sum.wrench.Add(v.run_sums[first + r].wrench);
       sum.energy.Add(v.run_sums[first + r].energy);
     }
+    const Wrench before = b.track.wrench;
     b.track.wrench = sum.wrench;
-    BookWork(b.body, b.around.dt_s, &b.track);
+    if (!starting) BookWork(b.body, b.around.dt_s, before, &b.track);
     if (!v.worlds[b.world].energy) return;
     b.energy.AddStep(sum.energy);
     if (starting) b.energy = Stored(sum.energy);

@@ -81,13 +81,14 @@ void BodyPass::Forces(SimulationState& w) {
     } else {
       w.team.Run([&](int part) { touch(runs * part / size, runs * (part + 1) / size); });
     }
+    const Wrench before = b.wrench;
     b.wrench = Wrench{};
     for (const Sums& s : sums) {
       b.wrench.Add(s.wrench);
       if (w.config.energy) w.step_energy.Add(s.energy);
       if (s.tunnelled) w.fault = StepFault::kTunnelled;
     }
-    BookWork(b.body, w.config.dt_s, &b);
+    BookWork(b.body, w.config.dt_s, before, &b);
   }
 }
 

@@ -52,6 +52,7 @@ void World::Start() {
   if (state_.started) return;
   state_.started = true;
   Forces();
+  for (BodyEntry& b : state_.bodies) b.work_j = 0;  // a start does no work
   state_.energy = EnergySums{};
   state_.energy.stored = state_.step_energy.stored;
   StepAllBack();

@@ -112,13 +112,14 @@ GROUSER_HD void StepBodyBack(const BodySurroundings& around, RigidBody* b, BodyT
   t->angular_momentum = Sub(t->angular_momentum, Scale(half, MomentOn(*b, t->wrench)));
 }
 
-/// Work of the body on the grains in a step.
-GROUSER_HD void BookWork(const RigidBody& b, double dt_s, BodyTrack* t) {
+/// Work of the body on the grains in a step, by the mean of the wrenches before and after it.
+GROUSER_HD void BookWork(const RigidBody& b, double dt_s, const Wrench& before, BodyTrack* t) {
   const Vec3d &v = b.velocity_m_per_s, &o = b.spin_rad_per_s;
   if (b.motion == BodyMotion::kPrescribed) {
-    const Wrench& f = t->wrench;
-    t->work_j -=
-        dt_s * (f.fx * v[0] + f.fy * v[1] + f.fz * v[2] + f.tx * o[0] + f.ty * o[1] + f.tz * o[2]);
+    Wrench f = t->wrench;
+    f.Add(before);
+    t->work_j -= 0.5 * dt_s *
+                 (f.fx * v[0] + f.fy * v[1] + f.fz * v[2] + f.tx * o[0] + f.ty * o[1] + f.tz * o[2]);
   } else if (b.motion == BodyMotion::kFree) {
     t->work_j += dt_s * (DotD(b.outer_force_n, v) + DotD(b.outer_moment_n_m, o));
   }

@@ -213,6 +213,22 @@ TEST(ExperimentFreedoms, DroppedWeightGivesItsEnergyToTheGrains) {
   EXPECT_NEAR(rec.Column("energy.residual_j").back(), 0, 0.02 * work);
 }
 
+/// Work is of second order in the step: at the usual one it closes the book of a bouncing wheel.
+TEST(ExperimentFreedoms, ABouncingWheelKeepsItsBookAtTheUsualStep) {
+  Experiment e = OnGrains(1, 0.3, 0.01);
+  MotionStep drop = Free(false, true, true);
+  drop.for_s = 0.15;
+  e.bodies[0].motion = {drop};
+  e.bodies[0].position_m[2] += 0.005;
+  e.bodies[0].mass_kg = 0.05;
+  e.interfaces[1].restitution = 0.9;
+  e.probes = EnergyAnd(Probe::Kind::kPose);
+  Recorded rec;
+  const Result result = RunExperiment(e, rec.Sink(), nullptr);
+  ASSERT_TRUE(result.done) << result.reason;
+  EXPECT_NEAR(rec.Column("energy.residual_j").back(), 0, 0.01 * 0.05 * kGravity * 0.005);
+}
+
 TEST(ExperimentFreedoms, InertiaAboutTheAxleIsThatOfTheParts) {
   BodySpec b = OnGrains(1, 0.3, 0).bodies[0];
   b.mass_kg = 5;
