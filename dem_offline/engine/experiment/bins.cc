@@ -11,22 +11,23 @@ namespace {
 
 constexpr int kAcross = 8;  // points across a grain, of which those in the sphere share its volume
 
-/// Points spread evenly in the unit sphere.
-const std::vector<Vec3d>& SpherePoints() {
-  static const std::vector<Vec3d> points = [] {
-    std::vector<Vec3d> out;
-    const auto at = [](int k) { return (2.0 * k + 1 - kAcross) / kAcross; };
-    for (int i = 0; i < kAcross; ++i) {
-      for (int j = 0; j < kAcross; ++j) {
-        for (int k = 0; k < kAcross; ++k) {
-          const Vec3d p = {at(i), at(j), at(k)};
-          if (DotD(p, p) < 1) out.push_back(p);
-        }
+/// Points spread evenly in the unit sphere, or in its disc of y = 0.
+std::vector<Vec3d> PointsIn(bool disc) {
+  std::vector<Vec3d> out;
+  const auto at = [](int k) { return (2.0 * k + 1 - kAcross) / kAcross; };
+  for (int i = 0; i < kAcross; ++i) {
+    for (int j = 0; j < (disc ? 1 : kAcross); ++j) {
+      for (int k = 0; k < kAcross; ++k) {
+        const Vec3d p = {at(i), disc ? 0 : at(j), at(k)};
+        if (DotD(p, p) < 1) out.push_back(p);
       }
     }
-    return out;
-  }();
-  return points;
+  }
+  return out;
+}
+const std::vector<Vec3d>& GrainPoints(bool planar) {
+  static const std::vector<Vec3d> sphere = PointsIn(false), disc = PointsIn(true);
+  return planar ? disc : sphere;
 }
 
 Vec3d Middle(const Region& r) { return Scale(0.5, Add(r.low_m, r.high_m)); }
@@ -52,9 +53,11 @@ std::int64_t BinOf(const Probe& p, const Vec3d& x) {
   return bin;
 }
 
-double VolumeOf(const Probe& p, std::size_t bin) {
+/// Of planar bins: their area in the plane.
+double VolumeOf(const Probe& p, std::size_t bin, bool planar) {
   const Region& r = p.region;
   const double height = (r.high_m[2] - r.low_m[2]) / p.n[2];
+  if (planar) return (r.high_m[0] - r.low_m[0]) / p.n[0] * height;
   if (r.radius_m > 0) {
     const auto ring = static_cast<double>(bin / p.n[2] / p.n[1]);
     const double step = r.radius_m / p.n[0];
@@ -94,13 +97,14 @@ std::vector<Bin> MeasureBins(const BinnedGrains& all, const Probe& p) {
   const auto n = static_cast<std::size_t>(p.n[0]) * p.n[1] * p.n[2];
   std::vector<Bin> bins(n);
   std::vector<double> mass(n, 0), square(n, 0), moved(n, 0);
-  const auto& points = SpherePoints();
+  const auto& points = GrainPoints(all.planar);
   const double each = 1.0 / static_cast<double>(points.size());
   for (std::size_t i = 0; i < all.states.size(); ++i) {
     const GrainState& s = all.states[i];
     const auto axes = AxesAt(p, s);
-    const double share = (all.solid_share.empty() ? 1 : all.solid_share[i]) * 4.0 / 3 * M_PI *
-                         s.radius_m * s.radius_m * s.radius_m * each;
+    const double size = all.planar ? M_PI * s.radius_m * s.radius_m
+                                   : 4.0 / 3 * M_PI * s.radius_m * s.radius_m * s.radius_m;
+    const double share = (all.solid_share.empty() ? 1 : all.solid_share[i]) * size * each;
     const ContactMoment moment = all.moments.empty() ? ContactMoment{} : In(axes, all.moments[i]);
     for (const Vec3d& q : points) {
       const std::int64_t bin = BinOf(p, Add({s.x_m, s.y_m, s.z_m}, Scale(s.radius_m, q)));
@@ -122,8 +126,9 @@ std::vector<Bin> MeasureBins(const BinnedGrains& all, const Probe& p) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < n; ++k) {
     Bin& b = bins[k];
-    b.solid_fraction /= VolumeOf(p, k);
-    for (double& stress : b.stress_pa) stress = all.moments.empty() ? nan : stress / VolumeOf(p, k);
+    b.solid_fraction /= VolumeOf(p, k, all.planar);
+    for (double& stress : b.stress_pa)
+      stress = all.moments.empty() ? nan : stress / VolumeOf(p, k, all.planar);
     if (mass[k] > 0) b.velocity_m_per_s = Scale(1 / mass[k], b.velocity_m_per_s);
     b.displacement_m = moved[k] > 0 ? Scale(1 / moved[k], b.displacement_m) : Vec3d{nan, nan, nan};
   }
@@ -134,7 +139,7 @@ std::vector<Bin> MeasureBins(const BinnedGrains& all, const Probe& p) {
     square[bin] += s.mass_kg * DotD(off, off);
   }
   for (std::size_t k = 0; k < n; ++k) {
-    if (mass[k] > 0) bins[k].temperature_m2_per_s2 = square[k] / mass[k] / 3;
+    if (mass[k] > 0) bins[k].temperature_m2_per_s2 = square[k] / mass[k] / (all.planar ? 2 : 3);
   }
   return bins;
 }
@@ -144,7 +149,8 @@ BinnedGrains Probes::Binned() const {
   const World& world = ground_.world();
   BinnedGrains out;
   out.states = States();
-  if (world.state().bonds.empty()) out.moments = world.ContactMoments();
+  out.planar = e_.box.planar;
+  if (world.state().bonds.empty() && !out.planar) out.moments = world.ContactMoments();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto shortest = [](double d, double side, Side kind) {
     return kind == Side::kPeriodic ? d - side * std::round(d / side) : d;

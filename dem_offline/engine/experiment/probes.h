@@ -13,7 +13,7 @@ namespace grouser::dem::experiment {
 struct Bin {
   double solid_fraction = 0;
   Vec3d velocity_m_per_s = {0, 0, 0};  ///< by mass
-  double temperature_m2_per_s2 = 0;    ///< 1/3 of the mean square velocity about the mean
+  double temperature_m2_per_s2 = 0;    ///< mean square of a component of velocity about the mean
   double grains = 0;
   /// Love-Weber stress of the contacts, compression positive: 11, 22, 33, 12, 13, 23.
   ContactMoment stress_pa = {};
@@ -25,6 +25,7 @@ struct BinnedGrains {
   std::vector<double> solid_share = {};  ///< Ground::SolidShare; empty: 1
   std::vector<ContactMoment> moments = {};
   std::vector<Vec3d> displacement_m = {};  ///< NaN: came later
+  bool planar = false;                     ///< discs in areas: solid fraction is the areal one
 };
 /// Row of bins, z fastest. A grain's volume and contacts are shared out by points spread evenly in
 /// it; its velocity and displacement belong to the bin of its centre.

@@ -396,8 +396,8 @@ void CheckProbes(const Experiment& e) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
     if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
-    if (p.kind == Probe::Kind::kBins && e.box.planar) {
-      throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
+    if (p.kind == Probe::Kind::kBins && e.box.planar && (p.n[1] != 1 || p.region.radius_m > 0)) {
+      throw SpecError(at + ".n", "bins along y or round in a planar box", "[nx, 1, nz], or rings");
     }
     CheckBondProbe(e, at, p);
     if (!HasTable(p)) continue;

@@ -362,9 +362,18 @@ TEST(ExperimentGrains, PlanarDiscsStayInTheirPlane) {
   EXPECT_TRUE(std::isnan(height[0]) && std::isnan(height[2]));
   EXPECT_GT(height[1], 0.02);
   EXPECT_NEAR(result.solid_fraction, 0.8, 0.08);  // of areas: random discs pack to 0.84
+  bins.name = "bins";
   e.probes = {bins};
-  e.probes[0].name = "bins";
   EXPECT_THROW(PlanOf(e), SpecError);
+  e.probes[0] = Bins({0.3, 0.2, 0.5}, 3, 1, 2);
+  e.probes[0].name = "bins";
+  Recorded areas;
+  ASSERT_TRUE(RunExperiment(e, areas.Sink(), nullptr).done);
+  double area = 0;
+  for (const double f : areas.Column("solid_fraction", "bins")) area += f * 0.1 * 0.25;
+  double discs = 0;
+  for (const double d : {0.010, 0.012}) discs += 100 * M_PI / 4 * d * d;
+  EXPECT_NEAR(area, discs, 0.06 * discs);  // by number as many of each, within a few
 }
 
 TEST(ExperimentGrains, LessFrictionPacksDenser) {
