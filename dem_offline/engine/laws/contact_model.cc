@@ -62,10 +62,9 @@ std::string Describe(const LawChoice& laws) {
 
 const char* CombinationName(int combination) {
   static constexpr const char* kNames[] = {
-      "hertz_mindlin_epsd", "hertz_mindlin", "hertz_mindlin_torque",
-      "wheel_testbed",      "atv_wheel",     "shear_cell",
-      "shear_cell_simple",  "grouser_wheel", "torsion",
-      "hertz_mindlin_peer"};
+      "hertz_mindlin_epsd", "hertz_mindlin", "hertz_mindlin_torque", "wheel_testbed",
+      "wheel_testbed_jkr",  "atv_wheel",     "shear_cell",           "shear_cell_damper",
+      "shear_cell_linear",  "grouser_wheel", "hertz_mindlin_peer"};
   static_assert(sizeof(kNames) / sizeof(kNames[0]) == CompiledCombinations::kSize,
                 "a name for each combination");
   return combination >= 0 && combination < CompiledCombinations::kSize ? kNames[combination]

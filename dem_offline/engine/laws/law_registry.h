@@ -43,17 +43,17 @@ using HertzMindlinTorque =
 /// The default as LIGGGHTS computes its tangential spring: what is compared with it.
 using HertzMindlinPeer =
     LawCombination<HertzRestitution, MindlinDisplacement, RollingEpsd, CohesionNone>;
-// The published systems: Shin et al. 2020; ATV wheel in LS-DYNA; annular shear
-// cell of McCarthy et al. 2010, both versions; 2-D grouser wheel; high-pressure
-// torsion in EDEM.
-using WheelTestbed = LawCombination<HertzDashpot, LinearHistory, RollingNone, JkrAdded>;
+// Those of dem_offline/reproduce (five times faster than the generic path): Shin et al. 2020 with
+// adhesion; ATV wheel in LS-DYNA; annular shear cell of McCarthy et al. 2010 with its plastic law,
+// its damper, its linear friction; 2-D grouser wheel.
+using WheelTestbed = LawCombination<HertzRestitution, MindlinRescaled, RollingEpsd, JkrAdded>;
+using WheelTestbedJkr = LawCombination<HertzRestitution, MindlinRescaled, RollingEpsd, Jkr>;
 using AtvWheel = LawCombination<LinearSpring, LinearHistory, RollingConstant, CohesionNone>;
 using ShearCell = LawCombination<ElastoPlastic, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
-using ShearCellSimple = LawCombination<HertzOdenMartins, LinearHistory, RollingNone, CohesionNone>;
-using GrouserWheel =
-    LawCombination<HertzRestitution, KelvinRegularised, RollingConstant, CohesionNone>;
-using Torsion =
-    LawCombination<HertzRestitution, MindlinDisplacement, RollingConstant, CohesionNone>;
+using ShearCellDamper =
+    LawCombination<HertzOdenMartins, MindlinDeresiewicz, RollingOwnSpin, CohesionNone>;
+using ShearCellLinear = LawCombination<ElastoPlastic, LinearHistory, RollingOwnSpin, CohesionNone>;
+using GrouserWheel = LawCombination<HertzRestitution, KelvinRegularised, RollingEpsd, CohesionNone>;
 
 template <class... R>
 struct CombinationList {
@@ -62,8 +62,9 @@ struct CombinationList {
 /// Compiled and vectorised for each instruction set; named in
 /// CombinationName. The first is the default.
 using CompiledCombinations =
-    CombinationList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed, AtvWheel,
-                    ShearCell, ShearCellSimple, GrouserWheel, Torsion, HertzMindlinPeer>;
+    CombinationList<HertzMindlinEpsd, HertzMindlin, HertzMindlinTorque, WheelTestbed,
+                    WheelTestbedJkr, AtvWheel, ShearCell, ShearCellDamper, ShearCellLinear,
+                    GrouserWheel, HertzMindlinPeer>;
 
 /// Parameters of one pair of materials, for every law of the registry that the
 /// choice names (the others stay zero).

@@ -125,7 +125,7 @@ TEST(LawRegistry, EveryCombinationEqualsTheGenericPathToTheBit) {
 
 /// Combinations beyond those compiled, with range, hold to the same.
 TEST(LawRegistry, CombinationsWithRangeEqualTheGenericPathToTheBit) {
-  CombinationEqualsGeneric<LawCombination<HertzRestitution, MindlinRescaled, RollingEpsd, Jkr>>(-1);
+  CombinationEqualsGeneric<LawCombination<HertzRestitution, MindlinRescaled, RollingNone, Jkr>>(-1);
   CombinationEqualsGeneric<LawCombination<WaltonBraun, LinearHistory, RollingConstant, Capillary>>(
       -1);
   CombinationEqualsGeneric<
