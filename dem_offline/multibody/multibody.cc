@@ -13,7 +13,7 @@ using SimTK::Stage;
 using SimTK::State;
 using SimTK::Vector;
 
-constexpr double kLoopAccuracy = 1e-12;  // [m], and of the axes of a weld
+constexpr double kLoopAccuracy = 1e-12;   // [m], and of the axes of a weld
 constexpr double kSpeedAccuracy = 1e-14;  // of the largest speed
 constexpr int kMostRounds = 50;
 
@@ -26,17 +26,22 @@ int Find(const std::map<std::string, int>& numbers, const char* kind, const std:
   if (at != numbers.end()) return at->second;
   std::string known;
   for (const auto& [n, k] : numbers) known += (known.empty() ? "'" : ", '") + n + "'";
-  Bad(std::string(kind) + " '" + name + "'", known.empty() ? "none: there is none" : "one of " + known);
+  Bad(std::string(kind) + " '" + name + "'",
+      known.empty() ? "none: there is none" : "one of " + known);
 }
 
 double Largest(const Vector& v) { return v.size() > 0 ? v.normInf() : 0.0; }
 
 Vector VectorOf(const std::vector<double>& v) {
   Vector out(static_cast<int>(v.size()));
-  std::copy(v.begin(), v.end(), out.begin());
+  for (int k = 0; k < out.size(); ++k) out[k] = v[k];
   return out;
 }
-std::vector<double> ValuesOf(const Vector& v) { return {v.begin(), v.end()}; }
+std::vector<double> ValuesOf(const Vector& v) {
+  std::vector<double> out(v.size());
+  for (int k = 0; k < v.size(); ++k) out[k] = v[k];
+  return out;
+}
 
 Wrench WrenchOf(const SimTK::SpatialVec& f) {
   return {f[1][0], f[1][1], f[1][2], f[0][0], f[0][1], f[0][2]};
@@ -86,7 +91,8 @@ struct MultibodySystem::Impl {
   void Aim(double dt, double h, Vector* speeds) {
     for (ModelJoint& j : model.joints) {
       if (!j.Driven()) continue;
-      const int first_q = j.mobilizer.getFirstQIndex(kick), first_u = j.mobilizer.getFirstUIndex(kick);
+      const int first_q = j.mobilizer.getFirstQIndex(kick),
+                first_u = j.mobilizer.getFirstUIndex(kick);
       for (int k = 0; k < j.mobilizer.getNumU(kick); ++k) {
         const double q = state.coordinates[first_q + k];
         double rate = 0;
@@ -307,9 +313,8 @@ std::vector<double> MultibodySystem::Rates(const std::string& joint) const {
 Wrench MultibodySystem::Reaction(const std::string& joint) const {
   const ModelJoint& j = impl_->Joint(joint);
   if (!impl_->forces_known) return {};
-  return WrenchOf(j.reversed
-                      ? j.mobilizer.findMobilizerReactionOnParentAtFInGround(impl_->kick)
-                      : j.mobilizer.findMobilizerReactionOnBodyAtMInGround(impl_->kick));
+  return WrenchOf(j.reversed ? j.mobilizer.findMobilizerReactionOnParentAtFInGround(impl_->kick)
+                             : j.mobilizer.findMobilizerReactionOnBodyAtMInGround(impl_->kick));
 }
 
 Wrench MultibodySystem::ReactionIn(const std::string& joint, const std::string& body,
@@ -319,9 +324,11 @@ Wrench MultibodySystem::ReactionIn(const std::string& joint, const std::string& 
   SimTK::Transform to;
   if (body != kGround) to = impl_->model.bodies[BodyNumber(body)].getBodyTransform(kick);
   to = to * ToSimbody(frame.position_m, frame.orientation);
-  const SimTK::MobilizedBody& child = j.reversed ? j.mobilizer.getParentMobilizedBody()
-                                                 : static_cast<const SimTK::MobilizedBody&>(j.mobilizer);
-  const SimTK::Vec3 from = child.findStationLocationInGround(kick, ToSimbody(j.spec->in_child.position_m));
+  const SimTK::MobilizedBody& child = j.reversed
+                                          ? j.mobilizer.getParentMobilizedBody()
+                                          : static_cast<const SimTK::MobilizedBody&>(j.mobilizer);
+  const SimTK::Vec3 from =
+      child.findStationLocationInGround(kick, ToSimbody(j.spec->in_child.position_m));
   const SimTK::Quaternion q = to.R().convertRotationToQuaternion();
   return WrenchIn(Reaction(joint), FromSimbody(to.p() - from), {q[0], q[1], q[2], q[3]});
 }

@@ -24,10 +24,10 @@ struct BodyVelocity {
 /// but for the integrator's error, which falls with dt^2.
 struct MultibodyEnergy {
   double kinetic = 0, gravity = 0, springs = 0;  ///< at the time of the last forces
-  double grains = 0;      ///< done by the wrenches on the bodies
-  double drives = 0;      ///< by prescribed motions and by joints that lock
-  double actuators = 0;   ///< by the functions of time of the springs
-  double dissipated = 0;  ///< in dampers
+  double grains = 0;                             ///< done by the wrenches on the bodies
+  double drives = 0;                             ///< by prescribed motions and by joints that lock
+  double actuators = 0;                          ///< by the functions of time of the springs
+  double dissipated = 0;                         ///< in dampers
   double Mechanical() const { return kinetic + gravity + springs; }
   double Balance() const { return Mechanical() - grains - drives - actuators + dissipated; }
 };
@@ -42,14 +42,14 @@ struct MultibodyState {
 };
 
 /// Rigid bodies in joints, advanced with the leapfrog of the DEM by Simbody's equations of motion
-/// (Sherman, Seth, Delp 2011, doi 10.1016/j.piutam.2011.04.023). In generalized coordinates q and
+/// (Sherman, Seth & Delp 2011). In generalized coordinates q and
 /// speeds u, with the mass matrix M, forces f of gravity, springs and grains (wrenches W_n of the
 /// poses q_n), constraint Jacobian G and q' = N(q) u:
 ///   kick   M(q_n) (u_{n+1/2} - u_{n-1/2})/dt + G^T lambda = f(t_n, q_n, u_n, W_n),
 ///          u_n = (u_{n-1/2} + u_{n+1/2})/2, by iteration to rounding;
 ///   drift  q_{n+1} = q_n + dt N((q_n + q_{n+1})/2) u_{n+1/2};
 ///   close  where loops are closed, q_{n+1} is projected onto them (1e-12 m) and u_{n+1/2}
-///          corrected by N^-1 dq/dt (SHAKE: Hairer, Lubich, Wanner 2006, VII.1.4).
+///          corrected by N^-1 dq/dt (SHAKE: Hairer, Lubich & Wanner 2006).
 /// The step is symmetric in time and of second order in positions, and in velocities read at
 /// half steps. (Simbody's own integrators keep velocities and forces at whole steps: their bodies
 /// would need the grains' forces of the end of a step, which depend on where the bodies are.)

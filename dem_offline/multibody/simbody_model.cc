@@ -65,8 +65,8 @@ MobilizedBody MakeMobilizer(JointType type, MobilizedBody& inboard, const Transf
 SimTK::Body::Rigid PartOf(const MultibodyBody& b, int parts) {
   const Vec3d &d = b.inertia_kg_m2, &o = b.inertia_off_kg_m2;
   const double mass = b.mass_kg / parts;
-  const SimTK::Inertia central(d[0] / parts, d[1] / parts, d[2] / parts, o[0] / parts,
-                               o[1] / parts, o[2] / parts);
+  const SimTK::Inertia central(d[0] / parts, d[1] / parts, d[2] / parts, o[0] / parts, o[1] / parts,
+                               o[2] / parts);
   const Vec3 centre = ToSimbody(b.centre_of_mass_m);
   return SimTK::Body::Rigid(
       SimTK::MassProperties(mass, centre, central.shiftFromMassCenter(centre, mass)));
@@ -189,7 +189,7 @@ void ModelSpring::Apply(const SimTK::State& state, SimTK::Vector_<SpatialVec>& f
   const JointSpec& spec = *joint->spec;
   const bool second = rotational->coordinate == 1;
   const JointFrame& frame = second ? spec.in_child : spec.in_parent;
-  const Vec3 axis = second                                ? Vec3(0, 1, 0)
+  const Vec3 axis = second                               ? Vec3(0, 1, 0)
                     : spec.type == JointType::kUniversal ? Vec3(1, 0, 0)
                                                          : Vec3(0, 0, 1);
   const Rotation& body = (second ? child : parent).getBodyRotation(state);
@@ -204,13 +204,13 @@ MobilizedBody Model::BodyOf(const std::string& name) {
 
 void Model::AddMobilizers(std::vector<Placed>* placed) {
   SimTK::MultibodyGraphMaker graph;
-  for (const auto& [type, n] : std::initializer_list<std::pair<JointType, int>>{
-           {JointType::kRevolute, 1},
-           {JointType::kTranslational, 1},
-           {JointType::kSpherical, 3},
-           {JointType::kUniversal, 2},
-           {JointType::kPlanar, 3},
-           {JointType::kWeld, 0}}) {
+  for (const auto& [type, n] :
+       std::initializer_list<std::pair<JointType, int>>{{JointType::kRevolute, 1},
+                                                        {JointType::kTranslational, 1},
+                                                        {JointType::kSpherical, 3},
+                                                        {JointType::kUniversal, 2},
+                                                        {JointType::kPlanar, 3},
+                                                        {JointType::kWeld, 0}}) {
     graph.addJointType(NameOf(type), n);
   }
   graph.addBody(kGround, 0, false);
@@ -227,6 +227,7 @@ void Model::AddMobilizers(std::vector<Placed>* placed) {
   }
   graph.generateGraph();
   bodies.resize(spec.bodies.size());
+  std::vector<Placed> cut;  // second parts of bodies, which come before the first at times
   for (int k = 0; k < graph.getNumMobilizers(); ++k) {
     const auto& m = graph.getMobilizer(k);
     if (m.getLevel() == 0) continue;  // ground itself
@@ -246,9 +247,9 @@ void Model::AddMobilizers(std::vector<Placed>* placed) {
       const JointFrame& in = joint.reversed ? p.joint->in_child : p.joint->in_parent;
       const JointFrame& out = joint.reversed ? p.joint->in_parent : p.joint->in_child;
       const Transform turn = JointToMobilizer(p.joint->type);
-      p.mobilizer = MakeMobilizer(
-          p.joint->type, from, ToSimbody(in.position_m, in.orientation) * turn, body,
-          ToSimbody(out.position_m, out.orientation) * turn, joint.reversed);
+      p.mobilizer =
+          MakeMobilizer(p.joint->type, from, ToSimbody(in.position_m, in.orientation) * turn, body,
+                        ToSimbody(out.position_m, out.orientation) * turn, joint.reversed);
       joint.mobilizer = p.mobilizer;
       if (p.joint->type != JointType::kSpherical && p.joint->type != JointType::kWeld) {
         joint.motion = SimTK::Motion::Custom(joint.mobilizer, new Driven(*joint.drive));
@@ -256,13 +257,14 @@ void Model::AddMobilizers(std::vector<Placed>* placed) {
       }
     }
     if (m.isSlaveMobilizer()) {
-      loops = true;
-      SimTK::Constraint::Weld(bodies[p.outboard], p.mobilizer);
+      cut.push_back(p);
     } else {
       bodies[p.outboard] = p.mobilizer;
     }
     placed->push_back(p);
   }
+  loops = !cut.empty();
+  for (Placed& p : cut) SimTK::Constraint::Weld(bodies[p.outboard], p.mobilizer);
 }
 
 void Model::AddSprings() {
@@ -323,8 +325,8 @@ Model::Model(const MultibodySpec& given) : spec((CheckMultibody(given), given)) 
     joints[j].spec = &spec.joints[j];
     joints[j].locked = spec.joints[j].locked;
     joint_numbers[spec.joints[j].name] = static_cast<int>(j);
-    for (auto* v : {&joints[j].drive->coordinate, &joints[j].drive->rate,
-                    &joints[j].drive->acceleration}) {
+    for (auto* v :
+         {&joints[j].drive->coordinate, &joints[j].drive->rate, &joints[j].drive->acceleration}) {
       v->assign(3, 0.0);
     }
   }

@@ -35,7 +35,7 @@ struct DrivenMotion {
 struct ModelJoint {
   const JointSpec* spec = nullptr;
   SimTK::MobilizedBody mobilizer;
-  SimTK::Motion motion;  ///< empty for kSpherical and kWeld
+  SimTK::Motion motion;   ///< empty for kSpherical and kWeld
   bool reversed = false;  ///< the mobilizer leads from the child to the parent
   bool locked = false;
   std::unique_ptr<DrivenMotion> drive = std::make_unique<DrivenMotion>();

@@ -25,8 +25,8 @@ class Place {
   Place(const std::string& kind, const std::string& name) : where_(kind + " '" + name + "'") {}
   [[noreturn]] void Bad(const std::string& field, const std::string& got,
                         const std::string& expected) const {
-    throw std::invalid_argument("multibody: " + where_ + ": " + field + ": " + got +
-                                ", expected " + expected);
+    throw std::invalid_argument("multibody: " + where_ + ": " + field + ": " + got + ", expected " +
+                                expected);
   }
   void Finite(const std::string& field, double x) const {
     if (!std::isfinite(x)) Bad(field, Text(x), "a finite number");
@@ -163,7 +163,7 @@ void CheckRotationalSpring(const RotationalSpringSpec& s, const MultibodySpec& s
     if (j.name == s.joint) joint = &j;
   }
   CheckKnown(at, "joint", s.joint, names);
-  const int angles = joint->type == JointType::kUniversal  ? 2
+  const int angles = joint->type == JointType::kUniversal                                       ? 2
                      : joint->type == JointType::kRevolute || joint->type == JointType::kPlanar ? 1
                                                                                                 : 0;
   if (angles == 0) at.Bad("joint", "'" + s.joint + "'", "a revolute, planar or universal joint");

@@ -20,15 +20,15 @@ using TimeFunction = std::function<double(double time_s)>;
 /// A rigid body. The origin of its frame need not be its mass centre.
 struct MultibodyBody {
   std::string name;
-  double mass_kg = 0;                     ///< > 0
-  Vec3d centre_of_mass_m = {0, 0, 0};     ///< in the body frame
-  Vec3d inertia_kg_m2 = {0, 0, 0};        ///< I_xx, I_yy, I_zz about the mass centre, body axes
-  Vec3d inertia_off_kg_m2 = {0, 0, 0};    ///< I_xy, I_xz, I_yz: elements of the tensor, not
-                                          ///< the products of inertia of opposite sign
-  Vec3d position_m = {0, 0, 0};           ///< of the origin, at time zero, world axes
-  Quatd orientation = {1, 0, 0, 0};       ///< body to world
-  Vec3d velocity_m_per_s = {0, 0, 0};     ///< of the origin
-  Vec3d spin_rad_per_s = {0, 0, 0};       ///< world axes
+  double mass_kg = 0;                   ///< > 0
+  Vec3d centre_of_mass_m = {0, 0, 0};   ///< in the body frame
+  Vec3d inertia_kg_m2 = {0, 0, 0};      ///< I_xx, I_yy, I_zz about the mass centre, body axes
+  Vec3d inertia_off_kg_m2 = {0, 0, 0};  ///< I_xy, I_xz, I_yz: elements of the tensor, not
+                                        ///< the products of inertia of opposite sign
+  Vec3d position_m = {0, 0, 0};         ///< of the origin, at time zero, world axes
+  Quatd orientation = {1, 0, 0, 0};     ///< body to world
+  Vec3d velocity_m_per_s = {0, 0, 0};   ///< of the origin
+  Vec3d spin_rad_per_s = {0, 0, 0};     ///< world axes
 };
 
 /// What a joint leaves free. Coordinates, in order (angle of the child against the parent [rad],

@@ -33,7 +33,8 @@ Body Block(Vec3d at, Vec3d size, BodyMotion motion) {
 /// A block on a vertical slider bounces on a sphere that does not move.
 TEST(Coupling, SliderOnAHertzSphereBouncesLikeItsEquation) {
   const double r = 0.05, mass = 2, dt = 2e-5, gravity = -9.81;
-  const double k = 4.0 / 3.0 * EffectiveModulus({kYoung, kPoisson}, {kRigid, kPoisson}) * std::sqrt(r);
+  const double k =
+      4.0 / 3.0 * EffectiveModulus({kYoung, kPoisson}, {kRigid, kPoisson}) * std::sqrt(r);
   const double rest = std::pow(mass * kG / k, 2.0 / 3.0);
   World world(Config(dt, gravity, 1.0, 0.0), {{0.5, 0.5, 0, r, 2500, 0, 0, 0, 0, 0, 0, 0, true}});
   const double start = 0.5 * rest;  // overlap; less than at rest, so that contact is kept
@@ -42,8 +43,7 @@ TEST(Coupling, SliderOnAHertzSphereBouncesLikeItsEquation) {
   MultibodySpec spec;
   spec.gravity_m_per_s2 = {0, 0, gravity};
   spec.bodies = {Solid("block", mass, {0.01, 0.01, 0.01}, at)};
-  spec.joints = {
-      JointAt(spec, "rail", JointType::kTranslational, kGround, "block", at, {0, 0, 1})};
+  spec.joints = {JointAt(spec, "rail", JointType::kTranslational, kGround, "block", at, {0, 0, 1})};
   MultibodySystem bodies(spec);
   CoupledBodies both(&world, &bodies, {{"block", block}});
   // Runge-Kutta 4 of m x" = k x^1.5 - m g for the overlap x, downwards positive.

@@ -11,11 +11,10 @@ TEST(Joints, RevoluteSwingsWithTheEllipticPeriod) {
   MultibodySpec spec;
   spec.bodies = {Solid("rod", 2, {2 / 12.0, 1e-3, 2 / 12.0}, {0, 0.5, 0})};
   spec.bodies[0].inertia_kg_m2[1] = 2e-3;
-  spec.joints = {JointAt(spec, "hinge", JointType::kRevolute, kGround, "rod", {0, 0, 0}, {1, 0, 0})};
+  spec.joints = {
+      JointAt(spec, "hinge", JointType::kRevolute, kGround, "rod", {0, 0, 0}, {1, 0, 0})};
   MultibodySystem m(spec);
-  const double period = PeriodOf(m, 1e-3, 3, [&] {
-    return m.Placement(0).position_m[1];
-  });
+  const double period = PeriodOf(m, 1e-3, 3, [&] { return m.Placement(0).position_m[1]; });
   EXPECT_NEAR(period, 4 * EllipticK(std::sin(M_PI / 4)) * std::sqrt(2 / (3 * kG)), 1e-4 * period);
   EXPECT_NEAR(m.Placement(0).position_m[0], 0, 1e-12);
 }
@@ -24,7 +23,8 @@ TEST(Joints, RevoluteReactionIsThatOfASwing) {
   // A point-like bob let go at the horizontal pulls with 3 m g at the bottom.
   MultibodySpec spec;
   spec.bodies = {Solid("bob", 2, {1e-6, 1e-6, 1e-6}, {0, 0.5, 0})};
-  spec.joints = {JointAt(spec, "hinge", JointType::kRevolute, kGround, "bob", {0, 0, 0}, {1, 0, 0})};
+  spec.joints = {
+      JointAt(spec, "hinge", JointType::kRevolute, kGround, "bob", {0, 0, 0}, {1, 0, 0})};
   MultibodySystem m(spec);
   double most = 0;
   for (int s = 0; s < 5000; ++s) {
@@ -153,8 +153,8 @@ TEST(Joints, UniversalTurnsUnevenly) {
     // The fork of the input is across the plane of the shafts at in = 0.
     const double ratio = std::cos(bend) / (1 - std::pow(std::sin(bend) * std::sin(in), 2));
     ASSERT_NEAR(m.Rates("driven")[0], rate * ratio, 1e-3 * rate) << in;
-    const double turned = std::atan2(std::sin(rate * m.time_s()) * std::cos(bend),
-                                     std::cos(rate * m.time_s()));
+    const double turned =
+        std::atan2(std::sin(rate * m.time_s()) * std::cos(bend), std::cos(rate * m.time_s()));
     ASSERT_NEAR(std::remainder(m.Coordinates("driven")[0] - turned, 2 * M_PI), 0, 1e-4);
     ASSERT_LT(m.Gap(), 1e-11);
   }
@@ -169,8 +169,8 @@ TEST(Joints, PlanarLeavesItsPlaneFree) {
   const Vec3d down = {std::cos(tilt), 0, -std::sin(tilt)};
   spec.bodies[0].velocity_m_per_s = {0, 0.5, 0};
   spec.bodies[0].spin_rad_per_s = Scale(7, normal);
-  spec.joints = {JointAt(spec, "plane", JointType::kPlanar, kGround, "puck", {0.3, 0.2, 0.1}, normal,
-                         down)};
+  spec.joints = {
+      JointAt(spec, "plane", JointType::kPlanar, kGround, "puck", {0.3, 0.2, 0.1}, normal, down)};
   MultibodySystem m(spec);
   for (int s = 0; s < 2000; ++s) m.Advance(1e-3);
   const double fallen = 0.5 * kG * std::sin(tilt) * 4;
@@ -199,7 +199,8 @@ TEST(Joints, ReversedOnesKeepTheirMeaning) {
   // A body that is named the parent of what is nearer to the ground: the tree runs against it.
   MultibodySpec spec;
   spec.bodies = {Solid("rod", 2, {2 / 12.0, 2e-3, 2 / 12.0}, {0, 0.5, 0})};
-  spec.joints = {JointAt(spec, "hinge", JointType::kRevolute, "rod", kGround, {0, 0, 0}, {1, 0, 0})};
+  spec.joints = {
+      JointAt(spec, "hinge", JointType::kRevolute, "rod", kGround, {0, 0, 0}, {1, 0, 0})};
   RotationalSpringSpec s;
   s.name = "motor";
   s.joint = "hinge";
@@ -214,6 +215,28 @@ TEST(Joints, ReversedOnesKeepTheirMeaning) {
   // On its child, the ground: what keeps the rod on its circle, outwards.
   const Wrench r = m.Reaction("hinge");
   EXPECT_GT(r.fy, 0);
+}
+
+TEST(Joints, InertiaInSkewAxesIsTheSameBody) {
+  // The tensor of body axes turned by 0.6 about y: I' = R^T I R.
+  const auto swing = [](bool skew) {
+    MultibodySpec spec;
+    MultibodyBody b = Solid("b", 1, {1e-3, 2e-3, 2.5e-3}, {0.05, 0, 0});
+    b.spin_rad_per_s = {1, 2, 3};
+    b.velocity_m_per_s = CrossD(b.spin_rad_per_s, b.position_m);
+    if (skew) {
+      const double c = std::cos(0.6), s = std::sin(0.6);
+      b.orientation = TurnAbout(1, 0.6);
+      b.inertia_kg_m2 = {1e-3 * c * c + 2.5e-3 * s * s, 2e-3, 1e-3 * s * s + 2.5e-3 * c * c};
+      b.inertia_off_kg_m2[1] = (1e-3 - 2.5e-3) * s * c;
+    }
+    spec.bodies = {b};
+    spec.joints = {JointAt(spec, "pivot", JointType::kSpherical, kGround, "b", {}, {0, 0, 1})};
+    MultibodySystem m(spec);
+    for (int k = 0; k < 500; ++k) m.Advance(1e-3);
+    return m.Placement(0).position_m;
+  };
+  EXPECT_LT(Norm(Sub(swing(false), swing(true))), 1e-9);
 }
 
 TEST(Joints, FreeBodyKeepsItsMomenta) {

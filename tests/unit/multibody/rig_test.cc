@@ -50,7 +50,8 @@ TEST(Rig, HangsInStaticBalanceAndSwingsWithItsFrequency) {
   for (int s = 0; s < 12000; ++s) {
     m.Advance(1e-3);
     const double t = m.time_s();
-    const double z = -sag + sag * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
+    const double z =
+        -sag + sag * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
     ASSERT_NEAR(m.Coordinates("column")[0], z, 1e-3 * sag) << t;
     ASSERT_NEAR(m.Coordinates("rail")[0], kSpeed * t, 1e-8);
     ASSERT_NEAR(m.Coordinates("axle")[0], kSpin * t, 1e-8);

@@ -41,12 +41,15 @@ TEST(Specs, FaultsAreNamedWithTheirPlace) {
        [](auto& s) { s.bodies[0].inertia_off_kg_m2[0] = 2; }},
       {"principal moments 1, 1, 2.1 kg m^2, expected none above the sum",
        [](auto& s) { s.bodies[0].inertia_kg_m2[2] = 2.1; }},
-      {"body 'a': inertia_off_kg_m2: nan", [&](auto& s) { s.bodies[0].inertia_off_kg_m2[2] = nan; }},
+      {"body 'a': inertia_off_kg_m2: nan",
+       [&](auto& s) { s.bodies[0].inertia_off_kg_m2[2] = nan; }},
       {"body 'a': name: taken", [](auto& s) { s.bodies[1].name = "a"; }},
       {"body '': name: empty", [](auto& s) { s.bodies[1].name = ""; }},
       {"body 'ground': name", [](auto& s) { s.bodies[1].name = "ground"; }},
       {"body 'a': orientation: a quaternion of length 2",
-       [](auto& s) { s.bodies[0].orientation = {2, 0, 0, 0}; }},
+       [](auto& s) {
+         s.bodies[0].orientation = {2, 0, 0, 0};
+       }},
       {"body 'b': position_m: nan", [&](auto& s) { s.bodies[1].position_m[1] = nan; }},
       {"body 'b': spin_rad_per_s: inf", [](auto& s) { s.bodies[1].spin_rad_per_s[0] = INFINITY; }},
       {"joint 'j': child: 'c', expected one of 'a', 'b', 'ground'",
@@ -54,15 +57,21 @@ TEST(Specs, FaultsAreNamedWithTheirPlace) {
       {"joint 'j': child: 'a', which is the parent", [](auto& s) { s.joints[0].child = "a"; }},
       {"joint 'j': name: taken", [](auto& s) { s.joints.push_back(s.joints[0]); }},
       {"joint 'j': in_child.orientation: a quaternion of length 0",
-       [](auto& s) { s.joints[0].in_child.orientation = {0, 0, 0, 0}; }},
+       [](auto& s) {
+         s.joints[0].in_child.orientation = {0, 0, 0, 0};
+       }},
       {"joint 'j': its frames are 0.1 m and 0 rad apart",
        [](auto& s) { s.joints[0].in_child.position_m[1] += 0.1; }},
       {"joint 'j': its frames are",
        [](auto& s) { s.joints[0].in_child.orientation = TurnAbout(0, 0.3); }},
       {"joint 'j': the velocities of its frames are 1 m/s",
-       [](auto& s) { s.bodies[1].velocity_m_per_s = {0, 1, 0}; }},
+       [](auto& s) {
+         s.bodies[1].velocity_m_per_s = {0, 1, 0};
+       }},
       {"joint 'j': rate: 2 functions, expected 1",
-       [](auto& s) { s.joints[0].rate = {[](double) { return 0.0; }, [](double) { return 0.0; }}; }},
+       [](auto& s) {
+         s.joints[0].rate = {[](double) { return 0.0; }, [](double) { return 0.0; }};
+       }},
       {"joint 'j': coordinate: an empty function", [](auto& s) { s.joints[0].coordinate = {{}}; }},
       {"joint 'j': coordinate: 1.000000 at time zero, expected",
        [](auto& s) { s.joints[0].coordinate = {[](double) { return 1.0; }}; }},
@@ -82,7 +91,9 @@ TEST(Specs, FaultsAreNamedWithTheirPlace) {
       {"spring 'l': stiffness_n_per_m: -1",
        [](auto& s) { s.linear_springs[0].stiffness_n_per_m = -1; }},
       {"spring 'l': its ends meet",
-       [](auto& s) { s.linear_springs[0].point_a_m = {0, 0, 0}; }},
+       [](auto& s) {
+         s.linear_springs[0].point_a_m = {0, 0, 0};
+       }},
       {"spring 'r': name: taken", [](auto& s) { s.linear_springs[0].name = "r"; }},
       {"spring 'r': joint: 'x', expected one of 'j'",
        [](auto& s) { s.rotational_springs[0].joint = "x"; }},

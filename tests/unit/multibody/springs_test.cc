@@ -74,7 +74,7 @@ TEST(Springs, ActuatorPushesItsEndsApart) {
   MultibodySystem m(spec);
   for (int s = 0; s < 1000; ++s) m.Advance(1e-3);
   EXPECT_NEAR(m.Coordinates("rail")[0], 3.0 / (6 * 2), 1e-3 * 0.25);  // t^3/6
-  EXPECT_NEAR(m.SpringForce("spring"), -3 * 0.999, 1e-12);           // tension
+  EXPECT_NEAR(m.SpringForce("spring"), -3 * 0.999, 1e-12);            // tension
   EXPECT_NEAR(m.SpringLength("spring"), 0.75, 2e-3);
   EXPECT_NEAR(m.Energy().actuators, m.Energy().kinetic, 1e-3 * m.Energy().kinetic);
 }
