@@ -171,6 +171,7 @@ struct MultibodySystem::Impl {
           j.drive->coordinate[k] = j.mobilizer.getOneQ(place, k);
         }
       }
+      place.updTime() = state.time_s + dt;  // prescribed positions are kept since the time was set
       model.system.projectQ(place, kLoopAccuracy);
       model.matter.multiplyByNInv(place, false, place.getQ() - open, correction);
       *speeds += correction / dt;

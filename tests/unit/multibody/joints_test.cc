@@ -113,11 +113,11 @@ TEST(Joints, SphericalTopPrecessesSteadily) {
 }
 
 TEST(Joints, SphericalPendulumGoesRoundACone) {
-  // Conical pendulum of a point-like bob: W^2 = g/(l cos a).
+  // Conical pendulum of a ball turning with its string: W^2 = g/(l cos a).
   MultibodySpec spec;
   const double a = 0.7, l = 0.4, rate = std::sqrt(kG / (l * std::cos(a)));
   const Vec3d at = {l * std::sin(a), 0, -l * std::cos(a)};
-  spec.bodies = {Solid("bob", 1, {1e-9, 1e-9, 1e-9}, at)};
+  spec.bodies = {Solid("bob", 1, {1e-3, 1e-3, 1e-3}, at)};
   spec.bodies[0].velocity_m_per_s = {0, rate * at[0], 0};
   spec.bodies[0].spin_rad_per_s = {0, 0, rate};
   spec.joints = {JointAt(spec, "pivot", JointType::kSpherical, kGround, "bob", {}, {0, 0, 1})};
