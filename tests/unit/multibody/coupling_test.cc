@@ -84,7 +84,8 @@ Falls FallOfBoth(double dt) {
       grains.push_back({0.5 + 0.041 * i, 0.5 + 0.041 * j, r, r, 2500});
     }
   }
-  const WorldConfig config = Config(dt, -9.81, 0.5, 0.4);
+  // Elastic: the engine's damping knows the mass of free bodies alone (docs/multibody.md).
+  const WorldConfig config = Config(dt, -9.81, 1.0, 0.4);
   World one(config, grains), two(config, grains);
   const double up[3] = {0, 0, 1};
   for (World* w : {&one, &two}) {
@@ -114,19 +115,17 @@ Falls FallOfBoth(double dt) {
     falls.after = Norm(Sub(one.body(free).position_m, two.body(linked).position_m));
     if (touched < 0) falls.before = std::max(falls.before, falls.after);
     if (touched < 0 && two.wrench(linked).fz > 0) touched = two.time_s();
-    if (getenv("SHOW")) printf("%g %g %g\n", two.time_s(), falls.after, two.wrench(linked).fz);
   }
   return falls;
 }
 
 TEST(Coupling, FreeBodyFallsLikeTheEnginesOwn) {
   const Falls coarse = FallOfBoth(1e-4), fine = FallOfBoth(2.5e-5);
-  EXPECT_LT(coarse.before, 1e-12);  // free flight: the same leapfrog
-  EXPECT_GT(coarse.peak_n, 20 * 0.6 * kG);
+  EXPECT_LT(coarse.before, 1e-12);          // free flight: the same leapfrog
+  EXPECT_GT(coarse.peak_n, 10 * 0.6 * kG);  // they did meet
   // On the grains they turn by two schemes of second order; the difference falls with the step.
-  EXPECT_LT(coarse.after, 1e-6);
-  EXPECT_LT(fine.after, 0.25 * coarse.after);
-  std::printf("%g %g %g\n", coarse.after, fine.after, coarse.peak_n);
+  EXPECT_LT(coarse.after, 1e-8);
+  EXPECT_LT(fine.after, 0.5 * coarse.after);
 }
 
 /// Without gravity a block flies into loose grains: momentum and energy of both together stay.
