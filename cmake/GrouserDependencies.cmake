@@ -8,6 +8,7 @@ find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
+find_package(Simbody CONFIG REQUIRED)  # joints of bodies on grains
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(spdlog REQUIRED)
