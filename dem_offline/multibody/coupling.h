@@ -33,7 +33,7 @@ class CoupledBodies {
   StepFault Step();
 
   /// Done by the bodies on the grains [J], as the World books it (force of the end of a step
-  /// times the velocity of the step): equal to the sum of World::body_work_j to rounding.
+  /// times the velocity of the step): equal to the sum of the bodies' work_j to rounding.
   /// MultibodyEnergy::grains is its negative with the velocity at the force's own time; they
   /// differ by dt/2 times the bodies' momentum rates, O(dt).
   double work_on_grains_j() const { return work_j_; }
