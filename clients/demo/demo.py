@@ -18,11 +18,12 @@ import shutil
 import sys
 import time
 
-from demo_context import Demo, StageFailed
-from processes import Interrupted, Processes, ProgramFailed, raise_on_signals
-from stages import STAGES
-
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "clients", "common"))
+
+from demo_context import Demo, StageFailed  # noqa: E402  (needs the path)
+from processes import Interrupted, Processes, ProgramFailed, raise_on_signals  # noqa: E402
+from stages import STAGES  # noqa: E402
 
 
 def say(text):

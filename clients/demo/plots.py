@@ -8,15 +8,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the back end is chosen first)
 import numpy as np  # noqa: E402
 
+from html_page import STYLE  # noqa: E402
 from records import AXES, NEAR_SLIP, PREDICTED, number  # noqa: E402
 
 DEM, SURROGATE, MEASURED, BEFORE = "#1b4965", "#d1495b", "#2a9d5c", "#9a8c98"
 SHOWN = ("f_x", "f_y", "torque", "sinkage")
-STYLE = {
-    "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.grid": True, "grid.color": "#e6e6e6", "axes.axisbelow": True,
-    "axes.edgecolor": "#888888", "legend.frameon": False, "figure.dpi": 110,
-}
 plt.rcParams.update(STYLE)
 
 

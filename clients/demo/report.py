@@ -4,51 +4,21 @@
 Usage: report.py DATA.json REPORT.html      (DATA.json: written by demo.py)
 """
 
-import base64
 import html
-import io
 import json
 import math
 import os
 import statistics
 import sys
 
-import plots
-import readings
-from processes import write_atomically
-from records import AXES, EXTRAPOLATED, OUTPUTS, PREDICTED, Responses, Run, number
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))),
+                                "common"))
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def cell(value, digits=3):
-    if isinstance(value, float):
-        return "–" if math.isnan(value) else f"{value:.{digits}g}"
-    return html.escape(str(value))
-
-
-def table(header, rows, note=""):
-    head = "".join(f"<th>{html.escape(text)}</th>" for text in header)
-    body = "".join("<tr>" + "".join(f"<td>{cell(value)}</td>" for value in row) + "</tr>\n"
-                   for row in rows)
-    note = f"<p class=note>{html.escape(note)}</p>" if note else ""
-    return f"<div class=scroll><table><tr>{head}</tr>\n{body}</table></div>{note}"
-
-
-def picture(figure, alt):
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
-    plots.plt.close(figure)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{html.escape(alt)}" src="data:image/png;base64,{data}">'
-
-
-def section(title, *parts):
-    return f"<section><h2>{html.escape(title)}</h2>\n" + "\n".join(parts) + "</section>\n"
-
-
-def reading(text):
-    return f"<p>{html.escape(text)}</p>"
+import plots  # noqa: E402  (needs the path)
+import readings  # noqa: E402
+from html_page import document, picture, reading, section, table  # noqa: E402
+from processes import write_atomically  # noqa: E402
+from records import AXES, EXTRAPOLATED, OUTPUTS, PREDICTED, Responses, Run, number  # noqa: E402
 
 
 def mean_of(runs, *path):
@@ -257,21 +227,14 @@ def stage_section(stages):
 
 def render(data):
     runs = [Run(entry["record"], entry["role"]) for entry in data["runs"]]
-    with open(os.path.join(HERE, "report.css")) as file:
-        style = file.read()
     body = "".join([setup_section(runs, data), *response_sections(runs, data), compare_section(data["compare"]),
                     refinement_section(data), latency_section(data["latency"]), runs_section(runs),
                     stage_section(data["stages"])])
     model = data["model"]
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Grouser demo</title>
-<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head>
-<body><h1>Grouser demo</h1>
-<p>Model {html.escape(model['name'])}, {len(runs)} DEM runs, made by <code>./grouser demo</code>
+    lead = f"""<p>Model {html.escape(model['name'])}, {len(runs)} DEM runs, made by <code>./grouser demo</code>
 (version {html.escape(data['version'])}). Conventions: contact frame x forward, y left, z up; wrench of
-the soil on the wheel at its centre; slip = (r w − v_x) / max(|r w|, V); bars of DEM means are 90 %.</p>
-{body}</body></html>
-"""
+the soil on the wheel at its centre; slip = (r w − v_x) / max(|r w|, V); bars of DEM means are 90 %.</p>"""
+    return document("Grouser demo", lead, body)
 
 
 def main():

@@ -79,6 +79,13 @@ word_demo() {
     'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo; exec "$@"' sh "${demo[@]}"
 }
 
+word_reproduce() {
+  local script="$GROUSER_ROOT/dem_offline/reproduce/reproduce.py"
+  require_packages run
+  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem
+  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in

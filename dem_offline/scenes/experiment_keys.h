@@ -15,6 +15,7 @@ enum class KeyKind {
   kText,
   kTexts,     ///< a list of two texts
   kChoice,    ///< one of `more`, separated by |
+  kChoices,   ///< a list of some of `more`
   kSwitch,    ///< on or off
   kVector,    ///< a list of three numbers
   kAngles,    ///< a list of three angles in degrees
@@ -65,6 +66,7 @@ class KeyedSection {
   /// Place of the text among the choices of the key; `otherwise` where it is left out.
   int Choice(const char* key);
   int ChoiceOr(const char* key, int otherwise);
+  std::vector<int> Choices(const char* key);  ///< the places of a list of them
   bool Switch(const char* key, bool otherwise);
   std::vector<double> Vector(const char* key);  ///< three; angles in radians
   std::vector<std::uint64_t> Counts(const char* key, std::uint64_t most);

@@ -31,6 +31,11 @@ Json TypeOf(const Key& k) {
       return {{"type", "array"}, {"items", {{"type", "string"}}}, {"minItems", 2}, {"maxItems", 2}};
     case KeyKind::kChoice:
       return {{"enum", SplitChoices(k.more)}};
+    case KeyKind::kChoices:
+      return {{"type", "array"},
+              {"items", {{"enum", SplitChoices(k.more)}}},
+              {"minItems", 1},
+              {"uniqueItems", true}};
     case KeyKind::kSwitch:  // YAML 1.1 reads on and off as booleans
       return {{"enum", {"on", "off", true, false}}};
     case KeyKind::kVector:
@@ -153,6 +158,9 @@ std::string ExperimentKeyTable() {
       std::string value = TypeForPeople(k), name = fmt::format("`{}`", k.name);
       if (k.kind == KeyKind::kChoice)
         value = fmt::format("{}", fmt::join(SplitChoices(k.more), ", "));
+      if (k.kind == KeyKind::kChoices) {
+        value = fmt::format("list of: {}", fmt::join(SplitChoices(k.more), ", "));
+      }
       if (k.kind == KeyKind::kSection) value = fmt::format("a `{}`", k.more);
       if (k.kind == KeyKind::kSections) value = fmt::format("list of `{}`", k.more);
       if (k.kind == KeyKind::kLater) value = "not possible yet";

@@ -67,6 +67,7 @@ class Reader {
     if (root.Has("numerics")) {
       KeyedSection s = root.Section("numerics");
       e.rayleigh_fraction = s.NumberOr("rayleigh_fraction", e.rayleigh_fraction);
+      e.program_step = s.NumberOr("program_step", e.program_step);
       e.overlap = s.NumberOr("overlap", e.overlap);
       s.Finish();
     }
@@ -369,6 +370,17 @@ class Reader {
     return out;
   }
 
+  static void ReadFreedoms(KeyedSection& s, dx::MotionStep* m) {
+    if (s.Has("free")) {
+      for (const int choice : s.Choices("free")) {
+        if (choice < 3) m->free_axes[static_cast<std::size_t>(choice)] = true;
+        if (choice == 3) m->free_spin = true;
+      }
+    }
+    if (s.Has("applied_force_n")) m->applied_force_n = ToVec3(s.Vector("applied_force_n"));
+    m->applied_torque_n_m = s.NumberOr("applied_torque_n_m", 0);
+  }
+
   static dx::MotionStep ReadStep(KeyedSection& s) {
     dx::MotionStep m;
     m.verb = s.Text("do");
@@ -378,9 +390,10 @@ class Reader {
         m.velocity_m_per_s = ToVec3(s.Vector("velocity_m_per_s"));
       }
       if (verb == "turn" || s.Has("rate_deg_per_s") || s.Has("axis")) {
-        m.spin_rad_per_s = AxisOf(s.ChoiceOr("axis", 2), s.Number("rate_deg_per_s"));
+        const int axis = s.ChoiceOr("axis", 2);
+        m.about_axle = axis == 3;
+        m.spin_rad_per_s = AxisOf(m.about_axle ? 1 : axis, s.Number("rate_deg_per_s"));
       }
-      if (s.Has("angle_deg")) m.angle_rad = s.Number("angle_deg");
     }
     if (verb == "lower" || verb == "lift") {
       const double speed = s.yaml().Number("speed_m_per_s", {0.0, 1e6, true});
@@ -404,9 +417,11 @@ class Reader {
         m.hold_damper_s = s.yaml().Number("hold_damper_s", kNonNegative);
       }
     }
+    ReadFreedoms(s, &m);
     if (s.Has("ramp_s")) m.ramp_s = s.Number("ramp_s");
     if (s.Has("for_s")) m.for_s = s.Number("for_s");
     if (s.Has("distance_m")) m.distance_m = s.Number("distance_m");
+    if (s.Has("angle_deg")) m.angle_rad = s.Number("angle_deg");
     if (s.Has("force_n")) m.force_n = s.Number("force_n");
     m.touch = s.Switch("touch", false);
     m.rest = s.Has("rest") ? s.yaml().Number("rest", kPositive) : 0;
@@ -426,7 +441,8 @@ class Reader {
     using K = dx::Probe::Kind;
     dx::Probe p;
     p.kind = static_cast<K>(s.Choice("kind"));
-    if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity) {
+    if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity ||
+        p.kind == K::kTreads) {
       p.body = s.Text("body");
     }
     if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;

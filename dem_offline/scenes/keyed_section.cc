@@ -126,6 +126,18 @@ int KeyedSection::ChoiceOr(const char* key, int otherwise) {
   return Has(key) ? Choice(key) : otherwise;
 }
 
+std::vector<int> KeyedSection::Choices(const char* key) {
+  const auto choices = SplitChoices(Find(key).more);
+  const std::string what = fmt::format("some of: {}", fmt::join(choices, ", "));
+  std::vector<int> out;
+  for (const std::string& text : section_.Words(key, what)) {
+    const auto at = std::find(choices.begin(), choices.end(), text);
+    if (at == choices.end()) section_.Fail(key, "'" + text + "'", what);
+    out.push_back(static_cast<int>(at - choices.begin()));
+  }
+  return out;
+}
+
 bool KeyedSection::Switch(const char* key, bool otherwise) {
   const std::string word = TextOr(key, otherwise ? "on" : "off");
   if (word != "on" && word != "off") section_.Fail(key, "'" + word + "'", "on or off");

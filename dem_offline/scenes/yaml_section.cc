@@ -279,6 +279,13 @@ std::vector<std::uint64_t> YamlSection::Counts(const std::string& key, std::uint
                              [&](const YAML::Node& node) { return ToCount(node, key, min, max); });
 }
 
+std::vector<std::string> YamlSection::Words(const std::string& key, const std::string& what) {
+  return List<std::string>(key, what, [&](const YAML::Node& node) {
+    if (!node.IsScalar()) FailAt(node.Mark(), key, Describe(node), what);
+    return node.Scalar();
+  });
+}
+
 YAML::Node YamlSection::ListOf(const std::string& key, std::size_t n, const char* expected) {
   const std::string what = fmt::format("a list of {} {}", n, expected);
   const YAML::Node list = Find(key, what);

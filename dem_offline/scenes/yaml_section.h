@@ -57,6 +57,7 @@ class YamlSection {
   /// Non-empty lists without repeated values.
   std::vector<double> Numbers(const std::string& key, const Range& range = {});
   std::vector<std::uint64_t> Counts(const std::string& key, std::uint64_t min, std::uint64_t max);
+  std::vector<std::string> Words(const std::string& key, const std::string& what);
   /// A list of exactly n numbers or texts, which may repeat.
   std::vector<double> Tuple(const std::string& key, std::size_t n);
   std::vector<std::string> Texts(const std::string& key, std::size_t n);

@@ -15,9 +15,15 @@ bool Any(const Vec3d& v) { return DotD(v, v) > 0; }
 
 }  // namespace
 
-Drive::Drive(const BodySpec& spec, int body, const Vec3d& centre_m, std::vector<double> most_s,
-             const Surroundings& around)
-    : spec_(spec), body_(body), centre_(centre_m), most_(std::move(most_s)), around_(around) {}
+Drive::Drive(const BodySpec& spec, int body, const BuiltBody& built, std::vector<double> most_s,
+             const FreeMass& mass, const Surroundings& around)
+    : spec_(spec),
+      body_(body),
+      centre_(MatrixOf(built.turn).Back(built.centre_m)),
+      axle_(MatrixOf(built.turn).Back({0, 1, 0})),
+      most_(std::move(most_s)),
+      mass_(mass),
+      around_(around) {}
 
 double Drive::Share() const {
   const MotionStep& s = spec_.motion[at_];
@@ -45,6 +51,11 @@ void Drive::Enter(World& world) {
   const bool same = at_ > 0 && spec_.motion[at_ - 1].hold && s.hold &&
                     spec_.motion[at_ - 1].direction == s.direction;
   if (!same) held_m_per_s_ = 0;
+  const Mat3d turn = MatrixOf(b.orientation);
+  const Vec3d origin =
+      Sub(b.velocity_m_per_s, CrossD(b.spin_rad_per_s, turn * centre_));  // its velocity
+  freedoms_.Enter(at_ > 0 ? &spec_.motion[at_ - 1] : nullptr, s, origin,
+                  DotD(b.spin_rad_per_s, turn * axle_));
 }
 
 void Drive::Before(World& world) {
@@ -78,7 +89,13 @@ void Drive::Before(World& world) {
     if (damper > 0) held_m_per_s_ /= 1 + dt / damper;
     v = Add(Sub(v, Scale(DotD(v, s.direction), s.direction)), Scale(held_m_per_s_, s.direction));
   }
-  const Vec3d spin = Scale(share, s.spin_rad_per_s);
+  const Vec3d axle = MatrixOf(b.orientation) * axle_;
+  Vec3d spin = Scale(share, s.about_axle ? Scale(s.spin_rad_per_s[1], axle) : s.spin_rad_per_s);
+  if (HasFreedom(s)) {
+    const Wrench& w = world.wrench(body_);
+    freedoms_.Advance(s, mass_, ForceOf(w), {w.tx, w.ty, w.tz}, axle, around_.gravity_m_per_s2, dt,
+                      &v, &spin);
+  }
   // The velocity is that of the file's origin; the Body's is its centre of mass.
   if (Any(centre_)) v = Add(v, CrossD(spin, MatrixOf(b.orientation) * centre_));
   b.velocity_m_per_s = v;
@@ -104,7 +121,11 @@ bool Drive::Ended(const World& world) {
     if (felt_n_ >= s.force_n) return true;
   }
   if (!s.until_done.empty() && around_.done(s.until_done)) return true;
-  return s.rest > 0 && steps_ % kLookSteps == 0 && around_.restlessness() < s.rest;
+  if (!(s.rest > 0) || steps_ % kLookSteps != 0) return false;
+  // A body that has not fallen yet leaves the grains at rest.
+  const double weight_way = std::pow(around_.gravity_m_per_s2 * around_.unit_s, 2);  // g d
+  const bool falls = HasFreedom(s) && !(0.5 * freedoms_.Speed2(s) < s.rest * weight_way);
+  return !falls && around_.restlessness() < s.rest;
 }
 
 bool Drive::After(const World& world) {
@@ -114,8 +135,12 @@ bool Drive::After(const World& world) {
   const MotionStep& s = spec_.motion[at_];
   ++steps_;
   const double dt = around_.dt_s;
-  gone_m_ += dt * (Any(s.velocity_m_per_s) ? speed_now_ : s.hold ? held_m_per_s_ : 0.0);
-  turned_step_ += dt * spin_now_;
+  if (HasFreedom(s) && !Any(s.velocity_m_per_s) && !s.hold) {
+    gone_m_ = freedoms_.Way(s);
+  } else {
+    gone_m_ += dt * (Any(s.velocity_m_per_s) ? speed_now_ : s.hold ? held_m_per_s_ : 0.0);
+  }
+  turned_step_ = s.free_spin ? std::abs(freedoms_.turn_rad()) : turned_step_ + dt * spin_now_;
   if (Ended(world)) {
     ++at_;
     entered_ = false;

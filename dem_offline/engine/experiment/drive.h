@@ -4,6 +4,7 @@
 #include <string>
 
 #include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/world/world.h"
 
 namespace grouser::dem::experiment {
@@ -22,10 +23,9 @@ struct Surroundings {
 /// ends by distance or angle ends there to rounding.
 class Drive {
  public:
-  /// most_s: of each step, in its order. centre: from the origin of the file's body coordinates to
-  /// the Body's, in the Body's axes.
-  Drive(const BodySpec& spec, int body, const Vec3d& centre_m, std::vector<double> most_s,
-        const Surroundings& around);
+  /// most_s: of each step, in its order. mass: where a step leaves a degree of freedom.
+  Drive(const BodySpec& spec, int body, const BuiltBody& built, std::vector<double> most_s,
+        const FreeMass& mass, const Surroundings& around);
 
   /// Before a step, with the wrench of the last one.
   void Before(World& world);
@@ -47,8 +47,11 @@ class Drive {
 
   BodySpec spec_;
   int body_;
-  Vec3d centre_;
+  /// From the origin of the file's body coordinates to the Body's, and the axle: in its axes.
+  Vec3d centre_, axle_;
   std::vector<double> most_;
+  FreeMass mass_;
+  Freedoms freedoms_;
   Surroundings around_;
   std::size_t at_ = 0;
   bool entered_ = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -152,6 +153,13 @@ struct MotionStep {
   double hold_mass_kg = 0;    ///< 0: that of the dead weight, force/g
   double hold_damper_s = -1;  ///< < 0: sqrt(d/g)/3, none beside a motion; 0: none
   bool free = false;          ///< a rigid body under gravity
+  bool about_axle = false;    ///< spin_rad_per_s is in the body's axes, along its own y
+  /// A rig's degrees of freedom (freedoms.h): axes of the world that are free with the body's mass
+  /// and weight, and its spin about its own y axis; what acts on them beside grains and gravity.
+  std::array<bool, 3> free_axes = {false, false, false};
+  bool free_spin = false;
+  Vec3d applied_force_n = {0, 0, 0};
+  double applied_torque_n_m = 0;
   // Ends.
   double for_s = kNever, distance_m = kNever, angle_rad = kNever;
   double force_n = kNever;  ///< against the motion (lower, move) or held
@@ -186,10 +194,11 @@ struct Probe {
     kRepose,        ///< angle and height of a heap
     kBins,          ///< solid fraction, velocity, granular temperature in bins
     kSurface,       ///< height of the surface on a grid
+    kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
   };
   Kind kind = Kind::kWrench;
   std::string name;  ///< of its table (bins, surface)
-  std::string body;  ///< wrench, pose, velocity
+  std::string body;  ///< wrench, pose, velocity, treads
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
@@ -211,6 +220,7 @@ struct Experiment {
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;
   double rayleigh_fraction = 0.2;    ///< time step over the Rayleigh time, at most
+  double program_step = 1;           ///< time step of the program over that of the preparation
   double overlap = 0.05;             ///< largest overlap over the radius that the step bears
   double largest_speed_m_per_s = 0;  ///< of bodies; checked against step and grain
 };
@@ -218,7 +228,7 @@ struct Experiment {
 /// What an experiment takes, before anything is allocated.
 struct Plan {
   Work work;  ///< as an upper bound
-  double dt_s = 0, rayleigh_time_s = 0;
+  double dt_s = 0, program_dt_s = 0, rayleigh_time_s = 0;
   double preparation_s = 0, program_s = 0;  ///< simulated, at most
   double preparation_grain_steps = 0, program_grain_steps = 0;
 };

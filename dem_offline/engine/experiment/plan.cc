@@ -68,6 +68,18 @@ const Material& MaterialOf(const Experiment& e, const std::string& name) {
                        [&](const Material& m) { return m.name == name; });
 }
 
+namespace {
+
+/// Without frictions that laws have of their own: another one of the preparation takes their place.
+template <class Choice>
+Choice WithoutFriction(Choice choice) {
+  std::erase_if(choice.settings,
+                [](const NamedSetting& s) { return s.name.ends_with("friction"); });
+  return choice;
+}
+
+}  // namespace
+
 ContactModel ContactsOf(const Experiment& e, double grain_friction) {
   ContactModel model(LawsOf(e.laws));
   std::set<std::string> of_grains;
@@ -101,7 +113,10 @@ ContactModel ContactsOf(const Experiment& e, double grain_friction) {
           if (rigid(a) && rigid(b)) continue;  // bodies do not meet
           const bool own = grain_friction >= 0 && grains(a) && grains(b);
           p.friction = own ? grain_friction : f.friction;
-          model.SetContactProperties(a, b, p, SettingsOf(e.laws, f.numbers));
+          model.SetContactProperties(
+              a, b, p,
+              own ? SettingsOf(WithoutFriction(e.laws), WithoutFriction(f.numbers))
+                  : SettingsOf(e.laws, f.numbers));
         }
       }
     }
@@ -410,6 +425,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   Validate(e, limits);
   Plan plan;
   plan.dt_s = StepOf(e, &plan.rayleigh_time_s);
+  plan.program_dt_s = e.program_step * plan.dt_s;
   ValidateSpeeds(e, plan.dt_s);
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {
@@ -421,7 +437,8 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   }
   plan.preparation_s = PreparationTime(e);
   plan.program_s = ProgramTime(e);
-  const double preparation = plan.preparation_s / plan.dt_s, program = plan.program_s / plan.dt_s;
+  const double preparation = plan.preparation_s / plan.dt_s,
+               program = plan.program_s / plan.program_dt_s;
   plan.preparation_grain_steps = bed_grain_steps + preparation * plan.work.grains;
   plan.program_grain_steps = program * plan.work.grains;
   plan.work.steps = bed_steps + preparation + program;

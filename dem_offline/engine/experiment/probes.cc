@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/engine/experiment/treads.h"
 
 namespace grouser::dem::experiment {
 namespace {
@@ -60,6 +61,10 @@ void Probes::MakeColumns() {
         add("energy.",
             {"kinetic_j", "potential_j", "stored_j", "normal_damping_j", "tangential_damping_j",
              "slip_j", "rolling_j", "plastic_j", "cohesion_j", "body_work_j", "residual_j"});
+        break;
+      case Probe::Kind::kTreads:
+        add(body,
+            {"tread_rad", "entry_rad", "exit_rad", "flow_grains", "flow_area_m2", "flow_m_per_s"});
         break;
       case Probe::Kind::kRest:
         add("", {"kinetic_over_weight"});
@@ -146,6 +151,13 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
       return row->push_back(world.MeanContacts());
     case Probe::Kind::kEnergy:
       return AddEnergy(row);
+    case Probe::Kind::kTreads: {
+      const int b = ground_.BodyOf(IndexOf(p.body));
+      const TreadState t = MeasureTreads(States(), world.body(b), world.config().frame.length_m);
+      row->insert(row->end(), {t.tread_rad, t.entry_rad, t.exit_rad, t.flow_grains, t.flow_area_m2,
+                               t.flow_m_per_s});
+      return;
+    }
     case Probe::Kind::kRest:
       return row->push_back(Restlessness(world));
     case Probe::Kind::kRepose: {

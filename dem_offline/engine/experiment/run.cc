@@ -32,8 +32,9 @@ class Run {
       const WorkLimits& limits)
       : e_(e), plan_(plan), progress_(progress), ground_(e, plan.dt_s, Preparing(), limits) {
     out_.prepared_s = ground_.world().time_s();
+    if (plan.program_dt_s != plan.dt_s) ground_.world().SetTimeStep(plan.program_dt_s);
     Surroundings around;
-    around.dt_s = plan.dt_s;
+    around.dt_s = plan.program_dt_s;
     around.gravity_m_per_s2 = e.gravity_m_per_s2;
     around.unit_s = GravityTime(e);
     around.done = [this](const std::string& name) {
@@ -43,9 +44,11 @@ class Run {
     around.restlessness = [this] { return Restlessness(ground_.world()); };
     for (std::size_t b = 0; b < e.bodies.size(); ++b) {
       if (e.bodies[b].motion.empty()) continue;
-      const BuiltBody& built = ground_.Built(b);
-      drives_.emplace_back(e.bodies[b], ground_.BodyOf(b),
-                           MatrixOf(built.turn).Back(built.centre_m), MostTimes(e, e.bodies[b]),
+      const BodySpec& body = e.bodies[b];
+      const bool free = std::any_of(body.motion.begin(), body.motion.end(), HasFreedom);
+      const FreeMass mass =
+          free ? FreeMassOf(body, MaterialOf(e, body.material), body.name) : FreeMass{};
+      drives_.emplace_back(body, ground_.BodyOf(b), ground_.Built(b), MostTimes(e, body), mass,
                            around);
     }
     probes_ = std::make_unique<Probes>(e, ground_, drives_, sink);
@@ -61,7 +64,7 @@ class Run {
     }
     probes_->End();
     out_.steps = world.steps() - before;
-    out_.run_s = static_cast<double>(out_.steps) * plan_.dt_s;
+    out_.run_s = static_cast<double>(out_.steps) * plan_.program_dt_s;
     Report();
     return out_;
   }
@@ -114,11 +117,11 @@ class Run {
     return true;
   }
 
-  double Time() const { return static_cast<double>(steps_) * plan_.dt_s; }
+  double Time() const { return static_cast<double>(steps_) * plan_.program_dt_s; }
 
   void Report() {
     const World& world = ground_.world();
-    out_.dt_s = plan_.dt_s;
+    out_.dt_s = plan_.program_dt_s;
     out_.rayleigh_time_s = plan_.rayleigh_time_s;
     out_.list_rebuilds = world.rebuilds();
     out_.solid_fraction = ground_.solid_fraction();

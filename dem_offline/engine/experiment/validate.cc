@@ -5,8 +5,10 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
+#include "dem_offline/engine/experiment/treads.h"
 #include "dem_offline/engine/laws/material.h"
 
 namespace grouser::dem::experiment {
@@ -331,6 +333,7 @@ void CheckMotion(const Experiment& e, const std::string& at, const BodySpec& bod
       }
     }
     if (Norm(s.amplitude_m) > 0) CheckPositive(here + ".frequency_hz", s.frequency_hz);
+    CheckFreedoms(e, here, body, s);
     CheckEnds(e, here, body, s);
   }
 }
@@ -368,11 +371,12 @@ void CheckProbes(const Experiment& e) {
     const Probe& p = e.probes[i];
     const std::string at = At("probes", i);
     const bool of_body = p.kind == Probe::Kind::kWrench || p.kind == Probe::Kind::kPose ||
-                         p.kind == Probe::Kind::kVelocity;
+                         p.kind == Probe::Kind::kVelocity || p.kind == Probe::Kind::kTreads;
     if (of_body && std::none_of(e.bodies.begin(), e.bodies.end(),
                                 [&](const BodySpec& b) { return b.name == p.body; })) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
+    if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
@@ -395,6 +399,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckWithin("gravity_m_per_s2", e.gravity_m_per_s2, 0, 1e6);
   CheckNotNegative("duration_s", e.duration_s);
   CheckWithin("numerics.rayleigh_fraction", e.rayleigh_fraction, 1e-3, 0.4);
+  CheckWithin("numerics.program_step", e.program_step, 0.01, 1);
   CheckWithin("numerics.overlap", e.overlap, 1e-6, 0.5);
   CheckMaterials(e);
   CheckGrains(e, limits);

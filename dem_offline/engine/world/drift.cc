@@ -54,6 +54,11 @@ void World::Start() {
   Forces();
   state_.energy = EnergySums{};
   state_.energy.stored = state_.step_energy.stored;
+  StepAllBack();
+}
+
+/// Velocities of the present time to the half step before.
+void World::StepAllBack() {
   const float half = 0.5f * static_cast<float>(state_.config.dt_s);
   float gravity[3];
   for (int a = 0; a < 3; ++a) gravity[a] = static_cast<float>(state_.config.gravity_m_per_s2[a]);
@@ -65,6 +70,18 @@ void World::Start() {
   }
   ClumpPass::StepBack(state_);
   BodyPass::StepBack(state_);
+}
+
+void World::SetTimeStep(double dt_s) {
+  if (!(dt_s > 0)) throw std::invalid_argument("dt_s: expected > 0");
+  const double before = state_.config.dt_s;
+  state_.earlier_s += static_cast<double>(state_.steps) * (before - dt_s);
+  if (state_.started) {
+    state_.config.dt_s = dt_s - before;  // from one half step to the other
+    StepAllBack();
+  }
+  state_.config.dt_s = dt_s;
+  CheckGuard();
 }
 
 }  // namespace grouser::dem

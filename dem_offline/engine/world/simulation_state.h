@@ -87,6 +87,7 @@ struct SimulationState {
   StepFault fault = StepFault::kNone;
   float drag = 1.0f;
   float largest_radius = 0, smallest_radius = 0, range = 0;  ///< [m]
+  double earlier_s = 0;  ///< what time is beyond steps times the time step
   std::uint64_t steps = 0, rebuilds = 0;
 };
 

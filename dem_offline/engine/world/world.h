@@ -42,7 +42,9 @@ class World {
   }
 
   std::int64_t count() const { return state_.count; }
-  double time_s() const { return static_cast<double>(state_.steps) * state_.config.dt_s; }
+  double time_s() const {
+    return state_.earlier_s + static_cast<double>(state_.steps) * state_.config.dt_s;
+  }
   GrainState State(std::int64_t i) const;  ///< by place in memory; velocities at the present time
   GrainState StateOf(std::int32_t id) const;  ///< by id; throws std::out_of_range
   const std::vector<Grain>& grains() const { return state_.grains; }
@@ -65,6 +67,9 @@ class World {
   void SetVelocity(std::int32_t id, Vec3d velocity, Vec3d spin);
   void SetGravity(Vec3d gravity_m_per_s2) { state_.config.gravity_m_per_s2 = gravity_m_per_s2; }
   void SetContacts(const ContactModel& contacts);  ///< same laws, other numbers
+  /// Another time step from here on; velocities are moved to its half step. Throws
+  /// std::invalid_argument as the constructor does.
+  void SetTimeStep(double dt_s);
   void SetEnergy(bool on) { state_.config.energy = on; }
 
   /// Takes grains out and puts grains in (velocities as given; no clumps or
@@ -123,6 +128,7 @@ class World {
   void PairForces();
   void Prune();
   bool SetBounds();
+  void StepAllBack();
   Kinetics AtRest(const Grain& g) const;
   void Rebuild(const std::vector<std::int32_t>* place_of = nullptr);
   void CheckGuard() const;

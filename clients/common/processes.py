@@ -1,4 +1,4 @@
-"""Child processes of the demo: each in a group of its own, all ended at exit."""
+"""Child processes: each in a group of its own, all ended at exit."""
 
 import os
 import signal

@@ -1,0 +1,222 @@
+#!/usr/bin/python3
+"""Runs a published system, compares row by row, writes a page.
+
+SYSTEM: {systems}, or all. What is not there yet is refused by name.
+
+Files go to OUT/SYSTEM: runs/NAME.run.h5 and its CSVs, rows.json (row, got,
+expected, limit, pass; pass is null where a row is printed only) and
+report.html. A run that is done with the same experiment text and values put
+over it is not repeated: kill it at any time, start it again.
+
+Exit codes: 0 every row holds, 1 a row or a run failed, 2 bad usage, 130 Ctrl-C.
+
+Examples:
+  ./grouser reproduce ono --quick
+  ./grouser reproduce ono --coarse --out /tmp/ono --jobs 2
+"""
+
+import argparse
+import fcntl
+import importlib.util
+import json
+import os
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
+
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+
+import html_page  # noqa: E402
+import page  # noqa: E402
+from processes import (Interrupted, Processes, ProgramFailed, raise_on_signals,  # noqa: E402
+                       write_atomically)
+from results import ENDING, Plan, Result, record_of  # noqa: E402
+
+matplotlib.rcParams.update(html_page.STYLE)
+SYSTEMS = ("shin2020", "atv", "mccarthy2010", "ono", "hpt")
+LEVELS = ("quick", "coarse", "full")
+
+
+class Refused(Exception):
+    """Bad usage, in words."""
+
+
+def say(text):
+    print(f"reproduce: {text}", file=sys.stderr, flush=True)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(
+        prog="./grouser reproduce", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=__doc__.format(systems=", ".join(SYSTEMS)))
+    parser.add_argument("system", metavar="SYSTEM")
+    level = parser.add_mutually_exclusive_group()
+    for name, text in zip(LEVELS, ("for tests: minutes", "within 40 minutes on two cores (the default)",
+                                   "the paper's sizes: hours to days")):
+        level.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=text)
+    parser.add_argument("--device", default="auto", help="auto or cpu: experiments run on the CPU only")
+    parser.add_argument("--out", default=os.path.join(ROOT, "out", "reproduce"), help="folder of all results")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
+    parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"),
+                        help="folder of the programs")
+    parser.add_argument("--systems", default=HERE, help=argparse.SUPPRESS)  # for tests
+    parser.set_defaults(level="coarse")
+    return parser.parse_args()
+
+
+def load(folder, name):
+    """The module FOLDER/NAME/system.py; None where it is not there."""
+    path = os.path.join(folder, name, "system.py")
+    if not os.path.exists(path):
+        return None
+    spec = importlib.util.spec_from_file_location(f"system_{name}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def choose(arguments):
+    """{name: module} of what is to be run, and the names that are not there."""
+    if arguments.device not in ("auto", "cpu"):
+        raise Refused(f"--device {arguments.device}: experiments run on the CPU only, expected auto or cpu")
+    if arguments.jobs < 1:
+        raise Refused(f"--jobs {arguments.jobs}: expected at least 1")
+    known = (*SYSTEMS, "all") if arguments.systems == HERE else (*os.listdir(arguments.systems), "all")
+    if arguments.system not in known:
+        raise Refused(f"unknown system '{arguments.system}', expected one of {', '.join(known)}")
+    names = [n for n in known if n != "all"] if arguments.system == "all" else [arguments.system]
+    modules = {name: load(arguments.systems, name) for name in names}
+    missing = [name for name, module in modules.items() if module is None]
+    if len(missing) == len(names):
+        raise Refused(f"{', '.join(missing)}: not there yet")
+    return {name: module for name, module in modules.items() if module}, missing
+
+
+def plans_of(module, level):
+    folder = os.path.dirname(module.__file__)
+    plans = [Plan(name, os.path.join(folder, file), sets) for name, file, sets in module.runs(level)]
+    assert len({plan.name for plan in plans}) == len(plans), "names of runs must differ"
+    return plans
+
+
+class Execution:
+    """The runs of one system: those that are done are kept, the others run, `jobs` at once."""
+
+    def __init__(self, folder, program, jobs, processes):
+        self.folder, self.program, self.jobs, self.processes = folder, program, jobs, processes
+        os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
+
+    def stem(self, plan):
+        return os.path.join(self.folder, "runs", plan.name)
+
+    def start(self, plan):
+        path = self.stem(plan) + ENDING
+        if os.path.exists(path):
+            os.unlink(path)  # its CSVs are about to be written anew
+        log = self.processes.log_path(plan.name)
+        if os.path.exists(log):
+            os.unlink(log)
+        return self.processes.start(plan.name, [self.program, "run", plan.file, *plan.options(),
+                                                "--out", path])
+
+    def run(self, plans):
+        """{name: Result} in the order of the plans. Raises ProgramFailed for a run without a
+        record, once those in flight have ended."""
+        records = {plan.name: record_of(self.program, self.stem(plan) + ENDING) for plan in plans}
+        waiting = [plan for plan in plans if not plan.is_done_in(records[plan.name])]
+        say(f"{len(plans)} runs, {len(plans) - len(waiting)} of them done before")
+        running, broken = {}, []
+        while waiting and not broken or running:
+            while waiting and not broken and len(running) < self.jobs:
+                plan = waiting.pop(0)
+                say(f"run {plan.name}")
+                running[plan.name] = (plan, self.start(plan), time.monotonic())
+            time.sleep(0.05)
+            for name, (plan, child, started) in list(running.items()):
+                if child.poll() is None:
+                    continue
+                del running[name]
+                records[name] = record_of(self.program, self.stem(plan) + ENDING)
+                if child.returncode != 0 or records[name] is None:
+                    broken.append(f"run {name} ended with {child.returncode}:\n"
+                                  + self.processes.log_tail(name))
+                    continue
+                status = records[name]["status"].replace("RUN_STATUS_", "")
+                say(f"run {name}: {status} {records[name].get('reason', '')}"
+                    f"({time.monotonic() - started:.1f} s)")
+        if broken:
+            raise ProgramFailed("\n".join(broken))
+        return {plan.name: Result(plan, self.stem(plan), records[plan.name]) for plan in plans}
+
+
+def reproduce(name, module, arguments, processes):
+    """Runs one system; returns whether every row holds."""
+    folder = os.path.join(arguments.out, name)
+    program = os.path.join(arguments.bin, "grouser-dem")
+    results = Execution(folder, program, arguments.jobs, processes).run(
+        plans_of(module, arguments.level))
+    rows = module.rows(results, arguments.level)
+    write_atomically(os.path.join(folder, "rows.json"), json.dumps(
+        {"system": name, "level": arguments.level, "rows": [row.as_json() for row in rows]}, indent=1) + "\n")
+    command = ["./grouser", "reproduce", name, "--" + arguments.level]
+    report = os.path.join(folder, "report.html")
+    write_atomically(report, page.render(module, arguments.level, rows, results, command, program))
+    for row in rows:
+        word = {True: "holds", False: "FAILS", None: "printed"}[row.passed]
+        print(f"{name}: {word:8} {row.row}: {page.show(row.got)} (expected {page.show(row.expected)}; "
+              f"{row.limit}) {row.note}", flush=True)
+    say(f"{name}: {report}")
+    return all(row.passed is not False for row in rows) and all(r.done for r in results.values())
+
+
+def lock_of(out):
+    os.makedirs(out, exist_ok=True)
+    lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise Refused(f"--out {out}: another reproduction is running there") from None
+    return lock
+
+
+def main():
+    arguments = parse_arguments()
+    arguments.out = os.path.abspath(arguments.out)
+    arguments.systems = os.path.abspath(arguments.systems)
+    raise_on_signals()
+    processes, code = None, 0
+    try:
+        modules, missing = choose(arguments)
+        lock = lock_of(arguments.out)
+        for name in missing:
+            say(f"{name}: not there yet")
+            code = 1
+        for name, module in modules.items():
+            logs = os.path.join(arguments.out, name, "logs")
+            os.makedirs(logs, exist_ok=True)
+            processes = Processes(logs)
+            if not reproduce(name, module, arguments, processes):
+                code = 1
+        lock.close()
+    except Refused as error:
+        say(str(error))
+        code = 2
+    except Interrupted as signal_:
+        say(f"ended by {signal_}")
+        code = 128 + signal_.number
+    except (ProgramFailed, OSError) as error:
+        say(f"FAILED: {error}")
+        code = 1
+    finally:
+        if processes:
+            processes.stop_all()
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""Results of runs: the record of the run file and the CSVs beside it."""
+
+import hashlib
+import json
+import os
+import subprocess
+
+import numpy
+import yaml
+
+ENDING = ".run.h5"
+
+
+class Plan:
+    """One run: a name, an experiment file and what is put over it."""
+
+    def __init__(self, name, file, sets):
+        self.name = name
+        self.file = file
+        self.sets = [f"{key}={text_of(value)}" for key, value in sets.items()]
+
+    def options(self):
+        return [word for text in self.sets for word in ("--set", text)]
+
+    def is_done_in(self, record):
+        """Whether a record is of this experiment text, overrides and further files."""
+        if record is None or record["status"] != "RUN_STATUS_DONE":
+            return False
+        spec = record.get("experiment_spec") or {}
+        with open(self.file, encoding="utf-8") as file:
+            text = file.read()
+        hashes = {one.split(" ")[0] for one in spec.get("others", [])}
+        return (spec.get("yaml") == text and spec.get("sets") == self.sets
+                and hashes == hashes_of_others(text, os.path.dirname(self.file)))
+
+
+def text_of(value):
+    """A value as --set takes it."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return json.dumps(value) if isinstance(value, (list, dict)) else str(value)
+
+
+def hashes_of_others(text, folder):
+    """SHA-256 of the files that an experiment names (key `file`), from its folder."""
+    found = set()
+
+    def look(node):
+        if isinstance(node, list):
+            for one in node:
+                look(one)
+        elif isinstance(node, dict):
+            for key, value in node.items():
+                if key == "file" and isinstance(value, str):
+                    path = os.path.join(folder, value)
+                    if os.path.exists(path):
+                        with open(path, "rb") as file:
+                            found.add(hashlib.sha256(file.read()).hexdigest())
+                else:
+                    look(value)
+
+    look(yaml.safe_load(text))
+    return found
+
+
+def record_of(program, path):
+    """The record of a run file; None where there is none that can be read."""
+    if not os.path.exists(path):
+        return None
+    shown = subprocess.run([program, "show", "--json", path], stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, check=False)
+    return json.loads(shown.stdout)[0] if shown.returncode == 0 else None
+
+
+class Result:
+    """A run that has a record. `series` and other tables: arrays by column."""
+
+    def __init__(self, plan, stem, record):
+        self.plan = plan
+        self.stem = stem
+        self.record = record
+        self._tables = {}
+
+    @property
+    def done(self):
+        return self.record["status"] == "RUN_STATUS_DONE"
+
+    @property
+    def reason(self):
+        return self.record.get("reason", "")
+
+    @property
+    def numerics(self):
+        return self.record["numerics"]
+
+    def table(self, name):
+        """{column: array} of NAME.csv; rows that a kill cut short are left out."""
+        if name not in self._tables:
+            self._tables[name] = read_csv(f"{self.stem}.{name}.csv")
+        return self._tables[name]
+
+    @property
+    def series(self):
+        return self.table("series")
+
+
+def read_csv(path):
+    with open(path, encoding="utf-8") as file:
+        columns = file.readline().strip().split(",")
+        rows = [row for row in (line.strip().split(",") for line in file)
+                if len(row) == len(columns)]
+    values = numpy.array(rows, dtype=float).reshape(len(rows), len(columns))
+    return {name: values[:, k] for k, name in enumerate(columns)}
