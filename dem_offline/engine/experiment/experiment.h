@@ -10,6 +10,7 @@
 
 #include "dem_offline/engine/bodies/mesh.h"
 #include "dem_offline/engine/core/vec3d.h"
+#include "dem_offline/engine/experiment/joints.h"
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/world/world_types.h"
@@ -195,10 +196,13 @@ struct Probe {
     kBins,          ///< solid fraction, velocity, granular temperature in bins
     kSurface,       ///< height of the surface on a grid
     kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
+    kJoint,         ///< coordinates, rates, reaction and gap of a joint
+    kSpring,        ///< force and length, or torque and angle
   };
   Kind kind = Kind::kWrench;
   std::string name;  ///< of its table (bins, surface)
   std::string body;  ///< wrench, pose, velocity, treads
+  std::string of;    ///< joint, spring: its name
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
@@ -216,6 +220,9 @@ struct Experiment {
   std::vector<Grains> grains;
   std::vector<Preparation> preparation;  ///< none: settle (bed, lattice, listed: none)
   std::vector<BodySpec> bodies;
+  std::vector<Joint> joints;
+  std::vector<Spring> springs;
+  MechanismFn mechanism;  ///< what moves the bodies in joints; none: joints are refused
   std::vector<Probe> probes;  ///< none: wrench, pose, velocity of bodies that move
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;

@@ -204,8 +204,10 @@ void Ground::AddBodyOf(std::size_t b) {
   const BodySpec& spec = e_.bodies[b];
   const std::string field = "bodies[" + std::to_string(b) + "]";
   built_[b] = BuildBody(spec, MaterialOf(e_, spec.material),
-                        MaterialNumber(e_, spec.material, field), MovesFreely(spec), field);
+                        MaterialNumber(e_, spec.material, field),
+                        MovesFreely(spec) || IsJointed(e_, spec.name), field);
   Body& body = built_[b].body;
+  if (IsJointed(e_, spec.name)) body.motion = BodyMotion::kPrescribed;
   if (!std::isnan(spec.above_surface_m)) {
     body.position_m[2] += surface_ + spec.above_surface_m - LowestPoint(body);
   }

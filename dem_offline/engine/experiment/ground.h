@@ -24,6 +24,10 @@ class Ground {
   const World& world() const { return *world_; }
   int BodyOf(std::size_t body) const { return body_number_[body]; }  ///< in the world
   const BuiltBody& Built(std::size_t body) const { return built_[body]; }
+  /// Of the bodies in joints and springs; null: there are none.
+  std::unique_ptr<Mechanism> MakeMechanism() {
+    return experiment::MakeMechanism(e_, world_.get(), built_, body_number_);
+  }
   double surface_m() const { return surface_; }
   double solid_fraction() const { return solid_fraction_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.

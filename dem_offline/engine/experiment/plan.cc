@@ -174,8 +174,16 @@ Experiment Resolved(const Experiment& given) {
   });
   if (e.preparation.empty() && falls) e.preparation = {Preparation{}};
   if (!e.probes.empty()) return e;
+  const auto add = [&](Probe::Kind kind, const std::string& of) {
+    Probe p;
+    p.kind = kind;
+    p.of = of;
+    e.probes.push_back(p);
+  };
+  for (const Joint& j : e.joints) add(Probe::Kind::kJoint, j.name);
+  for (const Spring& s : e.springs) add(Probe::Kind::kSpring, s.name);
   for (const BodySpec& b : e.bodies) {
-    if (b.motion.empty()) continue;
+    if (b.motion.empty() && !IsJointed(e, b.name)) continue;
     for (const auto kind : {Probe::Kind::kPose, Probe::Kind::kWrench, Probe::Kind::kVelocity}) {
       Probe p;
       p.kind = kind;
@@ -425,7 +433,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   Validate(e, limits);
   Plan plan;
   plan.dt_s = StepOf(e, &plan.rayleigh_time_s);
-  plan.program_dt_s = e.program_step * plan.dt_s;
+  plan.program_dt_s = std::min(e.program_step * plan.dt_s, SpringStep(e));
   ValidateSpeeds(e, plan.dt_s);
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "dem_offline/engine/experiment/drive.h"
 #include "dem_offline/engine/experiment/ground.h"
+#include "dem_offline/engine/experiment/joint_probes.h"
 
 namespace grouser::dem::experiment {
 
@@ -36,8 +36,8 @@ Heap MeasureHeap(const std::vector<GrainState>& grains, const Probe& probe, doub
 class Probes {
  public:
   /// `e` is Resolved.
-  Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
-         const SinkFn& sink);
+  /// mechanism: null where there are no joints.
+  Probes(const Experiment& e, const Ground& ground, const Mechanism* mechanism, const SinkFn& sink);
 
   bool energy() const { return energy_; }
   /// The program begins: the stored energy is known from here on.
@@ -48,9 +48,6 @@ class Probes {
   const EnergyBalance& first_balance() const { return balance_0_; }
 
  private:
-  struct Sum {
-    Wrench wrench;
-  };
   void MakeColumns();
   void WriteSeries(double time_s);
   void AddRow(const Probe& p, std::vector<double>* row);
@@ -64,12 +61,13 @@ class Probes {
 
   const Experiment& e_;
   const Ground& ground_;
-  const std::vector<Drive>& drives_;
+  JointProbes joints_;
   const SinkFn& sink_;
   Table series_;
   std::vector<Table> tables_;  ///< [probe]; without a name: none of its own
   std::vector<double> due_s_;  ///< [probe]
   std::vector<Wrench> sums_;   ///< [body]
+  std::vector<Vec3d> turned_;  ///< [body] integral of the spin [rad]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
   bool energy_ = false;

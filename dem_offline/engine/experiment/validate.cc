@@ -6,6 +6,7 @@
 #include <set>
 
 #include "dem_offline/engine/experiment/freedoms.h"
+#include "dem_offline/engine/experiment/joint_probes.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
@@ -358,7 +359,7 @@ void CheckBodies(const Experiment& e) {
     }
     CheckWithin(at + ".position_m", b.position_m[2], -0.5 * e.box.height_m, 1.5 * e.box.height_m);
     CheckMotion(e, at, b);
-    BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b), at);
+    BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b) || IsJointed(e, b.name), at);
     moves = moves || !b.motion.empty();
   }
   if (!moves) throw SpecError("duration_s", "none", "a duration where no body moves");
@@ -377,6 +378,7 @@ void CheckProbes(const Experiment& e) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
     if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
+    if (p.kind == Probe::Kind::kJoint || p.kind == Probe::Kind::kSpring) CheckJointProbe(e, at, p);
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
     }
@@ -405,6 +407,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckGrains(e, limits);
   CheckPreparation(e);
   CheckBodies(e);
+  CheckJoints(e);
   CheckProbes(e);
 }
 
