@@ -250,14 +250,15 @@ class Reader {
     p.kind = static_cast<dx::Preparation::Kind>(s.Choice("do"));
     const bool shake = p.kind == dx::Preparation::Kind::kShake,
                cut = p.kind == dx::Preparation::Kind::kCut;
-    if (!shake && !cut) {
+    const bool turn = p.kind == dx::Preparation::Kind::kTurn;
+    if (!shake && !cut && !turn) {
       p.rest = s.NumberOr("rest", p.rest);
       p.most_s = s.NumberOr("most_s", 0);
     }
     if (p.kind == dx::Preparation::Kind::kSettle && s.Has("solid_fraction")) {
       p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
     }
-    if (!cut && s.Has("friction")) {
+    if (!cut && !turn && s.Has("friction")) {
       p.friction = s.Number("friction");
       if (p.friction < 0) s.yaml().Fail("friction", fmt::format("{}", p.friction), "a number >= 0");
     }
@@ -267,6 +268,11 @@ class Reader {
       p.for_s = s.Number("for_s");
     }
     if (cut) p.height_m = s.Number("height_m");
+    if (turn) {
+      p.turns = static_cast<int>(s.Count("turns", 1000));
+      p.rate_rad_per_s = s.Number("rate_deg_per_s");
+      p.about_x = s.ChoiceOr("axis", 1) == 0;
+    }
     s.Finish();
     return p;
   }
@@ -457,10 +463,13 @@ class Reader {
     if (p.kind == K::kSpring) p.of = s.Text("spring");
     if (p.kind == K::kWrench || p.kind == K::kJoint) p.body_frame = s.ChoiceOr("frame", 0) == 1;
     if (s.Has("region")) p.region = ReadRegion(s.Section("region"));
-    if (p.kind == K::kBins || p.kind == K::kSurface) {
-      p.name = s.Text("name");
+    if (p.kind == K::kMixing) p.diameter_m = s.Number("diameter_m");
+    if (p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kMixing) {
       const auto n = s.Counts("n", 1000000);
       for (int k = 0; k < 3; ++k) p.n[k] = static_cast<int>(n[static_cast<std::size_t>(k)]);
+    }
+    if (p.kind == K::kBins || p.kind == K::kSurface) {
+      p.name = s.Text("name");
       p.every_s = s.NumberOr("every_s", 0);
     }
     s.Finish();

@@ -91,6 +91,7 @@ struct Preparation {
     kRelax,   ///< the same without drag
     kShake,   ///< floor and walls swing
     kCut,     ///< grains that reach above the height are taken out
+    kTurn,    ///< the box, with a lid, is turned over: seen from it, gravity turns
   };
   Kind kind = Kind::kSettle;
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
@@ -103,6 +104,9 @@ struct Preparation {
   double frequency_hz = 0;        ///< shake
   double for_s = 0;               ///< shake
   double height_m = 0;            ///< cut
+  double rate_rad_per_s = 0;      ///< turn
+  int turns = 1;                  ///< turn: whole ones
+  bool about_x = false;           ///< turn: about x, else about y
 };
 
 enum class PartShape {
@@ -198,11 +202,13 @@ struct Probe {
     kTreads,        ///< where the treads of a wheel enter and leave, and what flows around it
     kJoint,         ///< coordinates, rates, reaction and gap of a joint
     kSpring,        ///< force and length, or torque and angle
+    kMixing,        ///< of fine and coarse grains (mixing.h)
   };
   Kind kind = Kind::kWrench;
   std::string name;  ///< of its table (bins, surface)
   std::string body;  ///< wrench, pose, velocity, treads
   std::string of;    ///< joint, spring: its name
+  double diameter_m = 0;  ///< mixing: grains below it are fine
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y

@@ -83,6 +83,8 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   expected_steps_ = std::max(1.0, (RainTime(e) + 1) / dt_s);
   for (const Preparation& p : e.preparation) {
     const bool shake = p.kind == Preparation::Kind::kShake;
+    expected_steps_ += TurnTime(p) / dt_s;
+    if (p.kind == Preparation::Kind::kTurn) continue;
     expected_steps_ += (shake ? p.for_s : 0.5 * SettlingOf(e, p).most_s) / dt_s;
   }
   const auto target = std::find_if(e.preparation.begin(), e.preparation.end(),
@@ -198,6 +200,7 @@ void Ground::AddWalls() {
     add({0, 1, 0}, {0, 0, 0});
     add({0, -1, 0}, {0, e_.box.width_m, 0});
   }
+  if (IsTurned(e_)) AddLid();
 }
 
 void Ground::AddBodyOf(std::size_t b) {
@@ -354,6 +357,8 @@ void Ground::Prepare(const Preparation& p) {
       return Shake(p);
     case Preparation::Kind::kCut:
       return Cut(p.height_m);
+    case Preparation::Kind::kTurn:
+      return Turn(p);
   }
 }
 

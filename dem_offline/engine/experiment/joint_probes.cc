@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "dem_offline/engine/core/rotation.h"
-#include "dem_offline/engine/rig/spec.h"
+#include "dem_offline/engine/rig/work.h"
 
 namespace grouser::dem::experiment {
 namespace {

@@ -274,6 +274,10 @@ SettlingTimes SettlingOf(const Experiment& e, const Preparation& step) {
   return {std::min(least, most), most};
 }
 
+double TurnTime(const Preparation& p) {
+  return p.kind == Preparation::Kind::kTurn ? 2 * M_PI * p.turns / p.rate_rad_per_s : 0;
+}
+
 double RainInterval(const Experiment& e, const Grains& g) {
   const double speed =
       g.speed_m_per_s > 0 ? g.speed_m_per_s : std::sqrt(e.gravity_m_per_s2 * LargestOf(g));
@@ -405,6 +409,7 @@ double SpheresOf(const Experiment& e, const Grains& g) {
 double PreparationTime(const Experiment& e) {
   double time = RainTime(e);
   for (const Preparation& p : e.preparation) {
+    time += TurnTime(p);
     if (p.kind == Preparation::Kind::kShake) time += p.for_s;
     if (p.kind == Preparation::Kind::kSettle || p.kind == Preparation::Kind::kRelax) {
       time += SettlingOf(e, p).most_s;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dem_offline/engine/experiment/mixing.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/treads.h"
 
@@ -76,6 +77,9 @@ void Probes::MakeColumns() {
       case Probe::Kind::kTreads:
         add(body,
             {"tread_rad", "entry_rad", "exit_rad", "flow_grains", "flow_area_m2", "flow_m_per_s"});
+        break;
+      case Probe::Kind::kMixing:
+        add("", {"mixing"});
         break;
       case Probe::Kind::kRest:
         add("", {"kinetic_over_weight"});
@@ -180,6 +184,8 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
                                t.flow_m_per_s});
       return;
     }
+    case Probe::Kind::kMixing:
+      return row->push_back(MeasureMixing(States(), p));
     case Probe::Kind::kRest:
       return row->push_back(Restlessness(world));
     case Probe::Kind::kRepose: {

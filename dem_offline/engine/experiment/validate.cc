@@ -6,7 +6,9 @@
 #include <set>
 
 #include "dem_offline/engine/experiment/freedoms.h"
+#include "dem_offline/engine/experiment/ground.h"
 #include "dem_offline/engine/experiment/joint_probes.h"
+#include "dem_offline/engine/experiment/mixing.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
@@ -282,6 +284,7 @@ void CheckPreparation(const Experiment& e) {
       CheckPositive(at + ".for_s", p.for_s);
       CheckPositive(at + ".amplitude_m", Norm(p.amplitude_m));
     }
+    if (p.kind == Preparation::Kind::kTurn) CheckTurn(e, at, p);
     if (p.kind == Preparation::Kind::kCut) {
       CheckWithin(at + ".height_m", p.height_m, 2 * SmallestRadius(e), e.box.height_m);
     }
@@ -378,6 +381,7 @@ void CheckProbes(const Experiment& e) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
     if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
+    if (p.kind == Probe::Kind::kMixing) CheckMixing(at, p);
     if (p.kind == Probe::Kind::kJoint || p.kind == Probe::Kind::kSpring) CheckJointProbe(e, at, p);
     if (p.kind == Probe::Kind::kBins && e.box.planar) {
       throw SpecError(at + ".kind", "bins in a planar box", "other probes: not possible yet");
