@@ -68,6 +68,13 @@ const std::vector<Key>& ExperimentKeys() {
       {"box", "planar", K::kSwitch, "", "off", "",
        "nothing moves along y: one layer of grains in the plane y = width/2"},
       {"box", "disc_thickness_m", K::kNumber, "", "spheres", "", "planar: discs of this thickness"},
+      {"box", "follow", K::kSection, "follow", "the box stands still", "",
+       "a window of the bed goes along x with a body; the bed is repeated in front of it"},
+
+      {"follow", "body", K::kText, "", "!", "", "a body that moves, towards +x"},
+      {"follow", "length_m", K::kNumber, "", "!", "",
+       "of the window; x of probes' regions is counted from its back"},
+      {"follow", "ahead", K::kNumber, "", "0.5", "", "share of it in front of the body's origin"},
 
       {"grains", "kind", K::kChoice, "bed|poured|rained|lattice|file", "!", "",
        "bed: settled and periodic, as of a wheel test"},

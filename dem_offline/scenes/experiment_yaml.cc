@@ -147,6 +147,13 @@ class Reader {
     b.material = s.Text("material");
     b.planar = s.Switch("planar", false);
     b.disc_thickness_m = s.NumberOr("disc_thickness_m", 0);
+    if (s.Has("follow")) {
+      KeyedSection f = s.Section("follow");
+      b.follow.body = f.Text("body");
+      b.follow.length_m = f.Number("length_m");
+      b.follow.ahead = f.NumberOr("ahead", b.follow.ahead);
+      f.Finish();
+    }
     s.Finish();
   }
 

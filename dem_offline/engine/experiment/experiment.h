@@ -43,6 +43,14 @@ enum class Side {
   kOpen,      ///< grains whose centre leaves are taken out of the world
 };
 
+/// A window that goes along x with a body: a periodic frame that is fed with copies of the prepared
+/// bed (rig/window.h).
+struct FollowSpec {
+  std::string body;     ///< none: the box stands still
+  double length_m = 0;  ///< of the window
+  double ahead = 0.5;   ///< share of it in front of the body's origin
+};
+
 struct BoxSpec {
   double length_m = 0, width_m = 0, height_m = 0;  ///< along x, y, z; nothing rises above
   Side x = Side::kPeriodic, y = Side::kPeriodic;
@@ -51,6 +59,7 @@ struct BoxSpec {
   /// those of areas.
   bool planar = false;
   double disc_thickness_m = 0;  ///< planar: discs of this thickness; 0: spheres
+  FollowSpec follow;
 };
 
 /// An upright block, or the largest upright cylinder of this radius in its middle.

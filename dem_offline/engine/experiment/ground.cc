@@ -25,7 +25,9 @@ Frame FrameOf(const Experiment& e) {
   const auto period = [&](double side, Side kind) {
     return kind == Side::kPeriodic ? side : 2.2 * side + margin;
   };
-  return {period(e.box.length_m, e.box.x), period(e.box.width_m, e.box.y), 4 * e.box.height_m};
+  const double least = e.box.follow.body.empty() ? 0 : Follower::kLeastSpan;
+  return {period(e.box.length_m, e.box.x), period(e.box.width_m, e.box.y),
+          std::max(least, 4 * e.box.height_m)};
 }
 
 std::vector<std::int32_t> PlacesById(const World& world) {
@@ -94,9 +96,28 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   } else {
     FillTo(target->solid_fraction, target - e.preparation.begin(), limits);
   }
+  prepared_s_ = world_->time_s();
+  if (!e.box.follow.body.empty()) OpenWindow();
   for (std::size_t b = 0; b < e.bodies.size(); ++b) {
     if (body_number_[b] < 0) AddBodyOf(b);
   }
+}
+
+void Ground::OpenWindow() {
+  while (e_.bodies[followed_].name != e_.box.follow.body) ++followed_;
+  const double density = MaterialOf(e_, e_.grains[0].material).density_kg_per_m3;
+  follower_ = std::make_unique<Follower>(e_, *world_, density, e_.bodies[followed_].position_m[0]);
+  config_.contacts = ContactsOf(e_);
+  world_ = follower_->Open(config_);
+  walls_ = 0;
+  AddWalls();
+  follower_->Restore(*world_);
+}
+
+bool Ground::Follow() {
+  if (!follower_) return true;
+  const Body& body = world_->body(body_number_[followed_]);
+  return follower_->Follow(*world_, body.position_m[0], body.shape.reach);
 }
 
 void Ground::Fill(const WorkLimits& limits) {
@@ -424,7 +445,8 @@ GrainState Ground::At(std::int64_t i) const {
   const auto unwrap = [](double x, double side, double period, Side kind) {
     return kind != Side::kPeriodic && x > 0.5 * (side + period) ? x - period : x;
   };
-  s.x_m = unwrap(s.x_m, e_.box.length_m, config_.frame.length_m, e_.box.x);
+  s.x_m = follower_ ? follower_->window().Unwrapped(world_->grains()[i].x)
+                    : unwrap(s.x_m, e_.box.length_m, config_.frame.length_m, e_.box.x);
   s.y_m = unwrap(s.y_m, e_.box.width_m, config_.frame.width_m, e_.box.y);
   return s;
 }

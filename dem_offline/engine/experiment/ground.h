@@ -4,6 +4,7 @@
 
 #include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/engine/experiment/follow.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/world/world.h"
 
@@ -40,6 +41,11 @@ class Ground {
   }
   /// State of a grain, x and y as the box counts them (a wall is left at 0, not at the period).
   GrainState At(std::int64_t i) const;
+  /// After a step, where a window follows a body. False: the body came to soil that was dropped.
+  bool Follow();
+  /// Back of that window; else 0 [m].
+  double from_m() const { return follower_ ? follower_->window().from_m() : 0; }
+  double prepared_s() const { return prepared_s_; }  ///< simulated
   /// Takes out grains beyond open sides; how many.
   std::uint64_t TakeOutLeavers();
 
@@ -48,6 +54,7 @@ class Ground {
   void Open();
   void Fill(const WorkLimits& limits);
   void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
+  void OpenWindow();
   void AddWalls();
   void AddBodyOf(std::size_t body);
   Contents First();
@@ -78,6 +85,9 @@ class Ground {
   std::vector<double> share_of_id_;      ///< empty: no clumps
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
+  std::unique_ptr<Follower> follower_;
+  std::size_t followed_ = 0;  ///< body of the file
+  double prepared_s_ = 0;
   double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried
   std::int64_t steps_ = 0;
 };

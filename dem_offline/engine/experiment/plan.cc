@@ -168,7 +168,11 @@ Experiment Resolved(const Experiment& given) {
     g.region.low_m[1] = std::max(0.0, 0.5 * e.box.width_m - half);
     g.region.high_m[1] = std::min(e.box.width_m, 0.5 * e.box.width_m + half);
   }
-  for (Probe& p : e.probes) fill(p.region);
+  for (Probe& p : e.probes) {
+    const bool whole = p.region.high_m == p.region.low_m;
+    fill(p.region);
+    if (whole && !e.box.follow.body.empty()) p.region.high_m[0] = e.box.follow.length_m;
+  }
   const bool falls = std::any_of(e.grains.begin(), e.grains.end(), [](const Grains& g) {
     return g.filling == Filling::kPoured || g.filling == Filling::kRained;
   });
@@ -453,7 +457,9 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   const double preparation = plan.preparation_s / plan.dt_s,
                program = plan.program_s / plan.program_dt_s;
   plan.preparation_grain_steps = bed_grain_steps + preparation * plan.work.grains;
-  plan.program_grain_steps = program * plan.work.grains;
+  const double share = e.box.follow.body.empty() ? 1 : e.box.follow.length_m / e.box.length_m;
+  plan.program_grain_steps = program * share * plan.work.grains;
+  plan.work.grains *= std::max(1.0, share);
   plan.work.steps = bed_steps + preparation + program;
   plan.work.bytes = kBytesPerGrain * plan.work.grains + kRowBytes * plan.program_s / e.sample_s;
   CheckWork("grains, bodies.motion", plan.work, limits);

@@ -240,9 +240,11 @@ void Probes::AddEnergy(std::vector<double>* row) const {
 void Probes::WriteTable(const Probe& p, double time_s) {
   if (!sink_) return;
   const Table& table = tables_[&p - e_.probes.data()];
-  const Region& r = p.region;
+  Probe here = p;  // regions are counted from the back of a window that follows a body
+  for (Vec3d* end : {&here.region.low_m, &here.region.high_m}) (*end)[0] += ground_.from_m();
+  const Region& r = here.region;
   if (p.kind == Probe::Kind::kSurface) {
-    const std::vector<double> height = MeasureSurface(States(), p);
+    const std::vector<double> height = MeasureSurface(States(), here);
     for (int ix = 0; ix < p.n[0]; ++ix) {
       for (int iy = 0; iy < p.n[1]; ++iy) {
         sink_(table, {time_s, r.low_m[0] + (ix + 0.5) * (r.high_m[0] - r.low_m[0]) / p.n[0],
@@ -256,7 +258,7 @@ void Probes::WriteTable(const Probe& p, double time_s) {
   for (std::int64_t i = 0; i < ground_.world().count(); ++i) {
     shares.push_back(ground_.SolidShare(i));
   }
-  const std::vector<Bin> bins = MeasureBins(States(), p, shares);
+  const std::vector<Bin> bins = MeasureBins(States(), here, shares);
   const bool round = r.radius_m > 0;
   const double low[3] = {round ? 0 : r.low_m[0], round ? 0 : r.low_m[1], r.low_m[2]};
   const double high[3] = {round ? r.radius_m : r.high_m[0], round ? 2 * M_PI : r.high_m[1],

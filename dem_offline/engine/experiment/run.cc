@@ -31,7 +31,7 @@ class Run {
   Run(const Experiment& e, const Plan& plan, const SinkFn& sink, const ProgressFn& progress,
       const WorkLimits& limits)
       : e_(e), plan_(plan), progress_(progress), ground_(e, plan.dt_s, Preparing(), limits) {
-    out_.prepared_s = ground_.world().time_s();
+    out_.prepared_s = ground_.prepared_s();
     if (plan.program_dt_s != plan.dt_s) ground_.world().SetTimeStep(plan.program_dt_s);
     Surroundings around;
     around.dt_s = plan.program_dt_s;
@@ -96,6 +96,9 @@ class Run {
       return End(std::string(Explain(fault)) + " at " + Short(Time()) + " s");
     }
     out_.particle_steps += static_cast<double>(world.count());
+    if (!ground_.Follow()) {
+      return End("body '" + e_.box.follow.body + "' has come to soil that its window dropped");
+    }
     bool all_done = !drives_.empty();
     for (Drive& d : drives_) {
       if (!d.After(world)) return End(d.reason());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "dem_offline/engine/experiment/follow.h"
 #include "dem_offline/engine/experiment/freedoms.h"
 #include "dem_offline/engine/experiment/ground.h"
 #include "dem_offline/engine/experiment/joint_probes.h"
@@ -392,7 +393,9 @@ void CheckProbes(const Experiment& e) {
         std::count(tables.begin(), tables.end(), p.name) > 1) {
       throw SpecError(at + ".name", "'" + p.name + "'", "a name of its own, and not series");
     }
-    CheckRegion(at + ".region", p.region, e.box);
+    BoxSpec seen = e.box;
+    if (!e.box.follow.body.empty()) seen.length_m = e.box.follow.length_m;
+    CheckRegion(at + ".region", p.region, seen);
     CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 1, kMostBins);
     CheckNotNegative(at + ".every_s", p.every_s);
     if (p.every_s > 0) CheckWithin(at + ".every_s", p.every_s, e.sample_s, 1e300);
@@ -412,6 +415,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckPreparation(e);
   CheckBodies(e);
   CheckJoints(e);
+  CheckFollow(e);
   CheckProbes(e);
 }
 

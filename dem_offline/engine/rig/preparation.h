@@ -23,6 +23,10 @@ inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
 inline constexpr double kFractionTolerance = 0.004;
 inline constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;  ///< of preparation
 
+/// Puts the grains of a world, which are at rest on its body 0, into the arrays of a tile: each
+/// contact of two grains once, with the one that comes first.
+void ExportGrains(World& world, Tile& tile);
+
 /// What a friction of preparation gave: solid fraction less its target.
 struct FrictionTry {
   double log_friction, error;

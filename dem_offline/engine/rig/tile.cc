@@ -187,39 +187,8 @@ class Preparation {
     if (!overlaps.empty()) {
       tile.overlap_p99_over_radius = overlaps[static_cast<std::size_t>(0.99 * overlaps.size())];
     }
-    Export(world, tile);
+    ExportGrains(world, tile);
     return tile;
-  }
-
-  /// Each contact of two grains once, with the one that comes first.
-  static void Export(World& world, Tile& tile) {
-    const int count = world.list().words();
-    const auto add = [&](std::int32_t partner, const float* words) {
-      tile.contact_partner.push_back(partner);
-      tile.contact_history.insert(tile.contact_history.end(), words, words + count);
-    };
-    std::int64_t done = 0;
-    const auto finish = [&](std::int64_t upto) {  // floor contacts end a grain's list
-      for (; done < upto; ++done) {
-        if (const float* words = world.BodyHistory(done, kFloorBody, 0)) add(-1, words);
-        tile.contact_first.push_back(static_cast<std::int32_t>(tile.contact_partner.size()));
-      }
-    };
-    tile.contact_first.push_back(0);
-    world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
-      finish(i);
-      add(j, words);
-    });
-    finish(world.count());
-    for (std::int64_t i = 0; i < world.count(); ++i) {
-      const Grain& g = world.grains()[i];
-      tile.radius_m.push_back(g.radius);
-      for (const std::int32_t p : {g.x, g.y, g.z}) tile.position.push_back(p);
-      for (int a = 0; a < 3; ++a) {  // at rest by definition
-        tile.velocity.push_back(0.0f);
-        tile.spin.push_back(0.0f);
-      }
-    }
   }
 
   BedSpec spec_;
@@ -229,6 +198,36 @@ class Preparation {
 };
 
 }  // namespace
+
+void ExportGrains(World& world, Tile& tile) {
+  const int count = world.list().words();
+  const auto add = [&](std::int32_t partner, const float* words) {
+    tile.contact_partner.push_back(partner);
+    tile.contact_history.insert(tile.contact_history.end(), words, words + count);
+  };
+  std::int64_t done = 0;
+  const auto finish = [&](std::int64_t upto) {  // floor contacts end a grain's list
+    for (; done < upto; ++done) {
+      if (const float* words = world.BodyHistory(done, kFloorBody, 0)) add(-1, words);
+      tile.contact_first.push_back(static_cast<std::int32_t>(tile.contact_partner.size()));
+    }
+  };
+  tile.contact_first.push_back(0);
+  world.list().ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
+    finish(i);
+    add(j, words);
+  });
+  finish(world.count());
+  for (std::int64_t i = 0; i < world.count(); ++i) {
+    const Grain& g = world.grains()[i];
+    tile.radius_m.push_back(g.radius);
+    for (const std::int32_t p : {g.x, g.y, g.z}) tile.position.push_back(p);
+    for (int a = 0; a < 3; ++a) {  // at rest by definition
+      tile.velocity.push_back(0.0f);
+      tile.spin.push_back(0.0f);
+    }
+  }
+}
 
 double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random) {
   double total = 0;

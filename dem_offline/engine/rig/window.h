@@ -32,6 +32,7 @@ class Window {
 
   /// The first filling; World ids are places in it.
   const BedPiece& Fill();
+  const BedPiece& first() const { return first_; }
   /// Whether the hub has gone on by a slab or more.
   bool Due(double hub_x_m) const;
   /// Moves on by one slab. The caller then freezes the band.
