@@ -5,7 +5,7 @@ wheel_mesh.py > wheel.obj"""
 import math
 
 RIM, TIP, HALF_WIDTH, HALF_TOOTH, TEETH = 900.0, 1000.0, 500.0, 88.5, 16
-ARC, SLICES = 8, 12  # points of the rim between two teeth, slices along the axle
+ARC, SLICES = 9, 12  # points of the rim between two teeth, slices along the axle
 
 
 def profile():
