@@ -41,14 +41,13 @@ void CheckProgramme(const std::string& field, const std::vector<ProgrammePart>& 
   }
 }
 
-void CheckJoint(const Experiment& e, std::size_t i, std::set<std::string>* children) {
+void CheckJoint(const Experiment& e, std::size_t i) {
   const Joint& j = e.joints[i];
   CheckBodyName(e, At("joints", i, ".child"), j.child, false);
   CheckBodyName(e, At("joints", i, ".parent"), j.parent, true);
   if (j.parent == j.child) {
     throw SpecError(At("joints", i, ".parent"), "'" + j.parent + "', which is the child", "another");
   }
-  children->insert(j.child);
   for (const double v : j.at_m) CheckWithin(At("joints", i, ".at_m"), v, -1e4, 1e4);
   if (!(std::isfinite(Norm(j.axis)) && Norm(j.axis) > 0)) {
     throw SpecError(At("joints", i, ".axis"), "no direction", "a vector that is not 0");
@@ -173,8 +172,7 @@ void CheckJoints(const Experiment& e) {
   }
   if (e.box.planar) throw SpecError(first, "it in a planar box", "a box that is not planar");
   CheckNames(e);
-  std::set<std::string> children;
-  for (std::size_t i = 0; i < e.joints.size(); ++i) CheckJoint(e, i, &children);
+  for (std::size_t i = 0; i < e.joints.size(); ++i) CheckJoint(e, i);
   for (std::size_t i = 0; i < e.springs.size(); ++i) CheckSpring(e, i);
   CheckJointedBodies(e);
   std::vector<BuiltBody> built(e.bodies.size());
