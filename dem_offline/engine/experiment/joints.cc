@@ -27,7 +27,8 @@ std::size_t Find(const Experiment& e, const std::string& name) {
 void CheckBodyName(const Experiment& e, const std::string& field, const std::string& name,
                    bool world) {
   if ((world && name.empty()) || Find(e, name) < e.bodies.size()) return;
-  throw SpecError(field, "'" + name + "'", world ? "the name of a body, or world" : "that of a body");
+  throw SpecError(field, "'" + name + "'",
+                  world ? "the name of a body, or world" : "that of a body");
 }
 
 void CheckProgramme(const std::string& field, const std::vector<ProgrammePart>& parts) {
@@ -46,7 +47,8 @@ void CheckJoint(const Experiment& e, std::size_t i) {
   CheckBodyName(e, At("joints", i, ".child"), j.child, false);
   CheckBodyName(e, At("joints", i, ".parent"), j.parent, true);
   if (j.parent == j.child) {
-    throw SpecError(At("joints", i, ".parent"), "'" + j.parent + "', which is the child", "another");
+    throw SpecError(At("joints", i, ".parent"), "'" + j.parent + "', which is the child",
+                    "another");
   }
   for (const double v : j.at_m) CheckWithin(At("joints", i, ".at_m"), v, -1e4, 1e4);
   if (!(std::isfinite(Norm(j.axis)) && Norm(j.axis) > 0)) {
@@ -55,10 +57,12 @@ void CheckJoint(const Experiment& e, std::size_t i) {
   CheckProgramme(At("joints", i, ".drive"), j.drive);
   const bool one = j.kind == Joint::Kind::kRevolute || j.kind == Joint::Kind::kTranslational;
   if (!j.drive.empty() && !one) {
-    throw SpecError(At("joints", i, ".drive"), "it at another joint", "a revolute or translational");
+    throw SpecError(At("joints", i, ".drive"), "it at another joint",
+                    "a revolute or translational");
   }
   if (j.locked && (j.kind == Joint::Kind::kSpherical || j.kind == Joint::Kind::kWeld)) {
-    throw SpecError(At("joints", i, ".locked"), "it at a spherical joint or a weld", "another joint");
+    throw SpecError(At("joints", i, ".locked"), "it at a spherical joint or a weld",
+                    "another joint");
   }
   if (j.locked && !j.drive.empty()) {
     throw SpecError(At("joints", i, ".locked"), "it beside drive", "one of them");
@@ -91,7 +95,8 @@ void CheckNames(const Experiment& e) {
       throw SpecError(field, "'" + name + "'", "a name of its own, and not world");
     }
   };
-  for (std::size_t i = 0; i < e.joints.size(); ++i) take(At("joints", i, ".name"), e.joints[i].name);
+  for (std::size_t i = 0; i < e.joints.size(); ++i)
+    take(At("joints", i, ".name"), e.joints[i].name);
   for (std::size_t i = 0; i < e.springs.size(); ++i) {
     take(At("springs", i, ".name"), e.springs[i].name);
   }
@@ -129,7 +134,8 @@ double ValueAt(const std::vector<ProgrammePart>& programme, double time_s) {
     const double t = time_s - begin;
     if (t < p.for_s) {
       if (t >= p.ramp_s) return p.value;
-      return before + (p.value - before) * (0.5 - 0.5 * std::cos(M_PI * std::max(0.0, t) / p.ramp_s));
+      return before +
+             (p.value - before) * (0.5 - 0.5 * std::cos(M_PI * std::max(0.0, t) / p.ramp_s));
     }
     begin += p.for_s;
     before = p.value;

@@ -33,10 +33,10 @@ struct Joint {
   enum class Kind { kRevolute, kTranslational, kSpherical, kUniversal, kPlanar, kWeld };
   std::string name;
   Kind kind = Kind::kRevolute;
-  std::string parent;        ///< empty: the world
+  std::string parent;  ///< empty: the world
   std::string child;
-  Vec3d at_m = {0, 0, 0};    ///< in the child's body coordinates
-  Vec3d axis = {0, 0, 1};    ///< of the world, as the bodies stand at the start
+  Vec3d at_m = {0, 0, 0};  ///< in the child's body coordinates
+  Vec3d axis = {0, 0, 1};  ///< of the world, as the bodies stand at the start
   bool locked = false;
   std::vector<ProgrammePart> drive;  ///< rate [m/s, rad/s] of a slide or a turn; none: free
 };
@@ -46,12 +46,12 @@ struct Joint {
 struct Spring {
   std::string name;
   bool rotational = false;
-  std::string a, b;                                   ///< bodies; empty: the world
-  Vec3d at_a_m = {0, 0, 0}, at_b_m = {0, 0, 0};       ///< in body coordinates
-  std::string joint;                                  ///< rotational
-  double stiffness = 0, damping = 0;                  ///< N/m, N s/m; N m/rad, N m s/rad
-  double rest = 0;                                    ///< l_0 (< 0: as it stands), theta_0
-  std::vector<ProgrammePart> force;                   ///< F [N] pushes apart, T [N m]
+  std::string a, b;                              ///< bodies; empty: the world
+  Vec3d at_a_m = {0, 0, 0}, at_b_m = {0, 0, 0};  ///< in body coordinates
+  std::string joint;                             ///< rotational
+  double stiffness = 0, damping = 0;             ///< N/m, N s/m; N m/rad, N m s/rad
+  double rest = 0;                               ///< l_0 (< 0: as it stands), theta_0
+  std::vector<ProgrammePart> force;              ///< F [N] pushes apart, T [N m]
 };
 
 struct JointReading {
@@ -59,7 +59,7 @@ struct JointReading {
   double gap_m = 0;  ///< by which the bodies of the world are apart where the joint holds them
 };
 struct SpringReading {
-  double force = 0;  ///< tension [N], or torque on the child [N m]
+  double force = 0;   ///< tension [N], or torque on the child [N m]
   double extent = 0;  ///< length [m], or angle [rad]
 };
 

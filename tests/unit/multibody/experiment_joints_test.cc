@@ -88,8 +88,7 @@ void ExpectSwings(const Ran& run) {
               0.5 * 4 * 1.8540746773013719 * std::sqrt(kAboutEnd / torque), 2e-4)
       << "the height has half the period";
   EXPECT_NEAR(Largest(run["bar.w_y_rad_per_s"]), std::sqrt(2 * torque / kAboutEnd), 5e-3);
-  EXPECT_NEAR(Largest(run["pin.f_z_n"]),
-              kMass * (kGravity + kArm * 2 * torque / kAboutEnd), 5e-2);
+  EXPECT_NEAR(Largest(run["pin.f_z_n"]), kMass * (kGravity + kArm * 2 * torque / kAboutEnd), 5e-2);
   EXPECT_LT(Largest(run["pin.gap_m"]), 1e-8);
 }
 
@@ -125,7 +124,8 @@ springs: {name: leg, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5],
                deep = kMass * kGravity / k;
   const Column &t = run["time_s"], &z = run["slide.way_m"];
   for (std::size_t i = 0; i < t.size(); ++i) {
-    const double free = std::exp(-decay * t[i]) * (std::cos(w * t[i]) + decay / w * std::sin(w * t[i]));
+    const double free =
+        std::exp(-decay * t[i]) * (std::cos(w * t[i]) + decay / w * std::sin(w * t[i]));
     ASSERT_NEAR(z[i], deep * (free - 1), 1e-3 * deep) << t[i];
   }
   EXPECT_NEAR(run["leg.force_n"].back(), -kMass * kGravity, 0.01 * kMass * kGravity);
@@ -190,22 +190,28 @@ probes: [{kind: wrench, body: block}, {kind: joint, joint: slide}]
 
 TEST(ExperimentJoints, RefusesWhatCannotBe) {
   const std::string start = std::string(kBox) + kBar + "duration_s: 1\n";
-  const auto joint = [&](const std::string& keys) { return ErrorOf(start + "joints: {" + keys + "}\n"); };
-  EXPECT_THAT(joint("name: pin, kind: revolute, child: rod"), HasSubstr("'rod', expected that of a body"));
-  EXPECT_THAT(joint("name: pin, kind: revolute, child: bar, parent: bar"), HasSubstr("which is the child"));
+  const auto joint = [&](const std::string& keys) {
+    return ErrorOf(start + "joints: {" + keys + "}\n");
+  };
+  EXPECT_THAT(joint("name: pin, kind: revolute, child: rod"),
+              HasSubstr("'rod', expected that of a body"));
+  EXPECT_THAT(joint("name: pin, kind: revolute, child: bar, parent: bar"),
+              HasSubstr("which is the child"));
   EXPECT_THAT(joint("name: bar, kind: revolute, child: bar"), HasSubstr("a name of its own"));
   EXPECT_THAT(joint("name: pin, kind: revolute, child: bar, axis: [0, 0, 0]"), HasSubstr("axis"));
   EXPECT_THAT(joint("name: pin, kind: hinge, child: bar"), HasSubstr("one of: revolute"));
   EXPECT_THAT(joint("name: pin, kind: spherical, child: bar, locked: on"), HasSubstr("locked"));
   EXPECT_THAT(joint("name: pin, kind: revolute, child: bar, drive: {speed_m_per_s: 1}"),
               HasSubstr("rate_deg_per_s"));
-  EXPECT_THAT(joint("name: pin, kind: revolute, child: bar, locked: on, drive: {rate_deg_per_s: 1}"),
-              HasSubstr("one of them"));
+  EXPECT_THAT(
+      joint("name: pin, kind: revolute, child: bar, locked: on, drive: {rate_deg_per_s: 1}"),
+      HasSubstr("one of them"));
   EXPECT_THAT(ErrorOf(start + "springs: {name: s, kind: rotational, joint: pin}\n"),
               HasSubstr("a revolute joint"));
-  EXPECT_THAT(ErrorOf(start + "springs: {name: s, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5], "
-                              "stiffness_n_per_m: -1}\n"),
-              HasSubstr("stiffness"));
+  EXPECT_THAT(
+      ErrorOf(start + "springs: {name: s, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5], "
+                      "stiffness_n_per_m: -1}\n"),
+      HasSubstr("stiffness"));
   EXPECT_THAT(ErrorOf(start + "joints: {name: pin, kind: revolute, child: bar}\n"
                               "probes: {kind: joint, joint: pim}\n"),
               HasSubstr("the name of a joint"));
