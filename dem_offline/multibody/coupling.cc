@@ -43,7 +43,6 @@ CoupledBodies::CoupledBodies(World* world, MultibodySystem* bodies,
     }
     const BodyPlacement at = bodies->Placement(links_.back().body);
     const BodyVelocity v = bodies->Velocity(links_.back().body);
-    b.contact_mass_kg = bodies->spec().bodies[links_.back().body].mass_kg;
     b.position_m = at.position_m;
     b.orientation = at.orientation;
     b.velocity_m_per_s = v.velocity_m_per_s;

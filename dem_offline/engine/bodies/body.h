@@ -20,8 +20,6 @@ struct RigidBody {
   Quatd orientation = {1, 0, 0, 0};
   Vec3d velocity_m_per_s = {0, 0, 0};  ///< of the origin
   Vec3d spin_rad_per_s = {0, 0, 0};    ///< world axes
-  /// kPrescribed: what the damping of a contact takes as the body's mass; 0: infinitely heavy.
-  double contact_mass_kg = 0;
   // kFree only; the origin is the centre of mass, body axes are principal.
   double mass_kg = 0;
   Vec3d inertia_kg_m2 = {0, 0, 0};

@@ -112,7 +112,8 @@ BodyRecord Ensemble::RecordOf(std::size_t number, const DeviceBodyState& h) cons
   b.first_slot = layout_.first_slot[number];
   b.first_tile = layout_.first_tile[number];
   TouchView& t = b.touch;
-  t.free_mass = ContactMass(h.body);
+  const bool free = h.body.motion == BodyMotion::kFree;
+  t.free_mass = free ? static_cast<float>(h.body.mass_kg) : 0.0f;
   t.range = w.range;
   t.dt = static_cast<float>(w.config.dt_s);
   t.per_grain = b.per_grain;

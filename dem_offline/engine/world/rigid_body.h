@@ -69,13 +69,6 @@ GROUSER_HD double TravelOf(const RigidBody& b, double reach, double dt_s, bool a
   return dt_s * (Norm(b.velocity_m_per_s) + (rate > 0 ? rate * reach : 0.0));
 }
 
-/// Mass of a body as a contact's damping feels it [kg]; 0: infinite.
-GROUSER_HD float ContactMass(const RigidBody& b) {
-  return static_cast<float>(b.motion == BodyMotion::kFree         ? b.mass_kg
-                            : b.motion == BodyMotion::kPrescribed ? b.contact_mass_kg
-                                                                  : 0.0);
-}
-
 /// One step of a body under the wrench of the last; true: it has to be searched
 /// for anew.
 GROUSER_HD bool MoveBody(const BodySurroundings& around, double reach, RigidBody* b, BodyTrack* t) {

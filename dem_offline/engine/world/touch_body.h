@@ -19,7 +19,7 @@ struct TouchView {
   BodyView body;
   ShapeView shape;
   Vec3f hub, spin;  ///< velocity of the origin, angular velocity
-  float free_mass;  ///< [kg] that a contact feels of the body; 0: infinite
+  float free_mass;  ///< [kg] of a free body; 0: another
   float stride;     ///< no surface point goes further in this step [m]
   float range, dt;
   std::int32_t per_grain, words;

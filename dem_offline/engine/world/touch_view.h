@@ -24,13 +24,14 @@ inline BodyView BodyViewOf(const WorldConfig& c, const Body& b) {
 inline TouchView TouchViewOf(const WorldConfig& c, const std::vector<PairParams>& params,
                              float range, int words, const BodyEntry& b) {
   const Body& body = b.body;
+  const bool free = body.motion == BodyMotion::kFree;
   // Round bodies move no surface by turning about their axle.
   const double stride = TravelOf(body, body.shape.reach, c.dt_s, !body.shape.round);
   return {BodyViewOf(c, body),
           ViewOf(body.shape),
           ToFloat(body.velocity_m_per_s),
           ToFloat(body.spin_rad_per_s),
-          ContactMass(body),
+          free ? static_cast<float>(body.mass_kg) : 0.0f,
           static_cast<float>(stride),
           range,
           static_cast<float>(c.dt_s),
