@@ -122,8 +122,8 @@ const std::vector<Key>& ExperimentKeys() {
        "of the box with a lid on it: whole ones"},
       {"preparation", "rate_deg_per_s", K::kDegrees, "", "!", "turn", ""},
       {"preparation", "axis", K::kChoice, "x|y", "y", "turn", ""},
-      {"preparation", "height_m", K::kNumber, "", "!", "cut",
-       "grains that reach above are taken out"},
+      {"preparation", "height_m", K::kNumber, "", "!", "cut|turn",
+       "cut: grains that reach above are taken out; turn: of the lid"},
 
       {"body", "name", K::kText, "", "!", "", "begins its columns"},
       {"body", "material", K::kText, "", "!", "", ""},

@@ -274,7 +274,7 @@ class Reader {
       p.frequency_hz = s.Number("frequency_hz");
       p.for_s = s.Number("for_s");
     }
-    if (cut) p.height_m = s.Number("height_m");
+    if (cut || turn) p.height_m = s.Number("height_m");
     if (turn) {
       p.turns = static_cast<int>(s.Count("turns", 1000));
       p.rate_rad_per_s = s.Number("rate_deg_per_s");

@@ -112,7 +112,7 @@ struct Preparation {
   Vec3d amplitude_m = {0, 0, 0};  ///< shake
   double frequency_hz = 0;        ///< shake
   double for_s = 0;               ///< shake
-  double height_m = 0;            ///< cut
+  double height_m = 0;            ///< cut; turn: of the lid
   double rate_rad_per_s = 0;      ///< turn
   int turns = 1;                  ///< turn: whole ones
   bool about_x = false;           ///< turn: about x, else about y

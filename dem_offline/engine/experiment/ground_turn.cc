@@ -23,11 +23,12 @@ bool IsTurned(const Experiment& e) {
 void CheckTurn(const Experiment& e, const std::string& at, const Preparation& p) {
   CheckPositive(at + ".rate_deg_per_s", p.rate_rad_per_s);
   CheckWithin(at + ".turns", p.turns, 1, 1000);
+  CheckWithin(at + ".height_m", p.height_m, 2 * LargestDiameter(e), e.box.height_m);
   if (e.box.x != Side::kWall || e.box.y != Side::kWall || e.box.planar) {
     throw SpecError(at + ".do", "turn of a box without walls", "x: wall and y: wall, not planar");
   }
   const double side = p.about_x ? e.box.width_m : e.box.length_m;
-  const double reach = 0.5 * std::hypot(side, e.box.height_m);
+  const double reach = 0.5 * std::hypot(side, p.height_m);
   const double most = std::sqrt(kMostSwirl * e.gravity_m_per_s2 / reach);
   if (p.rate_rad_per_s > most) {
     throw SpecError(at + ".rate_deg_per_s", Short(p.rate_rad_per_s * 180 / M_PI),
@@ -48,14 +49,13 @@ void Ground::AddLid() {
 }
 
 void Ground::Turn(const Preparation& p) {
-  const double height = e_.box.height_m;
   for (std::int64_t i = 0; i < world_->count(); ++i) {
     const GrainState s = world_->State(i);
-    if (s.z_m + s.radius_m <= height) continue;
+    if (s.z_m + s.radius_m <= p.height_m) continue;
     throw std::runtime_error("preparation (turn): a grain reaches " + Short(s.z_m + s.radius_m) +
-                             " m, above the lid of the box at " + Short(height) + " m");
+                             " m, above the lid of the box at " + Short(p.height_m) + " m");
   }
-  world_->body(lid_).position_m[2] = height;
+  world_->body(lid_).position_m[2] = p.height_m;
   const double angle = 2 * M_PI * p.turns;
   const auto steps = static_cast<std::int64_t>(std::ceil(angle / p.rate_rad_per_s / dt_));
   const double g = e_.gravity_m_per_s2;
@@ -67,7 +67,7 @@ void Ground::Turn(const Preparation& p) {
     world_->SetGravity(gravity);
     Step("turn");
   }
-  world_->body(lid_).position_m[2] = kOpenLid * height;
+  world_->body(lid_).position_m[2] = kOpenLid * e_.box.height_m;
 }
 
 }  // namespace grouser::dem::experiment

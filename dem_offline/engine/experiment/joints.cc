@@ -71,8 +71,10 @@ void CheckJoint(const Experiment& e, std::size_t i) {
 
 void CheckSpring(const Experiment& e, std::size_t i) {
   const Spring& s = e.springs[i];
-  CheckWithin(At("springs", i, ".stiffness"), s.stiffness, 0, 1e300);
-  CheckWithin(At("springs", i, ".damping"), s.damping, 0, 1e300);
+  CheckWithin(At("springs", i, s.rotational ? ".stiffness_n_m_per_rad" : ".stiffness_n_per_m"),
+              s.stiffness, 0, 1e300);
+  CheckWithin(At("springs", i, s.rotational ? ".damping_n_m_s_per_rad" : ".damping_n_s_per_m"),
+              s.damping, 0, 1e300);
   CheckProgramme(At("springs", i, s.rotational ? ".torque" : ".force"), s.force);
   if (!s.rotational) {
     CheckBodyName(e, At("springs", i, ".body_a"), s.a, true);

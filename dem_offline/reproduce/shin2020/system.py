@@ -217,9 +217,9 @@ def rows(results, name):
         out += wheel_rows(pairs, level, note, why, not quick)
     if "layered" in good and "mixed" in good:
         out.append(at_most("mixing index before", float(good["layered"].series["mixing"][0]), 0.2, 0, note,
-                           "1 - intensity of segregation in 24 bins"))
+                           "1 - intensity of segregation in 32 bins"))
         out.append(at_least("mixing index after turning the box", float(good["mixed"].series["mixing"][0]), 0.8, 1, note,
-                            f"{level.turns} turns at 180 deg/s", ))
+                            f"{level.turns} turns at 120 deg/s"))
     for law in ("jkr", "jkr_added"):
         cells = map_of(good, level, law)
         if len(cells) > 3:

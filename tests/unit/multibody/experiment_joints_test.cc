@@ -114,7 +114,7 @@ joints: {name: pin, kind: spherical, child: bar, at_m: [-0.2, 0, 0]}
 
 TEST(ExperimentJoints, SpringAndDamperOnASliderFollowTheirEquation) {
   const double k = 800, c = 8;
-  const Ran run = RunText(std::string(kBox) + kBar + R"(duration_s: 2
+  const Ran run = RunText(std::string(kBox) + kBar + R"(duration_s: 4
 joints: {name: slide, kind: translational, child: bar, axis: [0, 0, 1]}
 springs: {name: leg, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5],
           stiffness_n_per_m: 800, damping_n_s_per_m: 8}
