@@ -217,7 +217,7 @@ def rows(results, name):
         out += wheel_rows(pairs, level, note, why, not quick)
     if "layered" in good and "mixed" in good:
         out.append(at_most("mixing index before", float(good["layered"].series["mixing"][0]), 0.2, 0, note,
-                           "1 - intensity of segregation in 32 bins"))
+                           "1 - intensity of segregation in 8 bins"))
         out.append(at_least("mixing index after turning the box", float(good["mixed"].series["mixing"][0]), 0.8, 1, note,
                             f"{level.turns} turns at 120 deg/s"))
     for law in ("jkr", "jkr_added"):
