@@ -535,8 +535,12 @@ void Ground::Look() {
     }
   }
   // A layer of the largest grains is left out at floor and surface, and two under a rough surface.
-  const double d = LargestDiameter(e_), low = d, high = surface_ - (flat ? d : 3 * d);
-  if (!(high > low)) return;
+  const double d = LargestDiameter(e_);
+  double low = d, high = surface_ - (flat ? d : 3 * d);
+  if (high < low + d) {  // thin: no layer would be left, or hardly one
+    low = std::min(d, 0.25 * surface_);
+    high = 0.6 * surface_;
+  }
   double solid = 0;
   for (std::int64_t i = 0; i < world_->count(); ++i) {
     const GrainState s = world_->State(i);

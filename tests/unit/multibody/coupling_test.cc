@@ -170,6 +170,41 @@ TEST(Coupling, MomentumAndEnergyOfGrainsAndBodiesStay) {
   EXPECT_NEAR(world.state().bodies.at(block).work_j, lost, 0.02 * lost);
 }
 
+/// Restitution of a block on a slider that is `times` as heavy as the free grain that hits it.
+double RestitutionOnBlock(double times, double restitution) {
+  const double r = 0.02, grain = 4.0 / 3 * M_PI * r * r * r * 2500, dt = 1e-5;
+  GrainState flying = {0.5, 0.5, r + 1e-4, r, 2500};
+  flying.v_z = -0.5;
+  World world(Config(dt, 0, restitution, 0), {flying});
+  const Vec3d at = {0.5, 0.5, -0.05};
+  const int block = world.AddBody(Block(at, {0.2, 0.2, 0.1}, BodyMotion::kPrescribed));
+  MultibodySpec spec;
+  spec.gravity_m_per_s2 = {0, 0, 0};
+  spec.bodies = {Solid("block", times * grain, {0.01, 0.01, 0.01}, at)};
+  spec.joints = {JointAt(spec, "rail", JointType::kTranslational, kGround, "block", at, {0, 0, 1})};
+  MultibodySystem bodies(spec);
+  CoupledBodies both(&world, &bodies, {{"block", block}});
+  bool touched = false;
+  for (int s = 0; s < 20000; ++s) {
+    EXPECT_EQ(both.Step(), StepFault::kNone);
+    touched = touched || world.wrench(block).fz < 0;
+    if (touched && world.wrench(block).fz == 0) break;
+  }
+  return (world.State(0).v_z - bodies.Velocity(0).velocity_m_per_s[2]) / 0.5;
+}
+
+/// The damping of a contact takes the block as infinitely heavy (docs/multibody.md, limits): its
+/// damping ratio is then sqrt((M + m)/M) of the one that the restitution asks for.
+TEST(Coupling, ABlockThatIsLightHasLessRestitution) {
+  const double e = 0.5, log_e = std::log(e);
+  for (const double times : {1.0, 10.0, 1000.0}) {
+    const double ratio =
+        -log_e / std::sqrt(log_e * log_e + M_PI * M_PI) * std::sqrt((times + 1) / times);
+    const double expected = std::exp(-M_PI * ratio / std::sqrt(1 - ratio * ratio));
+    EXPECT_NEAR(RestitutionOnBlock(times, e), expected, 0.01) << times;
+  }
+}
+
 TEST(Coupling, FaultyLinksAreNamed) {
   World world(Config(1e-4, -9.81, 0.5, 0.5), {{0.5, 0.5, 0, 0.02, 2500}});
   const int fixed = world.AddBody(Block({0.5, 0.5, 0.5}, {0.1, 0.1, 0.1}, BodyMotion::kFixed));
