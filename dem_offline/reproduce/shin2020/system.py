@@ -129,6 +129,10 @@ def sinkage(result, faster):
     return float(numpy.mean(result.series["wheel.sinkage_m"][driving(result, faster, 5)]))
 
 
+def lowest(result, level):
+    return 1e3 * (float(numpy.mean(result.series["wheel.z_m"][driving(result, level.faster, 5)])) - RADIUS)
+
+
 # Joints against their closed forms: relative errors.
 
 def period(time, value, level):
@@ -288,6 +292,10 @@ def wheel_rows(pairs, level, note, why, held):
            at_most("force on the lifted wheel [N]", [abs(v) for v in lifted], 1e-6, 0, note, "stop and lift"),
            printed("sinkage on clusters [mm]", [1e3 * sinkage(c, level.faster) for c, _ in pairs], "not published", note),
            printed("sinkage on spheres [mm]", [1e3 * sinkage(s, level.faster) for _, s in pairs], "not published", note),
+           printed("wheel's lowest point over the floor, clusters [mm]", [lowest(c, level) for c, _ in pairs],
+                   "not published", note, "sinkage counts from the highest grain, which it touches first"),
+           printed("wheel's lowest point over the floor, spheres [mm]", [lowest(s, level) for _, s in pairs],
+                   "not published", note),
            printed("solid fraction of clusters", [c.record["bed"]["solid_fraction"] for c, _ in pairs], "denser", note),
            printed("solid fraction of spheres", [s.record["bed"]["solid_fraction"] for _, s in pairs], "looser", note)]
     n = [c.numerics for c, _ in pairs]
