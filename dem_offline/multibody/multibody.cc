@@ -297,7 +297,8 @@ BodyPlacement MultibodySystem::Placement(int body) const {
 }
 
 BodyVelocity MultibodySystem::Velocity(int body) const {
-  const SimTK::SpatialVec& v = impl_->model.bodies.at(body).getBodyVelocity(impl_->Half());
+  // A copy: the state of the half step is gone after this line.
+  const SimTK::SpatialVec v = impl_->model.bodies.at(body).getBodyVelocity(impl_->Half());
   return {FromSimbody(v[1]), FromSimbody(v[0])};
 }
 
