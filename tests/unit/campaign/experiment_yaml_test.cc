@@ -401,6 +401,7 @@ TEST_F(ExperimentYaml, ReadsJointsOrSaysThatTheProgramHasNone) {
   EXPECT_EQ(e.probes[0].kind, P::kJoint);
   EXPECT_EQ(e.probes[1].kind, P::kSpring);
   EXPECT_EQ(e.probes[2].kind, P::kMixing);
+  EXPECT_THROW(Read(kJoints, {"output.checkpoint_every_s=0.01"}), InputError);
 }
 
 TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {
