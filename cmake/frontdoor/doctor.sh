@@ -19,6 +19,10 @@ check_packages() {
     finding missing packages "not installed: ${missing% }" "no build" \
       "./grouser setup installs them; or: apt-get install --no-install-recommends ${missing% }"
   fi
+  missing="$(missing_packages multibody)"
+  [ -z "$missing" ] || finding absent joints "not installed: $missing" \
+    "no joints and springs in experiment files, no reproduction of shin2020" \
+    "./grouser setup installs it and builds with it"
 }
 
 check_build() {

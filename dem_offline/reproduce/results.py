@@ -31,7 +31,12 @@ class Plan:
             text = file.read()
         hashes = {one.split(" ")[0] for one in spec.get("others", [])}
         return (spec.get("yaml") == text and spec.get("sets") == self.sets
-                and hashes == hashes_of_others(text, os.path.dirname(self.file)))
+                and hashes == hashes_of_others([text, *self.set_texts()], os.path.dirname(self.file)))
+
+    def set_texts(self):
+        """What is put over the file, as YAML mappings of the last part of the key."""
+        pairs = (one.split("=", 1) for one in self.sets)
+        return [f"{key.rsplit('.', 1)[-1].split('[')[0]}: {value}" for key, value in pairs]
 
 
 def text_of(value):
@@ -47,8 +52,8 @@ def text_of(value):
     return str(value)
 
 
-def hashes_of_others(text, folder):
-    """SHA-256 of the files that an experiment names (key `file`), from its folder."""
+def hashes_of_others(texts, folder):
+    """SHA-256 of the files that the parts of an experiment name (key `file`), from its folder."""
     found = set()
 
     def look(node):
@@ -65,7 +70,8 @@ def hashes_of_others(text, folder):
                 else:
                     look(value)
 
-    look(yaml.safe_load(text))
+    for text in texts:
+        look(yaml.safe_load(text))
     return found
 
 

@@ -30,7 +30,9 @@ const std::vector<Key>& ExperimentKeys() {
        "what is written"},
       {"", "output", K::kSection, "output", "", "", ""},
       {"", "numerics", K::kSection, "numerics", "", "", ""},
-      {"", "joints", K::kLater, "", "", "", "joints between bodies"},
+      {"", "joints", K::kSections, "joint", "none", "",
+       "between two bodies, or a body and the world; what they name moves by them alone"},
+      {"", "springs", K::kSections, "spring", "none", "", "springs, dampers and actuators"},
       {"", "sweep", K::kSection, "sweep", "one run", "", "many runs of this file, over its keys"},
 
       {"material", "name", K::kText, "", "!", "", ""},
@@ -135,7 +137,7 @@ const std::vector<Key>& ExperimentKeys() {
       {"region", "inner_radius_m", K::kNumber, "", "0", "",
        "of the annulus that it leaves (scattered grains, rings)"},
 
-      {"preparation", "do", K::kChoice, "settle|relax|shake|cut", "!", "",
+      {"preparation", "do", K::kChoice, "settle|relax|shake|cut|turn", "!", "",
        "settle: with drag; relax: without"},
       {"preparation", "rest", K::kNumber, "", "1e-6", "settle|relax",
        "at rest below this kinetic energy over sum m g d"},
@@ -147,8 +149,12 @@ const std::vector<Key>& ExperimentKeys() {
       {"preparation", "amplitude_m", K::kVector, "", "!", "shake", "of floor and walls"},
       {"preparation", "frequency_hz", K::kNumber, "", "!", "shake", ""},
       {"preparation", "for_s", K::kNumber, "", "!", "shake", "rounded to whole swings"},
-      {"preparation", "height_m", K::kNumber, "", "!", "cut",
-       "grains that reach above are taken out"},
+      {"preparation", "turns", K::kCount, "", "!", "turn",
+       "of the box with a lid on it: whole ones"},
+      {"preparation", "rate_deg_per_s", K::kDegrees, "", "!", "turn", ""},
+      {"preparation", "axis", K::kChoice, "x|y", "y", "turn", ""},
+      {"preparation", "height_m", K::kNumber, "", "!", "cut|turn",
+       "cut: grains that reach above are taken out; turn: of the lid"},
 
       {"body", "name", K::kText, "", "!", "", "begins its columns"},
       {"body", "material", K::kText, "", "!", "", ""},
@@ -241,17 +247,65 @@ const std::vector<Key>& ExperimentKeys() {
       {"motion", "most_s", K::kNumber, "", "by rule", "",
        "the run fails where no end comes by then"},
 
+      {"joint", "name", K::kText, "", "!", "", "begins its columns"},
+      {"joint", "kind", K::kChoice, "revolute|translational|spherical|universal|planar|weld", "!",
+       "", ""},
+      {"joint", "parent", K::kText, "", "world", "", "a body, or world"},
+      {"joint", "child", K::kText, "", "!", "",
+       "a body; coordinates are its own against the parent"},
+      {"joint", "at_m", K::kVector, "", "[0, 0, 0]", "", "in the child's body coordinates"},
+      {"joint", "axis", K::kVector, "", "[0, 0, 1]", "",
+       "of the world, as the bodies stand at first: of the turn, the slide, the shafts; normal of "
+       "the plane"},
+      {"joint", "locked", K::kSwitch, "", "off", "revolute|translational|universal|planar", ""},
+      {"joint", "drive", K::kSections, "drive", "free", "revolute|translational",
+       "its rate, part by part; at rest after the last"},
+
+      {"drive", "speed_m_per_s", K::kNumber, "", "!", "", "of a translational joint"},
+      {"drive", "rate_deg_per_s", K::kDegrees, "", "!", "", "of a revolute joint"},
+      {"drive", "ramp_s", K::kNumber, "", "0", "", "from the part before, as 1/2 - 1/2 cos"},
+      {"drive", "for_s", K::kNumber, "", "for ever", "", "with its ramp"},
+
+      {"spring", "name", K::kText, "", "!", "", "begins its columns"},
+      {"spring", "kind", K::kChoice, "linear|rotational", "!", "", ""},
+      {"spring", "body_a", K::kText, "", "world", "linear", "a body, or world"},
+      {"spring", "body_b", K::kText, "", "!", "linear", ""},
+      {"spring", "at_a_m", K::kVector, "", "[0, 0, 0]", "linear", "in body coordinates"},
+      {"spring", "at_b_m", K::kVector, "", "[0, 0, 0]", "linear", "in body coordinates"},
+      {"spring", "stiffness_n_per_m", K::kNumber, "", "0", "linear", ""},
+      {"spring", "damping_n_s_per_m", K::kNumber, "", "0", "linear", ""},
+      {"spring", "free_length_m", K::kNumber, "", "as it stands at first", "linear", ""},
+      {"spring", "force", K::kSections, "force", "none", "linear",
+       "of an actuator, part by part: > 0 pushes apart"},
+      {"spring", "joint", K::kText, "", "!", "rotational", "a revolute joint"},
+      {"spring", "stiffness_n_m_per_rad", K::kNumber, "", "0", "rotational", ""},
+      {"spring", "damping_n_m_s_per_rad", K::kNumber, "", "0", "rotational", ""},
+      {"spring", "free_angle_deg", K::kDegrees, "", "0", "rotational", ""},
+      {"spring", "torque", K::kSections, "torque", "none", "rotational",
+       "of an actuator on the child, part by part"},
+
+      {"force", "force_n", K::kNumber, "", "!", "", ""},
+      {"force", "ramp_s", K::kNumber, "", "0", "", "from the part before"},
+      {"force", "for_s", K::kNumber, "", "for ever", "", ""},
+      {"torque", "torque_n_m", K::kNumber, "", "!", "", ""},
+      {"torque", "ramp_s", K::kNumber, "", "0", "", "from the part before"},
+      {"torque", "for_s", K::kNumber, "", "for ever", "", ""},
+
       {"probe", "kind", K::kChoice,
        "wrench|pose|velocity|coordination|energy|rest|repose|bins|surface|treads|rings|grains|"
-       "bonds|bond_forces|fragments|touching",
+       "bonds|bond_forces|fragments|touching|joint|spring|mixing",
        "!", "", ""},
       {"probe", "body", K::kText, "", "!", "wrench|pose|velocity|treads|touching", ""},
-      {"probe", "frame", K::kChoice, "world|body", "world", "wrench", ""},
+      {"probe", "frame", K::kChoice, "world|body", "world", "wrench|joint",
+       "joint: of its child, for the reaction"},
+      {"probe", "diameter_m", K::kNumber, "", "!", "mixing", "grains below it are fine"},
+      {"probe", "joint", K::kText, "", "!", "joint", "its name"},
+      {"probe", "spring", K::kText, "", "!", "spring", "its name"},
       {"probe", "name", K::kText, "", "!", "bins|surface|rings|grains|bond_forces|fragments",
        "of its CSV"},
-      {"probe", "region", K::kSection, "region", "the box", "bins|surface|repose|rings",
+      {"probe", "region", K::kSection, "region", "the box", "bins|surface|repose|rings|mixing",
        "with a radius: cylindrical bins"},
-      {"probe", "n", K::kCounts, "", "!", "bins|surface",
+      {"probe", "n", K::kCounts, "", "!", "bins|surface|mixing",
        "bins along x, y, z (cylindrical: radius, turn, z)"},
       {"probe", "rings", K::kCount, "", "!", "rings",
        "of equal width between the radii of the region"},
@@ -310,6 +364,7 @@ std::vector<std::string> SplitChoices(const std::string& text) {
 std::string SelectorOf(const std::string& section) {
   if (section == "grains" || section == "probe") return "kind";
   if (section == "part") return "shape";
+  if (section == "joint" || section == "spring") return "kind";
   return section == "preparation" || section == "motion" ? "do" : "";
 }
 

@@ -25,7 +25,6 @@ enum class KeyKind {
   kSection,   ///< a mapping of the section `more`
   kSections,  ///< a list of such mappings, or one
   kLaws,      ///< names of laws, each a mapping of its settings (law registry)
-  kLater,     ///< refused: not possible yet
 };
 
 /// One key of one section: the only place that names it. Reader, schema, documentation and the

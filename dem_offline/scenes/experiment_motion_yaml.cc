@@ -40,15 +40,16 @@ dx::Preparation ReadPreparation(KeyedSection& s) {
   dx::Preparation p;
   p.kind = static_cast<dx::Preparation::Kind>(s.Choice("do"));
   const bool shake = p.kind == dx::Preparation::Kind::kShake,
-             cut = p.kind == dx::Preparation::Kind::kCut;
-  if (!shake && !cut) {
+             cut = p.kind == dx::Preparation::Kind::kCut,
+             turn = p.kind == dx::Preparation::Kind::kTurn;
+  if (!shake && !cut && !turn) {
     p.rest = s.NumberOr("rest", p.rest);
     p.most_s = s.NumberOr("most_s", 0);
   }
   if (p.kind == dx::Preparation::Kind::kSettle && s.Has("solid_fraction")) {
     p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
   }
-  if (!cut && s.Has("friction")) {
+  if (!cut && !turn && s.Has("friction")) {
     p.friction = s.Number("friction");
     if (p.friction < 0) s.yaml().Fail("friction", fmt::format("{}", p.friction), "a number >= 0");
   }
@@ -57,7 +58,12 @@ dx::Preparation ReadPreparation(KeyedSection& s) {
     p.frequency_hz = s.Number("frequency_hz");
     p.for_s = s.Number("for_s");
   }
-  if (cut) p.height_m = s.Number("height_m");
+  if (cut || turn) p.height_m = s.Number("height_m");
+  if (turn) {
+    p.turns = static_cast<int>(s.Count("turns", 1000));
+    p.rate_rad_per_s = s.Number("rate_deg_per_s");
+    p.about_x = s.ChoiceOr("axis", 1) == 0;
+  }
   s.Finish();
   return p;
 }

@@ -52,7 +52,6 @@ Json TypeOf(const Key& k) {
     case KeyKind::kSections:
       return {{"anyOf", {section, {{"type", "array"}, {"items", section}, {"minItems", 1}}}}};
     case KeyKind::kLaws:
-    case KeyKind::kLater:
       break;
   }
   return {};
@@ -76,7 +75,7 @@ Json SchemaOf(const std::string& section) {
   const std::string selector = SelectorOf(section);
   std::vector<std::string> choices;
   for (const Key& k : ExperimentKeys()) {
-    if (section != k.section || k.kind == KeyKind::kLater) continue;
+    if (section != k.section) continue;
     if (k.kind == KeyKind::kLaws) {
       AddLaws(&properties);
       continue;
@@ -90,7 +89,7 @@ Json SchemaOf(const std::string& section) {
   for (const std::string& choice : choices) {  // keys that do not go with it
     Json none = Json::object();
     for (const Key& k : ExperimentKeys()) {
-      if (section != k.section || *k.of == '\0' || k.kind == KeyKind::kLater) continue;
+      if (section != k.section || *k.of == '\0') continue;
       const auto of = SplitChoices(k.of);
       if (std::find(of.begin(), of.end(), choice) == of.end()) none[k.name] = false;
     }
@@ -171,7 +170,6 @@ std::string ExperimentKeyTable() {
       }
       if (k.kind == KeyKind::kSection) value = fmt::format("a `{}`", k.more);
       if (k.kind == KeyKind::kSections) value = fmt::format("list of `{}`", k.more);
-      if (k.kind == KeyKind::kLater) value = "not possible yet";
       if (k.kind == KeyKind::kLaws) {
         name = "name of a law";
         value = "its settings";

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "dem_offline/engine/core/rotation.h"
+#include "dem_offline/scenes/experiment_joints_yaml.h"
 #include "dem_offline/scenes/experiment_keys.h"
 #include "dem_offline/scenes/experiment_motion_yaml.h"
 #include "proto/records/durable_file.h"
@@ -56,6 +57,13 @@ class Reader {
     if (root.Has("bodies")) {
       for (KeyedSection& s : root.Sections("bodies")) e.bodies.push_back(ReadBody(s));
     }
+    if (root.Has("joints")) {
+      for (KeyedSection& s : root.Sections("joints")) e.joints.push_back(ReadJoint(s));
+    }
+    if (root.Has("springs")) {
+      for (KeyedSection& s : root.Sections("springs")) e.springs.push_back(ReadSpring(s));
+    }
+    e.mechanism = JointMechanism();
     if (root.Has("probes")) {
       for (KeyedSection& s : root.Sections("probes")) e.probes.push_back(ReadProbe(s));
     }
@@ -473,8 +481,11 @@ class Reader {
         p.kind == K::kTreads || p.kind == K::kTouching) {
       p.body = s.Text("body");
     }
-    if (p.kind == K::kWrench) p.body_frame = s.ChoiceOr("frame", 0) == 1;
+    if (p.kind == K::kJoint) p.of = s.Text("joint");
+    if (p.kind == K::kSpring) p.of = s.Text("spring");
+    if (p.kind == K::kWrench || p.kind == K::kJoint) p.body_frame = s.ChoiceOr("frame", 0) == 1;
     if (s.Has("region")) p.region = ReadRegion(s.Section("region"));
+    if (p.kind == K::kMixing) p.diameter_m = s.Number("diameter_m");
     if (dx::HasTable(p)) {
       p.name = s.Text("name");
       p.every_s = s.NumberOr("every_s", 0);
@@ -483,7 +494,7 @@ class Reader {
       p.rings = static_cast<int>(s.Count("rings", 1000000));
       p.from_s = s.NumberOr("from_s", 0);
     }
-    if (p.kind == K::kBins || p.kind == K::kSurface) {
+    if (p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kMixing) {
       const auto n = s.Counts("n", 1000000);
       for (int k = 0; k < 3; ++k) p.n[k] = static_cast<int>(n[static_cast<std::size_t>(k)]);
     }

@@ -58,7 +58,7 @@ void KeyedSection::CheckKeys() {
     if (k.kind == KeyKind::kLaws) {
       const auto names = LawNames();
       known.insert(known.end(), names.begin(), names.end());
-    } else if (k.kind != KeyKind::kLater) {
+    } else {
       known.push_back(k.name);
     }
   }
@@ -71,9 +71,6 @@ void KeyedSection::CheckKeys() {
       section_.Fail(key, "an unknown key",
                     fmt::format("one of: {}; the nearest is '{}'", fmt::join(known, ", "),
                                 NearestOf(key.substr(0, 100), known)));
-    }
-    if (found->kind == KeyKind::kLater) {
-      section_.Fail(key, found->what, "an experiment without: not possible yet");
     }
     section_.Fail(key, fmt::format("it with {}: {}", selector, choice),
                   fmt::format("{}: one of {}, or not this key", selector,

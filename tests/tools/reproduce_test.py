@@ -137,6 +137,16 @@ class Reproduce(unittest.TestCase):
         self.write("fall.yaml", EXPERIMENT + "# another text\n")
         self.assertIn("2 runs, 0 of them done before", self.call("fall", "--quick")[2])
 
+    def test_a_file_that_a_value_names_counts(self):
+        self.write("system.py", SYSTEM.replace('{"duration_s": 0.12}', '{"grains": '
+                                               '{"kind": "file", "material": "sand", "file": "four.csv"}}'))
+        places = [f"0.0{2 * k + 1},0.05,0.1,0.005\n" for k in range(4)]
+        self.write("four.csv", "".join(places))
+        self.assertEqual(self.call("fall", "--quick")[0], 0)
+        self.assertIn("2 runs, 2 of them done before", self.call("fall", "--quick")[2])
+        self.write("four.csv", "".join(places).replace("0.1,", "0.11,"))
+        self.assertIn("2 runs, 1 of them done before", self.call("fall", "--quick")[2])
+
     def test_a_kill_loses_only_the_run_in_flight(self):
         self.write("system.py", SYSTEM.replace('"duration_s": 0.12', '"duration_s": 40'))
         child = subprocess.Popen(self.words("fall", "--quick", "--jobs", "1"), stderr=subprocess.PIPE,
@@ -192,6 +202,8 @@ class Reproduce(unittest.TestCase):
                     seen.add((plan.file, level, keys))
                     checked = subprocess.run([os.path.join(BIN, "grouser-dem"), "check", plan.file,
                                               *plan.options()], capture_output=True, text=True, check=False)
+                    if "built without Simbody" in checked.stderr:
+                        continue
                     self.assertEqual(checked.returncode, 0, f"{name} {level} {plan.name}: {checked.stderr}")
         self.assertTrue(seen)
 

@@ -129,8 +129,6 @@ bool Drive::Ended(const World& world) {
 }
 
 bool Drive::After(const World& world) {
-  const Body& b = world.body(body_);
-  turned_ = Add(turned_, Scale(around_.dt_s, b.spin_rad_per_s));
   if (done()) return true;
   const MotionStep& s = spec_.motion[at_];
   ++steps_;

@@ -36,14 +36,12 @@ class Drive {
   const std::string& reason() const { return reason_; }
   int body() const { return body_; }
   const std::string& name() const { return spec_.name; }
-  /// Angle turned about the axes of the world since the start [rad]: the integral of the spin.
-  const Vec3d& turned_rad() const { return turned_; }
   /// All that changes, for checkpoints: whatever is added to the members below that a later step
   /// depends on belongs here.
   template <class Archive>
   void Walk(Archive& a) {
     a(at_), a(entered_), a(steps_), a(gone_m_), a(turned_step_), a(held_m_per_s_), a(felt_n_);
-    a(speed_now_), a(spin_now_), a(turned_), a(freedoms_);
+    a(speed_now_), a(spin_now_), a(freedoms_);
   }
 
  private:
@@ -65,7 +63,6 @@ class Drive {
   std::int64_t steps_ = 0;  ///< in this step of the program
   double gone_m_ = 0, turned_step_ = 0, held_m_per_s_ = 0, felt_n_ = 0;
   double speed_now_ = 0, spin_now_ = 0;
-  Vec3d turned_ = {0, 0, 0};
   std::string reason_;
 };
 

@@ -11,6 +11,7 @@
 #include "dem_offline/engine/bodies/mesh.h"
 #include "dem_offline/engine/contact/bond.h"
 #include "dem_offline/engine/core/vec3d.h"
+#include "dem_offline/engine/experiment/joints.h"
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/world/world_types.h"
@@ -120,6 +121,7 @@ struct Preparation {
     kRelax,   ///< the same without drag
     kShake,   ///< floor and walls swing
     kCut,     ///< grains that reach above the height are taken out
+    kTurn,    ///< the box, with a lid, is turned over: seen from it, gravity turns
   };
   Kind kind = Kind::kSettle;
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
@@ -131,7 +133,10 @@ struct Preparation {
   Vec3d amplitude_m = {0, 0, 0};  ///< shake
   double frequency_hz = 0;        ///< shake
   double for_s = 0;               ///< shake
-  double height_m = 0;            ///< cut
+  double height_m = 0;            ///< cut; turn: of the lid
+  double rate_rad_per_s = 0;      ///< turn
+  int turns = 1;                  ///< turn: whole ones
+  bool about_x = false;           ///< turn: about x, else about y
 };
 
 enum class PartShape {
@@ -234,10 +239,15 @@ struct Probe {
     kBondForces,    ///< table of every bond
     kFragments,     ///< table of every sphere: place, velocity, spin, piece, bodies that it touches
     kTouching,      ///< spheres that touch a body, and their mean distance from its z axis
+    kJoint,         ///< coordinates, rates, reaction and gap of a joint
+    kSpring,        ///< force and length, or torque and angle
+    kMixing,        ///< of fine and coarse grains (mixing.h)
   };
   Kind kind = Kind::kWrench;
-  std::string name;  ///< of its table
-  std::string body;  ///< wrench, pose, velocity, treads, touching
+  std::string name;       ///< of its table
+  std::string body;       ///< wrench, pose, velocity, treads, touching
+  std::string of;         ///< joint, spring: its name
+  double diameter_m = 0;  ///< mixing: grains below it are fine
   bool body_frame = false;
   Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
   int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
@@ -270,6 +280,9 @@ struct Experiment {
   std::vector<Grains> grains;
   std::vector<Preparation> preparation;  ///< none: settle (bed, lattice, listed: none)
   std::vector<BodySpec> bodies;
+  std::vector<Joint> joints;
+  std::vector<Spring> springs;
+  MechanismFn mechanism;      ///< what moves the bodies in joints; none: joints are refused
   std::vector<Probe> probes;  ///< none: wrench, pose, velocity of bodies that move
   double duration_s = 0;      ///< most of the program; 0: as long as it takes
   double sample_s = 0.01;

@@ -79,6 +79,8 @@ Ground::Ground(const Experiment& e, double dt_s, const ProgressFn& progress,
   expected_steps_ = std::max(1.0, (RainTime(e) + 1) / dt_s);
   for (const Preparation& p : e.preparation) {
     const bool shake = p.kind == Preparation::Kind::kShake;
+    expected_steps_ += TurnTime(p) / dt_s;
+    if (p.kind == Preparation::Kind::kTurn) continue;
     expected_steps_ += (shake ? p.for_s : 0.5 * SettlingOf(e, p).most_s) / dt_s;
   }
   const auto target = std::find_if(e.preparation.begin(), e.preparation.end(),
@@ -238,14 +240,17 @@ void Ground::AddWalls() {
     add({0, 1, 0}, {0, 0, 0});
     add({0, -1, 0}, {0, e_.box.width_m, 0});
   }
+  if (IsTurned(e_)) AddLid();
 }
 
 void Ground::AddBodyOf(std::size_t b) {
   const BodySpec& spec = e_.bodies[b];
   const std::string field = "bodies[" + std::to_string(b) + "]";
-  built_[b] = BuildBody(spec, MaterialOf(e_, spec.material),
-                        MaterialNumber(e_, spec.material, field), MovesFreely(spec), field);
+  built_[b] =
+      BuildBody(spec, MaterialOf(e_, spec.material), MaterialNumber(e_, spec.material, field),
+                MovesFreely(spec) || IsJointed(e_, spec.name), field);
   Body& body = built_[b].body;
+  if (IsJointed(e_, spec.name)) body.motion = BodyMotion::kPrescribed;
   if (!std::isnan(spec.above_surface_m)) {
     body.position_m[2] += surface_ + spec.above_surface_m - LowestPoint(body);
   }
@@ -429,6 +434,8 @@ void Ground::Prepare(const Preparation& p) {
       return Shake(p);
     case Preparation::Kind::kCut:
       return Cut(p.height_m);
+    case Preparation::Kind::kTurn:
+      return Turn(p);
   }
 }
 
@@ -528,8 +535,12 @@ void Ground::Look() {
     }
   }
   // A layer of the largest grains is left out at floor and surface, and two under a rough surface.
-  const double d = LargestDiameter(e_), low = d, high = surface_ - (flat ? d : 3 * d);
-  if (!(high > low)) return;
+  const double d = LargestDiameter(e_);
+  double low = d, high = surface_ - (flat ? d : 3 * d);
+  if (high < low + d) {  // thin: no layer would be left, or hardly one
+    low = std::min(d, 0.25 * surface_);
+    high = 0.6 * surface_;
+  }
   double solid = 0;
   for (std::int64_t i = 0; i < world_->count(); ++i) {
     const GrainState s = world_->State(i);

@@ -19,6 +19,10 @@ namespace grouser::dem::experiment {
 /// (No law resists a sphere that spins on the spot about the normal of a contact.)
 double Restlessness(const World& world);
 
+/// Whether the box is turned, and so has a lid; throws SpecError for a turn that cannot be.
+bool IsTurned(const Experiment& e);
+void CheckTurn(const Experiment& e, const std::string& at, const Preparation& step);
+
 /// The box with its grains, prepared: the world that bodies then come into.
 class Ground {
  public:
@@ -37,6 +41,10 @@ class Ground {
   const World& world() const { return *world_; }
   int BodyOf(std::size_t body) const { return body_number_[body]; }  ///< in the world
   const BuiltBody& Built(std::size_t body) const { return built_[body]; }
+  /// Of the bodies in joints and springs; null: there are none.
+  std::unique_ptr<Mechanism> MakeMechanism() {
+    return experiment::MakeMechanism(e_, world_.get(), built_, body_number_);
+  }
   double surface_m() const { return surface_; }
   double solid_fraction() const { return solid_fraction_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.
@@ -80,6 +88,8 @@ class Ground {
   void Prepare(const Preparation& step);
   void Settle(const Preparation& step);
   void Shake(const Preparation& step);
+  void AddLid();
+  void Turn(const Preparation& step);
   void Cut(double height_m);
   void StepFor(double time_s, const char* stage);
   void Step(const char* stage);
@@ -92,6 +102,7 @@ class Ground {
   WorldConfig config_;
   std::unique_ptr<World> world_;
   int walls_ = 0;  ///< bodies [0, walls_) are floor and walls
+  int lid_ = -1;
   std::vector<int> body_number_;
   std::vector<BuiltBody> built_;
   std::vector<double> share_of_id_;      ///< empty: no clumps

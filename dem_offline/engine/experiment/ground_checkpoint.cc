@@ -47,6 +47,9 @@ void CheckCheckpoints(const Experiment& e) {
     throw SpecError("output.checkpoint_every_s", "it with a window that follows a body",
                     "none: not possible yet");
   }
+  if (!e.joints.empty() || !e.springs.empty()) {
+    throw SpecError("output.checkpoint_every_s", "it with joints", "none: not possible yet");
+  }
   for (const Probe& p : e.probes) {
     if (p.kind == Probe::Kind::kRings) {
       throw SpecError("output.checkpoint_every_s", "it with a probe 'rings'",

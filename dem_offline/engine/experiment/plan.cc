@@ -191,8 +191,16 @@ Experiment Resolved(const Experiment& given) {
   });
   if (e.preparation.empty() && falls) e.preparation = {Preparation{}};
   if (!e.probes.empty()) return e;
+  const auto add = [&](Probe::Kind kind, const std::string& of) {
+    Probe p;
+    p.kind = kind;
+    p.of = of;
+    e.probes.push_back(p);
+  };
+  for (const Joint& j : e.joints) add(Probe::Kind::kJoint, j.name);
+  for (const Spring& s : e.springs) add(Probe::Kind::kSpring, s.name);
   for (const BodySpec& b : e.bodies) {
-    if (b.motion.empty()) continue;
+    if (b.motion.empty() && !IsJointed(e, b.name)) continue;
     for (const auto kind : {Probe::Kind::kPose, Probe::Kind::kWrench, Probe::Kind::kVelocity}) {
       Probe p;
       p.kind = kind;
@@ -289,6 +297,10 @@ SettlingTimes SettlingOf(const Experiment& e, const Preparation& step) {
   const double least = step.kind == Preparation::Kind::kSettle ? 10 * unit : 5.0 / 3 * unit;
   const double most = step.most_s > 0 ? step.most_s : 2.5 * (fall + slow) + 20 * unit;
   return {std::min(least, most), most};
+}
+
+double TurnTime(const Preparation& p) {
+  return p.kind == Preparation::Kind::kTurn ? 2 * M_PI * p.turns / p.rate_rad_per_s : 0;
 }
 
 double RainInterval(const Experiment& e, const Grains& g) {
@@ -427,6 +439,7 @@ double SpheresOf(const Experiment& e, const Grains& g) {
 double PreparationTime(const Experiment& e) {
   double time = RainTime(e);
   for (const Preparation& p : e.preparation) {
+    time += TurnTime(p);
     if (p.kind == Preparation::Kind::kShake) time += p.for_s;
     if (p.kind == Preparation::Kind::kSettle || p.kind == Preparation::Kind::kRelax) {
       time += SettlingOf(e, p).most_s;
@@ -455,7 +468,7 @@ Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   Validate(e, limits);
   Plan plan;
   plan.dt_s = StepOf(e, &plan.rayleigh_time_s);
-  plan.program_dt_s = e.program_step * plan.dt_s;
+  plan.program_dt_s = std::min(e.program_step * plan.dt_s, SpringStep(e));
   ValidateSpeeds(e, plan.dt_s);
   double bed_grain_steps = 0, bed_steps = 0;
   for (const Grains& g : e.grains) {

@@ -52,6 +52,8 @@ struct SettlingTimes {
   double least_s, most_s;
 };
 SettlingTimes SettlingOf(const Experiment& e, const Preparation& step);
+/// Time that a turn of the box takes; 0: another step [s].
+double TurnTime(const Preparation& step);
 /// Time between two layers of rain, and over all of them [s].
 double RainInterval(const Experiment& e, const Grains& g);
 double RainTime(const Experiment& e);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dem_offline/engine/experiment/mixing.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/treads.h"
 
@@ -23,9 +24,14 @@ Pose PoseOf(const Body& b, const BuiltBody& built) {
 
 }  // namespace
 
-Probes::Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
+Probes::Probes(const Experiment& e, const Ground& ground, const Mechanism* mechanism,
                const SinkFn& sink)
-    : e_(e), ground_(ground), drives_(drives), sink_(sink), sums_(e.bodies.size()) {
+    : e_(e),
+      ground_(ground),
+      joints_(e, mechanism),
+      sink_(sink),
+      sums_(e.bodies.size()),
+      turned_(e.bodies.size()) {
   MakeColumns(e);
   for (const Probe& p : e.probes) {
     if (p.kind == Probe::Kind::kRings) rings_.emplace_back(p, e.box);
@@ -68,9 +74,18 @@ void ProbeTables::MakeColumns(const Experiment& e_) {
             {"kinetic_j", "potential_j", "stored_j", "normal_damping_j", "tangential_damping_j",
              "slip_j", "rolling_j", "plastic_j", "cohesion_j", "body_work_j", "residual_j"});
         break;
+      case Probe::Kind::kJoint:
+      case Probe::Kind::kSpring: {
+        const auto names = JointProbes::ColumnsOf(e_, p);
+        series_.columns.insert(series_.columns.end(), names.begin(), names.end());
+        break;
+      }
       case Probe::Kind::kTreads:
         add(body,
             {"tread_rad", "entry_rad", "exit_rad", "flow_grains", "flow_area_m2", "flow_m_per_s"});
+        break;
+      case Probe::Kind::kMixing:
+        add("", {"mixing"});
         break;
       case Probe::Kind::kRest:
         add("", {"kinetic_over_weight"});
@@ -147,7 +162,10 @@ void Probes::AfterStep(std::int64_t steps) {
   const double time = time_s_ = static_cast<double>(steps) * ground_.world().config().dt_s;
   for (std::size_t b = 0; b < sums_.size(); ++b) {
     sums_[b].Add(ground_.world().wrench(ground_.BodyOf(b)));
+    const Body& body = ground_.world().body(ground_.BodyOf(b));
+    turned_[b] = Add(turned_[b], Scale(ground_.world().config().dt_s, body.spin_rad_per_s));
   }
+  joints_.AfterStep();
   ++summed_;
   if (steps == 1 && energy_) balance_0_ = ground_.world().Balance();
   if (time * (1 + 1e-9) < next_s_) return;
@@ -177,6 +195,7 @@ void Probes::WriteSeries(double time_s) {
   if (sink_) sink_(series_, row);
   next_s_ += e_.sample_s;
   summed_ = 0;
+  joints_.Forget();
   std::fill(sums_.begin(), sums_.end(), Wrench{});
 }
 
@@ -193,6 +212,13 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
       return row->push_back(world.MeanContacts());
     case Probe::Kind::kEnergy:
       return AddEnergy(row);
+    case Probe::Kind::kSpring:
+      return joints_.AddRow(p, {1, 0, 0, 0}, row);
+    case Probe::Kind::kJoint: {
+      const std::size_t child = IndexOf(joints_.JointOf(p).child);
+      const Body& body = world.body(ground_.BodyOf(child));
+      return joints_.AddRow(p, PoseOf(body, ground_.Built(child)).turn, row);
+    }
     case Probe::Kind::kTreads: {
       const int b = ground_.BodyOf(IndexOf(p.body));
       const TreadState t = MeasureTreads(States(), world.body(b), world.config().frame.length_m);
@@ -200,6 +226,8 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
                                t.flow_m_per_s});
       return;
     }
+    case Probe::Kind::kMixing:
+      return row->push_back(MeasureMixing(States(), p));
     case Probe::Kind::kRest:
       return row->push_back(Restlessness(world));
     case Probe::Kind::kRepose: {
@@ -235,10 +263,7 @@ void Probes::AddWrench(std::size_t b, bool body_frame, std::vector<double>* row)
 void Probes::AddPose(std::size_t b, std::vector<double>* row) const {
   const Body& body = ground_.world().body(ground_.BodyOf(b));
   const Pose pose = PoseOf(body, ground_.Built(b));
-  Vec3d turned = {0, 0, 0};
-  for (const Drive& d : drives_) {
-    if (d.body() == ground_.BodyOf(b)) turned = d.turned_rad();
-  }
+  const Vec3d& turned = turned_[b];
   row->insert(row->end(), {pose.at[0], pose.at[1], pose.at[2], turned[0], turned[1], turned[2],
                            ground_.surface_m() - LowestPoint(body)});
 }

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "dem_offline/engine/experiment/drive.h"
 #include "dem_offline/engine/experiment/ground.h"
+#include "dem_offline/engine/experiment/joint_probes.h"
 #include "dem_offline/engine/experiment/rings.h"
 
 namespace grouser::dem::experiment {
@@ -65,8 +65,8 @@ std::vector<std::string> SeriesColumns(const Experiment& experiment);
 class Probes : ProbeTables {
  public:
   /// `e` is Resolved.
-  Probes(const Experiment& e, const Ground& ground, const std::vector<Drive>& drives,
-         const SinkFn& sink);
+  /// mechanism: null where there are no joints.
+  Probes(const Experiment& e, const Ground& ground, const Mechanism* mechanism, const SinkFn& sink);
 
   bool energy() const { return energy_; }
   /// The program begins: the stored energy is known from here on.
@@ -78,15 +78,12 @@ class Probes : ProbeTables {
   /// All that changes, for checkpoints, as Drive::Walk.
   template <class Archive>
   void Walk(Archive& a) {
-    a(due_s_), a(sums_), a(summed_), a(next_s_), a(time_s_), a(balance_0_), a(start_m_);
+    a(due_s_), a(sums_), a(turned_), a(summed_), a(next_s_), a(time_s_), a(balance_0_), a(start_m_);
   }
   /// Energy that the world counts no longer (checkpoints: what left with grains).
   void Forget(double frozen_j) { balance_0_.frozen -= frozen_j; }
 
  private:
-  struct Sum {
-    Wrench wrench;
-  };
   void WriteSeries(double time_s);
   void AddRow(const Probe& p, std::vector<double>* row);
   void AddPose(std::size_t body, std::vector<double>* row) const;
@@ -108,10 +105,11 @@ class Probes : ProbeTables {
 
   const Experiment& e_;
   const Ground& ground_;
-  const std::vector<Drive>& drives_;
+  JointProbes joints_;
   const SinkFn& sink_;
   std::vector<RingSums> rings_;  ///< of probes of that kind, in their order
   std::vector<Wrench> sums_;     ///< [body]
+  std::vector<Vec3d> turned_;    ///< [body] integral of the spin [rad]
   std::int64_t summed_ = 0;
   double next_s_ = 0, time_s_ = 0;
   EnergyBalance balance_0_;

@@ -61,7 +61,8 @@ class Run {
       drives_.emplace_back(body, ground_.BodyOf(b), ground_.Built(b), MostTimes(e, body), mass,
                            around);
     }
-    probes_ = std::make_unique<Probes>(e, ground_, drives_, sink);
+    mechanism_ = ground_.MakeMechanism();
+    probes_ = std::make_unique<Probes>(e, ground_, mechanism_.get(), sink);
   }
 
   Result Go() {
@@ -104,7 +105,7 @@ class Run {
   bool OneStep() {
     World& world = ground_.world();
     for (Drive& d : drives_) d.Before(world);
-    const StepFault fault = world.Step();
+    const StepFault fault = mechanism_ ? mechanism_->Step() : world.Step();
     ++steps_;
     if (fault != StepFault::kNone) {
       return End(std::string(Explain(fault)) + " at " + Short(Time()) + " s");
@@ -116,11 +117,13 @@ class Run {
     bool all_done = !drives_.empty();
     for (Drive& d : drives_) {
       if (!d.After(world)) return End(d.reason());
-      const double z = world.body(d.body()).position_m[2];
-      if (!(std::abs(z) < kMostHeight * e_.box.height_m)) {
-        return End("body '" + d.name() + "' has left the box, at z = " + Short(z) + " m");
-      }
       all_done = all_done && d.done();
+    }
+    for (std::size_t b = 0; b < e_.bodies.size(); ++b) {
+      const double z = world.body(ground_.BodyOf(b)).position_m[2];
+      if (!(std::abs(z) < kMostHeight * e_.box.height_m)) {
+        return End("body '" + e_.bodies[b].name + "' has left the box, at z = " + Short(z) + " m");
+      }
     }
     if (steps_ % kLookSteps == 0) out_.left += ground_.TakeOutLeavers();
     probes_->AfterStep(steps_);
@@ -205,6 +208,7 @@ class Run {
   ByteReader reader_;
   Ground ground_;
   std::vector<Drive> drives_;
+  std::unique_ptr<Mechanism> mechanism_;
   std::unique_ptr<Probes> probes_;
   std::int64_t steps_ = 0;
   std::uint64_t rebuilds_ = 0;  ///< of worlds before the present one

@@ -8,6 +8,9 @@
 #include "dem_offline/engine/experiment/bonded_grain.h"
 #include "dem_offline/engine/experiment/follow.h"
 #include "dem_offline/engine/experiment/freedoms.h"
+#include "dem_offline/engine/experiment/ground.h"
+#include "dem_offline/engine/experiment/joint_probes.h"
+#include "dem_offline/engine/experiment/mixing.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/probes.h"
 #include "dem_offline/engine/experiment/shapes.h"
@@ -299,6 +302,7 @@ void CheckPreparation(const Experiment& e) {
       CheckPositive(at + ".for_s", p.for_s);
       CheckPositive(at + ".amplitude_m", Norm(p.amplitude_m));
     }
+    if (p.kind == Preparation::Kind::kTurn) CheckTurn(e, at, p);
     if (p.kind == Preparation::Kind::kCut) {
       CheckWithin(at + ".height_m", p.height_m, 2 * SmallestRadius(e), e.box.height_m);
     }
@@ -376,7 +380,7 @@ void CheckBodies(const Experiment& e) {
     }
     CheckWithin(at + ".position_m", b.position_m[2], -0.5 * e.box.height_m, 1.5 * e.box.height_m);
     CheckMotion(e, at, b);
-    BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b), at);
+    BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b) || IsJointed(e, b.name), at);
     moves = moves || !b.motion.empty();
   }
   if (!moves) throw SpecError("duration_s", "none", "a duration where no body moves");
@@ -396,6 +400,8 @@ void CheckProbes(const Experiment& e) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
     if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
+    if (p.kind == Probe::Kind::kMixing) CheckMixing(at, p);
+    if (p.kind == Probe::Kind::kJoint || p.kind == Probe::Kind::kSpring) CheckJointProbe(e, at, p);
     if (p.kind == Probe::Kind::kBins && e.box.planar && (p.n[1] != 1 || p.region.radius_m > 0)) {
       throw SpecError(at + ".n", "bins along y or round in a planar box", "[nx, 1, nz], or rings");
     }
@@ -434,6 +440,7 @@ void Validate(const Experiment& e, const WorkLimits& limits) {
   CheckGrains(e, limits);
   CheckPreparation(e);
   CheckBodies(e);
+  CheckJoints(e);
   CheckFollow(e);
   CheckProbes(e);
   CheckFrames(e);

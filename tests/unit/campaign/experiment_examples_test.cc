@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/scenes/experiment_joints_yaml.h"
 #include "dem_offline/scenes/experiment_yaml.h"
 
 namespace grouser::campaign {
@@ -145,6 +146,35 @@ TEST(ExperimentExamples, BondedGrainBreaksUnderThePlate) {
   const double half = 0.5 * run["plate.z_m"].front() + 0.5 * run["plate.z_m"].back();
   EXPECT_GT(MeanWhere(run["plate.z_m"], force, 0, half),
             MeanWhere(run["plate.z_m"], force, half, 1));
+}
+
+TEST(ExperimentExamples, RigDrivesItsWheelAndLiftsIt) {
+  if (!JointMechanism()) GTEST_SKIP() << "built without Simbody";
+  const Ran run = RunQuick("joints", {"grains.diameter_m=0.016", "grains.count=450"});
+  const Column &t = run["time_s"], &lift = run["wheel.f_z_n"];
+  const double carriage = 7800 * 0.04 * 0.04 * 0.02 * 9.81,
+               hub = (1.5 + 7800 * 0.02 * 0.02 * 0.02) * 9.81;
+  // At rest the ground, through wheel, spring and rail, carries all of it.
+  const double ground = MeanWhere(t, lift, 0.3, 0.4);
+  EXPECT_GT(ground, 0.3 * hub);
+  EXPECT_NEAR(ground + MeanWhere(t, run["rail.f_z_n"], 0.3, 0.4), hub + carriage, 0.02 * hub);
+  EXPECT_NEAR(ground + MeanWhere(t, run["suspension.force_n"], 0.3, 0.4), hub, 0.02 * hub);
+  // Driven: half of each ramp is lost; the rail pushes against what the soil does.
+  EXPECT_NEAR(run["rail.way_m"].back(), 0.08, 1e-4);
+  EXPECT_NEAR(run["axle.angle_rad"].back(), 114.6 * M_PI / 180, 1e-3);
+  const double drag = MeanWhere(t, run["wheel.f_x_n"], 0.6, 1.3);
+  EXPECT_LT(drag, 0);
+  EXPECT_NEAR(MeanWhere(t, run["rail.f_x_n"], 0.6, 1.3), -drag, 0.02 * hub);
+  EXPECT_NEAR(
+      MeanWhere(t, run["axle.t_y_n_m"], 0.6, 1.3) + MeanWhere(t, run["wheel.t_y_n_m"], 0.6, 1.3), 0,
+      0.01 * 0.05 * hub);
+  // Lifted: the spring and its actuator carry hub and wheel.
+  EXPECT_EQ(lift.back(), 0);
+  EXPECT_LT(run["wheel.sinkage_m"].back(), -0.01);
+  EXPECT_NEAR(MeanWhere(t, run["suspension.force_n"], 2.3, 2.4), hub, 0.1 * hub);
+  for (const char* joint : {"rail", "column", "axle"}) {
+    for (const double gap : run[joint + std::string(".gap_m")]) ASSERT_LT(gap, 1e-8) << joint;
+  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "dem_offline/engine/experiment/plan.h"
+#include "dem_offline/scenes/experiment_joints_yaml.h"
 #include "dem_offline/scenes/experiment_keys.h"
 #include "dem_offline/scenes/sweep_yaml.h"
 #include "proto/records/durable_file.h"
@@ -138,6 +139,38 @@ output: {sample_s: 0.005, frames: {times_s: [0, 0.01]},
 numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
 )";
 
+/// Joints, springs and their probes; the box turned before. Keys that joints.yaml lacks.
+constexpr char kJoints[] = R"(name: joints
+materials:
+  - {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+  - {name: steel, density_kg_per_m3: 7800}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.2, width_m: 0.2, height_m: 0.6, x: wall, y: wall, material: steel}
+grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50}
+preparation:
+  - {do: settle}
+  - {do: turn, turns: 2, rate_deg_per_s: 90, axis: x, height_m: 0.2}
+bodies:
+  - {name: arm, material: steel, parts: {shape: box, size_m: [0.1, 0.02, 0.02]},
+     position_m: [0.1, 0.1, 0.5]}
+  - {name: block, material: steel, parts: {shape: box, size_m: [0.02, 0.02, 0.02]},
+     position_m: [0.1, 0.05, 0.5]}
+joints:
+  - {name: hinge, kind: revolute, child: arm, at_m: [-0.05, 0, 0], axis: [0, 1, 0]}
+  - {name: slide, kind: translational, child: block, axis: [0, 0, 1], locked: on}
+springs:
+  - {name: leg, kind: linear, body_b: block, at_a_m: [0.1, 0.05, 0.4], at_b_m: [0, 0, -0.01],
+     stiffness_n_per_m: 100, damping_n_s_per_m: 1, free_length_m: 0.08,
+     force: [{force_n: 1, ramp_s: 0.01, for_s: 0.05}, {force_n: 2}]}
+  - {name: coil, kind: rotational, joint: hinge, stiffness_n_m_per_rad: 0.1,
+     damping_n_m_s_per_rad: 0.001, free_angle_deg: 30, torque: {torque_n_m: 0.01}}
+probes:
+  - {kind: joint, joint: hinge, frame: body}
+  - {kind: spring, spring: leg}
+  - {kind: mixing, diameter_m: 0.009, n: [1, 1, 2]}
+duration_s: 0.1
+)";
+
 /// A window that follows a body.
 constexpr char kFollowed[] = R"(name: followed
 materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
@@ -210,7 +243,7 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
   EXPECT_EQ(e.frames.times_s.size(), 2u);
-  std::string all = std::string(kRest) + kPlanar + kClumps + kBonded + kFollowed + kSweep;
+  std::string all = std::string(kRest) + kPlanar + kClumps + kBonded + kFollowed + kSweep + kJoints;
   EXPECT_EQ(Read(kPlanar).experiment.frames.every_s, 0.05);
   EXPECT_EQ(ReadSweep(std::string(kRest) + kSweep, "e.yaml", folder_)->members.size(), 9u);
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
@@ -221,7 +254,7 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
   }
   for (const Key& key : ExperimentKeys()) {
-    if (key.kind == KeyKind::kLater || key.kind == KeyKind::kLaws) continue;
+    if (key.kind == KeyKind::kLaws) continue;
     EXPECT_THAT(all, HasSubstr(std::string(key.name) + ":")) << key.section << ": no example";
   }
 }
@@ -262,6 +295,7 @@ TEST_F(ExperimentYaml, ReadsEveryExample) {
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() != ".yaml") continue;
     ++count;
+    if (!JointMechanism() && entry.path().stem() == "joints") continue;
     EXPECT_NO_THROW(LoadExperiment(entry.path(), {})) << entry.path();
   }
   EXPECT_GE(count, 5);
@@ -339,9 +373,35 @@ TEST_F(ExperimentYaml, RefusesAKeyOfAnotherKind) {
               HasSubstr("got it with do: lower, expected do: one of shake"));
 }
 
-TEST_F(ExperimentYaml, RefusesByNameWhatIsNotPossibleYet) {
-  EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("got joints between bodies"));
-  EXPECT_THAT(Complaint("seed: 3", "joints: []"), HasSubstr("not possible yet"));
+TEST_F(ExperimentYaml, ReadsJointsOrSaysThatTheProgramHasNone) {
+  if (!JointMechanism()) {
+    try {
+      Read(kJoints);
+      FAIL() << "accepted";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("key 'joints': got joints or springs, but this program "
+                                          "was built without Simbody, expected libsimbody-dev"));
+    }
+    return;
+  }
+  const auto e = Read(kJoints).experiment;
+  ASSERT_EQ(e.joints.size(), 2u);
+  EXPECT_EQ(e.joints[0].at_m, (dem::Vec3d{-0.05, 0, 0}));
+  EXPECT_EQ(e.joints[0].parent, "") << "the world";
+  EXPECT_TRUE(e.joints[1].locked);
+  ASSERT_EQ(e.springs.size(), 2u);
+  EXPECT_EQ(e.springs[0].rest, 0.08);
+  EXPECT_EQ(e.springs[0].force[0].for_s, 0.05);
+  EXPECT_NEAR(e.springs[1].rest, M_PI / 6, 1e-12);
+  EXPECT_EQ(e.springs[1].force[0].value, 0.01);
+  EXPECT_EQ(e.preparation[1].turns, 2);
+  EXPECT_TRUE(e.preparation[1].about_x);
+  EXPECT_NEAR(e.preparation[1].rate_rad_per_s, M_PI / 2, 1e-12);
+  using P = dem::experiment::Probe::Kind;
+  EXPECT_EQ(e.probes[0].kind, P::kJoint);
+  EXPECT_EQ(e.probes[1].kind, P::kSpring);
+  EXPECT_EQ(e.probes[2].kind, P::kMixing);
+  EXPECT_THROW(Read(kJoints, {"output.checkpoint_every_s=0.01"}), InputError);
 }
 
 TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {

@@ -345,6 +345,16 @@ TEST(ExperimentGrains, DisplacementInBinsIsThatOfTheGrains) {
   EXPECT_NEAR(rec.Column("d_1_m", "bins")[0], 0, 1e-9);
 }
 
+TEST(ExperimentGrains, AThinBedHasASolidFraction) {
+  Experiment e = Pouring(Filling::kPoured);
+  e.grains[0].clump = {{{0, 0, 0}, 1}, {{1, 0, 0}, 1}};
+  e.grains[0].count = 300;  // three to four layers
+  const Result thin = RunExperiment(e, nullptr, nullptr);
+  ASSERT_TRUE(thin.done) << thin.reason;
+  EXPECT_LT(thin.surface_m, 0.05);
+  EXPECT_NEAR(thin.solid_fraction, 0.54, 0.1);
+}
+
 TEST(ExperimentGrains, PlanarDiscsStayInTheirPlane) {
   Experiment e = Pouring(Filling::kPoured);
   e.box = {0.3, 0.2, 0.5, Side::kWall, Side::kPeriodic, "steel", true, 0.01};
