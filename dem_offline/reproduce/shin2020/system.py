@@ -293,7 +293,7 @@ def wheel_rows(pairs, level, note, why, held):
            printed("sinkage on clusters [mm]", [1e3 * sinkage(c, level.faster) for c, _ in pairs], "not published", note),
            printed("sinkage on spheres [mm]", [1e3 * sinkage(s, level.faster) for _, s in pairs], "not published", note),
            printed("wheel's lowest point over the floor, clusters [mm]", [lowest(c, level) for c, _ in pairs],
-                   "not published", note, "sinkage counts from the highest grain, which it touches first"),
+                   "not published", note, "sinkage counts from the highest grain of the bed"),
            printed("wheel's lowest point over the floor, spheres [mm]", [lowest(s, level) for _, s in pairs],
                    "not published", note),
            printed("solid fraction of clusters", [c.record["bed"]["solid_fraction"] for c, _ in pairs], "denser", note),
@@ -356,7 +356,8 @@ def figures(results, name):
             color = "#c1121f" if n.startswith("clusters") else "#1d6fa5"
             axes[0].plot(time, 1e3 * r.series["wheel.sinkage_m"], lw=0.8, color=color, label=n)
             axes[1].plot(time, 1e3 * r.series["wheel.v_z_m_per_s"], lw=0.5, color=color)
-            axes[2].plot(time[1:], numpy.diff(r.series["wheel.v_z_m_per_s"]) / numpy.diff(time), lw=0.5, color=color)
+            rate = numpy.diff(r.series["wheel.v_z_m_per_s"]) / numpy.diff(time)
+            axes[2].plot(time[1:-1], rate[:-1], lw=0.5, color=color)  # the last: the lift stops at once
         for ax, text in zip(axes, ("sinkage [mm]", "vertical speed [mm/s]", "vertical acceleration [m/s2]")):
             ax.set_xlabel("time [s]")
             ax.set_ylabel(text)

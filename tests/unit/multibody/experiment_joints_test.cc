@@ -7,6 +7,7 @@
 #include <map>
 
 #include "dem_offline/engine/experiment/experiment.h"
+#include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/scenes/experiment_yaml.h"
 
 namespace grouser::campaign {
@@ -78,6 +79,7 @@ double PeriodOf(const Column& t, const Column& y, double level) {
     crossings.push_back(t[k - 1] + (t[k] - t[k - 1]) * (level - y[k - 1]) / (y[k] - y[k - 1]));
   }
   EXPECT_GE(crossings.size(), 2u);
+  if (crossings.size() < 2) return NAN;
   return (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
 }
 
@@ -132,6 +134,23 @@ springs: {name: leg, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5],
   EXPECT_NEAR(run["leg.length_m"].back(), 0.5 - deep, 0.01 * deep);
   EXPECT_LT(Largest(run["slide.gap_m"]), 1e-8);
   EXPECT_LT(Largest(run["bar.turned_y_rad"]), 1e-9);
+}
+
+TEST(ExperimentJoints, StiffSpringsAndDampersShortenTheStep) {
+  const auto steps = [](const std::string& keys) {
+    const auto file = ReadExperiment(std::string(kBox) + kBar + R"(duration_s: 1
+joints: {name: slide, kind: translational, child: bar, axis: [0, 0, 1]}
+springs: {name: leg, kind: linear, body_b: bar, at_a_m: [1.2, 1, 0.5], )" +
+                                         keys + "}\n",
+                                     "joints.yaml", ".", {}, {});
+    const dx::Plan plan = dx::PlanOf(file.experiment, {});
+    return std::pair(plan.dt_s, plan.program_dt_s);
+  };
+  const auto [dt, soft] = steps("stiffness_n_per_m: 10");
+  EXPECT_EQ(soft, dt);
+  // A tenth of sqrt(m/k), a fifth of m/c.
+  EXPECT_NEAR(steps("stiffness_n_per_m: 8.0e6").second, 0.1 * std::sqrt(kMass / 8e6), 1e-12);
+  EXPECT_NEAR(steps("damping_n_s_per_m: 8000").second, 0.2 * kMass / 8000, 1e-12);
 }
 
 TEST(ExperimentJoints, RotationalSpringTurnsAFlywheel) {
