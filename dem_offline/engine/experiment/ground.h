@@ -37,6 +37,8 @@ class Ground {
   const World& world() const { return *world_; }
   int BodyOf(std::size_t body) const { return body_number_[body]; }  ///< in the world
   const BuiltBody& Built(std::size_t body) const { return built_[body]; }
+  /// Whether the frame holds a body there, with a margin: at its ends what leaves comes back.
+  bool Holds(double z_m) const;
   double surface_m() const { return surface_; }
   double solid_fraction() const { return solid_fraction_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.
@@ -66,6 +68,8 @@ class Ground {
   void OpenWith(const Contents& contents);
   void Fill(const WorkLimits& limits);
   void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
+  /// Throws SpecError where the grains are too shallow to have a solid fraction.
+  void CheckMeasured(std::size_t step) const;
   void OpenWindow();
   void AddWalls();
   void AddBodyOf(std::size_t body);

@@ -16,9 +16,6 @@ namespace {
 
 constexpr std::int64_t kLookSteps = 200;  // between looks at open sides
 
-/// Of a body over the height of the box: the frame ends at 2, where it would come back below.
-constexpr double kMostHeight = 1.9;
-
 using Clock = std::chrono::steady_clock;
 
 /// Bounds of the steps of a program [s].
@@ -103,7 +100,11 @@ class Run {
 
   bool OneStep() {
     World& world = ground_.world();
-    for (Drive& d : drives_) d.Before(world);
+    for (Drive& d : drives_) {
+      d.Before(world);
+      const std::string fault = FaultOf(world.body(d.body()), world.wrench(d.body()));
+      if (!fault.empty()) return End("body '" + d.name() + "' " + fault);
+    }
     const StepFault fault = world.Step();
     ++steps_;
     if (fault != StepFault::kNone) {
@@ -116,10 +117,6 @@ class Run {
     bool all_done = !drives_.empty();
     for (Drive& d : drives_) {
       if (!d.After(world)) return End(d.reason());
-      const double z = world.body(d.body()).position_m[2];
-      if (!(std::abs(z) < kMostHeight * e_.box.height_m)) {
-        return End("body '" + d.name() + "' has left the box, at z = " + Short(z) + " m");
-      }
       all_done = all_done && d.done();
     }
     if (steps_ % kLookSteps == 0) out_.left += ground_.TakeOutLeavers();
@@ -135,6 +132,22 @@ class Run {
       }
     }
     return true;
+  }
+
+  /// Why a body cannot take its next step; empty: it can.
+  std::string FaultOf(const Body& b, const Wrench& w) const {
+    const double dt = plan_.program_dt_s;
+    Vec3d way = Scale(dt, b.velocity_m_per_s);
+    if (b.motion == BodyMotion::kFree) {
+      const Vec3d push = {w.fx, w.fy, w.fz - b.mass_kg * e_.gravity_m_per_s2};
+      way = Add(way, Scale(dt * dt / b.mass_kg, push));
+    }
+    const double z = b.position_m[2] + way[2], turn = dt * Norm(b.spin_rad_per_s);
+    if (!ground_.Holds(z)) return "has left the box, at z = " + Short(z) + " m";
+    const double most = std::min({e_.box.length_m, e_.box.width_m, e_.box.height_m});
+    if (!(Norm(way) < most)) return "moves " + Short(Norm(way)) + " m in a time step";
+    if (!(turn < 1)) return "turns by " + Short(turn) + " rad in a time step";
+    return "";
   }
 
   void TakeFrame(bool wanted) {
