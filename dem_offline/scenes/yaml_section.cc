@@ -70,12 +70,13 @@ void MakeFlow(YAML::Node node) {
 }
 
 constexpr std::size_t kMostText = std::size_t{1} << 20;  // [bytes]; nodes take 300 times as much
-constexpr std::size_t kMostExtent = 4 * kMostText;       // no text without aliases comes near it
+constexpr std::size_t kMostExtent = 2 * kMostText;       // a text without aliases has at most 1.5
 constexpr int kMostDepth = 100;
 
-/// Reads events and keeps nothing.
-struct NoEvents : YAML::EventHandler {
-  void OnDocumentStart(const YAML::Mark&) override {}
+/// Where the last document begins.
+struct LastDocument : YAML::EventHandler {
+  int line = 0;
+  void OnDocumentStart(const YAML::Mark& mark) override { line = mark.line; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
   void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
@@ -126,15 +127,19 @@ void CheckTextSize(std::uintmax_t bytes, const std::string& file) {
                   file, bytes, kMostText));
 }
 
-/// The one document of a text. Throws as CheckExtent.
-YAML::Node DocumentOf(const std::string& text, const std::string& file) {
-  CheckTextSize(text.size(), file);
+/// Throws InputError for more than one, of which YAML::Load takes the first.
+void CheckOneDocument(const std::string& text, const std::string& file) {
   std::istringstream in(text);
   YAML::Parser parser(in);
-  NoEvents none;
-  if (parser.HandleNextDocument(none) && parser.HandleNextDocument(none)) {
-    throw InputError(fmt::format("{}: got more after the first YAML document, expected one", file));
-  }
+  LastDocument last;
+  if (!parser.HandleNextDocument(last) || !parser.HandleNextDocument(last)) return;
+  throw InputError(
+      fmt::format("{}:{}: got a second YAML document, expected one", file, last.line + 1));
+}
+
+/// The first document of a text. Throws as CheckExtent.
+YAML::Node DocumentOf(const std::string& text, const std::string& file) {
+  CheckTextSize(text.size(), file);
   const YAML::Node node = YAML::Load(text);
   CheckExtent(node, file);
   return node;
@@ -195,7 +200,9 @@ YamlSection YamlSection::Load(const std::string& file) { return OfText(ReadYamlT
 
 YamlSection YamlSection::OfText(const std::string& text, const std::string& file) {
   try {
-    return YamlSection(file, "", DocumentOf(text, file));
+    YamlSection section(file, "", DocumentOf(text, file));
+    CheckOneDocument(text, file);
+    return section;
   } catch (const YAML::Exception& error) {
     throw InputError(
         fmt::format("{}:{}: malformed YAML: {}", file, error.mark.line + 1, error.msg));
@@ -265,6 +272,7 @@ void YamlSection::Set(const std::string& path, const std::string& value) {
   }
   try {
     const YAML::Node put = DocumentOf(value, file_ + ": " + path);
+    CheckOneDocument(value, file_ + ": " + path);
     const std::size_t bracket = last.find('[');
     if (bracket != std::string::npos) {
       YAML::Node item = Step(node, last);

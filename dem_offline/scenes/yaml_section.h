@@ -40,7 +40,7 @@ std::string ReadYamlText(const std::string& file);
 class YamlSection {
  public:
   /// The whole file, which must be one mapping of at most 1 MiB, at most 100 levels deep, and
-  /// with its aliases written out no larger than four times that.
+  /// with its aliases written out no larger than twice that.
   static YamlSection Load(const std::string& file);
   /// The same of text that stands nowhere; `file` is for the messages.
   static YamlSection OfText(const std::string& text, const std::string& file);

@@ -404,7 +404,8 @@ TEST_F(ExperimentYaml, RefusesAliasesThatGrowAndTextsTooLarge) {
 }
 
 TEST_F(ExperimentYaml, RefusesASecondDocument) {
-  EXPECT_THAT(Complaint("name: all", "name: none\n---\nname: all"), HasSubstr("expected one"));
+  EXPECT_THAT(Complaint("name: all", "name: none\n---\nname: all"),
+              HasSubstr("e.yaml:2: got a second YAML document"));
   EXPECT_THAT(Complaint("name: all", "--- # the only one\nname: all"), HasSubstr("accepted"));
 }
 

@@ -210,7 +210,8 @@ TEST(ExperimentFollow, RefusesWhatAWindowCannotHold) {
   refused([](Experiment& e) { e.box.x = Side::kWall; }, "box.follow");
   refused(
       [](Experiment& e) {
-        e.grains[0].bonds.fragment_m = 0.2 * e.grains[0].sizes[0].diameter_m;
+        e.grains[0].sizes = {{0.01, 1.0}};
+        e.grains[0].bonds.fragment_m = 0.002;
         e.grains[0].bonds.fragments = 20;
         e.grains[0].bonds.count = 40;
         e.grains[0].bonds.law.normal_stiffness_n_per_m3 = 1e7;
