@@ -210,6 +210,9 @@ TEST(ExperimentFollow, RefusesWhatAWindowCannotHold) {
   refused([](Experiment& e) { e.box.x = Side::kWall; }, "box.follow");
   refused(
       [](Experiment& e) {
+        e.box.planar = false;
+        e.preparation = {};
+        e.grains[0].count = 10;
         e.grains[0].sizes = {{0.01, 1.0}};
         e.grains[0].bonds.fragment_m = 0.002;
         e.grains[0].bonds.fragments = 20;
