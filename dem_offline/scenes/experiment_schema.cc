@@ -36,8 +36,8 @@ Json TypeOf(const Key& k) {
               {"items", {{"enum", SplitChoices(k.more)}}},
               {"minItems", 1},
               {"uniqueItems", true}};
-    case KeyKind::kSwitch:  // YAML 1.1 reads on and off as booleans
-      return {{"enum", {"on", "off", true, false}}};
+    case KeyKind::kSwitch:  // YAML 1.1 reads on, off, yes and no as booleans
+      return {{"enum", {"on", "off", "yes", "no", true, false}}};
     case KeyKind::kVector:
     case KeyKind::kAngles:
       return ListOfThree("number");

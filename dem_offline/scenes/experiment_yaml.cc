@@ -542,17 +542,9 @@ void PutSets(const std::vector<std::string>& sets, YamlSection* root) {
   }
 }
 
-std::string ReadExperimentText(const std::string& file) {
-  try {
-    return records::ReadFileBytes(file);
-  } catch (const std::exception& error) {
-    throw InputError(error.what());
-  }
-}
-
 ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,
                               const std::vector<std::string>& sets) {
-  return ReadExperiment(ReadExperimentText(file), file,
+  return ReadExperiment(ReadYamlText(file), file,
                         std::filesystem::path(file).parent_path().string(), limits, sets);
 }
 

@@ -32,6 +32,5 @@ ExperimentFile ReadExperiment(YamlSection root, const std::string& folder,
                               const dem::WorkLimits& limits);
 /// Puts KEY=VALUE in place, one after another.
 void PutSets(const std::vector<std::string>& sets, YamlSection* root);
-std::string ReadExperimentText(const std::string& file);
 
 }  // namespace grouser::campaign

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -137,8 +138,13 @@ std::vector<int> KeyedSection::Choices(const char* key) {
 
 bool KeyedSection::Switch(const char* key, bool otherwise) {
   const std::string word = TextOr(key, otherwise ? "on" : "off");
-  if (word != "on" && word != "off") section_.Fail(key, "'" + word + "'", "on or off");
-  return word == "on";
+  std::string low = word;
+  for (char& c : low) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool on = Contains({"on", "true", "yes"}, low);
+  if (!on && !Contains({"off", "false", "no"}, low)) {
+    section_.Fail(key, "'" + word + "'", "on or off, true or false, yes or no");
+  }
+  return on;
 }
 
 std::vector<double> KeyedSection::Vector(const char* key) {

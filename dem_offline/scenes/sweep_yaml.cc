@@ -14,6 +14,7 @@ namespace grouser::campaign {
 namespace {
 
 constexpr std::size_t kMostAxes = 64;
+constexpr double kMostCharacters = 64 << 20;  // of the values of all members
 
 /// Axes that take their values together.
 struct Group {
@@ -79,7 +80,7 @@ SweepResult ReadResult(KeyedSection& s) {
   r.column = s.Text("column");
   r.of = static_cast<SweepResult::Of>(s.ChoiceOr("of", 0));
   r.name = s.TextOr("name", r.column + "." + s.TextOr("of", "mean"));
-  if (r.name.find_first_of(",\"\n") != std::string::npos) {
+  if (r.name.find_first_of(",\"\n\r") != std::string::npos) {
     s.yaml().Fail("name", "'" + r.name + "'", "no comma, quote or end of line");
   }
   r.from_s = s.NumberOr("from_s", r.from_s);
@@ -88,12 +89,32 @@ SweepResult ReadResult(KeyedSection& s) {
   return r;
 }
 
+/// Every member holds its values.
+void CheckCharacters(const Design& design, const SweepMember& base, const std::string& file) {
+  double members = static_cast<double>(design.replicates), characters = 0;
+  for (const std::string& value : base.values) characters += static_cast<double>(value.size());
+  for (const Group& group : design.groups) {
+    members *= static_cast<double>(group.size());
+    for (const auto& values : group.values) {
+      std::size_t most = 0;
+      for (const std::string& value : values) most = std::max(most, value.size());
+      characters += static_cast<double>(most);
+    }
+  }
+  if (members * characters <= kMostCharacters) return;
+  throw InputError(
+      fmt::format("{}: sweep.axes: {:.6g} members with values of {:.6g} characters, "
+                  "expected at most {:.6g} in all",
+                  file, members, characters, kMostCharacters));
+}
+
 /// Members of a design; what an axis does not name has its value in the file.
 void AddMembers(const Design& design, bool held_out, std::uint64_t seed, const YamlSection& root,
                 Sweep* sweep) {
   SweepMember base;
   base.held_out = held_out;
   for (const std::string& key : sweep->keys) base.values.push_back(root.ValueAt(key));
+  CheckCharacters(design, base, sweep->file);
   std::vector<SweepMember> members = {base};
   for (const Group& group : design.groups) {
     std::vector<SweepMember> next;
@@ -202,8 +223,8 @@ std::optional<Sweep> ReadSweep(const std::string& text, const std::string& file,
 }
 
 std::optional<Sweep> LoadSweep(const std::string& file, const std::vector<std::string>& sets) {
-  return ReadSweep(ReadExperimentText(file), file,
-                   std::filesystem::path(file).parent_path().string(), sets);
+  return ReadSweep(ReadYamlText(file), file, std::filesystem::path(file).parent_path().string(),
+                   sets);
 }
 
 ExperimentFile ReadMember(const Sweep& sweep, const SweepMember& member,

@@ -1,10 +1,12 @@
 #include "dem_offline/scenes/yaml_section.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 #include <utility>
 
@@ -67,6 +69,82 @@ void MakeFlow(YAML::Node node) {
   for (auto entry : node) MakeFlow(node.IsMap() ? entry.second : static_cast<YAML::Node>(entry));
 }
 
+constexpr std::size_t kMostText = std::size_t{1} << 20;  // [bytes]; nodes take 300 times as much
+constexpr std::size_t kMostExtent = 2 * kMostText;       // a text without aliases has at most 1.5
+constexpr int kMostDepth = 100;
+
+/// Where the last document begins.
+struct LastDocument : YAML::EventHandler {
+  int line = 0;
+  void OnDocumentStart(const YAML::Mark& mark) override { line = mark.line; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// What is wrong with a document for those who copy or write it, which writes out its aliases:
+/// nodes and characters, counted as often as they are named, and depth. Empty: nothing.
+std::string FaultOf(const YAML::Node& node, int depth, std::size_t* left) {
+  if (depth > kMostDepth) {
+    return fmt::format("more than {} levels, expected fewer, and no alias inside its own anchor",
+                       kMostDepth);
+  }
+  const std::size_t own = 1 + (node.IsScalar() ? node.Scalar().size() : 0);
+  if (own > *left) {
+    return fmt::format("more than {} nodes and characters with its aliases written out",
+                       kMostExtent);
+  }
+  *left -= own;
+  std::string fault;
+  if (!node.IsMap() && !node.IsSequence()) return fault;
+  for (const auto& entry : node) {
+    if (node.IsMap()) fault = FaultOf(entry.first, depth + 1, left);
+    if (fault.empty()) fault = FaultOf(node.IsMap() ? entry.second : entry, depth + 1, left);
+    if (!fault.empty()) break;
+  }
+  return fault;
+}
+
+/// Throws InputError, and YAML::Exception for what is malformed.
+void CheckExtent(const YAML::Node& node, const std::string& file) {
+  std::size_t left = kMostExtent;
+  const std::string fault = FaultOf(node, 0, &left);
+  if (!fault.empty()) throw InputError(fmt::format("{}: got {}", file, fault));
+}
+
+void CheckTextSize(std::uintmax_t bytes, const std::string& file) {
+  if (bytes <= kMostText) return;
+  throw InputError(
+      fmt::format("{}: got {} bytes, expected at most {}: YAML takes 300 times as much memory",
+                  file, bytes, kMostText));
+}
+
+/// Throws InputError for more than one, of which YAML::Load takes the first.
+void CheckOneDocument(const std::string& text, const std::string& file) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  LastDocument last;
+  if (!parser.HandleNextDocument(last) || !parser.HandleNextDocument(last)) return;
+  throw InputError(
+      fmt::format("{}:{}: got a second YAML document, expected one", file, last.line + 1));
+}
+
+/// The first document of a text. Throws as CheckExtent.
+YAML::Node DocumentOf(const std::string& text, const std::string& file) {
+  CheckTextSize(text.size(), file);
+  const YAML::Node node = YAML::Load(text);
+  CheckExtent(node, file);
+  return node;
+}
+
 std::string OnOneLine(const YAML::Node& node) {
   const YAML::Node copy = YAML::Clone(node);
   MakeFlow(copy);
@@ -107,19 +185,24 @@ YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
   }
 }
 
-YamlSection YamlSection::Load(const std::string& file) {
-  std::string text;
+std::string ReadYamlText(const std::string& file) {
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
+  if (!unknown) CheckTextSize(bytes, file);
   try {
-    text = records::ReadFileBytes(file);
+    return records::ReadFileBytes(file, kMostText);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
-  return OfText(text, file);
 }
+
+YamlSection YamlSection::Load(const std::string& file) { return OfText(ReadYamlText(file), file); }
 
 YamlSection YamlSection::OfText(const std::string& text, const std::string& file) {
   try {
-    return YamlSection(file, "", YAML::Load(text));
+    YamlSection section(file, "", DocumentOf(text, file));
+    CheckOneDocument(text, file);
+    return section;
   } catch (const YAML::Exception& error) {
     throw InputError(
         fmt::format("{}:{}: malformed YAML: {}", file, error.mark.line + 1, error.msg));
@@ -148,7 +231,8 @@ void YamlSection::FailAtPath(const std::string& path, const std::string& got,
   YAML::Node node = node_;
   std::string found;
   std::string unit;
-  std::istringstream keys(path.substr(0, path.find(',')));
+  const std::string wanted = path.substr(0, path.find(','));
+  std::istringstream keys(wanted);
   for (std::string key; std::getline(keys, key, '.');) {
     const std::size_t bracket = key.find('[');
     const std::string name = key.substr(0, bracket);
@@ -159,6 +243,8 @@ void YamlSection::FailAtPath(const std::string& path, const std::string& got,
       unit = "in radians, ";
     }
     YAML::Node next = std::as_const(node)[shown.substr(0, bracket)];
+    // sizes[0].diameter_m may stand there as diameter_m alone
+    if (!next && std::as_const(node)[wanted.substr(wanted.rfind('.') + 1)]) continue;
     if (!next) break;
     found += (found.empty() ? "" : ".") + shown;
     if (bracket != std::string::npos && next.IsSequence()) {
@@ -185,15 +271,18 @@ void YamlSection::Set(const std::string& path, const std::string& value) {
     node.reset(next);
   }
   try {
+    const YAML::Node put = DocumentOf(value, file_ + ": " + path);
+    CheckOneDocument(value, file_ + ": " + path);
     const std::size_t bracket = last.find('[');
     if (bracket != std::string::npos) {
       YAML::Node item = Step(node, last);
       if (!item) refuse("no such entry of a list");
-      item = YAML::Load(value);
+      item = put;
     } else {
       if (last.empty() || !node.IsMap()) refuse("expected KEY.KEY=VALUE");
-      node[last] = YAML::Load(value);
+      node[last] = put;
     }
+    CheckExtent(node_, file_ + ": " + path);  // aliases may name the place more than once
   } catch (const YAML::Exception& error) {
     refuse("malformed YAML: " + error.msg);
   }

@@ -31,12 +31,16 @@ inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max(), fal
 /// (the first of equals); empty: there is none.
 std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates);
 
+/// All of a file of YAML, of at most 1 MiB. Throws InputError.
+std::string ReadYamlText(const std::string& file);
+
 /// One mapping of a YAML file, read strictly. Every error is an InputError
 /// "FILE:LINE: key 'a.b': got X, expected Y". Keys that nobody asked for are
 /// refused by Finish().
 class YamlSection {
  public:
-  /// The whole file, which must be a mapping.
+  /// The whole file, which must be one mapping of at most 1 MiB, at most 100 levels deep, and
+  /// with its aliases written out no larger than twice that.
   static YamlSection Load(const std::string& file);
   /// The same of text that stands nowhere; `file` is for the messages.
   static YamlSection OfText(const std::string& text, const std::string& file);

@@ -86,6 +86,7 @@ void CheckFollow(const Experiment& e) {
   if (e.box.disc_thickness_m > 0) refuse("discs", "spheres: not possible yet");
   for (const Grains& g : e.grains) {
     if (!g.clump.empty()) refuse("clumps", "spheres: not possible yet");
+    if (g.bonds.fragments > 0) refuse("bonded grains", "spheres: not possible yet");
     if (g.filling == Filling::kBed) refuse("a bed", "poured grains that are cut: not possible yet");
     if (g.material != e.grains[0].material) refuse("two materials of grains", "one");
   }

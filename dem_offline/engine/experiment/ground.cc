@@ -155,6 +155,7 @@ void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& l
   expected_steps_ *= 0.5 * kMostAttempts;
   while (tried.size() < kMostAttempts) {
     Fill(limits);
+    CheckMeasured(step);
     const double error = solid_fraction_ - solid_fraction;
     if (std::abs(error) <= kFractionTolerance) return;
     loosest = std::min(loosest, solid_fraction_);
@@ -166,6 +167,14 @@ void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& l
   }
   throw SpecError("preparation[" + std::to_string(step) + "].solid_fraction", Short(solid_fraction),
                   "one that can be reached; tried: " + Short(loosest) + " to " + Short(densest));
+}
+
+void Ground::CheckMeasured(std::size_t step) const {
+  if (solid_fraction_ > 0) return;
+  throw SpecError("preparation[" + std::to_string(step) + "].solid_fraction",
+                  "it with grains " + Short(surface_) + " m deep",
+                  "more than 4 diameters of the largest, or 2 where they are cut: it is measured "
+                  "without the layers at floor and surface");
 }
 
 /// The tile of a wheel test, its floor at z = 0, with the history of its contacts.
@@ -254,7 +263,18 @@ void Ground::AddBodyOf(std::size_t b) {
   if (!std::isnan(spec.above_surface_m)) {
     body.position_m[2] += surface_ + spec.above_surface_m - LowestPoint(body);
   }
+  if (!Holds(body.position_m[2])) {
+    throw SpecError(field + ".above_surface_m",
+                    "'" + spec.name + "' at z = " + Short(body.position_m[2]) + " m",
+                    "an origin below " + Short(kMostHeight) + " heights of the box");
+  }
   body_number_[b] = world_->AddBody(body);
+}
+
+bool Ground::Holds(double z_m) const {
+  const double half = 0.5 * config_.frame.z_span_m;
+  return std::abs(z_m) < kMostHeight * e_.box.height_m &&
+         std::abs(z_m - config_.origin_m[2]) < 0.5 * kMostHeight * half;
 }
 
 GrainState Ground::Make(const Grains& g, const Vec3d& at, double play, double diameter) {

@@ -45,6 +45,8 @@ class Ground {
   std::unique_ptr<Mechanism> MakeMechanism() {
     return experiment::MakeMechanism(e_, world_.get(), built_, body_number_);
   }
+  /// Whether the frame holds a body there, with a margin: at its ends what leaves comes back.
+  bool Holds(double z_m) const;
   double surface_m() const { return surface_; }
   double solid_fraction() const { return solid_fraction_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.
@@ -74,6 +76,8 @@ class Ground {
   void OpenWith(const Contents& contents);
   void Fill(const WorkLimits& limits);
   void FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits);
+  /// Throws SpecError where the grains are too shallow to have a solid fraction.
+  void CheckMeasured(std::size_t step) const;
   void OpenWindow();
   void AddWalls();
   void AddBodyOf(std::size_t body);

@@ -37,6 +37,8 @@ void Walk(Archive& a, DeviceState& h) {
 void CheckCheckpoints(const Experiment& e) {
   CheckWithin("output.checkpoint_every_s", e.checkpoint_every_s, 0, 1e300);
   if (!(e.checkpoint_every_s > 0)) return;
+  CheckWithin("output.checkpoint_every_s", e.checkpoint_every_s, ProgramTime(e) / kMostFrames,
+              1e300);
   for (const Grains& g : e.grains) {
     if (g.bonds.fragments > 0) {
       throw SpecError("output.checkpoint_every_s", "it with bonded grains",

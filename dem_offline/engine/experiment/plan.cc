@@ -20,6 +20,9 @@ constexpr double kLatticePitch = 1.02;  // of a lattice that stands
 constexpr double kRestTime = 100;       // [sqrt(d/g)] waiting for rest, at most
 constexpr double kRowBytes = 8 * 200;   // of a sample, written as text
 constexpr double kBytesPerBond = 600;
+constexpr double kBytesPerTriangle =
+    400;  // of a mesh, its search tree, and the copies it is made of
+constexpr double kBytesPerPart = 500;
 
 /// Names of materials in the order of the world.
 std::vector<std::string> Order(const Experiment& e) {
@@ -450,6 +453,25 @@ double PreparationTime(const Experiment& e) {
   return target ? kMostAttempts * time : time;
 }
 
+/// Memory of bodies: their meshes and parts. Throws SpecError for more than the limits allow.
+double BytesOfBodies(const Experiment& e, const WorkLimits& limits) {
+  double triangles = 0, parts = 0;
+  for (const BodySpec& b : e.bodies) {
+    for (const PartSpec& p : b.parts) {
+      triangles += static_cast<double>(p.mesh.triangles.size());
+      parts += std::max(1, p.count);
+      for (const Tread& t : p.treads) parts += t.count;
+    }
+  }
+  const double bytes = kBytesPerTriangle * triangles + kBytesPerPart * parts;
+  const double gib = 1 << 30, most = MostBytes(limits);
+  if (bytes <= most) return bytes;
+  throw SpecError("bodies",
+                  Short(triangles) + " triangles and " + Short(parts) + " parts in " +
+                      Short(bytes / gib) + " GiB of memory",
+                  "at most " + Short(most / gib) + " GiB of memory");
+}
+
 }  // namespace
 
 double ProgramTime(const Experiment& e) {
@@ -465,8 +487,9 @@ double ProgramTime(const Experiment& e) {
 
 Plan PlanOf(const Experiment& given, const WorkLimits& limits) {
   const Experiment e = Resolved(given);
-  Validate(e, limits);
   Plan plan;
+  plan.work.bytes = BytesOfBodies(e, limits);
+  Validate(e, limits);
   plan.dt_s = StepOf(e, &plan.rayleigh_time_s);
   plan.program_dt_s = std::min(e.program_step * plan.dt_s, SpringStep(e));
   ValidateSpeeds(e, plan.dt_s);

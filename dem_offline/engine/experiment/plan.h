@@ -13,6 +13,10 @@ namespace grouser::dem::experiment {
 int MaterialNumber(const Experiment& e, const std::string& name, const std::string& field);
 const Material& MaterialOf(const Experiment& e, const std::string& name);
 
+/// Of a body over the height of the box: the frame ends at 2, where it would come back below.
+inline constexpr double kMostHeight = 1.9;
+inline constexpr double kMostFrames = 1e5;  ///< of a run, and checkpoints
+
 inline constexpr const char* kAny = "any";  ///< every material, in an interface
 
 /// Laws and interfaces of all materials; grain_friction >= 0: of grains among themselves instead

@@ -16,9 +16,6 @@ namespace {
 
 constexpr std::int64_t kLookSteps = 200;  // between looks at open sides
 
-/// Of a body over the height of the box: the frame ends at 2, where it would come back below.
-constexpr double kMostHeight = 1.9;
-
 using Clock = std::chrono::steady_clock;
 
 /// Bounds of the steps of a program [s].
@@ -104,7 +101,11 @@ class Run {
 
   bool OneStep() {
     World& world = ground_.world();
-    for (Drive& d : drives_) d.Before(world);
+    for (Drive& d : drives_) {
+      d.Before(world);
+      const std::string fault = FaultOf(world.body(d.body()), world.wrench(d.body()));
+      if (!fault.empty()) return End("body '" + d.name() + "' " + fault);
+    }
     const StepFault fault = mechanism_ ? mechanism_->Step() : world.Step();
     ++steps_;
     if (fault != StepFault::kNone) {
@@ -138,6 +139,22 @@ class Run {
       }
     }
     return true;
+  }
+
+  /// Why a body cannot take its next step; empty: it can.
+  std::string FaultOf(const Body& b, const Wrench& w) const {
+    const double dt = plan_.program_dt_s;
+    Vec3d way = Scale(dt, b.velocity_m_per_s);
+    if (b.motion == BodyMotion::kFree) {
+      const Vec3d push = {w.fx, w.fy, w.fz - b.mass_kg * e_.gravity_m_per_s2};
+      way = Add(way, Scale(dt * dt / b.mass_kg, push));
+    }
+    const double z = b.position_m[2] + way[2], turn = dt * Norm(b.spin_rad_per_s);
+    if (!ground_.Holds(z)) return "has left the box, at z = " + Short(z) + " m";
+    const double most = std::min({e_.box.length_m, e_.box.width_m, e_.box.height_m});
+    if (!(Norm(way) < most)) return "moves " + Short(Norm(way)) + " m in a time step";
+    if (!(turn < 1)) return "turns by " + Short(turn) + " rad in a time step";
+    return "";
   }
 
   void TakeFrame(bool wanted) {

@@ -9,8 +9,6 @@
 namespace grouser::dem::experiment {
 namespace {
 
-constexpr double kMostFrames = 1e5;
-
 /// Triangles of one part, in its own frame, put into the body's.
 class PartSurface {
  public:

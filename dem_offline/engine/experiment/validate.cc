@@ -32,12 +32,23 @@ std::string At(const char* list, std::size_t i) {
 
 void CheckNotNegative(const std::string& field, double v) { CheckWithin(field, v, 0, 1e300); }
 
+/// Names stand in names of files and columns of CSVs.
+void CheckName(const std::string& at, const std::string& name) {
+  constexpr std::size_t kLongest = 64;
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  });
+  if (plain && !name.empty() && name.size() <= kLongest && name != kAny) return;
+  throw SpecError(
+      at + ".name", "'" + name + "'",
+      "a name of 1 to " + std::to_string(kLongest) + " letters (a to z), digits, _ and -; not any");
+}
+
 void CheckNames(const std::vector<std::string>& names, const char* list) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i].empty() || names[i] == kAny) {
-      throw SpecError(At(list, i) + ".name", "'" + names[i] + "'", "a name");
-    }
+    CheckName(At(list, i), names[i]);
     if (!seen.insert(names[i]).second) {
       throw SpecError(At(list, i) + ".name", "'" + names[i] + "' twice", "names that differ");
     }
@@ -360,6 +371,28 @@ void CheckMotion(const Experiment& e, const std::string& at, const BodySpec& bod
   }
 }
 
+/// A body begins where some of it is in the box, and where its frame can hold it.
+void CheckPlace(const Experiment& e, const std::string& at, const BodySpec& b, const Body& built) {
+  const double size[2] = {e.box.length_m, e.box.width_m};
+  for (int k = 0; k < 2; ++k) {
+    const double x = built.position_m[k], reach = built.shape.reach;
+    if (x >= -reach && x <= size[k] + reach) continue;
+    throw SpecError(at + ".position_m",
+                    std::string(k == 0 ? "x" : "y") + " = " + Short(x) + " m, with a reach of " +
+                        Short(reach) + " m: all of it outside of the box",
+                    "some of it within 0 and " + Short(size[k]) + " m");
+  }
+  if (std::isnan(b.above_surface_m)) {
+    CheckWithin(at + ".position_m", b.position_m[2], -0.5 * e.box.height_m, 1.5 * e.box.height_m);
+    return;
+  }
+  const double lowest = b.above_surface_m + built.position_m[2] - LowestPoint(built);
+  if (std::abs(lowest) < kMostHeight * e.box.height_m) return;
+  throw SpecError(at + ".above_surface_m",
+                  Short(b.above_surface_m) + ": its origin at z = " + Short(lowest) + " m or more",
+                  "one that stays below " + Short(kMostHeight) + " heights of the box");
+}
+
 void CheckBodies(const Experiment& e) {
   std::vector<std::string> names;
   bool moves = e.duration_s > 0;
@@ -378,9 +411,11 @@ void CheckBodies(const Experiment& e) {
     if (!std::isnan(b.above_surface_m) && b.while_preparing) {
       throw SpecError(at + ".above_surface_m", "it while preparing", "a height of its own");
     }
-    CheckWithin(at + ".position_m", b.position_m[2], -0.5 * e.box.height_m, 1.5 * e.box.height_m);
     CheckMotion(e, at, b);
-    BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b) || IsJointed(e, b.name), at);
+    CheckPlace(
+        e, at, b,
+        BuildBody(b, MaterialOf(e, b.material), number, MovesFreely(b) || IsJointed(e, b.name), at)
+            .body);
     moves = moves || !b.motion.empty();
   }
   if (!moves) throw SpecError("duration_s", "none", "a duration where no body moves");
@@ -408,8 +443,8 @@ void CheckProbes(const Experiment& e) {
     CheckBondProbe(e, at, p);
     if (!HasTable(p)) continue;
     tables.push_back(p.name);
-    if (p.name.empty() || p.name == "series" ||
-        std::count(tables.begin(), tables.end(), p.name) > 1) {
+    CheckName(at, p.name);
+    if (p.name == "series" || std::count(tables.begin(), tables.end(), p.name) > 1) {
       throw SpecError(at + ".name", "'" + p.name + "'", "a name of its own, and not series");
     }
     CheckNotNegative(at + ".every_s", p.every_s);

@@ -1,6 +1,7 @@
 // Experiment files: examples, schema, every key, and what is refused.
 #include "dem_offline/scenes/experiment_yaml.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -41,6 +42,18 @@ interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
 box: {length_m: 0.3, width_m: 0.1, height_m: 0.3, material: sand}
 grains: {kind: poured, material: sand, diameter_m: 0.01, count: 50,
          clump: [{at: [0, 0, 0], radius: 1}, {at: [1, 0, 0], radius: 1}]}
+duration_s: 0.1
+)";
+
+/// A body, a material and a table whose names nothing else uses.
+constexpr char kNamed[] = R"(name: named
+materials: [{name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}, {name: spare}]
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5}
+box: {length_m: 0.2, width_m: 0.2, height_m: 0.3, material: sand}
+grains: {kind: lattice, material: sand, diameter_m: 0.01, count: 20}
+bodies: [{name: plate, material: sand, parts: {shape: disc, radius_m: 0.1},
+          position_m: [0.1, 0.1, 0.2]}]
+probes: [{kind: grains, name: all}]
 duration_s: 0.1
 )";
 
@@ -416,7 +429,71 @@ TEST_F(ExperimentYaml, EngineComplainsAtTheLineOfTheKey) {
   EXPECT_THAT(Complaint("free: [x, z]", "free: [x]"),
               HasSubstr("motion[4].applied_force_n': got -5 N along z, which is not free"));
   EXPECT_THAT(Complaint("cohesion: jkr", "cohesion: glue"), HasSubstr("key 'laws'"));
+  EXPECT_THAT(Complaint("material: sand, diameter_m: 0.01, pitch_m",
+                        "material: sand, diameter_m: 10, pitch_m"),
+              HasSubstr("key 'grains[1].diameter_m': got '10'"));
   EXPECT_THAT(Complaint("count: 50", "count: 900000000"), HasSubstr("key 'grains[0].count'"));
+}
+
+/// Texts that would take time or memory without end.
+TEST_F(ExperimentYaml, RefusesAliasesThatGrowAndTextsTooLarge) {
+  EXPECT_THAT(Complaint("seed: 3", "seed: &z [*z]"), HasSubstr("e.yaml: got more than 100 levels"));
+  std::string bomb = "seed: {a0: &a0 [0]";
+  for (int k = 1; k < 10; ++k) {
+    bomb += fmt::format(", a{}: &a{} [", k, k);
+    for (int n = 0; n < 10; ++n) bomb += fmt::format("*a{},", k - 1);
+    bomb += "]";
+  }
+  EXPECT_THAT(Complaint("seed: 3", bomb + "}"), HasSubstr("with its aliases written out"));
+  const std::string large(std::size_t{1} << 20, 'a');
+  EXPECT_THAT(Complaint("seed: 3", "seed: &l " + large), HasSubstr("expected at most 1048576"));
+  EXPECT_THAT(Complaint("name: all", "name: [&l " + large.substr(9999) + ", *l, *l, *l, *l]"),
+              HasSubstr("with its aliases written out"));
+  std::ofstream(folder_ / "large.yaml") << std::string(3 << 20, ' ');
+  try {
+    LoadExperiment(folder_ / "large.yaml", {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("large.yaml: got 3145728 bytes, expected at most 1048576"));
+  }
+  // What is put at an anchor counts at every alias of it.
+  const std::string text = "a: &a {x: 1}\nb: [*a, *a, *a, *a]\n";
+  YamlSection root = YamlSection::OfText(text, "f");
+  EXPECT_NO_THROW(root.Set("a.x", "2"));
+  EXPECT_THROW(root.Set("a.x", "[&l " + large.substr(9999) + "]"), InputError);
+}
+
+TEST_F(ExperimentYaml, RefusesASecondDocument) {
+  EXPECT_THAT(Complaint("name: all", "name: none\n---\nname: all"),
+              HasSubstr("e.yaml:2: got a second YAML document"));
+  EXPECT_THAT(Complaint("name: all", "--- # the only one\nname: all"), HasSubstr("accepted"));
+}
+
+TEST_F(ExperimentYaml, SwitchesTakeYamlsBooleans) {
+  for (const char* on : {"on", "true", "yes", "True"}) {
+    EXPECT_TRUE(Read(kPlanar, {fmt::format("box.planar={}", on)}).experiment.box.planar) << on;
+  }
+  for (const char* off : {"off", "false", "no", "FALSE"}) {
+    EXPECT_THAT(Complaint("touch: on", fmt::format("touch: {}", off)), HasSubstr("accepted"));
+  }
+  EXPECT_THAT(Complaint("touch: on", "touch: 1"), HasSubstr("expected on or off"));
+}
+
+/// Names stand in names of files and in columns of CSVs.
+TEST_F(ExperimentYaml, RefusesNamesThatAreNone) {
+  for (const char* bad : {"../x", "a/b", "'a,b'", "a b", "\"a\\nb\"", "any", "a.b"}) {
+    for (const char* key : {"bodies[0].name", "materials[1].name", "probes[0].name"}) {
+      const std::string text = fmt::format("{}={}", key, bad);
+      try {
+        Read(kNamed, {text});
+        ADD_FAILURE() << text;
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(fmt::format("key '{}'", key)));
+        EXPECT_THAT(error.what(), HasSubstr("letters (a to z), digits, _ and -")) << text;
+      }
+    }
+  }
+  EXPECT_NO_THROW(Read(kNamed, {"bodies[0].name=Plate_2-b", "probes[0].name=x-1"}));
 }
 
 TEST_F(ExperimentYaml, SetPutsAValueOverTheFile) {

@@ -124,6 +124,10 @@ TEST(Sweep, RefusesBadInput) {
   Refuses("sweep: {replicates: 10001}\n", "whole number");
   Refuses("sweep: {axes: {key: seed, values: [1, 2]}, replicates: 9999}\n", "at most 10000");
   Refuses("sweep: {held_out: {replicates: 2}}\n", "key 'sweep.held_out.axes'");
+  Refuses("sweep: {axes: {key: seed, values: [1, &z [*z]]}}\n", "more than 100 levels");
+  Refuses(
+      "sweep: {replicates: 9999, axes: {key: name, values: [" + std::string(9999, 'a') + "]}}\n",
+      "in all");
   Refuses(R"(sweep:
   axes:
     - {key: grains.count, values: [1, 2]}

@@ -241,6 +241,87 @@ TEST(ExperimentMotion, FailsByNameWhereABodyLeavesTheBox) {
   EXPECT_NE(result.reason.find("body 'ball' has left the box"), std::string::npos);
 }
 
+/// Whatever carries a body off in one step ends the run, by its name.
+TEST(ExperimentMotion, FailsByNameWhereABodyIsGoneInAStep) {
+  const auto reason = [](const MotionStep& s) {
+    Experiment e = Empty();
+    e.bodies = {Ball({s})};
+    const Result result = RunExperiment(e, nullptr, nullptr);
+    EXPECT_FALSE(result.done);
+    return result.reason;
+  };
+  MotionStep hold = Step("hold_force"), push = Step("wait"), pull = Step("wait"),
+             twist = Step("wait");
+  for (MotionStep* s : {&hold, &push, &pull, &twist}) s->for_s = 0.1;
+  hold.hold = true;
+  hold.hold_force_n = 5;
+  hold.hold_mass_kg = 1e-12;
+  EXPECT_EQ(reason(hold).rfind("body 'ball' has left the box", 0), 0u) << reason(hold);
+  push.free_axes = {false, false, true};
+  push.applied_force_n = {0, 0, -1e300};
+  EXPECT_EQ(reason(push).rfind("body 'ball' has left the box", 0), 0u) << reason(push);
+  pull.free_axes = {true, false, false};
+  pull.applied_force_n = {1e300, 0, 0};
+  EXPECT_EQ(reason(pull).rfind("body 'ball' moves", 0), 0u) << reason(pull);
+  twist.free_spin = true;
+  twist.applied_torque_n_m = 1e300;
+  EXPECT_EQ(reason(twist).rfind("body 'ball' turns by", 0), 0u) << reason(twist);
+}
+
+/// The frame of a bed is about its surface, so that it ends above twice its height below.
+TEST(ExperimentMotion, FailsByNameBelowABed) {
+  Experiment e = Empty();
+  e.box = {0.1, 0.1, 0.1, Side::kPeriodic, Side::kPeriodic, "steel"};
+  Grains bed;
+  bed.filling = Filling::kBed;
+  bed.material = "sand";
+  bed.sizes = {{0.0115, 0.5}, {0.0125, 0.5}};
+  bed.depth_m = 0.04;
+  bed.solid_fraction = 0.628;
+  e.grains = {bed};
+  MotionStep fall = Step("release");
+  fall.for_s = 5;
+  e.bodies = {Ball({fall})};
+  e.bodies[0].parts[0].radius_m = 0.001;
+  e.bodies[0].position_m = {0.04, 0.04, -0.04};
+  const Result result = RunExperiment(e, nullptr, nullptr);
+  EXPECT_NE(result.reason.find("body 'ball' has left the box"), std::string::npos) << result.reason;
+}
+
+TEST(ExperimentMotion, RefusesABodyOutsideOfTheBox) {
+  const auto refused = [](auto&& change) -> std::string {
+    Experiment e = Empty();
+    MotionStep wait = Step("wait");
+    wait.for_s = 0.1;
+    e.bodies = {Ball({wait})};
+    change(e, e.bodies[0]);
+    try {
+      PlanOf(e);
+    } catch (const SpecError& error) {
+      return error.field();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused([](Experiment&, BodySpec& b) { b.position_m[0] = 50; }),
+            "bodies[0].position_m");
+  EXPECT_EQ(refused([](Experiment& e, BodySpec& b) {
+              e.box.y = Side::kWall;
+              b.position_m[1] = -0.06;
+            }),
+            "bodies[0].position_m");
+  EXPECT_EQ(refused([](Experiment&, BodySpec& b) { b.position_m[1] = -0.04; }), "");
+  EXPECT_EQ(refused([](Experiment&, BodySpec& b) {
+              b.position_m[0] = 50;
+              b.parts[0].shape = PartShape::kPlane;
+            }),
+            "");
+  EXPECT_EQ(refused([](Experiment&, BodySpec& b) {  // millimetres taken as metres
+              b.above_surface_m = 0;
+              b.parts[0].radius_m = 50;
+            }),
+            "bodies[0].above_surface_m");
+}
+
 TEST(ExperimentMotion, RefusesAStepWithoutAnEnd) {
   Experiment e = Empty();
   e.bodies = {Ball({Step("wait")})};

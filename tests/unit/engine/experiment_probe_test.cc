@@ -414,6 +414,20 @@ TEST(ExperimentGrains, ReachesItsSolidFractionOrSaysWhatItReached) {
   }
 }
 
+TEST(ExperimentGrains, SaysWhereASolidFractionCannotBeMeasured) {
+  Experiment e = Pouring(Filling::kPoured);
+  e.box = {0.1, 0.1, 0.5, Side::kPeriodic, Side::kPeriodic, "steel"};
+  e.grains[0].count = 60;
+  e.preparation = {Preparation{}};
+  e.preparation[0].solid_fraction = 0.58;
+  try {
+    RunExperiment(e, nullptr, nullptr);
+    FAIL();
+  } catch (const SpecError& error) {
+    EXPECT_NE(error.expected().find("more than 4 diameters"), std::string::npos) << error.what();
+  }
+}
+
 TEST(ExperimentGrains, ShakenAndCutToItsHeight) {
   Experiment e = Pouring(Filling::kPoured);
   Preparation shake, cut;
@@ -466,6 +480,25 @@ TEST(ExperimentPlan, RefusesMoreMemoryThanIsAllowedBeforeAnythingIsMade) {
   e.box = {1000, 1000, 1000, Side::kWall, Side::kWall, "steel"};
   e.grains[0].count = 0;
   EXPECT_THROW(PlanOf(e), SpecError);
+}
+
+TEST(ExperimentPlan, CountsTheMemoryOfBodies) {
+  Experiment e = Empty();
+  e.duration_s = 0.1;
+  const double alone = PlanOf(e).work.bytes;
+  PartSpec mesh;
+  mesh.shape = PartShape::kMesh;
+  mesh.mesh = Revolve({{0, 0}, {0.1, 0}, {0.1, 0.1}, {0, 0.1}}, 5000);
+  e.bodies = {Ball({})};
+  e.bodies[0].parts = {mesh};
+  const double bytes = PlanOf(e).work.bytes - alone;
+  EXPECT_GT(bytes, 300.0 * static_cast<double>(mesh.mesh.triangles.size()));
+  try {
+    PlanOf(e, {.bytes = 0.5 * bytes});
+    FAIL();
+  } catch (const SpecError& error) {
+    EXPECT_EQ(error.field(), "bodies");
+  }
 }
 
 TEST(ExperimentPlan, NamesTheMissingInterface) {

@@ -89,6 +89,9 @@ TEST(Snapshot, RefusesTimesThatCannotBe) {
   EXPECT_THROW(PlanOf(e), SpecError);
   e.frames = {.every_s = 1e-9, .times_s = {}};
   EXPECT_THROW(PlanOf(e), SpecError);
+  e.frames = {};
+  e.checkpoint_every_s = 1e-9;
+  EXPECT_THROW(PlanOf(e), SpecError);
 }
 
 }  // namespace

@@ -208,6 +208,19 @@ TEST(ExperimentFollow, RefusesWhatAWindowCannotHold) {
   refused([](Experiment& e) { e.box.follow.length_m = 0.12; }, "box.follow.length_m");
   refused([](Experiment& e) { e.box.follow.ahead = 1; }, "box.follow.ahead");
   refused([](Experiment& e) { e.box.x = Side::kWall; }, "box.follow");
+  refused(
+      [](Experiment& e) {
+        e.box.planar = false;
+        e.preparation = {};
+        e.grains[0].count = 10;
+        e.grains[0].sizes = {{0.01, 1.0}};
+        e.grains[0].bonds.fragment_m = 0.002;
+        e.grains[0].bonds.fragments = 20;
+        e.grains[0].bonds.count = 40;
+        e.grains[0].bonds.law.normal_stiffness_n_per_m3 = 1e7;
+        e.grains[0].bonds.law.shear_stiffness_n_per_m3 = 1e7;
+      },
+      "box.follow");
   refused([](Experiment& e) { e.box.disc_thickness_m = 0.01; }, "box.follow");
 }
 
