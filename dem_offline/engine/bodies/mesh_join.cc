@@ -208,10 +208,10 @@ class Joiner {
       of_patch[k % 2] += patch_of_[a.edge.face] == patch_of_[b.edge.face];
       if (k % 2 == 0) between += b.angle_rad - a.angle_rad;
     }
+    if (of_patch[0] != of_patch[1]) return of_patch[1] > of_patch[0] ? 1 : 0;
     for (const std::size_t offset : {0, 1}) {
       if (facing[offset] == n / 2) return offset;
     }
-    if (of_patch[0] != of_patch[1]) return of_patch[1] > of_patch[0] ? 1 : 0;
     return between > std::numbers::pi * (1 + 1e-9) ? 1 : 0;
   }
 

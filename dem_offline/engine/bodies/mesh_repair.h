@@ -34,9 +34,9 @@ struct MeshReport {
 ///    is cut at the needle's third vertex, so that what was closed stays closed; a wall that two
 ///    solids share (a copy each, both rims between their outer faces) goes, which unites them;
 ///  - an edge of three or more triangles is split into edges of two that each have their own
-///    vertices: the outlines of solids are paired across the solid as their windings say (where
-///    these disagree: within one patch, then across the smaller angles); sheets that end there
-///    are paired among themselves, one may end alone on a solid;
+///    vertices: the outlines of solids are paired within one patch, else across the solid as
+///    their windings say, else across the smaller angles; sheets that end there are paired among
+///    themselves, one may end alone on a solid;
 ///  - the faces of a shell get one winding: of an open shell that of most of them;
 ///  - closed shells are turned outward (kOutside: inward, a vessel), but what lies wholly inside
 ///    another closed shell is a cavity or a core and keeps its side; where the outer one was

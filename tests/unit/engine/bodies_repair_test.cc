@@ -160,6 +160,16 @@ TEST(MeshRepair, MixedWindingAndInsideOutGiveTheCleanMesh) {
   }
 }
 
+TEST(MeshRepair, AnOpenShellGetsTheWindingOfMost) {
+  const TriangleSoup clean = Plate(4, [](double x, double) { return 0.1 * x; });
+  TriangleSoup got = clean;
+  for (const int f : {0, 1, 9}) Turn(&got.triangles[f]);
+  const MeshReport report = Repaired(&got);
+  EXPECT_EQ(report.turned, 3);
+  EXPECT_EQ(report.open_edges, 16);
+  EXPECT_EQ(got.triangles, clean.triangles);
+}
+
 TEST(MeshRepair, AVesselFacesInward) {
   const TriangleSoup vessel = Reversed(BoxSoup(0.3, 0.2, 0.1));
   TriangleSoup got = vessel;
@@ -220,6 +230,7 @@ TEST(MeshRepair, EdgesOfFourAreSplit) {
       EXPECT_THROW(Mesh{got}, std::invalid_argument);
       const MeshReport report = Repaired(&got);
       EXPECT_EQ(report.split_edges, 1);
+      EXPECT_EQ(report.closed_shells, 2);
       EXPECT_EQ(report.open_edges, 0);
       EXPECT_NEAR(Volume(got), 2 * Volume(box), 1e-15);
     }
@@ -241,6 +252,25 @@ TEST(MeshRepair, EdgesOfFourAreSplit) {
   EXPECT_EQ(report.triangles, 66);  // of 64 two are cut, in the middle of that edge
   EXPECT_EQ(report.closed_shells, 1);
   EXPECT_NEAR(Volume(ring), 8 * Volume(box), 1e-15);
+}
+
+/// Where their triangles differ on the face that two solids share, they stay two.
+TEST(MeshRepair, SolidsThatTouchArePairedAcrossTheirInside) {
+  const TriangleSoup box = BoxSoup(0.1, 0.1, 0.1);
+  TriangleSoup other = box;
+  other.triangles[8] = {0, 4, 2};  // the other diagonal
+  other.triangles[9] = {4, 6, 2};
+  TriangleSoup got = Both(box, other, {0.2, 0, 0});
+  const MeshReport report = Repaired(&got);
+  EXPECT_EQ(report.split_edges, 4);
+  EXPECT_EQ(report.closed_shells, 2);
+  for (int f = 0; f < 12; ++f) {
+    for (int g = 12; g < 24; ++g) {
+      for (const std::int32_t v : got.triangles[f]) {
+        for (const std::int32_t w : got.triangles[g]) ASSERT_NE(v, w);
+      }
+    }
+  }
 }
 
 TEST(MeshRepair, AFinOnASolidIsASheetOfItsOwn) {
