@@ -23,11 +23,18 @@ constexpr char kSchemaExamples[] = R"(Examples:
   grouser-dem schema > experiment.schema.json     # JSON Schema, for editors
   grouser-dem schema --table                      # the table of docs/experiments.md)";
 
-/// All members are read; the speed is that of the first.
+void PrintMeshes(const ExperimentFile& file) {
+  for (const NamedFile& other : file.others) {
+    if (!other.note.empty()) fmt::print("mesh         {}\n", Described(other));
+  }
+}
+
+/// All members are read; the speed and the meshes are those of the first.
 int CheckSweep(const Sweep& sweep, const dem::WorkLimits& limits) {
   double rate = 0, all = 0, longest = 0, bytes = 0, grains = 0;
   for (const SweepMember& member : sweep.members) {
     const ExperimentFile file = ReadMember(sweep, member, limits);
+    if (rate == 0) PrintMeshes(file);
     CheckResults(sweep, dx::SeriesColumns(file.experiment));
     const dx::Plan plan = dx::PlanOf(file.experiment, limits);
     if (rate == 0) rate = dx::MeasureRate(file.experiment);
@@ -58,6 +65,7 @@ int Check(const std::string& path, const dem::WorkLimits& limits,
   const dx::Plan plan = dx::PlanOf(file.experiment, limits);
   const double rate = dx::MeasureRate(file.experiment);
   fmt::print("experiment   {}\n", file.experiment.name);
+  PrintMeshes(file);
   fmt::print("grains       {:.0f} at most\n", plan.work.grains);
   fmt::print("time step    {:.4g} s ({:.3g} of the Rayleigh time)\n", plan.dt_s,
              plan.dt_s / plan.rayleigh_time_s);

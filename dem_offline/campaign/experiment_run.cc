@@ -130,9 +130,8 @@ void FillRecord(const ExperimentFile& file, const dx::Result& result, v1alpha1::
   spec->set_name(file.experiment.name);
   spec->set_yaml(file.text);
   for (const std::string& set : file.sets) spec->add_sets(set);
-  for (const std::string& other : file.others) {
-    spec->add_others(records::Sha256OfFile(other) + " " +
-                     std::filesystem::path(other).filename().string());
+  for (const NamedFile& other : file.others) {
+    spec->add_others(records::Sha256OfFile(other.path) + " " + Described(other));
   }
   r->set_run_id(RunIdOf(file));
   r->set_status(result.done ? v1alpha1::RUN_STATUS_DONE : v1alpha1::RUN_STATUS_FAILED);
@@ -219,7 +218,7 @@ std::string StemOf(const std::string& out) {
 
 std::string RunIdOf(const ExperimentFile& file) {
   std::string all = std::string("engine ") + dem::EngineVersion() + "\n" + file.resolved;
-  for (const std::string& other : file.others) all += "\n" + records::Sha256OfFile(other);
+  for (const NamedFile& other : file.others) all += "\n" + records::Sha256OfFile(other.path);
   return records::Sha256OfString(all).substr(0, 16);
 }
 

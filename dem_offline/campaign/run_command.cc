@@ -155,16 +155,20 @@ int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
   if (arguments.resume && !std::filesystem::exists(CheckpointOf(arguments.out))) {
     PutText(stderr, CheckpointOf(arguments.out) + ": no checkpoint; the run begins anew\n");
   }
+  const ExperimentFile file =
+      LoadExperiment(arguments.experiment, arguments.limits, arguments.sets);
+  for (const NamedFile& other : file.others) {
+    if (!other.note.empty()) PutText(stderr, Described(other) + "\n");
+  }
   ProgressPrinter printer(arguments.progress_lines);
-  const auto run = RunExperimentTo(
-      arguments.out, LoadExperiment(arguments.experiment, arguments.limits, arguments.sets),
-      {.limits = arguments.limits,
-       .told =
-           [&](double fraction) {
-             printer.Run(fraction);
-             return !signals.stop();
-           },
-       .resume = arguments.resume});
+  const auto run = RunExperimentTo(arguments.out, file,
+                                   {.limits = arguments.limits,
+                                    .told =
+                                        [&](double fraction) {
+                                          printer.Run(fraction);
+                                          return !signals.stop();
+                                        },
+                                    .resume = arguments.resume});
   if (!run) return signals.exit_code();
   printer.End();
   if (arguments.json) {

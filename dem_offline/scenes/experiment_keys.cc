@@ -197,7 +197,11 @@ const std::vector<Key>& ExperimentKeys() {
       {"part", "treads", K::kSections, "tread", "smooth", "wheel", ""},
       {"part", "file", K::kText, "", "!", "mesh", "STL or OBJ"},
       {"part", "scale", K::kNumber, "", "1", "mesh", "metres per unit of the file"},
-      {"part", "axle", K::kChoice, "x|y|z", "y", "mesh", "axis of the file that becomes y"},
+      {"part", "axle", K::kChoice, "x|y|z|auto", "y", "mesh",
+       "axis of the file that becomes y; auto: found, with the centre in the origin"},
+      {"part", "repair", K::kSwitch, "", "on", "mesh", "off: a mesh that needs it is refused"},
+      {"part", "solid", K::kChoice, "inside|outside", "inside", "mesh",
+       "side of its closed shells that is filled; outside: a vessel"},
 
       {"tread", "count", K::kCount, "", "!", "", ""},
       {"tread", "height_m", K::kNumber, "", "!", "", "beyond the rim"},

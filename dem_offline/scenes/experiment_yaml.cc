@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <sstream>
 
+#include "dem_offline/engine/bodies/mesh_repair.h"
 #include "dem_offline/engine/core/rotation.h"
+#include "dem_offline/engine/experiment/mesh_axle.h"
 #include "dem_offline/scenes/experiment_joints_yaml.h"
 #include "dem_offline/scenes/experiment_keys.h"
 #include "dem_offline/scenes/experiment_motion_yaml.h"
@@ -22,6 +24,7 @@ using dem::Quatd;
 using dem::Vec3d;
 
 constexpr std::uint64_t kMostCount = 1000000000;
+constexpr int kFindAxle = 3;  // of the choices of `axle`
 
 /// Turned about the fixed x, then y, then z.
 Quatd TurnOf(const std::vector<double>& angles) {
@@ -302,7 +305,7 @@ class Reader {
   std::string ReadOther(KeyedSection& s, const char* key) {
     const std::filesystem::path given = s.Text(key);
     const std::string path = given.is_absolute() ? given : std::filesystem::path(folder_) / given;
-    out_.others.push_back(path);
+    out_.others.push_back({path, ""});
     try {
       return records::ReadFileBytes(path);
     } catch (const std::exception& error) {
@@ -437,11 +440,31 @@ class Reader {
     const std::string bytes = ReadOther(s, "file");
     const double scale = s.Has("scale") ? s.yaml().Number("scale", {0.0, 1e6, true}) : 1.0;
     const int axle = s.ChoiceOr("axle", 1);
+    const auto solid = static_cast<dem::SolidSide>(s.ChoiceOr("solid", 0));
+    const bool repair = s.Switch("repair", true);
+    const std::string name = Described(out_.others.back());
     dem::TriangleSoup soup;
-    try {
-      soup = dem::ReadMesh(bytes, out_.others.back());
-    } catch (const std::invalid_argument& error) {
-      s.yaml().Fail("file", error.what(), "a mesh in STL or OBJ");
+    const auto at_key = [&](const char* key, const char* expected, auto&& f) {
+      try {
+        return f();
+      } catch (const std::invalid_argument& error) {
+        s.yaml().Fail(key, error.what(), expected);
+      }
+    };
+    const dem::MeshReport report = at_key("file", "a mesh in STL or OBJ", [&] {
+      soup = dem::ReadMesh(bytes, name);
+      return dem::RepairMesh(&soup, name, solid);
+    });
+    std::string& note = out_.others.back().note;
+    note = report.Words();
+    if (!repair && report.Changed()) {
+      s.yaml().Fail("repair", "off, but " + name + " needs it: " + note, "on, or a sound mesh");
+    }
+    if (axle == kFindAxle) {
+      note += "; " + at_key("axle", "a mesh of rotational symmetry",
+                            [&] { return dx::PutOnAxle(&soup, name); });
+      for (auto& v : soup.vertices) v = dem::Scale(scale, v);
+      return soup;
     }
     for (auto& v : soup.vertices) {  // cyclic, so that it stays right-handed
       const std::array<double, 3> old = v;
@@ -540,6 +563,11 @@ void PutSets(const std::vector<std::string>& sets, YamlSection* root) {
     }
     root->Set(set.substr(0, equals), set.substr(equals + 1));
   }
+}
+
+std::string Described(const NamedFile& file) {
+  const std::string name = std::filesystem::path(file.path).filename();
+  return file.note.empty() ? name : name + ": " + file.note;
 }
 
 ExperimentFile LoadExperiment(const std::string& file, const dem::WorkLimits& limits,

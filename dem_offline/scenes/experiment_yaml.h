@@ -8,13 +8,22 @@
 
 namespace grouser::campaign {
 
+/// A file that an experiment names, as found.
+struct NamedFile {
+  std::string path;
+  std::string note;  ///< of a mesh: what it is, and what was changed to make it one
+};
+
+/// Its name without the folder, and ": NOTE" where it has one.
+std::string Described(const NamedFile& file);
+
 /// An experiment file as read, with what belongs to its record.
 struct ExperimentFile {
   dem::experiment::Experiment experiment;
-  std::string text;                 ///< of the file
-  std::string resolved;             ///< the same as YAML, with all values in place
-  std::vector<std::string> others;  ///< files that it names, as found (meshes, grains)
-  std::vector<std::string> sets;    ///< KEY=VALUE that stood over it
+  std::string text;               ///< of the file
+  std::string resolved;           ///< the same as YAML, with all values in place
+  std::vector<NamedFile> others;  ///< meshes, grains
+  std::vector<std::string> sets;  ///< KEY=VALUE that stood over it
 };
 
 /// Reads an experiment file (docs/experiments.md); files that it names stand beside it, unless

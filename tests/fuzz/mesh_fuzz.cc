@@ -1,4 +1,5 @@
-// Any bytes are a mesh or refused, and a mesh answers every query soundly.
+// Any bytes are a mesh or refused, as they are and repaired, and a mesh answers every query
+// soundly.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -6,11 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "dem_offline/engine/bodies/mesh.h"
+#include "dem_offline/engine/bodies/mesh_repair.h"
 
 namespace {
 
 using grouser::dem::Mesh;
+using grouser::dem::MeshReport;
 using grouser::dem::SurfacePoint;
 using grouser::dem::Vec3f;
 
@@ -28,20 +30,37 @@ void Query(const Mesh& mesh, Vec3f p, float reach) {
   }
 }
 
+void QueryAround(const Mesh& mesh) {
+  const auto& vertices = mesh.soup().vertices;
+  const auto reach = static_cast<float>(mesh.reach());
+  for (std::size_t v = 0; v < vertices.size() && v < 8; ++v) {
+    const Vec3f p = {static_cast<float>(vertices[v][0]), static_cast<float>(vertices[v][1]),
+                     static_cast<float>(vertices[v][2])};
+    Query(mesh, p, reach);
+    Query(mesh, {p.x, p.y, p.z + 0.1f * reach}, 0.2f * reach);
+    Query(mesh, {0.5f * p.x, 0.5f * p.y, 0.5f * p.z}, reach);
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   try {
-    const Mesh mesh(grouser::dem::ReadMesh(bytes, "fuzz"));
-    const auto& vertices = mesh.soup().vertices;
-    const auto reach = static_cast<float>(mesh.reach());
-    for (std::size_t v = 0; v < vertices.size() && v < 8; ++v) {
-      const Vec3f p = {static_cast<float>(vertices[v][0]), static_cast<float>(vertices[v][1]),
-                       static_cast<float>(vertices[v][2])};
-      Query(mesh, p, reach);
-      Query(mesh, {p.x, p.y, p.z + 0.1f * reach}, 0.2f * reach);
-      Query(mesh, {0.5f * p.x, 0.5f * p.y, 0.5f * p.z}, reach);
+    grouser::dem::TriangleSoup soup = grouser::dem::ReadMesh(bytes, "fuzz");
+    try {
+      QueryAround(Mesh(soup));
+    } catch (const std::invalid_argument&) {  // refused as it is: as it should be
+    }
+    const MeshReport report = grouser::dem::RepairMesh(&soup, "fuzz");
+    try {
+      const Mesh mesh(soup);
+      if (mesh.closed() != (report.open_shells == 0)) std::abort();
+      QueryAround(mesh);
+    } catch (const std::invalid_argument& error) {
+      // Too large or, cut in two, too thin; never three at an edge or wound against each other.
+      const std::string why = error.what();
+      if (why.find("third") != why.npos || why.find("wound") != why.npos) std::abort();
     }
   } catch (const std::invalid_argument&) {  // refused: as it should be
   }

@@ -6,42 +6,17 @@
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
+
+#include "dem_offline/engine/bodies/face_edges.h"
 
 namespace grouser::dem {
 namespace {
 
-/// Thinner than this (height over longest edge) a triangle has no normal.
-constexpr double kThinnest = 1e-10;
 constexpr double kLargest = 1e6;  // [m]
 constexpr std::int32_t kLeaf = 4;
 
 [[noreturn]] void Refuse(const std::string& what) { throw std::invalid_argument("mesh: " + what); }
-
-std::int32_t RootOf(std::vector<std::int32_t>* parent, std::int32_t i) {
-  while ((*parent)[i] != i) {
-    (*parent)[i] = (*parent)[(*parent)[i]];
-    i = (*parent)[i];
-  }
-  return i;
-}
-
-void Unite(std::vector<std::int32_t>* parent, std::int32_t a, std::int32_t b) {
-  a = RootOf(parent, a);
-  b = RootOf(parent, b);
-  (*parent)[std::max(a, b)] = std::min(a, b);  // roots are lowest: numbering by first face
-}
-
-/// One edge of a face, named by its corners in rising order.
-struct FaceEdge {
-  std::int32_t low, high, face;
-  int edge;
-  bool rising;  ///< the face runs from low to high
-  bool operator<(const FaceEdge& o) const {
-    return std::tie(low, high, face, edge) < std::tie(o.low, o.high, o.face, o.edge);
-  }
-};
 
 std::string Edge(const FaceEdge& s) {
   return "the edge of vertices " + std::to_string(s.low) + " and " + std::to_string(s.high);
@@ -86,15 +61,12 @@ void Mesh::MakeNormals() {
   const auto faces = static_cast<std::int32_t>(soup_.triangles.size());
   double low = 1e300, high = -1e300, radius2 = 0, reach2 = 0;
   for (std::int32_t f = 0; f < faces; ++f) {
-    const Vec3d a = Sub(Corner(f, 1), Corner(f, 0)), b = Sub(Corner(f, 2), Corner(f, 1)),
-                c = Sub(Corner(f, 0), Corner(f, 2));
-    const Vec3d n = CrossD(a, b);
-    const double area = std::sqrt(DotD(n, n));
-    if (!(area > kThinnest * std::max({DotD(a, a), DotD(b, b), DotD(c, c)}) && area > 1e-100)) {
+    if (!HasArea(Corner(f, 0), Corner(f, 1), Corner(f, 2))) {
       Refuse("face " + std::to_string(f) +
              " is degenerate (corners on one line or in one point), expected a triangle with area");
     }
-    normal_.push_back(Scale(1 / area, n));
+    const Vec3d n = CrossD(Sub(Corner(f, 1), Corner(f, 0)), Sub(Corner(f, 2), Corner(f, 1)));
+    normal_.push_back(Scale(1 / Norm(n), n));
     for (int k = 0; k < 3; ++k) {
       const Vec3d& v = Corner(f, k);
       low = std::min(low, v[1]);
@@ -109,27 +81,16 @@ void Mesh::MakeNormals() {
 }
 
 void Mesh::JoinEdges(double smooth_angle_rad) {
-  std::vector<FaceEdge> sides;
-  sides.reserve(3 * soup_.triangles.size());
-  for (std::size_t f = 0; f < soup_.triangles.size(); ++f) {
-    for (int e = 0; e < 3; ++e) {
-      const std::int32_t a = soup_.triangles[f][e], b = soup_.triangles[f][(e + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(f), e, a < b});
-    }
-  }
-  std::sort(sides.begin(), sides.end());
+  const std::vector<FaceEdge> sides = SortedEdges(soup_.triangles);
   std::vector<std::int32_t> smooth(soup_.triangles.size()), piece(soup_.triangles.size());
   std::iota(smooth.begin(), smooth.end(), 0);
   std::iota(piece.begin(), piece.end(), 0);
   other_.assign(soup_.triangles.size(), {-1, -1, -1});
   const double straight = std::cos(smooth_angle_rad);  // only compared with
-  const auto same = [](const FaceEdge& a, const FaceEdge& b) {
-    return a.low == b.low && a.high == b.high;
-  };
   for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
     const FaceEdge &s = sides[i], &t = sides[i + 1];
-    if (!same(s, t)) continue;
-    if (i + 2 < sides.size() && same(t, sides[i + 2])) {
+    if (!s.SamePlace(t)) continue;
+    if (i + 2 < sides.size() && t.SamePlace(sides[i + 2])) {
       Refuse("face " + std::to_string(sides[i + 2].face) + " is the third at " + Edge(s) +
              " (with " + std::to_string(s.face) + " and " + std::to_string(t.face) +
              "), expected at most two");

@@ -202,6 +202,12 @@ constexpr Quatd kAsIs = {1, 0, 0, 0};
 constexpr Vec3d kHere = {0, 0, 0};
 const Quatd kYToZ = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
 
+/// An open mesh has none, nor has a vessel, which is filled outside.
+MassProperties SolidMeshMass(const TriangleSoup& soup) {
+  const MassProperties out = Mesh(soup).closed() ? MassOfMesh(soup) : MassProperties{};
+  return out.volume_m3 > 0 ? out : MassProperties{};
+}
+
 MassProperties MassOfPart(const PartSpec& p) {
   MassSum sum;
   switch (p.shape) {
@@ -255,7 +261,7 @@ MassProperties MassOfPart(const PartSpec& p) {
       sum.Add(CylinderMass(p.radius_m, p.width_m, 0), kHere, kYToZ);
       return sum.Total();
     case PartShape::kMesh:
-      return Mesh(p.mesh).closed() ? MassOfMesh(p.mesh) : MassProperties{};
+      return SolidMeshMass(p.mesh);
     default:
       return {};
   }
@@ -370,7 +376,8 @@ MassProperties MassOf(const std::vector<PartSpec>& parts, const std::string& fie
   for (const PartSpec& p : parts) sum.Add(MassOfPart(p), p.at_m, p.turn);
   const MassProperties out = sum.Total();
   if (!(out.volume_m3 > 0)) {
-    throw SpecError(field + ".mass_kg", "none", "a mass: its parts enclose no volume");
+    throw SpecError(field + ".mass_kg", "none",
+                    "a mass: its parts enclose no volume (open meshes and vessels have none)");
   }
   return out;
 }

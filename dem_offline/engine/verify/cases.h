@@ -23,6 +23,7 @@ Cases PlaceCases();  ///< far away, gravity, one grain, none, slow creep, symmet
 Cases WheelTortureCases();
 Cases EnduranceCases();  ///< JKR snap-off, bond cascade, a heap at rest, a million steps
 Cases MeshCases();
+Cases BodyCases();  ///< clumps, glued spheres, planar worlds
 Cases DeterminismCases();
 
 }  // namespace grouser::dem::verify

@@ -28,7 +28,7 @@ Suite TortureSuite() {
           "Cases chosen to break the engine: none may crash, hang, go non-finite unnoticed, or be "
           "averaged after failing.",
           Joined({StiffCases(), PlaceCases(), WheelTortureCases(), EnduranceCases(), MeshCases(),
-                  DeterminismCases()})};
+                  BodyCases(), DeterminismCases()})};
 }
 
 }  // namespace grouser::dem::verify

@@ -61,6 +61,26 @@ TEST_F(ExperimentCli, CheckPrintsWhatItTakes) {
   }
 }
 
+TEST_F(ExperimentCli, SaysWhatWasChangedInAMesh) {
+  Write("foot.obj",  // inside-out, one face twice
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+        "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\nf 3 4 1\n");
+  Write("foot.yaml", std::string(kDrop) +
+                         "bodies: {name: foot, material: sand, position_m: [0.1, 0.1, 0.2],\n"
+                         "  parts: {shape: mesh, file: foot.obj, scale: 0.02}}\n");
+  const std::string line =
+      "foot.obj: 4 triangles, 1 closed shell; 1 copy dropped; 1 shell inside-out turned";
+  ASSERT_EQ(Run("check " + In("foot.yaml")), 0) << said_;
+  EXPECT_NE(said_.find("mesh         " + line + "\n"), std::string::npos) << said_;
+  ASSERT_EQ(Run("run " + In("foot.yaml") + " --out " + In("d.run.h5")), 0) << said_;
+  EXPECT_NE(said_.find(line), std::string::npos) << said_;
+  const auto run = grouser::records::ReadAnyRunFile(In("d.run.h5"));
+  ASSERT_EQ(run.record.experiment_spec().others_size(), 1);
+  EXPECT_EQ(run.record.experiment_spec().others(0).substr(64), " " + line);
+  EXPECT_EQ(Run("check " + In("foot.yaml") + " --set bodies.parts.repair=off"), 2);
+  EXPECT_NE(said_.find("off, but foot.obj needs it: 4 triangles"), std::string::npos) << said_;
+}
+
 TEST_F(ExperimentCli, BadFilesAreRefusedBeforeAnyWork) {
   EXPECT_EQ(Run("check " + In("drop.yaml") + " --set grains.cuont=7"), 2);
   EXPECT_NE(said_.find("the nearest is 'count'"), std::string::npos) << said_;

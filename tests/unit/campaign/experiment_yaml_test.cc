@@ -116,7 +116,7 @@ bodies:
          treads: {count: 8, height_m: 0.005, root_thickness_m: 0.004, tip_thickness_m: 0.003,
                   width_m: 0.01, offset_m: 0.001, lean_deg: 10}}
       - {shape: box, size_m: [0.01, 0.01, 0.01], at_m: [0, 0.02, 0], turn_deg: [0, 0, 45]}
-      - {shape: mesh, file: tetra.obj, scale: 0.01, axle: z}
+      - {shape: mesh, file: tetra.obj, scale: 0.01, axle: z, repair: on, solid: inside}
     position_m: [0.1, 0.1, 0.2]
     turn_deg: [0, 0, 30]
     mass_kg: 2
@@ -270,6 +270,68 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
     if (key.kind == KeyKind::kLaws) continue;
     EXPECT_THAT(all, HasSubstr(std::string(key.name) + ":")) << key.section << ": no example";
   }
+}
+
+/// A wheel with six grousers about z, in millimetres, as a file has it: inside-out, one triangle
+/// twice, one without area, off the origin.
+std::string WheelFile() {
+  std::string text;
+  for (int i = 0; i < 24; ++i) {
+    const double a = 2 * M_PI * i / 24, r = i % 4 == 0 ? 60 : 50;
+    for (const double z : {0.0, 40.0}) {
+      text += fmt::format("v {} {} {}\n", 100 + r * std::cos(a), 20 + r * std::sin(a), z);
+    }
+  }
+  text += "v 100 20 0\nv 100 20 40\n";
+  for (int i = 0; i < 24; ++i) {
+    const int a = 2 * i + 1, b = (2 * i + 2) % 48 + 1;
+    text += fmt::format("f {0} {2} {1}\nf {1} {2} {3}\nf {0} {4} {2}\nf {1} {3} {5}\n", a, a + 1, b,
+                        b + 1, 49, 50);
+  }
+  return text;
+}
+
+TEST_F(ExperimentYaml, MeshesAreRepairedAndPutOnTheirAxle) {
+  const auto put = [&](const std::string& text) { std::ofstream(folder_ / "tetra.obj") << text; };
+  const auto read = [&](const std::string& keys) {
+    return Read(kRest, {"bodies[0].parts[2]={shape: mesh, file: tetra.obj, " + keys + "}"});
+  };
+  const auto refusal = [&](const std::string& keys) -> std::string {
+    try {
+      read(keys);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  put(WheelFile());
+  const ExperimentFile clean = read("scale: 0.001, axle: auto, repair: off");
+  EXPECT_THAT(Described(clean.others.back()),
+              HasSubstr("tetra.obj: 96 triangles, 1 closed shell; nothing to repair; axle found "
+                        "along (0, 0, 1) of the file through (100, 20, 20), principal moments"));
+  double radius = 0, low = 1, high = -1;
+  for (const auto& v : clean.experiment.bodies[0].parts[2].mesh.vertices) {
+    radius = std::max(radius, std::hypot(v[0], v[2]));
+    low = std::min(low, v[1]);
+    high = std::max(high, v[1]);
+  }
+  EXPECT_NEAR(radius, 0.06, 1e-9);
+  EXPECT_NEAR(low, -0.02, 1e-9);
+  EXPECT_NEAR(high, 0.02, 1e-9);
+  put(WheelFile() + "f 1 3 2\nf 5 5 6\n");
+  EXPECT_THAT(refusal("repair: off"), HasSubstr("parts[2].repair': got off, but tetra.obj needs"));
+  const ExperimentFile mended = read("scale: 0.001, axle: auto");
+  EXPECT_THAT(mended.others.back().note,
+              HasSubstr("; 1 triangle without area dropped; 1 copy dropped; axle found"));
+  EXPECT_EQ(mended.experiment.bodies[0].parts[2].mesh.vertices,
+            clean.experiment.bodies[0].parts[2].mesh.vertices);
+  EXPECT_THAT(read("scale: 0.001, solid: outside").others.back().note,
+              HasSubstr("1 shell inside-out turned"));
+  put("v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  EXPECT_THAT(refusal("axle: auto"), HasSubstr("parts[2].axle': got tetra.obj: got principal"));
+  put("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal("scale: 1"),
+              HasSubstr("parts[2].file': got tetra.obj: got no triangle with"));
 }
 
 TEST_F(ExperimentYaml, ReadsBondedGrains) {

@@ -57,16 +57,6 @@ std::string Obj(const TriangleSoup& s) {
   return text;
 }
 
-double Volume(const TriangleSoup& s) {
-  double sum = 0;
-  for (const auto& t : s.triangles) {
-    const auto &a = s.vertices[t[0]], &b = s.vertices[t[1]], &c = s.vertices[t[2]];
-    sum += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-           a[2] * (b[0] * c[1] - b[1] * c[0]);
-  }
-  return sum / 6;
-}
-
 TEST(ReadMesh, AllFormsOfABoxAreOneBox) {
   const TriangleSoup box = BoxSoup(0.25, 0.5, 0.125);
   for (const std::string& bytes :

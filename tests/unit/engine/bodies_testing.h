@@ -92,4 +92,12 @@ inline TriangleSoup Torus(int n, int m, double major, const std::function<double
   return s;
 }
 
+inline double Volume(const TriangleSoup& s) {
+  double sum = 0;
+  for (const auto& t : s.triangles) {
+    sum += DotD(s.vertices[t[0]], CrossD(s.vertices[t[1]], s.vertices[t[2]]));
+  }
+  return sum / 6;
+}
+
 }  // namespace grouser::dem
