@@ -271,7 +271,7 @@ TEST(ExperimentMotion, FailsByNameWhereABodyIsGoneInAStep) {
 /// The frame of a bed is about its surface, so that it ends above twice its height below.
 TEST(ExperimentMotion, FailsByNameBelowABed) {
   Experiment e = Empty();
-  e.box = {0.1, 0.1, 0.1, Side::kPeriodic, Side::kPeriodic, "steel"};
+  e.box = {0.1, 0.1, 0.3, Side::kPeriodic, Side::kPeriodic, "steel"};
   Grains bed;
   bed.filling = Filling::kBed;
   bed.material = "sand";
