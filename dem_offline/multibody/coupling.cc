@@ -60,22 +60,18 @@ void CoupledBodies::Steer() {
   }
 }
 
-StepFault CoupledBodies::Step() {
-  if (world_->fault() != StepFault::kNone) return world_->fault();
+void CoupledBodies::Advance() {
+  if (world_->fault() != StepFault::kNone) return;
   world_->Start();
   std::vector<Wrench> wrenches(bodies_->bodies());
   for (const Link& l : links_) wrenches[l.body].Add(world_->wrench(l.world_body));
-  const double dt = world_->config().dt_s;
-  bodies_->Advance(dt, wrenches);
+  bodies_->Advance(world_->config().dt_s, wrenches);
   Steer();
-  const StepFault fault = world_->Step();
-  for (const Link& l : links_) {
-    const Body& b = world_->body(l.world_body);
-    const Wrench& w = world_->wrench(l.world_body);
-    work_j_ -= dt * (DotD({w.fx, w.fy, w.fz}, b.velocity_m_per_s) +
-                     DotD({w.tx, w.ty, w.tz}, b.spin_rad_per_s));
-  }
-  return fault;
+}
+
+StepFault CoupledBodies::Step() {
+  Advance();
+  return world_->Step();
 }
 
 }  // namespace grouser::dem

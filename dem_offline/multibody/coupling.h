@@ -31,12 +31,8 @@ class CoupledBodies {
 
   /// One step of both, of the World's dt. After a fault of the World nothing moves.
   StepFault Step();
-
-  /// Done by the bodies on the grains [J], as the World books it (force of the end of a step
-  /// times the velocity of the step): equal to the sum of the bodies' work_j to rounding.
-  /// MultibodyEnergy::grains is its negative with the velocity at the force's own time; they
-  /// differ by dt/2 times the bodies' momentum rates, O(dt).
-  double work_on_grains_j() const { return work_j_; }
+  /// Its first part: the bodies have moved, and the World's have the velocities that follow them.
+  void Advance();
 
  private:
   struct Link {
@@ -47,7 +43,6 @@ class CoupledBodies {
   World* world_;
   MultibodySystem* bodies_;
   std::vector<Link> links_;
-  double work_j_ = 0;
 };
 
 }  // namespace grouser::dem

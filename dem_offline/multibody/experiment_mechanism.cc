@@ -131,7 +131,7 @@ class Simbody : public dx::Mechanism {
     both_.emplace(world, &system_, links);
   }
 
-  StepFault Step() override { return both_->Step(); }
+  void Advance() override { both_->Advance(); }
   Wrench Reaction(std::size_t joint) const override {
     return system_.Reaction(system_.spec().joints[joint].name);
   }

@@ -3,6 +3,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from frames import BadFile
+
+MOST_CELLS = 1e6
+
 
 class Patch:
     """The contacts of one body, seen along the mean of their normal forces and summed in square
@@ -14,7 +18,8 @@ class Patch:
     def __init__(self, point_m, normal, force_n):
         self.normal_n = -np.sum(force_n * normal, axis=1)
         mean = np.sum(self.normal_n[:, None] * normal, axis=0)
-        out = mean / np.linalg.norm(mean)
+        size = np.linalg.norm(mean)
+        out = mean / size if size > 0 else normal[0]  # pressed from all sides alike
         axis = np.eye(3)[0 if abs(out[0]) < 0.9 else 1]
         self.across = axis - out * (axis @ out)
         self.across /= np.linalg.norm(self.across)
@@ -26,6 +31,10 @@ class Patch:
     def cells(self, side_m):
         """(low corner [2], pressure [nx, ny], shear stress [nx, ny, 2]) [Pa] of cells that wide."""
         low = side_m * np.floor(self.at_m.min(axis=0) / side_m)
+        wide = np.ptp(self.at_m, axis=0) / side_m + 2
+        if not np.prod(wide) <= MOST_CELLS:
+            raise BadFile(f"--cell {side_m:g}: {wide[0]:.0f} by {wide[1]:.0f} cells, expected at most "
+                          f"{MOST_CELLS:g}")
         place = np.floor((self.at_m - low) / side_m).astype(int)
         size = place.max(axis=0) + 1
         sums = np.zeros((*size, 3))

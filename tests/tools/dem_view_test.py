@@ -53,6 +53,11 @@ class ContactPatch(unittest.TestCase):
         self.assertEqual([one.get_ylabel() for one in figure.axes[2:]],
                          ["pressure [kPa]", "shear stress [kPa]"])
         self.assertIsNone(patch.draw_patch(frame, 1, "plate", 0.02))
+        with self.assertRaises(frames.BadFile):
+            seen.cells(1e-300)
+        around = patch.Patch(point[:2], np.array([[1.0, 0, 0], [-1, 0, 0]]),
+                             np.array([[-1.0, 0, 0], [1, 0, 0]]))
+        self.assertTrue(np.isfinite(around.at_m).all())
 
 
 class Run(unittest.TestCase):

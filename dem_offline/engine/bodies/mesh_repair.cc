@@ -51,6 +51,7 @@ std::int64_t DropNeedles(TriangleSoup* soup, const std::string& name) {
     return DotD(d, d);
   };
   std::int64_t left = needles;
+  const std::size_t most = 2 * soup->triangles.size() + 64;
   for (int pass = 0; left > 0; ++pass) {
     if (pass == kMostNeedlePasses)
       Refuse(name, "triangles without area that lean on each other", "area");
@@ -78,6 +79,9 @@ std::int64_t DropNeedles(TriangleSoup* soup, const std::string& name) {
         if (half[(other->edge + 2) % 3] == middle) {  // itself, or one like it
           gone[g] = 1;
           continue;
+        }
+        if (more.size() > most) {
+          Refuse(name, "triangles without area whose edges cut up more than there are", "area");
         }
         soup->triangles[g][(other->edge + 1) % 3] = middle;
         half[other->edge] = middle;

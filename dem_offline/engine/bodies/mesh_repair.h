@@ -24,7 +24,7 @@ struct MeshReport {
   bool Changed() const {
     return without_area + doubled + inner_walls + split_edges + turned + inside_out > 0;
   }
-  /// "5408 triangles, 1 closed shell; 3 triangles without area dropped; 1 shell was inside-out".
+  /// "5408 triangles, 1 closed shell; 3 triangles without area dropped; 1 shell inside-out turned".
   std::string Words() const;
 };
 

@@ -170,10 +170,10 @@ void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& l
 }
 
 void Ground::CheckMeasured(std::size_t step) const {
-  if (solid_fraction_ > 0) return;
+  if (!thin_) return;
   throw SpecError("preparation[" + std::to_string(step) + "].solid_fraction",
                   "it with grains " + Short(surface_) + " m deep",
-                  "more than 4 diameters of the largest, or 2 where they are cut: it is measured "
+                  "more than 5 diameters of the largest, or 3 where they are cut: it is measured "
                   "without the layers at floor and surface");
 }
 
@@ -557,7 +557,8 @@ void Ground::Look() {
   // A layer of the largest grains is left out at floor and surface, and two under a rough surface.
   const double d = LargestDiameter(e_);
   double low = d, high = surface_ - (flat ? d : 3 * d);
-  if (high < low + d) {  // thin: no layer would be left, or hardly one
+  thin_ = high < low + d;
+  if (thin_) {  // no layer would be left, or hardly one
     low = std::min(d, 0.25 * surface_);
     high = 0.6 * surface_;
   }

@@ -113,6 +113,7 @@ class Ground {
   std::vector<int> bonded_grain_of_id_;  ///< shorter than the ids: no bonded grains after it
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
+  bool thin_ = false;  ///< hardly a layer lies between floor and surface
   std::unique_ptr<Follower> follower_;
   std::size_t followed_ = 0;  ///< body of the file
   double prepared_s_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "dem_offline/engine/experiment/plan.h"
@@ -10,6 +11,7 @@
 namespace grouser::dem::experiment {
 namespace {
 
+constexpr double kMostJoints = 1000;  // loops among them are solved together
 constexpr double kSpringShare = 0.1;  // time step over 1/omega: frequency within 0.05 %
 constexpr double kDamperShare = 0.2;  // time step over m/c
 constexpr double kStableShare = 1.0;  // over 1/omega with the turn of the bodies; 2 is the limit
@@ -90,6 +92,8 @@ void CheckSpring(const Experiment& e, std::size_t i) {
 }
 
 void CheckNames(const Experiment& e) {
+  CheckWithin("joints", static_cast<double>(e.joints.size()), 0, kMostJoints);
+  CheckWithin("springs", static_cast<double>(e.springs.size()), 0, kMostJoints);
   std::set<std::string> taken = {"", "world", "ground", "series"};
   for (const BodySpec& b : e.bodies) taken.insert(b.name);
   const auto take = [&](const std::string& field, const std::string& name) {
@@ -192,17 +196,23 @@ void CheckJoints(const Experiment& e) {
 
 double SpringStep(const Experiment& e) {
   double step = kNever;
+  std::map<std::string, BuiltBody> built;
+  const auto of = [&](const std::string& name) -> const BuiltBody& {
+    const auto [at, fresh] = built.try_emplace(name);
+    if (fresh) at->second = BuiltOf(e, Find(e, name));
+    return at->second;
+  };
   // Of a body for a force along a line through a point, or for a torque about an axis.
   const auto linear = [&](const std::string& name, const Vec3d& at) -> Mobility {
     if (name.empty()) return {};
-    const BuiltBody b = BuiltOf(e, Find(e, name));
+    const BuiltBody& b = of(name);
     const Vec3d& i = b.body.inertia_kg_m2;
     const double lever = Norm(Sub(at, b.centre_m)), one = 1 / b.body.mass_kg;
     return {one, one + lever * lever / std::min({i[0], i[1], i[2]})};
   };
   const auto turn = [&](const std::string& name, const Vec3d& axis) {
     if (name.empty()) return 0.0;
-    const BuiltBody b = BuiltOf(e, Find(e, name));
+    const BuiltBody& b = of(name);
     const Vec3d own = MatrixOf(b.body.orientation).Back(Scale(1 / Norm(axis), axis));
     double inertia = 0;
     for (int k = 0; k < 3; ++k) inertia += b.body.inertia_kg_m2[k] * own[k] * own[k];

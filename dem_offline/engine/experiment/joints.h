@@ -67,7 +67,7 @@ struct SpringReading {
 class Mechanism {
  public:
   virtual ~Mechanism() = default;
-  virtual StepFault Step() = 0;  ///< in place of World::Step
+  virtual void Advance() = 0;  ///< before World::Step, which then moves the bodies so
   /// On the child, at the joint, axes of the world: of the step that was made last.
   virtual Wrench Reaction(std::size_t joint) const = 0;
   virtual JointReading ReadJoint(std::size_t joint) const = 0;

@@ -37,6 +37,9 @@ double MeasureMixing(const std::vector<GrainState>& grains, const Probe& p) {
 }
 
 void CheckMixing(const std::string& at, const Probe& p) {
+  if (p.region.radius_m > 0) {
+    throw SpecError(at + ".region.radius_m", "a round region of mixing", "low_m and high_m alone");
+  }
   CheckPositive(at + ".diameter_m", p.diameter_m);
   CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 2, 1e6);
 }

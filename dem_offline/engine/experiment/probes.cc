@@ -227,7 +227,7 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
       return;
     }
     case Probe::Kind::kMixing:
-      return row->push_back(MeasureMixing(States(), p));
+      return row->push_back(MeasureMixing(States(), Shifted(p)));
     case Probe::Kind::kRest:
       return row->push_back(Restlessness(world));
     case Probe::Kind::kRepose: {
@@ -316,6 +316,13 @@ void Probes::WriteGrains(const Probe& p, double time_s) {
   }
 }
 
+/// Regions are counted from the back of a window that follows a body.
+Probe Probes::Shifted(const Probe& p) const {
+  Probe here = p;
+  for (Vec3d* end : {&here.region.low_m, &here.region.high_m}) (*end)[0] += ground_.from_m();
+  return here;
+}
+
 void Probes::WriteTable(const Probe& p, double time_s) {
   if (!sink_) return;
   if (p.kind == Probe::Kind::kRings) return WriteRings(p, time_s);
@@ -323,8 +330,7 @@ void Probes::WriteTable(const Probe& p, double time_s) {
   const Table& table = tables_[&p - e_.probes.data()];
   if (p.kind == Probe::Kind::kBondForces) return WriteBondForces(table, time_s);
   if (p.kind == Probe::Kind::kFragments) return WriteFragments(table, time_s);
-  Probe here = p;  // regions are counted from the back of a window that follows a body
-  for (Vec3d* end : {&here.region.low_m, &here.region.high_m}) (*end)[0] += ground_.from_m();
+  const Probe here = Shifted(p);
   const Region& r = here.region;
   if (p.kind == Probe::Kind::kSurface) {
     const std::vector<double> height = MeasureSurface(States(), here);

@@ -93,6 +93,7 @@ class Probes : ProbeTables {
   void AddTouching(std::size_t body, std::vector<double>* row) const;
   void WriteBondForces(const Table& table, double time_s) const;
   void WriteFragments(const Table& table, double time_s) const;
+  Probe Shifted(const Probe& p) const;
   void WriteTable(const Probe& p, double time_s);
   void WriteBins(const Probe& p, const Probe& here, double time_s);
   BinnedGrains Binned() const;

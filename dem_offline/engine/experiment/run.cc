@@ -101,12 +101,15 @@ class Run {
 
   bool OneStep() {
     World& world = ground_.world();
-    for (Drive& d : drives_) {
-      d.Before(world);
-      const std::string fault = FaultOf(world.body(d.body()), world.wrench(d.body()));
-      if (!fault.empty()) return End("body '" + d.name() + "' " + fault);
+    for (Drive& d : drives_) d.Before(world);
+    if (mechanism_) mechanism_->Advance();
+    for (std::size_t b = 0; b < e_.bodies.size(); ++b) {
+      const int number = ground_.BodyOf(b);
+      if (world.body(number).motion == BodyMotion::kFixed) continue;
+      const std::string fault = FaultOf(world.body(number), world.wrench(number));
+      if (!fault.empty()) return End("body '" + e_.bodies[b].name + "' " + fault);
     }
-    const StepFault fault = mechanism_ ? mechanism_->Step() : world.Step();
+    const StepFault fault = world.Step();
     ++steps_;
     if (fault != StepFault::kNone) {
       return End(std::string(Explain(fault)) + " at " + Short(Time()) + " s");

@@ -435,7 +435,12 @@ void CheckProbes(const Experiment& e) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
     }
     if (p.kind == Probe::Kind::kTreads) CheckTreads(e, at, p);
-    if (p.kind == Probe::Kind::kMixing) CheckMixing(at, p);
+    BoxSpec seen = e.box;
+    if (!e.box.follow.body.empty()) seen.length_m = e.box.follow.length_m;
+    if (p.kind == Probe::Kind::kMixing) {
+      CheckRegion(at + ".region", p.region, seen);
+      CheckMixing(at, p);
+    }
     if (p.kind == Probe::Kind::kJoint || p.kind == Probe::Kind::kSpring) CheckJointProbe(e, at, p);
     if (p.kind == Probe::Kind::kBins && e.box.planar && (p.n[1] != 1 || p.region.radius_m > 0)) {
       throw SpecError(at + ".n", "bins along y or round in a planar box", "[nx, 1, nz], or rings");
@@ -450,8 +455,6 @@ void CheckProbes(const Experiment& e) {
     CheckNotNegative(at + ".every_s", p.every_s);
     if (p.every_s > 0) CheckWithin(at + ".every_s", p.every_s, e.sample_s, 1e300);
     if (p.kind == Probe::Kind::kGrains) continue;
-    BoxSpec seen = e.box;
-    if (!e.box.follow.body.empty()) seen.length_m = e.box.follow.length_m;
     CheckRegion(at + ".region", p.region, seen);
     if (p.kind == Probe::Kind::kRings) {
       CheckPositive(at + ".region.radius_m", p.region.radius_m);
@@ -495,6 +498,16 @@ void ValidateSpeeds(const Experiment& e, double dt_s) {
   for (std::size_t i = 0; i < e.preparation.size(); ++i) {
     const Preparation& p = e.preparation[i];
     check(At("preparation", i) + ".frequency_hz", 2 * M_PI * p.frequency_hz * Norm(p.amplitude_m));
+  }
+  for (std::size_t i = 0; i < e.joints.size(); ++i) {
+    const Joint& j = e.joints[i];
+    const auto child = std::find_if(e.bodies.begin(), e.bodies.end(),
+                                    [&](const BodySpec& b) { return b.name == j.child; });
+    const bool slides = j.kind == Joint::Kind::kTranslational;
+    const double arm = slides ? 1 : ShapeOf(child->parts, At("joints", i)).reach;
+    for (const ProgrammePart& part : j.drive) {
+      check(At("joints", i) + ".drive", std::abs(part.value) * arm);
+    }
   }
   double longest = 0;
   for (std::size_t i = 0; i < e.bodies.size(); ++i) {

@@ -327,6 +327,23 @@ TEST(MeshRepair, RefusesByName) {
   wall.triangles.erase(wall.triangles.begin() + 10, wall.triangles.end());
   wall = Both(wall, BoxSoup(0.1, 0.1, 0.1), {0.2, 0, 0});
   ExpectHas(Complaint(wall), "where an inner wall ends");
+  TriangleSoup cut;  // needles within needles along an edge of many triangles
+  cut.vertices = {{0, 0, 0}, {8, 0, 0}};
+  for (int k = 0; k < 60; ++k) {
+    cut.vertices.push_back({0, std::cos(0.1 * k), std::sin(0.1 * k)});
+    cut.triangles.push_back({0, 1, k + 2});
+  }
+  const std::function<void(int, int, double, double)> halve = [&](int a, int b, double x,
+                                                                  double y) {
+    if (y - x < 0.5) return;
+    const auto middle = static_cast<std::int32_t>(cut.vertices.size());
+    cut.vertices.push_back({0.5 * (x + y), 0, 0});
+    cut.triangles.push_back({a, b, middle});
+    halve(a, middle, x, 0.5 * (x + y));
+    halve(middle, b, 0.5 * (x + y), y);
+  };
+  halve(0, 1, 0, 8);
+  ExpectHas(Complaint(cut), "cut up more than there are");
   TriangleSoup far = BoxSoup(1, 1, 1);
   far.vertices[0][0] = 1e31;
   ExpectHas(Complaint(far), "over 1e30");

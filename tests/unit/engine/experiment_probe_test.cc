@@ -424,7 +424,7 @@ TEST(ExperimentGrains, SaysWhereASolidFractionCannotBeMeasured) {
     RunExperiment(e, nullptr, nullptr);
     FAIL();
   } catch (const SpecError& error) {
-    EXPECT_NE(error.expected().find("more than 4 diameters"), std::string::npos) << error.what();
+    EXPECT_NE(error.expected().find("more than 5 diameters"), std::string::npos) << error.what();
   }
 }
 

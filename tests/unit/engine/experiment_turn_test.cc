@@ -106,6 +106,15 @@ TEST(ExperimentTurn, RefusesOpenBoxesAndFastTurns) {
   EXPECT_EQ(FieldOf(e), "preparation[1].height_m");
 }
 
+TEST(ExperimentMixing, RefusesRegionsThatAreNone) {
+  Experiment e = Layers(1);
+  e.probes[0].region.radius_m = 0.05;
+  EXPECT_THROW(PlanOf(e), SpecError);
+  e = Layers(1);
+  std::swap(e.probes[0].region.low_m[2], e.probes[0].region.high_m[2]);
+  EXPECT_THROW(PlanOf(e), SpecError);
+}
+
 TEST(ExperimentTurn, ALidThatIsTooLowStopsTheRun) {
   Experiment e = Layers(1);
   e.preparation[1].height_m = 0.05;

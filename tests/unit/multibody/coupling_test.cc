@@ -64,8 +64,7 @@ TEST(Coupling, SliderOnAHertzSphereBouncesLikeItsEquation) {
   }
   EXPECT_LT(worst, 1e-3 * rest);
   EXPECT_GT(largest, 0.05 * mass * kG * rest);  // it did move
-  EXPECT_NEAR(both.work_on_grains_j(), world.state().bodies.at(block).work_j, 1e-12 * grains);
-  EXPECT_NEAR(both.work_on_grains_j(), -bodies.Energy().grains, 0.02 * grains);
+  EXPECT_NEAR(world.state().bodies.at(block).work_j, -bodies.Energy().grains, 1e-3 * grains);
   EXPECT_NEAR(world.body(block).position_m[2], bodies.Placement(0).position_m[2], 1e-14);
   EXPECT_NEAR(bodies.ReactionIn("rail", kGround, spec.joints[0].in_parent).fz, 0, 1e-9);
 }
@@ -166,8 +165,7 @@ TEST(Coupling, MomentumAndEnergyOfGrainsAndBodiesStay) {
   const MultibodyEnergy e = bodies.Energy();
   const double lost = 0.5 * mass * 1.05 - e.kinetic;
   EXPECT_NEAR(-e.grains, lost, 1e-3 * lost);
-  EXPECT_NEAR(both.work_on_grains_j(), world.state().bodies.at(block).work_j, 1e-9 * lost);
-  EXPECT_NEAR(world.state().bodies.at(block).work_j, lost, 0.02 * lost);
+  EXPECT_NEAR(world.state().bodies.at(block).work_j, lost, 2e-3 * lost);
 }
 
 /// Restitution of a block on a slider that is `times` as heavy as the free grain that hits it.

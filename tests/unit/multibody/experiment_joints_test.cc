@@ -194,6 +194,15 @@ joints:
   EXPECT_LT(Largest(run["pin.gap_m"]), 1e-8);
 }
 
+TEST(ExperimentJoints, ADriveThatIsTooFastIsRefused) {
+  const std::string error = ErrorOf(std::string(kBox) + kBar + R"(duration_s: 1
+joints: {name: pin, kind: revolute, child: bar, at_m: [-0.2, 0, 0], axis: [0, 0, 1],
+         drive: {rate_deg_per_s: 1.0e+9, for_s: 1}}
+)");
+  EXPECT_NE(error.find("joints[0].drive"), std::string::npos) << error;
+  EXPECT_NE(error.find("in a time step"), std::string::npos) << error;
+}
+
 TEST(ExperimentJoints, ABlockOnASliderRestsOnAGrain) {
   const Ran run = RunText(std::string(kBox) + R"(duration_s: 1
 bodies:
