@@ -87,6 +87,13 @@ word_reproduce() {
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_validate() {
+  local script="$GROUSER_ROOT/dem_offline/validate/validate.py"
+  require_packages run
+  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit
+  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in

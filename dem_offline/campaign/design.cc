@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <vector>
@@ -141,9 +140,9 @@ void AddStates(YamlSection& file, const std::string& key, v1alpha1::RunRole role
 }
 
 v1alpha1::Scene SceneOf(YamlSection& file) {
-  if (!file.IsText("scene")) return ReadScene(file.Section("scene"));
-  const auto folder = std::filesystem::path(file.file()).parent_path();
-  return LoadScene((folder / file.Text("scene")).string());
+  const std::string soil = file.Has("soil") ? NeighbourOf(file, "soil") : "";
+  if (!file.IsText("scene")) return ReadScene(file.Section("scene"), soil);
+  return LoadScene(NeighbourOf(file, "scene"), soil);
 }
 
 }  // namespace

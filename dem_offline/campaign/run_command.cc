@@ -36,7 +36,7 @@ The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
 LOST or FAILED run; its status says which.)";
 
 struct RunArguments {
-  std::string scene, spec, experiment, out, tiles;
+  std::string scene, soil, spec, experiment, out, tiles;
   double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
@@ -67,7 +67,7 @@ v1alpha1::WheelTestSpec SpecFromJson(const std::string& path) {
 }
 
 v1alpha1::WheelTestSpec SpecFromScene(const RunArguments& arguments) {
-  const v1alpha1::Scene scene = LoadScene(arguments.scene);
+  const v1alpha1::Scene scene = LoadScene(arguments.scene, arguments.soil);
   v1alpha1::WheelTestSpec spec;
   spec.set_scene(scene.name());
   *spec.mutable_soil() = scene.soil();
@@ -228,6 +228,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
       app.add_subcommand("run", "One experiment, a wheel test or any other; writes one run file");
   run->footer(kRunExamples);
   auto* scene = run->add_option("--scene", arguments->scene, "Scene file (*.scene.yaml)");
+  run->add_option("--soil", arguments->soil, "Soil file, instead of the scene's soil")
+      ->needs(scene);
   auto* spec = run->add_option("--spec", arguments->spec,
                                "JSON of a grouser.v1alpha1.WheelTestSpec, instead of a scene");
   scene->excludes(spec);

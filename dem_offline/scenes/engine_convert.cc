@@ -46,6 +46,13 @@ void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
   out->friction = grains.friction();
   out->rolling_friction = grains.rolling_friction();
   out->solid_fraction = grains.solid_fraction();
+  out->preparation = {};
+  const auto& preparation = grains.preparation();
+  if (preparation.has_friction()) out->preparation.friction = preparation.friction();
+  if (preparation.has_rolling_friction()) {
+    out->preparation.rolling_friction = preparation.rolling_friction();
+  }
+  out->top = {grains.top_layer().thickness_m(), grains.top_layer().solid_fraction()};
   out->gravity_m_per_s2 = soil.gravity_m_per_s2();
   if (grains.has_contact()) ConvertContact(grains.contact(), &out->contact);
   out->sizes.clear();
@@ -99,6 +106,9 @@ void ConvertRig(const v1alpha1::RigSettings& rig, dem::RigSettings* out) {
   out->target_relative_error = rig.target_relative_error();
   out->stress_bin_rad = rig.stress_bin_rad();
   out->width_bins = static_cast<int>(rig.width_bins());
+  out->most_sinkage_m = rig.most_sinkage_m();
+  out->travel = {rig.travel().least_hub_m(), rig.travel().compare_from_hub_m(),
+                 rig.travel().compare_to_hub_m()};
   if (rig.has_scene()) ConvertScene(rig.scene(), &out->scene);
 }
 
@@ -133,14 +143,25 @@ using Repeated = google::protobuf::RepeatedField<double>;
 
 void Copy(const std::vector<double>& from, Repeated* to) { to->Assign(from.begin(), from.end()); }
 
-void RecordMeans(const dem::WheelTestResult& result, v1alpha1::RunRecord* record) {
-  for (const dem::OutputMean& mean : result.outputs) {
-    auto* out = record->add_outputs();
+void RecordOutputs(const std::vector<dem::OutputMean>& means,
+                   google::protobuf::RepeatedPtrField<v1alpha1::OutputMean>* to) {
+  for (const dem::OutputMean& mean : means) {
+    auto* out = to->Add();
     out->set_name(mean.name);
     out->set_mean(mean.mean);
     out->set_standard_error(mean.standard_error);
     out->set_drift(mean.drift);
     out->set_fluctuation(mean.fluctuation);
+  }
+}
+
+void RecordMeans(const dem::WheelTestResult& result, v1alpha1::RunRecord* record) {
+  RecordOutputs(result.outputs, record->mutable_outputs());
+  if (const dem::EqualTravel& equal = result.equal_travel; !equal.outputs.empty()) {
+    auto* out = record->mutable_equal_travel();
+    out->set_from_hub_m(equal.from_hub_m);
+    out->set_to_hub_m(equal.to_hub_m);
+    RecordOutputs(equal.outputs, out->mutable_outputs());
   }
   for (const dem::RuleCheck& rule : result.rules) {
     auto* out = record->add_rules();
@@ -173,7 +194,12 @@ void RecordBed(const dem::WheelTestResult& result, const dem::Tile& tile,
   bed->set_bulk_density_kg_per_m3(result.bulk_density_kg_per_m3);
   bed->set_mean_diameter_m(result.mean_diameter_m);
   bed->set_grains(result.grains);
-  bed->set_preparation_friction(tile.preparation_friction);
+  bed->set_surface_m(tile.surface_m);
+  bed->set_top_solid_fraction(tile.top_solid_fraction);
+  bed->set_preparation_friction(tile.preparation_friction[0]);
+  bed->set_preparation_rolling_friction(tile.preparation_rolling_friction[0]);
+  bed->set_top_preparation_friction(tile.preparation_friction[1]);
+  bed->set_top_preparation_rolling_friction(tile.preparation_rolling_friction[1]);
 }
 
 void RecordNumerics(const dem::WheelTestResult& result, v1alpha1::NumericsReport* numerics) {
@@ -221,7 +247,8 @@ void RecordSeries(const dem::Series& series, records::DoubleArrays* out) {
           {"sinkage_m", series.sinkage_m},
           {"v_x_m_per_s", series.v_x_m_per_s},
           {"rim_speed_m_per_s", series.rim_speed_m_per_s},
-          {"travel_m", series.travel_m}};
+          {"travel_m", series.travel_m},
+          {"hub_travel_m", series.hub_travel_m}};
 }
 
 }  // namespace
@@ -258,6 +285,7 @@ records::RunFile ToRunFile(const RunContext& context, const dem::Tile& tile,
   record.set_window_end_s(result.window_end_s);
   record.set_blocks(static_cast<std::uint32_t>(result.blocks));
   record.set_travel_m(result.travel_m);
+  record.set_hub_travel_m(result.hub_travel_m);
   record.set_contact_length_m(result.contact_length_m);
   record.set_stopped_by(dem::Explain(result.stopped));
   *record.mutable_create_time() = context.created;

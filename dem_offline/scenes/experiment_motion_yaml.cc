@@ -49,9 +49,11 @@ dx::Preparation ReadPreparation(KeyedSection& s) {
   if (p.kind == dx::Preparation::Kind::kSettle && s.Has("solid_fraction")) {
     p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
   }
-  if (!cut && !turn && s.Has("friction")) {
-    p.friction = s.Number("friction");
-    if (p.friction < 0) s.yaml().Fail("friction", fmt::format("{}", p.friction), "a number >= 0");
+  for (const auto& [key, value] :
+       {std::pair{"friction", &p.friction}, std::pair{"rolling_friction", &p.rolling_friction}}) {
+    if (cut || turn || !s.Has(key)) continue;
+    *value = s.Number(key);
+    if (*value < 0) s.yaml().Fail(key, fmt::format("{}", *value), "a number >= 0");
   }
   if (shake) {
     p.amplitude_m = ToVec3(s.Vector("amplitude_m"));

@@ -258,6 +258,18 @@ class Reader {
     if (g.filling == dx::Filling::kBed) {
       g.depth_m = s.Number("depth_m");
       g.solid_fraction = s.Number("solid_fraction");
+      if (s.Has("preparation")) {
+        KeyedSection p = s.Section("preparation");
+        if (p.Has("friction")) g.preparation.friction = p.Number("friction");
+        if (p.Has("rolling_friction"))
+          g.preparation.rolling_friction = p.Number("rolling_friction");
+        p.Finish();
+      }
+      if (s.Has("top_layer")) {
+        KeyedSection top = s.Section("top_layer");
+        g.top = {top.Number("thickness_m"), top.Number("solid_fraction")};
+        top.Finish();
+      }
       s.Finish();
       return g;
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <numbers>
@@ -93,6 +94,16 @@ void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* ou
                "friction", "rolling_friction", "solid_fraction"},
               out);
   ReadSizes(grains, out);
+  if (grains.Has("preparation")) {
+    YamlSection preparation = grains.Section("preparation");
+    ReadOptional(preparation, {"friction", "rolling_friction"}, out->mutable_preparation());
+    preparation.Finish();
+  }
+  if (grains.Has("top_layer")) {
+    YamlSection top = grains.Section("top_layer");
+    ReadNumbers(top, {"thickness_m", "solid_fraction"}, out->mutable_top_layer());
+    top.Finish();
+  }
   if (grains.Has("contact")) ReadContact(grains.Section("contact"), out->mutable_contact());
   grains.Finish();
   const double bulk = out->grain_density_kg_per_m3() * out->solid_fraction();
@@ -181,9 +192,16 @@ void ReadSceneChoice(YamlSection& rig, v1alpha1::SceneChoice* out) {
 
 void ReadRig(YamlSection rig, v1alpha1::RigSettings* out) {
   ReadNumbers(rig,
-              {"bed_length_m", "bed_width_m", "bed_depth_m", "speed_m_per_s", "max_time_s",
-               "rayleigh_fraction", "target_relative_error"},
+              {"bed_length_m", "bed_width_m", "bed_depth_m", "speed_m_per_s", "rayleigh_fraction",
+               "target_relative_error"},
               out);
+  ReadOptional(rig, {"max_time_s", "most_sinkage_m"}, out);
+  if (rig.Has("travel")) {
+    YamlSection travel = rig.Section("travel");
+    ReadOptional(travel, {"least_hub_m", "compare_from_hub_m", "compare_to_hub_m"},
+                 out->mutable_travel());
+    travel.Finish();
+  }
   out->set_stress_bin_rad(rig.Number("stress_bin_deg") * kDegree);
   out->set_width_bins(static_cast<std::uint32_t>(rig.Count("width_bins", 0, kMostCount)));
   if (rig.Has("scene")) ReadSceneChoice(rig, out->mutable_scene());
@@ -207,10 +225,21 @@ void CheckWithEngine(const YamlSection& section, const v1alpha1::Scene& scene) {
 
 }  // namespace
 
-v1alpha1::Scene ReadScene(YamlSection section) {
+std::string NeighbourOf(YamlSection& section, const std::string& key) {
+  return (std::filesystem::path(section.file()).parent_path() / section.Text(key)).string();
+}
+
+v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file) {
   v1alpha1::Scene scene;
   scene.set_name(section.Text("name"));
-  ReadSoil(section.Section("soil"), scene.mutable_soil());
+  std::string soil = soil_file;
+  if (soil.empty() && section.IsText("soil")) soil = NeighbourOf(section, "soil");
+  if (soil.empty()) {
+    ReadSoil(section.Section("soil"), scene.mutable_soil());
+  } else {
+    section.Has("soil");  // known, though another stands for it
+    ReadSoil(YamlSection::Load(soil), scene.mutable_soil());
+  }
   ReadWheel(section.Section("wheel"), scene.mutable_wheel());
   ReadRig(section.Section("rig"), scene.mutable_rig());
   section.Finish();
@@ -218,6 +247,8 @@ v1alpha1::Scene ReadScene(YamlSection section) {
   return scene;
 }
 
-v1alpha1::Scene LoadScene(const std::string& file) { return ReadScene(YamlSection::Load(file)); }
+v1alpha1::Scene LoadScene(const std::string& file, const std::string& soil_file) {
+  return ReadScene(YamlSection::Load(file), soil_file);
+}
 
 }  // namespace grouser::campaign

@@ -68,7 +68,12 @@ records::TileFile ToTileFile(const dem::Tile& tile, const std::string& tile_key)
                   {"depth_m", {tile.depth_m}},
                   {"solid_fraction", {tile.solid_fraction}},
                   {"coordination", {tile.coordination}},
-                  {"preparation_friction", {tile.preparation_friction}},
+                  {"surface_m", {tile.surface_m}},
+                  {"top_solid_fraction", {tile.top_solid_fraction}},
+                  {"preparation_friction", {tile.preparation_friction[0]}},
+                  {"preparation_rolling_friction", {tile.preparation_rolling_friction[0]}},
+                  {"top_preparation_friction", {tile.preparation_friction[1]}},
+                  {"top_preparation_rolling_friction", {tile.preparation_rolling_friction[1]}},
                   {"overlap_p99_over_radius", {tile.overlap_p99_over_radius}}};
   file.floats = {{"radius_m", tile.radius_m},
                  {"velocity", tile.velocity},
@@ -93,7 +98,12 @@ dem::Tile ToTile(const records::TileFile& file, const std::string& tile_key,
   tile.depth_m = TakeScalar(file, "depth_m", path);
   tile.solid_fraction = TakeScalar(file, "solid_fraction", path);
   tile.coordination = TakeScalar(file, "coordination", path);
-  tile.preparation_friction = TakeScalar(file, "preparation_friction", path);
+  tile.surface_m = TakeScalar(file, "surface_m", path);
+  tile.top_solid_fraction = TakeScalar(file, "top_solid_fraction", path);
+  tile.preparation_friction = {TakeScalar(file, "preparation_friction", path),
+                               TakeScalar(file, "top_preparation_friction", path)};
+  tile.preparation_rolling_friction = {TakeScalar(file, "preparation_rolling_friction", path),
+                                       TakeScalar(file, "top_preparation_rolling_friction", path)};
   tile.overlap_p99_over_radius = TakeScalar(file, "overlap_p99_over_radius", path);
   tile.radius_m = Take(file.floats, "radius_m", path);
   tile.velocity = Take(file.floats, "velocity", path);

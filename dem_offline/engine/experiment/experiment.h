@@ -107,10 +107,12 @@ struct Grains {
   std::int64_t count = 0;       ///< poured, rained, scattered; lattice: 0 = as many as fit
   /// Scattered: sum of pi d^2/4 over the region seen along its axis; gives the count.
   double areal_fraction = 0;
-  double pitch_m = 0;         ///< lattice; 0: 1.02 of the largest diameter
-  double speed_m_per_s = 0;   ///< rained: first speed downwards; 0: sqrt(g d)
-  double depth_m = 0;         ///< bed
-  double solid_fraction = 0;  ///< bed: its target
+  double pitch_m = 0;          ///< lattice; 0: 1.02 of the largest diameter
+  double speed_m_per_s = 0;    ///< rained: first speed downwards; 0: sqrt(g d)
+  double depth_m = 0;          ///< bed
+  double solid_fraction = 0;   ///< bed: its target, under its top layer
+  BedPreparation preparation;  ///< bed
+  TopLayer top;                ///< bed
   std::vector<GrainState> listed;
 };
 
@@ -127,8 +129,9 @@ struct Preparation {
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
   double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
   double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
-  /// settle: met within 0.005 at the end of the whole preparation, which is repeated with other
-  /// frictions until then; 0: as it falls
+  double rolling_friction = -1;  ///< the same
+  /// settle: met within kFractionTolerance at the end of the whole preparation, which is repeated
+  /// with other frictions until then; 0: as it falls
   double solid_fraction = 0;
   Vec3d amplitude_m = {0, 0, 0};  ///< shake
   double frequency_hz = 0;        ///< shake
@@ -325,7 +328,9 @@ struct Result {
   double particle_steps = 0, wall_s = 0, dt_s = 0, rayleigh_time_s = 0;
   double prepared_s = 0, run_s = 0;  ///< simulated
   double solid_fraction = 0;         ///< of the prepared grains, below the surface
+  double top_solid_fraction = 0;     ///< of a bed's top layer; 0: there is none
   double surface_m = 0;              ///< height of the prepared surface
+  double level_m = 0;                ///< from which sinkage counts: Ground::level_m
   double coordination = 0, overlap_p99 = 0, overlap_max = 0, quantum_m = 0;
   double energy_residual_j = 0, energy_input_j = 0;  ///< where the energy is probed
 };

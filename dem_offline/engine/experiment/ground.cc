@@ -7,15 +7,16 @@
 
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/scatter.h"
+#include "dem_offline/engine/experiment/validate.h"
 #include "dem_offline/engine/rig/bed_feed.h"
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/packing.h"
 #include "dem_offline/engine/rig/preparation.h"
 
 namespace grouser::dem::experiment {
 namespace {
 
 constexpr std::int64_t kLookSteps = 200;
-constexpr double kFractionReached = 0.005;
 constexpr double kKick = 0.34;     // [sqrt(g d)] first velocity of poured grains, along an axis
 constexpr double kDrag = 5.0 / 3;  // [sqrt(d/g)] of the viscous fall
 constexpr double kMargin = 8;      // [largest diameters] around a box that is not periodic
@@ -149,21 +150,25 @@ void Ground::Fill(const WorkLimits& limits) {
 
 /// As the tile of a wheel test: the friction of the settling is what changes the packing.
 void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& limits) {
-  std::vector<FrictionTry> tried;
+  const double rolling = e_.preparation[step].rolling_friction;
+  const GrainFriction own = FrictionOf(BedOf(e_, e_.grains[0]).soil);
+  BedPreparation given;
+  if (rolling >= 0) given.rolling_friction = rolling;
+  PackingSearch search(given, own, Rolls(e_.laws), 0.5);
   double loosest = 1, densest = 0;
-  friction_ = 0.5;
-  expected_steps_ *= 0.5 * kMostAttempts;
-  while (tried.size() < kMostAttempts) {
+  expected_steps_ *= 0.5 * PackingSearch::kTries;
+  for (bool more = true; more;) {
+    tried_.friction = search.next().friction;
+    if (search.next().rolling_friction != own.rolling_friction) {
+      tried_.rolling_friction = search.next().rolling_friction;
+    }
     Fill(limits);
     CheckMeasured(step);
     const double error = solid_fraction_ - solid_fraction;
     if (std::abs(error) <= kFractionTolerance) return;
     loosest = std::min(loosest, solid_fraction_);
     densest = std::max(densest, solid_fraction_);
-    const bool at_end = error > 0 ? friction_ >= kMostFriction : friction_ <= kLeastFriction;
-    if (at_end) break;
-    tried.push_back({std::log(friction_), error});
-    friction_ = std::clamp(std::exp(NextLogFriction(tried)), kLeastFriction, kMostFriction);
+    more = search.Tried(error);
   }
   throw SpecError("preparation[" + std::to_string(step) + "].solid_fraction", Short(solid_fraction),
                   "one that can be reached; tried: " + Short(loosest) + " to " + Short(densest));
@@ -181,11 +186,15 @@ void Ground::CheckMeasured(std::size_t step) const {
 void Ground::OpenOnTile(const WorkLimits& limits) {
   const Grains& g = e_.grains[0];
   const BedSpec bed = BedOf(e_, g);
-  const Tile tile = PrepareBed(bed, progress_, limits);
-  if (!(std::abs(tile.solid_fraction - g.solid_fraction) <= kFractionReached)) {
-    throw SpecError("grains[0].solid_fraction", Short(g.solid_fraction),
-                    "one that can be reached; the nearest was " + Short(tile.solid_fraction));
-  }
+  const Tile tile = [&] {
+    try {
+      return PrepareBed(bed, progress_, limits);
+    } catch (const SpecError& error) {
+      throw InGrains(error, "grains[0]");
+    }
+  }();
+  level_ = g.depth_m + tile.surface_m;
+  top_solid_fraction_ = tile.top_solid_fraction;
   PlaceAsTile();
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);
   BedPiece piece = feed.Between(0, tile.length_m);
@@ -445,7 +454,13 @@ void Ground::StepFor(double time_s, const char* stage) {
 }
 
 void Ground::Prepare(const Preparation& p) {
-  world_->SetContacts(ContactsOf(e_, p.solid_fraction > 0 ? friction_ : p.friction));
+  BedPreparation meanwhile = tried_;
+  if (p.solid_fraction == 0) {
+    meanwhile = {};
+    if (p.friction >= 0) meanwhile.friction = p.friction;
+    if (p.rolling_friction >= 0) meanwhile.rolling_friction = p.rolling_friction;
+  }
+  world_->SetContacts(ContactsOf(e_, meanwhile));
   switch (p.kind) {
     case Preparation::Kind::kSettle:
     case Preparation::Kind::kRelax:
@@ -556,7 +571,9 @@ void Ground::Look() {
   }
   // A layer of the largest grains is left out at floor and surface, and two under a rough surface.
   const double d = LargestDiameter(e_);
+  if (!bed) level_ = surface_;
   double low = d, high = surface_ - (flat ? d : 3 * d);
+  if (bed) high -= e_.grains[0].top.thickness_m;
   thin_ = high < low + d;
   if (thin_) {  // no layer would be left, or hardly one
     low = std::min(d, 0.25 * surface_);

@@ -48,7 +48,11 @@ class Ground {
   /// Whether the frame holds a body there, with a margin: at its ends what leaves comes back.
   bool Holds(double z_m) const;
   double surface_m() const { return surface_; }
+  /// From which sinkage counts: of a bed the plane of equal mass (Tile::surface_m), else the
+  /// surface.
+  double level_m() const { return level_; }
   double solid_fraction() const { return solid_fraction_; }
+  double top_solid_fraction() const { return top_solid_fraction_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.
   double SolidShare(std::int64_t i) const {
     return share_of_id_.empty() ? 1 : share_of_id_[world_->grains()[i].id];
@@ -112,12 +116,13 @@ class Ground {
   std::vector<double> share_of_id_;      ///< empty: no clumps
   std::vector<int> bonded_grain_of_id_;  ///< shorter than the ids: no bonded grains after it
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
-  double surface_ = 0, solid_fraction_ = 0, expected_steps_ = 1;
+  double surface_ = 0, level_ = 0, solid_fraction_ = 0, top_solid_fraction_ = 0,
+         expected_steps_ = 1;
   bool thin_ = false;  ///< hardly a layer lies between floor and surface
   std::unique_ptr<Follower> follower_;
   std::size_t followed_ = 0;  ///< body of the file
   double prepared_s_ = 0;
-  double friction_ = -1;  ///< of a settling to a solid fraction, as it is tried
+  BedPreparation tried_;  ///< of a settling to a solid fraction
   std::int64_t steps_ = 0;
 };
 

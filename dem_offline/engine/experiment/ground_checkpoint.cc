@@ -68,6 +68,8 @@ void Ground::Save(ByteWriter& out) const {
   out(world_->config().dt_s);
   out(grains);
   out(surface_);
+  out(level_);
+  out(top_solid_fraction_);
   out(solid_fraction_);
   DeviceState state = world_->ExportState();
   Walk(out, state);
@@ -78,6 +80,8 @@ void Ground::Load(ByteReader& in) {
   in(config_.dt_s);
   in(contents.grains);
   in(surface_);
+  in(level_);
+  in(top_solid_fraction_);
   in(solid_fraction_);
   DeviceState state;
   Walk(in, state);

@@ -95,7 +95,7 @@ Choice WithoutFriction(Choice choice) {
 
 }  // namespace
 
-ContactModel ContactsOf(const Experiment& e, double grain_friction) {
+ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile) {
   ContactModel model(LawsOf(e.laws));
   std::set<std::string> of_grains;
   for (const Grains& g : e.grains) of_grains.insert(g.material);
@@ -121,13 +121,15 @@ ContactModel ContactsOf(const Experiment& e, double grain_friction) {
       const std::string at = "interfaces[" + std::to_string(i) + "].between";
       ContactProperties p;
       p.restitution = f.restitution;
-      p.rolling_friction = f.rolling_friction;
       PutInto(p, e.laws, f.numbers);
       for (const int a : numbers(f.a, at)) {
         for (const int b : numbers(f.b, at)) {
           if (rigid(a) && rigid(b)) continue;  // bodies do not meet
-          const bool own = grain_friction >= 0 && grains(a) && grains(b);
-          p.friction = own ? grain_friction : f.friction;
+          const bool between = grains(a) && grains(b);
+          const bool own = between && meanwhile.friction.has_value();
+          p.friction = own ? *meanwhile.friction : f.friction;
+          p.rolling_friction = between ? meanwhile.rolling_friction.value_or(f.rolling_friction)
+                                       : f.rolling_friction;
           model.SetContactProperties(
               a, b, p,
               own ? SettingsOf(WithoutFriction(e.laws), WithoutFriction(f.numbers))
@@ -370,6 +372,8 @@ BedSpec BedOf(const Experiment& e, const Grains& g) {
     }
   }
   bed.soil.solid_fraction = g.solid_fraction;
+  bed.soil.preparation = g.preparation;
+  bed.soil.top = g.top;
   bed.soil.gravity_m_per_s2 = e.gravity_m_per_s2;
   bed.soil.sizes = g.sizes;
   bed.length_m = e.box.length_m;
@@ -450,7 +454,7 @@ double PreparationTime(const Experiment& e) {
   }
   const bool target = std::any_of(e.preparation.begin(), e.preparation.end(),
                                   [](const Preparation& p) { return p.solid_fraction > 0; });
-  return target ? kMostAttempts * time : time;
+  return target ? PackingSearch::kMostAttempts * time : time;
 }
 
 /// Memory of bodies: their meshes and parts. Throws SpecError for more than the limits allow.

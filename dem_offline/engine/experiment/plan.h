@@ -19,9 +19,9 @@ inline constexpr double kMostFrames = 1e5;  ///< of a run, and checkpoints
 
 inline constexpr const char* kAny = "any";  ///< every material, in an interface
 
-/// Laws and interfaces of all materials; grain_friction >= 0: of grains among themselves instead
+/// Laws and interfaces of all materials; meanwhile: of grains among themselves instead
 /// of their own.
-ContactModel ContactsOf(const Experiment& e, double grain_friction = -1);
+ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile = {});
 
 /// Places of a simple cubic lattice in a region, layer by layer from its low end.
 struct Sites {

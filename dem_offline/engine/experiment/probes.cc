@@ -265,7 +265,7 @@ void Probes::AddPose(std::size_t b, std::vector<double>* row) const {
   const Pose pose = PoseOf(body, ground_.Built(b));
   const Vec3d& turned = turned_[b];
   row->insert(row->end(), {pose.at[0], pose.at[1], pose.at[2], turned[0], turned[1], turned[2],
-                           ground_.surface_m() - LowestPoint(body)});
+                           ground_.level_m() - LowestPoint(body)});
 }
 
 void Probes::AddVelocity(std::size_t b, std::vector<double>* row) const {

@@ -204,6 +204,8 @@ class Run {
     out_.list_rebuilds = rebuilds_ + world.rebuilds();
     out_.solid_fraction = ground_.solid_fraction();
     out_.surface_m = ground_.surface_m();
+    out_.level_m = ground_.level_m();
+    out_.top_solid_fraction = ground_.top_solid_fraction();
     out_.coordination = world.MeanContacts();
     const auto quantum = world.config().frame.Quantum();
     out_.quantum_m = *std::max_element(quantum.begin(), quantum.end());

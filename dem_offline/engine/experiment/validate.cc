@@ -143,6 +143,20 @@ void CheckSizes(const std::string& at, const Grains& g) {
   }
 }
 
+}  // namespace
+
+SpecError InGrains(const SpecError& error, const std::string& at) {
+  for (const char* key : {".solid_fraction", ".preparation", ".top_layer"}) {
+    const std::string field = std::string("soil.grains") + key;
+    if (!error.field().starts_with(field)) continue;
+    return SpecError(at + error.field().substr(std::string("soil.grains").size()), error.got(),
+                     error.expected());
+  }
+  return SpecError(at, error.field() + ": " + error.got(), error.expected());
+}
+
+namespace {
+
 void CheckBed(const Experiment& e, const std::string& at, const Grains& g,
               const WorkLimits& limits) {
   if (e.box.planar) {
@@ -166,9 +180,7 @@ void CheckBed(const Experiment& e, const std::string& at, const Grains& g,
   try {
     ValidateBed(BedOf(e, g), limits);
   } catch (const SpecError& error) {
-    const bool fraction = error.field() == "soil.grains.solid_fraction";
-    throw SpecError(fraction ? at + ".solid_fraction" : at,
-                    fraction ? error.got() : error.field() + ": " + error.got(), error.expected());
+    throw InGrains(error, at);
   }
 }
 
@@ -301,6 +313,7 @@ void CheckPreparation(const Experiment& e) {
     CheckNotNegative(at + ".most_s", p.most_s);
     CheckPositive(at + ".rest", p.rest);
     if (p.friction >= 0) CheckWithin(at + ".friction", p.friction, 0, 10);
+    if (p.rolling_friction >= 0) CheckWithin(at + ".rolling_friction", p.rolling_friction, 0, 10);
     if (p.solid_fraction != 0) {
       CheckWithin(at + ".solid_fraction", p.solid_fraction, 0.3, 0.85);
       if (p.friction >= 0) {

@@ -74,7 +74,7 @@ void CheckContact(const GrainSoil& s) {
                     "laws that may stand together (`grouser-dem laws` lists them)");
   }
   try {
-    BedContacts(s, s.friction);
+    BedContacts(s, FrictionOf(s));
   } catch (const SpecError&) {
     throw;
   } catch (const std::invalid_argument& error) {
@@ -92,6 +92,9 @@ void CheckSoil(const GrainSoil& s) {
   CheckWithin("soil.grains.rolling_friction", s.rolling_friction, 0, 10);
   CheckWithin("soil.grains.solid_fraction", s.solid_fraction, kLoosest, kDensest);
   CheckPositive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
+  const BedPreparation& p = s.preparation;
+  CheckWithin("soil.grains.preparation.friction", p.friction.value_or(0), 0, 10);
+  CheckWithin("soil.grains.preparation.rolling_friction", p.rolling_friction.value_or(0), 0, 10);
   CheckSizes(s);
   CheckContact(s);
 }
@@ -103,6 +106,20 @@ void CheckSide(const char* field, double side_m, double least_grains, double dia
                     "at least " + Short(least_grains * diameter_m) + " m, " + Short(least_grains) +
                         " of the largest grains of " + Short(diameter_m) + " m");
   }
+}
+
+/// Both layers are thick enough to have a solid fraction without the grains at their ends.
+void CheckTop(const BedSpec& bed, double diameter_m) {
+  const TopLayer& top = bed.soil.top;
+  if (top.thickness_m == 0) return;
+  const std::string at = "soil.grains.top_layer";
+  CheckSide((at + ".thickness_m").c_str(), top.thickness_m, kLeastTopGrains, diameter_m);
+  CheckWithin(at + ".solid_fraction", top.solid_fraction, kLoosest, kDensest);
+  const double most = bed.depth_m - kLeastDepthGrains * diameter_m;
+  if (top.thickness_m <= most) return;
+  throw SpecError(at + ".thickness_m", Short(top.thickness_m) + " m",
+                  "at most " + Short(most) + " m: " + Short(kLeastDepthGrains) +
+                      " of the largest grains lie under it");
 }
 
 void CheckStep(const BedSpec& bed) {
@@ -117,22 +134,26 @@ void CheckStep(const BedSpec& bed) {
 
 }  // namespace
 
-LooseLattice LatticeOf(const BedSpec& bed) {
+std::array<LooseLattice, 2> LatticesOf(const BedSpec& bed) {
   const double largest = LargestDiameter(bed.soil);
-  LooseLattice l;
-  l.pitch_m = kPitch * largest;
-  l.nx = std::floor(bed.length_m / l.pitch_m);
-  l.ny = std::floor(bed.width_m / l.pitch_m);
-  l.solid_m3 = (bed.soil.solid_fraction + kMoreSolid) * bed.length_m * bed.width_m *
-               (bed.depth_m + kMoreDepth * largest);
-  l.layers = std::ceil(l.solid_m3 / (l.nx * l.ny * MeanGrainVolume(bed.soil)));
-  return l;
+  const TopLayer& top = bed.soil.top;
+  const auto lattice = [&](double solid_fraction, double depth_m) {
+    LooseLattice l;
+    l.pitch_m = kPitch * largest;
+    l.nx = std::floor(bed.length_m / l.pitch_m);
+    l.ny = std::floor(bed.width_m / l.pitch_m);
+    l.solid_m3 = (solid_fraction + kMoreSolid) * bed.length_m * bed.width_m *
+                 (depth_m + kMoreDepth * largest);
+    l.layers = std::ceil(l.solid_m3 / (l.nx * l.ny * MeanGrainVolume(bed.soil)));
+    return l;
+  };
+  return {lattice(bed.soil.solid_fraction, bed.depth_m - top.thickness_m),
+          top.thickness_m > 0 ? lattice(top.solid_fraction, top.thickness_m) : LooseLattice{}};
 }
 
 Work WorkOf(const BedSpec& bed) {
-  const LooseLattice l = LatticeOf(bed);
   Work work;
-  work.grains = l.nx * l.ny * l.layers;
+  for (const LooseLattice& l : LatticesOf(bed)) work.grains += l.nx * l.ny * l.layers;
   work.steps = LongestPreparation(bed) / BedStep(bed);
   work.bytes = kBytesPerGrain * work.grains;
   return work;
@@ -144,10 +165,13 @@ void ValidateBed(const BedSpec& bed, const WorkLimits& limits) {
   CheckSide("rig.bed_length_m", bed.length_m, kLeastSideGrains, largest);
   CheckSide("rig.bed_width_m", bed.width_m, kLeastSideGrains, largest);
   CheckSide("rig.bed_depth_m", bed.depth_m, kLeastDepthGrains, largest);
+  CheckTop(bed, largest);
   CheckStep(bed);
   CheckWork("rig.bed_length_m, bed_width_m, bed_depth_m", WorkOf(bed), limits);
-  const LooseLattice l = LatticeOf(bed);
-  const double height = (l.layers + 1) * l.pitch_m - bed.depth_m,
+  const auto lattices = LatticesOf(bed);
+  const bool top = lattices[1].layers > 0;
+  const LooseLattice& l = lattices[top];
+  const double height = (l.layers + 1) * l.pitch_m - (top ? bed.soil.top.thickness_m : bed.depth_m),
                most = 0.5 * TileZSpan(bed.depth_m);
   if (height > most) {
     throw SpecError("soil.grains.sizes",

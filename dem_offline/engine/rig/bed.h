@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,20 @@ struct SizeBin {
   double mass_fraction = 1.0;  ///< [-]; the bins sum to 1
 };
 
+/// How a bed is packed: between its grains while they settle. What is left out is searched for
+/// until the solid fraction is met: the friction, from kLeastFriction on; where the largest still
+/// packs too densely, the rolling friction beside it.
+struct BedPreparation {
+  std::optional<double> friction;          ///< [-]; none: searched
+  std::optional<double> rolling_friction;  ///< [-]; none: the soil's own, or searched
+};
+
+/// The uppermost layer of a bed, packed otherwise than what lies under it.
+struct TopLayer {
+  double thickness_m = 0;     ///< 0: none
+  double solid_fraction = 0;  ///< target [-]
+};
+
 /// Grain-scale description of a soil. `contact` names the laws, of grains
 /// among themselves and on floor and wheel alike.
 struct GrainSoil {
@@ -28,7 +44,9 @@ struct GrainSoil {
   double friction = 0.5;          ///< grain-grain [-]
   double rolling_friction = 0.1;  ///< mu_r [-]
   ContactChoice contact;
-  double solid_fraction = 0.58;    ///< target of the settled tile [-]
+  double solid_fraction = 0.58;  ///< target of the settled tile, under its top layer [-]
+  BedPreparation preparation;
+  TopLayer top;
   double gravity_m_per_s2 = 9.81;  ///< magnitude, along -z
   std::vector<SizeBin> sizes;      ///< at least one
 };
@@ -43,8 +61,8 @@ struct BedSpec {
   std::uint64_t seed = 1;          ///< of the grains' sizes and first places
 };
 
-/// A settled bed, periodic in x and y, cut flat at z = 0 (the undisturbed
-/// plane; floor at -depth), at rest, with its contact history. Plain arrays so
+/// A settled bed, periodic in x and y, cut flat at z = 0 (no grain reaches above it;
+/// floor at -depth), at rest, with its contact history. Plain arrays so
 /// that anybody can store it.
 struct Tile {
   double length_m = 0, width_m = 0, depth_m = 0;
@@ -57,7 +75,14 @@ struct Tile {
   std::vector<std::int32_t> contact_first;
   std::vector<std::int32_t> contact_partner;
   std::vector<float> contact_history;  ///< [history words of the laws, per contact]
-  double solid_fraction = 0, coordination = 0, preparation_friction = 0;
+  double solid_fraction = 0;      ///< reached, without a layer of the largest grains at each end
+  double top_solid_fraction = 0;  ///< of the top layer; 0: there is none
+  /// The undisturbed plane, from which sinkage counts: that of equal mass, where the grains would
+  /// end were they a continuum of the solid fraction under it. Half a grain or so below z = 0.
+  double surface_m = 0;
+  double coordination = 0;
+  /// Of the grains while they settled; [1]: of the top layer, 0 without one.
+  std::array<double, 2> preparation_friction = {}, preparation_rolling_friction = {};
   double overlap_p99_over_radius = 0;
 };
 
@@ -71,7 +96,8 @@ struct LooseLattice {
   double nx = 0, ny = 0, layers = 0;  ///< whole numbers; doubles: they may be huge
   double solid_m3 = 0;                ///< volume of the grains that are wanted
 };
-LooseLattice LatticeOf(const BedSpec& bed);
+/// Of the bed under its top layer and of that layer (no layers where there is none).
+std::array<LooseLattice, 2> LatticesOf(const BedSpec& bed);
 
 /// What settling takes at most: all grains of the lattice over the longest
 /// time of every attempt.
@@ -88,9 +114,11 @@ inline constexpr double kLeastSideGrains = 4;
 /// From floor to surface: a layer at either is left out where the solid
 /// fraction is measured.
 inline constexpr double kLeastDepthGrains = 3;
+inline constexpr double kLeastTopGrains = 3;  ///< the same of a top layer
 
 /// Settles, cuts and relaxes a bed. Deterministic in the spec; a seed is a new
-/// tile. Looks at `progress` several times a second of work. Throws as ValidateBed;
+/// tile. Looks at `progress` several times a second of work. Throws as ValidateBed; SpecError
+/// where a solid fraction is not met within kFractionTolerance, with the nearest that was reached;
 /// std::runtime_error when stopped by the caller or the bed does not settle.
 Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits = {});
 

@@ -10,19 +10,25 @@ namespace grouser::dem {
 
 inline constexpr int kGrainMaterial = 0, kFloorMaterial = 1, kWheelMaterial = 2;
 
-/// Grains, and a floor as rough as they are. `grain_friction`: of the grains among
-/// themselves, in preparation not the soil's own.
-inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
+/// Of the grains among themselves: the soil's own, or others while they settle.
+struct GrainFriction {
+  double friction = 0, rolling_friction = 0;
+};
+inline GrainFriction FrictionOf(const GrainSoil& s) { return {s.friction, s.rolling_friction}; }
+
+/// Grains, and a floor as rough as they are.
+inline ContactModel BedContacts(const GrainSoil& s, const GrainFriction& between) {
   ContactModel model(LawsOf(s.contact));
   model.AddMaterial({s.youngs_modulus_pa, s.poisson_ratio});
   model.AddMaterial({kRigid, 0.0});
   ContactProperties f;
   f.restitution = s.restitution;
-  f.friction = grain_friction;
-  f.rolling_friction = s.rolling_friction;
+  f.friction = between.friction;
+  f.rolling_friction = between.rolling_friction;
   PutInto(f, s.contact);
   model.SetContactProperties(kGrainMaterial, kGrainMaterial, f, SettingsOf(s.contact));
   f.friction = s.friction;
+  f.rolling_friction = s.rolling_friction;
   PutInto(f, s.contact, s.contact.floor);
   model.SetContactProperties(kGrainMaterial, kFloorMaterial, f,
                              SettingsOf(s.contact, s.contact.floor));
@@ -31,7 +37,7 @@ inline ContactModel BedContacts(const GrainSoil& s, double grain_friction) {
 
 /// The same with a wheel, rigid as the floor, with its own numbers for the laws.
 inline ContactModel RigContacts(const GrainSoil& s, const WheelShape& w) {
-  ContactModel model = BedContacts(s, s.friction);
+  ContactModel model = BedContacts(s, FrictionOf(s));
   model.AddMaterial({kRigid, 0.0});
   ContactProperties f;
   f.restitution = w.restitution;

@@ -5,6 +5,7 @@
 #include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/rig/bed.h"
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/packing.h"
 #include "dem_offline/engine/world/world.h"
 
 // How a bed is settled: the times and speeds of its stages, in sqrt(d/g) and
@@ -19,21 +20,9 @@ double BedStep(const BedSpec& bed);
 /// A diameter [m] of the mixture, drawn by number.
 double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random);
 
-inline constexpr int kMostAttempts = 6;  ///< at the target solid fraction
-inline constexpr double kFractionTolerance = 0.004;
-inline constexpr double kLeastFriction = 0.02, kMostFriction = 4.0;  ///< of preparation
-
 /// Puts the grains of a world, which are at rest on its body 0, into the arrays of a tile: each
 /// contact of two grains once, with the one that comes first.
 void ExportGrains(World& world, Tile& tile);
-
-/// What a friction of preparation gave: solid fraction less its target.
-struct FrictionTry {
-  double log_friction, error;
-};
-/// The next friction to try. More friction packs looser: about -0.012 in solid fraction per unit
-/// of its logarithm, then the secant through the last two tries.
-double NextLogFriction(const std::vector<FrictionTry>& tried);
 
 /// Least and most time of a stage [s].
 struct StageTimes {
@@ -59,9 +48,13 @@ inline StageTimes SettleTimes(const BedSpec& bed) {
                slow = 2.5 * bed.depth_m / (g * DragTime(bed));
   return {fall, 2.5 * (fall + slow)};
 }
+/// Whole preparations, the next aimed so much lower as the last became denser at rest.
+inline constexpr int kMostRounds = 3;
 /// All attempts and stages at their longest [s].
 inline double LongestPreparation(const BedSpec& bed) {
-  return kMostAttempts * SettleTimes(bed).most_s + RelaxTimes(bed).most_s + RestTimes(bed).most_s;
+  const double settles = (bed.soil.top.thickness_m > 0 ? 2 : 1) * PackingSearch::kMostAttempts;
+  return kMostRounds *
+         (settles * SettleTimes(bed).most_s + RelaxTimes(bed).most_s + RestTimes(bed).most_s);
 }
 
 }  // namespace grouser::dem

@@ -3,10 +3,45 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "dem_offline/engine/rig/materials.h"
+#include "dem_offline/engine/rig/packing.h"
 
 namespace grouser::dem {
+
+namespace {
+
+/// Of samples [first, last), at least 2 kBlocks.
+std::vector<OutputMean> MeansOver(const Series& s, std::size_t first, std::size_t last,
+                                  double v_y_m_per_s) {
+  std::vector<double> slip;
+  for (std::size_t i = 0; i < s.time_s.size(); ++i) {
+    slip.push_back(SlipOf({s.v_x_m_per_s[i], v_y_m_per_s, s.rim_speed_m_per_s[i]}));
+  }
+  const std::pair<const char*, const std::vector<double>*> columns[] = {
+      {"f_x", &s.f_x_n},   {"f_y", &s.f_y_n},         {"f_z", &s.f_z_n}, {"torque", &s.torque_n_m},
+      {"m_z", &s.m_z_n_m}, {"sinkage", &s.sinkage_m}, {"slip", &slip}};
+  std::vector<OutputMean> out;
+  for (const auto& [name, column] : columns) {
+    const BlockMean m = AverageBlocks(std::span(*column).subspan(first, last - first));
+    out.push_back({name, m.mean, m.standard_error, m.drift, m.fluctuation});
+  }
+  return out;
+}
+
+}  // namespace
+
+void FillEqualTravel(const TravelSettings& travel, const Motion& target, WheelTestResult& out) {
+  out.equal_travel = {travel.compare_from_hub_m, travel.compare_to_hub_m, {}};
+  const std::vector<double>& hub = out.series.hub_travel_m;
+  const auto at = [&](double m) {
+    return static_cast<std::size_t>(std::lower_bound(hub.begin(), hub.end(), m) - hub.begin());
+  };
+  const std::size_t first = at(travel.compare_from_hub_m), last = at(travel.compare_to_hub_m);
+  if (last == hub.size() || last - first < 2 * kBlocks) return;
+  out.equal_travel.outputs = MeansOver(out.series, first, last, target.v_y);
+}
 
 void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Motion& target,
                double beta, WheelTestResult& out) {
@@ -20,22 +55,8 @@ void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Moti
     out.slip = SlipOf(target);
     return;
   }
-  const auto add = [&](const char* name, const std::vector<double>& column) {
-    const BlockMean m = AverageBlocks(std::span(column).subspan(window.first, n));
-    out.outputs.push_back({name, m.mean, m.standard_error, m.drift, m.fluctuation});
-    return m.mean;
-  };
-  add("f_x", s.f_x_n);
-  add("f_y", s.f_y_n);
-  add("f_z", s.f_z_n);
-  add("torque", s.torque_n_m);
-  add("m_z", s.m_z_n_m);
-  add("sinkage", s.sinkage_m);
-  std::vector<double> slip(s.time_s.size());
-  for (std::size_t i = 0; i < slip.size(); ++i) {
-    slip[i] = SlipOf({s.v_x_m_per_s[i], target.v_y, s.rim_speed_m_per_s[i]});
-  }
-  out.slip = add("slip", slip);
+  out.outputs = MeansOver(s, window.first, window.last, target.v_y);
+  out.slip = out.outputs.back().mean;
   if (spec.state.mode != RigMode::kRimSpeed) {  // what was free has a mean
     const auto mean = [&](const std::vector<double>& c) {
       return std::accumulate(c.begin() + window.first, c.begin() + window.last, 0.0) /
@@ -113,13 +134,15 @@ void FillBedAndRules(const WheelTestSpec& spec, const Tile& tile, const World& w
     rule(name, v, limit, v <= limit);
   };
   at_least("wheel width over mean diameter", b / d, 6);
+  at_least("hub travel [m]", out.hub_travel_m, TravelOf(spec).least_hub_m);
   at_least("sinkage over mean diameter", sinkage / d, 3);
   at_least("side clearance [m] against 2.5 sinkages + 5 d", 0.5 * (spec.rig.bed_width_m - across),
            2.5 * sinkage + 5 * d);
-  at_least("bed depth over largest sinkage", sinkage > 0 ? spec.rig.bed_depth_m / sinkage : 99, 2);
+  at_least("bed depth over largest sinkage",
+           sinkage > 0 ? (spec.rig.bed_depth_m + tile.surface_m) / sinkage : 99, 2);
   at_most("99th percentile of overlap over radius", out.overlap_p99_over_radius, 0.07);
   at_most("solid fraction off its target", std::abs(tile.solid_fraction - spec.soil.solid_fraction),
-          0.005);
+          kFractionTolerance);
   at_most("inertial number", out.inertial_number, 0.1);
 }
 

@@ -12,6 +12,9 @@ namespace grouser::dem {
 void FillMeans(const WheelTestSpec& spec, const SteadyWindow& window, const Motion& target,
                double beta, WheelTestResult& out);
 
+/// Means over the stretch of hub travel that runs are compared on, where the run went so far.
+void FillEqualTravel(const TravelSettings& travel, const Motion& target, WheelTestResult& out);
+
 /// Channels since `start`, and the residual: input - kinetic - potential -
 /// stored - dissipated - taken by freezing and exchange.
 void FillEnergy(const EnergyBalance& start, const EnergyBalance& end, EnergyLedger& ledger);

@@ -81,7 +81,7 @@ double StepWithin(const GrainSoil& soil, const WheelShape& wheel, double rayleig
 
 double BedStep(const BedSpec& bed) {
   const GrainSoil& soil = bed.soil;
-  const ContactModel contacts = BedContacts(soil, soil.friction);
+  const ContactModel contacts = BedContacts(soil, FrictionOf(soil));
   const double weight = soil.density_kg_per_m3 * soil.gravity_m_per_s2 * bed.depth_m;
   return StepWithin(soil, contacts, bed.rayleigh_fraction, OverlapUnder(soil, contacts, weight));
 }

@@ -24,7 +24,7 @@ void CheckTile(const RigSettings& rig, const Tile& tile) {
 }
 
 int HistoryWords(const WheelTestSpec& spec) {
-  return BedContacts(spec.soil, spec.soil.friction).layout().words;
+  return BedContacts(spec.soil, FrictionOf(spec.soil)).layout().words;
 }
 
 std::int64_t KeyOf(const TilePlace& h) {
@@ -78,7 +78,7 @@ WindowSettings WindowOf(const WheelTestSpec& spec) {
   w.slab_m = kSlabDiameters * diameter;
   w.length_m = spec.rig.scene.window_length_m;
   if (w.length_m > 0) return w;
-  const double clear = 0.7 * spec.wheel.radius_m + 5 * MeanDiameter(spec.soil);
+  const double clear = MostSinkage(spec) + 5 * MeanDiameter(spec.soil);
   w.length_m = LeastWindow(spec) + clear / std::min(w.ahead, 1 - w.ahead);
   return w;
 }
@@ -95,7 +95,7 @@ double SceneLength(const WheelTestSpec& spec) {
     case SceneBed::kWindow:
       return WindowOf(spec).length_m;
     case SceneBed::kFull:  // whole tiles that the wheel neither leaves nor re-enters
-      return tile * (std::ceil(spec.rig.speed_m_per_s * spec.rig.max_time_s / tile) + 1);
+      return tile * (std::ceil(spec.rig.speed_m_per_s * DriveTime(spec) / tile) + 1);
     case SceneBed::kPeriodic:
       break;
   }

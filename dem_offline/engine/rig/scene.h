@@ -21,7 +21,7 @@ double YawOf(const WheelTestSpec& spec);
 Vec3d HalfExtents(const WheelShape& wheel, double yaw_rad);
 
 /// The window of a spec. A length of 0 is chosen so that wheel and frozen seam
-/// keep the distance of FillSceneRules, sinkage + 5 d, up to a sinkage of 0.7 r,
+/// keep the distance of FillSceneRules, sinkage + 5 d, up to MostSinkage,
 /// beyond which a run is an overload: so far is soil pushed by a wheel that is
 /// locked or goes sideways.
 WindowSettings WindowOf(const WheelTestSpec& spec);

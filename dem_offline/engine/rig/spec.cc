@@ -14,6 +14,10 @@
 namespace grouser::dem {
 namespace {
 
+constexpr double kSidesAbove = 1.5;   // [radii] of sinkage up to which a wheel's sides hold soil
+constexpr double kDepthShare = 0.75;  // of the bed's depth that a wheel may sink
+constexpr double kSpareTime = 1.25;   // over what the hub takes for its way
+
 void CheckScene(const SceneSettings& s) {
   if (s.bed != SceneBed::kWindow && s.window_length_m != 0) {
     throw SpecError("rig.scene.window_length_m", Short(s.window_length_m),
@@ -28,11 +32,14 @@ void CheckScene(const SceneSettings& s) {
 
 void CheckRigNumbers(const RigSettings& r) {
   CheckPositive("rig.speed_m_per_s", r.speed_m_per_s);
-  CheckPositive("rig.max_time_s", r.max_time_s);
+  if (r.max_time_s != 0) CheckPositive("rig.max_time_s", r.max_time_s);
   CheckPositive("rig.target_relative_error", r.target_relative_error);
   CheckWithin("rig.target_relative_error", r.target_relative_error, 0, kLargestError);
   CheckWithin("rig.stress_bin_rad", r.stress_bin_rad, 0.01, 0.8);
   CheckWithin("rig.width_bins", r.width_bins, 1, 100);
+  CheckWithin("rig.travel.least_hub_m", r.travel.least_hub_m, 0, 1e6);
+  CheckWithin("rig.travel.compare_from_hub_m", r.travel.compare_from_hub_m, 0, 1e6);
+  CheckWithin("rig.travel.compare_to_hub_m", r.travel.compare_to_hub_m, 0, 1e6);
   CheckScene(r.scene);
 }
 
@@ -60,6 +67,13 @@ void CheckWheelOnBed(const WheelTestSpec& s) {
   const WheelShape& w = s.wheel;
   CheckLonger("rig.bed_length_m", s.rig.bed_length_m, 3 * std::max(w.radius_m, 0.5 * w.width_m),
               "1.5 wheel diameters");
+  CheckWithin("rig.most_sinkage_m", s.rig.most_sinkage_m, 0,
+              std::min(kSidesAbove * w.radius_m, s.rig.bed_depth_m - LargestDiameter(s.soil)));
+  const TravelSettings travel = TravelOf(s);
+  if (!(travel.compare_from_hub_m < travel.compare_to_hub_m)) {
+    throw SpecError("rig.travel.compare_from_hub_m", Short(travel.compare_from_hub_m),
+                    "less than rig.travel.compare_to_hub_m = " + Short(travel.compare_to_hub_m));
+  }
   CheckLonger("rig.bed_width_m", s.rig.bed_width_m, 1.2 * w.width_m, "1.2 wheel widths");
 }
 
@@ -108,6 +122,31 @@ void CheckState(const WheelTestSpec& spec) {
 }
 
 }  // namespace
+
+double MostSinkage(const WheelTestSpec& spec) {
+  if (spec.rig.most_sinkage_m > 0) return spec.rig.most_sinkage_m;
+  return std::min(kSidesAbove * spec.wheel.radius_m, kDepthShare * spec.rig.bed_depth_m);
+}
+
+TravelSettings TravelOf(const WheelTestSpec& spec) {
+  TravelSettings t = spec.rig.travel;
+  if (t.least_hub_m == 0) t.least_hub_m = spec.wheel.radius_m;
+  if (t.compare_to_hub_m == 0) t.compare_to_hub_m = t.least_hub_m;
+  if (t.compare_from_hub_m == 0) t.compare_from_hub_m = 2.0 / 3 * t.compare_to_hub_m;
+  return t;
+}
+
+double DriveTime(const WheelTestSpec& spec) {
+  if (spec.rig.max_time_s > 0) return spec.rig.max_time_s;
+  const double speed = spec.rig.speed_m_per_s, least = 0.1 * speed;
+  const TravelSettings t = TravelOf(spec);
+  double hub = speed;
+  if (spec.state.mode == RigMode::kRimSpeed) {
+    const Motion m = MotionAt(spec.state.slip, spec.state.attack_angle_rad, speed);
+    hub = std::hypot(m.v_x, m.v_y);
+  }
+  return kSpareTime * std::max(t.least_hub_m, t.compare_to_hub_m) / std::max(hub, least);
+}
 
 BedSpec BedOf(const WheelTestSpec& spec) {
   return {.soil = spec.soil,
@@ -171,7 +210,7 @@ const char* NameOf(RunStatus status) {
   return kNames[static_cast<int>(status)];
 }
 
-const char* EngineVersion() { return "5"; }
+const char* EngineVersion() { return "6"; }
 const char* EngineIsa() { return BestIsa(); }
 
 }  // namespace grouser::dem

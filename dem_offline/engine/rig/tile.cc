@@ -3,6 +3,8 @@
 #include <cmath>
 #include <functional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "dem_offline/engine/core/random.h"
 #include "dem_offline/engine/rig/materials.h"
@@ -18,35 +20,86 @@ class Preparation {
  public:
   Preparation(const BedSpec& spec, const ProgressFn& progress) : spec_(spec), progress_(progress) {
     depth_ = spec.depth_m;
+    top_ = spec.soil.top.thickness_m;
     diameter_ = LargestDiameter(spec.soil);
     dt_ = BedStep(spec);
   }
 
   Tile Run() {
-    std::vector<GrainState> best;
-    std::vector<FrictionTry> tried;
-    double best_error = 1e9, best_mu = 0;
-    double mu = 2 * std::max(spec_.soil.friction, kLeastFriction);
-    for (attempt_ = 0; attempt_ < kMostAttempts; ++attempt_) {
-      mu = std::clamp(mu, kLeastFriction, kMostFriction);
-      std::vector<GrainState> bed = Settle(mu);
-      const double error =
-          SolidFraction(bed, -depth_ + diameter_, -diameter_) - spec_.soil.solid_fraction;
-      if (std::abs(error) < std::abs(best_error)) {
-        best_error = error;
-        best_mu = mu;
-        best = std::move(bed);
+    for (int round = 0;; ++round) {
+      Layer under = Pack(spec_.soil.solid_fraction - denser_[0], {}, 0);
+      Layer top = {};
+      if (top_ > 0) {
+        top = Pack(spec_.soil.top.solid_fraction - denser_[1], CutAt(under.grains, -top_), 1);
       }
-      tried.push_back({std::log(mu), error});
-      if (std::abs(error) <= kFractionTolerance) break;
-      if (error > 0 && mu >= kMostFriction) break;  // as loose as it gets
-      mu = std::exp(NextLogFriction(tried));
+      const Tile tile = Relax(CutAt(top_ > 0 ? top.grains : under.grains, 0), under, top);
+      const double miss = tile.solid_fraction - spec_.soil.solid_fraction,
+                   top_miss =
+                       top_ > 0 ? tile.top_solid_fraction - spec_.soil.top.solid_fraction : 0;
+      if (std::max(std::abs(miss), std::abs(top_miss)) <= kFractionTolerance) return tile;
+      Remember("soil.grains.solid_fraction", spec_.soil.solid_fraction, tile.solid_fraction, 0);
+      Remember("soil.grains.top_layer.solid_fraction", spec_.soil.top.solid_fraction,
+               tile.top_solid_fraction, 1);
+      // A bed that became denser at rest under its own friction is aimed so much lower.
+      const bool met_before = std::abs(under.error) <= kFractionTolerance &&
+                              (top_ == 0 || std::abs(top.error) <= kFractionTolerance);
+      if (round + 1 == kMostRounds || !met_before) Refuse();
+      denser_[0] += std::abs(miss) > kFractionTolerance ? miss - under.error : 0;
+      denser_[1] += std::abs(top_miss) > kFractionTolerance ? top_miss - top.error : 0;
     }
-    return Relax(CutFlat(best), best_mu);
   }
 
  private:
-  WorldConfig Config(double friction) const {
+  /// Grains that have settled, nearest to their aim of all that were tried.
+  struct Layer {
+    std::vector<GrainState> grains;
+    double error = 1e9;  ///< solid fraction less its aim
+    GrainFriction friction;
+  };
+  /// The nearest that was reached, of each layer.
+  struct Nearest {
+    std::string field;
+    double target = 0, reached = 1e9;
+  };
+
+  /// layer: 0, the bed under its top layer, or 1, that layer on the grains `under`.
+  Layer Pack(double aim, const std::vector<GrainState>& under, int layer) {
+    Layer best;
+    PackingSearch search(spec_.soil.preparation, FrictionOf(spec_.soil), Rolls(spec_.soil.contact),
+                         2 * std::max(spec_.soil.friction, kLeastFriction));
+    bool more = true;
+    for (attempt_ = 0; more; ++attempt_) {
+      const GrainFriction friction = search.next();
+      std::vector<GrainState> bed = Settle(friction, under, layer);
+      const double error = SolidFractionOf(bed, layer) - aim;
+      if (std::abs(error) < std::abs(best.error)) best = {std::move(bed), error, friction};
+      more = search.Tried(error);
+    }
+    return best;
+  }
+
+  void Remember(const char* field, double target, double reached, int layer) {
+    Nearest& n = nearest_[layer];
+    if (std::abs(reached - target) < std::abs(n.reached - target)) n.reached = reached;
+    n.field = field;
+    n.target = target;
+  }
+  [[noreturn]] void Refuse() const {
+    const int worst = top_ > 0 && std::abs(nearest_[1].reached - nearest_[1].target) >
+                                      std::abs(nearest_[0].reached - nearest_[0].target);
+    const Nearest& n = nearest_[worst];
+    throw SpecError(n.field, Short(n.target),
+                    "one that the preparation reaches within " + Short(kFractionTolerance) +
+                        "; the nearest was " + Short(n.reached));
+  }
+
+  /// Between floor and surface of a layer, without the grains that touch either.
+  double SolidFractionOf(const std::vector<GrainState>& bed, int layer) const {
+    return layer == 0 ? SolidFraction(bed, -depth_ + diameter_, -top_ - diameter_)
+                      : SolidFraction(bed, -top_ + diameter_, -diameter_);
+  }
+
+  WorldConfig Config(const GrainFriction& friction) const {
     WorldConfig c;
     c.frame = {spec_.length_m, spec_.width_m, TileZSpan(depth_)};
     c.gravity_m_per_s2 = {0, 0, -spec_.soil.gravity_m_per_s2};
@@ -56,26 +109,28 @@ class Preparation {
     return c;
   }
 
-  /// Loose jittered lattice holding enough solid for the bed and its cut.
-  std::vector<GrainState> Loose() const {
-    Random random = RandomOfSeed(spec_.seed);
-    const LooseLattice lattice = LatticeOf(spec_);
+  /// Loose jittered lattice holding enough solid for a layer and its cut.
+  std::vector<GrainState> Loose(int layer) const {
+    Random random =
+        RandomOfSeed(spec_.seed + 0x9e3779b97f4a7c15 * static_cast<std::uint64_t>(layer));
+    const LooseLattice lattice = LatticesOf(spec_)[layer];
+    const double floor = layer == 0 ? -depth_ : -top_;
     double solid = lattice.solid_m3;
     const double pitch = lattice.pitch_m;
     const int nx = static_cast<int>(lattice.nx), ny = static_cast<int>(lattice.ny);
     const double first = FirstSpeed(spec_);
     const double px = spec_.length_m / nx, py = spec_.width_m / ny;
     std::vector<GrainState> out;
-    for (int layer = 0; solid > 0; ++layer) {
+    for (int sheet = 0; solid > 0; ++sheet) {
       Report(0, "pour");
       for (int ix = 0; ix < nx; ++ix) {
         for (int iy = 0; iy < ny; ++iy) {
           const double d = DrawDiameter(spec_.soil.sizes, random), play = 0.5 * (pitch - d);
           const auto jitter = [&] { return play * (2 * random.Uniform() - 1); };
           GrainState g = {};
-          g.x_m = (ix + 0.5 + 0.5 * (layer % 2)) * px + jitter();
-          g.y_m = (iy + 0.5 + 0.5 * (layer % 2)) * py + jitter();
-          g.z_m = -depth_ + (layer + 0.6) * pitch + jitter();
+          g.x_m = (ix + 0.5 + 0.5 * (sheet % 2)) * px + jitter();
+          g.y_m = (iy + 0.5 + 0.5 * (sheet % 2)) * py + jitter();
+          g.z_m = floor + (sheet + 0.6) * pitch + jitter();
           g.radius_m = 0.5 * d;
           g.density_kg_per_m3 = spec_.soil.density_kg_per_m3;
           const auto kick = [&] { return first * (2 * random.Uniform() - 1); };
@@ -93,8 +148,8 @@ class Preparation {
   /// Tells the caller; throws when he has had enough. share: of this stage.
   void Report(double share, const char* stage) const {
     if (!progress_) return;
-    const double all = (attempt_ + std::min(share, 1.0)) / (kMostAttempts + 1.0);
-    if (!progress_(all, stage)) throw std::runtime_error("stopped by caller");
+    const double all = (attempt_ + std::min(share, 1.0)) / (PackingSearch::kTries + 1.0);
+    if (!progress_(std::min(all, 1.0), stage)) throw std::runtime_error("stopped by caller");
   }
 
   /// Steps until `quiet` says so, at the earliest after least_s, or most_s are over.
@@ -137,8 +192,12 @@ class Preparation {
     });
   }
 
-  std::vector<GrainState> Settle(double friction) {
-    World world(Config(friction), Loose());
+  std::vector<GrainState> Settle(const GrainFriction& friction,
+                                 const std::vector<GrainState>& under, int layer) {
+    std::vector<GrainState> grains = under;
+    const std::vector<GrainState> loose = Loose(layer);
+    grains.insert(grains.end(), loose.begin(), loose.end());
+    World world(Config(friction), grains);
     world.AddBody(FloorBody(depth_));
     Quiet(world, SettleTimes(spec_), "settle");
     return States(world);
@@ -160,18 +219,25 @@ class Preparation {
     return solid / (spec_.length_m * spec_.width_m * (z1 - z0));
   }
 
-  static std::vector<GrainState> CutFlat(const std::vector<GrainState>& bed) {
+  static std::vector<GrainState> CutAt(const std::vector<GrainState>& bed, double height_m) {
     std::vector<GrainState> out;
     for (const auto& g : bed) {
-      if (g.z_m + g.radius_m <= 0) out.push_back(g);
+      if (g.z_m + g.radius_m <= height_m) out.push_back(g);
     }
     if (out.empty()) throw std::runtime_error("tile: nothing is left under the cut plane");
     return out;
   }
 
-  Tile Relax(const std::vector<GrainState>& cut, double preparation_friction) {
-    attempt_ = kMostAttempts;
-    World world(Config(spec_.soil.friction), cut);
+  /// Plane of equal mass: the solid above the measured part of the uppermost layer stands there at
+  /// the solid fraction of that part.
+  double SurfaceOf(const std::vector<GrainState>& bed, double solid_fraction) const {
+    const double all = SolidFraction(bed, -diameter_, diameter_) * 2 * diameter_;
+    return -diameter_ + all / solid_fraction;
+  }
+
+  Tile Relax(const std::vector<GrainState>& cut, const Layer& under, const Layer& top) {
+    attempt_ = PackingSearch::kTries;
+    World world(Config(FrictionOf(spec_.soil)), cut);
     world.AddBody(FloorBody(depth_));
     Quiet(world, RelaxTimes(spec_), "relax");
     Rest(world);
@@ -179,8 +245,13 @@ class Preparation {
     tile.length_m = spec_.length_m;
     tile.width_m = spec_.width_m;
     tile.depth_m = depth_;
-    tile.preparation_friction = preparation_friction;
-    tile.solid_fraction = SolidFraction(States(world), -depth_ + diameter_, -diameter_);
+    tile.preparation_friction = {under.friction.friction, top.friction.friction};
+    tile.preparation_rolling_friction = {under.friction.rolling_friction,
+                                         top.friction.rolling_friction};
+    const std::vector<GrainState> bed = States(world);
+    tile.solid_fraction = SolidFractionOf(bed, 0);
+    if (top_ > 0) tile.top_solid_fraction = SolidFractionOf(bed, 1);
+    tile.surface_m = SurfaceOf(bed, top_ > 0 ? tile.top_solid_fraction : tile.solid_fraction);
     tile.coordination = world.MeanContacts();
     std::vector<float> overlaps = world.OverlapRatios();
     std::sort(overlaps.begin(), overlaps.end());
@@ -193,7 +264,9 @@ class Preparation {
 
   BedSpec spec_;
   ProgressFn progress_;
-  double depth_, diameter_, dt_;
+  double depth_, diameter_, dt_, top_ = 0;
+  double denser_[2] = {};  ///< of layer and top layer at rest than as they settled
+  Nearest nearest_[2];
   int attempt_ = 0;
 };
 
@@ -238,17 +311,6 @@ double DrawDiameter(const std::vector<SizeBin>& sizes, Random& random) {
     if (at <= 0) return b.diameter_m;
   }
   return sizes.back().diameter_m;
-}
-
-double NextLogFriction(const std::vector<FrictionTry>& tried) {
-  const FrictionTry& last = tried.back();
-  double slope = -0.012;
-  if (tried.size() > 1) {
-    const FrictionTry& before = tried[tried.size() - 2];
-    const double seen = (last.error - before.error) / (last.log_friction - before.log_friction);
-    if (seen < -0.003) slope = seen;
-  }
-  return last.log_friction - std::clamp(last.error / slope, -1.2, 1.2);
 }
 
 Tile PrepareBed(const BedSpec& bed, const ProgressFn& progress, const WorkLimits& limits) {

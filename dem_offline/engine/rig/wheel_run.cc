@@ -21,7 +21,7 @@ constexpr double kSampleTime = 1.0 / 30;
 constexpr double kFirstCheck = 40.0 / 3;  // the first look at the stopping rule
 constexpr double kCheckTime = 10.0 / 3;   // between looks
 constexpr double kStressChunk = 5.0 / 3;  // of recorded stresses
-constexpr double kOverloadShare = 0.7;    // of the radius
+constexpr double kOverloadTime = 1;       // beyond the most sinkage, until a run is an overload
 constexpr double kBehindShare = 1.0;      // of the radius: a free wheel drawn back so far is lost
 constexpr double kRunaway = 10;           // and one whose hub is so many times faster than its rim
 
@@ -52,7 +52,7 @@ Motion TargetOf(const WheelTestSpec& spec, double beta) {
 }
 
 WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta, double yaw,
-                   double dt) {
+                   double dt, double surface_m) {
   WheelDrive d = {};
   d.mode = spec.state.mode;
   d.dt_s = dt;
@@ -78,8 +78,11 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
   d.first_check_s = kFirstCheck * unit;
   d.check_s = kCheckTime * unit;
   d.chunk_s = kStressChunk * unit;
-  d.most_sinkage_m = kOverloadShare * spec.wheel.radius_m;
-  d.most_time_s = spec.rig.max_time_s;
+  d.surface_m = surface_m;
+  d.most_sinkage_m = MostSinkage(spec);
+  d.deepest_m = d.most_sinkage_m + LargestDiameter(spec.soil);
+  d.overload_s = kOverloadTime * unit;
+  d.most_time_s = DriveTime(spec);
   d.most_behind_m = kBehindShare * spec.wheel.radius_m;
   d.most_hub_m_per_s = kRunaway * spec.rig.speed_m_per_s;
   d.most_lift_m = 2 * LargestDiameter(spec.soil);
@@ -89,16 +92,16 @@ WheelDrive DriveOf(const WheelTestSpec& spec, const Motion& target, double beta,
 }  // namespace
 
 double LongestRun(const WheelTestSpec& spec) {
-  const double descent = kOverloadShare * spec.wheel.radius_m + LargestDiameter(spec.soil);
+  const double descent = MostSinkage(spec) + 2 * LargestDiameter(spec.soil);
   return descent / (kSetDownSpeed * GravitySpeed(spec.soil)) +
-         kSettleTime * GravityTime(spec.soil) + spec.rig.max_time_s;
+         kSettleTime * GravityTime(spec.soil) + DriveTime(spec);
 }
 
 double RecordBytes(const WheelTestSpec& spec) {
-  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 2),
+  constexpr double kSampleBytes = 2 * 8 * (kSampleChannels + 3),
                    kBinBytes = 3 * 8;  // vectors double
   const double bins = 2 * M_PI / spec.rig.stress_bin_rad * spec.rig.width_bins;
-  const double time = spec.rig.max_time_s / GravityTime(spec.soil);
+  const double time = DriveTime(spec) / GravityTime(spec.soil);
   return kSampleBytes * time / kSampleTime + kBinBytes * bins * time / kStressChunk;
 }
 
@@ -113,7 +116,7 @@ WheelRun::WheelRun(const WheelTestSpec& spec, const Tile& tile)
   scene_ = std::make_unique<RigScene>(spec, tile, out_.dt_s);
   world().AddBody(WheelBody(spec, scene_->start_x_m(), yaw));
   target_ = TargetOf(spec, beta_);
-  drive_ = DriveOf(spec, target_, beta_, yaw, out_.dt_s);
+  drive_ = DriveOf(spec, target_, beta_, yaw, out_.dt_s, tile.surface_m);
 }
 
 Body& WheelRun::wheel() { return world().body(kWheelBody); }
@@ -123,7 +126,7 @@ const char* WheelRun::Stage() const {
 }
 
 double WheelRun::Fraction() const {
-  return std::clamp(state_.time_s / spec_.rig.max_time_s, 0.0, 1.0);
+  return std::clamp(state_.time_s / drive_.most_time_s, 0.0, 1.0);
 }
 
 bool WheelRun::Fail(const std::string& reason, StopCause cause) {
@@ -137,7 +140,8 @@ bool WheelRun::Fail(const std::string& reason, StopCause cause) {
 bool WheelRun::Overload() {
   out_.status = RunStatus::kOverload;
   out_.stopped = StopCause::kOverload;
-  out_.reason = "sinkage beyond 0.7 of the radius";
+  out_.reason = "sinkage beyond " + Short(drive_.most_sinkage_m) + " m, " +
+                Short(drive_.most_sinkage_m / drive_.radius_m) + " of the radius";
   return false;
 }
 
@@ -164,6 +168,7 @@ void WheelRun::Take(const WheelSample& sample) {
   for (int k = 0; k < kSampleChannels; ++k) columns[k]->push_back(sample.mean[k]);
   s.time_s.push_back(sample.time_s);
   s.travel_m.push_back(sample.travel_m);
+  s.hub_travel_m.push_back(sample.hub_travel_m);
 }
 
 bool WheelRun::Take(std::int32_t events) {
@@ -177,10 +182,18 @@ bool WheelRun::Take(std::int32_t events) {
   if (events & kOverloaded) return Overload();
   if (events & kLifted) return Fail("the wheel left the ground");
   if (events & kOutOfHand) return Lost(StopCause::kLost);
-  if ((events & kCheckDue) && LookSteady().Enough()) return Stop(StopCause::kPrecise);
+  if ((events & kCheckDue) && FarEnough() && LookSteady().Enough()) {
+    return Stop(StopCause::kPrecise);
+  }
   if (events & kOutOfBed) return Stop(StopCause::kBedEnd);
   if (events & kTimeIsUp) return Stop(StopCause::kTimeUp);
   return true;
+}
+
+/// A hub that is held on the spot has no way to go.
+bool WheelRun::FarEnough() const {
+  const bool stands = spec_.state.mode == RigMode::kRimSpeed && drive_.travel_m_per_s == 0;
+  return stands || state_.axle_path_m >= TravelOf(spec_).least_hub_m;
 }
 
 const SteadyWindow& WheelRun::LookSteady() {
@@ -225,6 +238,8 @@ WheelTestResult WheelRun::Finish(std::uint64_t steps) {
   if (driven_) Judge();
   if (out_.series.time_s.size() >= 2 * kBlocks && window_.last == 0) LookSteady();
   FillMeans(spec_, window_, target_, beta_, out_);
+  out_.hub_travel_m = state_.axle_path_m;
+  FillEqualTravel(TravelOf(spec_), target_, out_);
   out_.energy.input_j = state_.input_j;
   FillEnergy(balance_0_, world().Balance(), out_.energy);
   const double error = EnergyError(out_.energy);
@@ -238,6 +253,7 @@ WheelTestResult WheelRun::Finish(std::uint64_t steps) {
   out_.stress = recorder_.Average(out_.window_start_s, out_.window_end_s);
   out_.surface =
       MeasureSurface(world(), wheel().position_m, YawOf(spec_), LargestDiameter(spec_.soil));
+  for (double& h : out_.surface.height_m) h -= tile_.surface_m;
   FillBedAndRules(spec_, tile_, world(), out_);
   FillSceneRules(spec_, *scene_, out_);
   return std::move(out_);

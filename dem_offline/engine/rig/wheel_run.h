@@ -46,6 +46,7 @@ class WheelRun {
   bool Overload();
   bool Lost(StopCause cause);
   bool GoesBackwards() const;
+  bool FarEnough() const;
   const SteadyWindow& LookSteady();
   void Judge();
 

@@ -21,7 +21,9 @@ struct WheelDrive {
   double travel_m_per_s, rim_m_per_s;  ///< at full speed
   double set_down_m_per_s, settle_s, ramp_s, sample_s, first_check_s, check_s, chunk_s;
   double felt_s, damper_s;  ///< while set down: time of the smoothed load, of the damper
-  double most_sinkage_m, most_lift_m, most_time_s;
+  double surface_m;         ///< the undisturbed plane, Tile::surface_m
+  /// Sinkage beyond most_sinkage_m for overload_s, or at all beyond deepest_m, ends a run.
+  double most_sinkage_m, deepest_m, overload_s, most_lift_m, most_time_s;
   double most_behind_m, most_hub_m_per_s;  ///< kFreeSlip: beyond them the wheel is lost
 };
 
@@ -52,7 +54,7 @@ inline constexpr int kSampleChannels = 8;
 /// Means over sample_s: F_x, F_y, F_z, torque, M_z (contact frame), sinkage, v_x,
 /// rim speed.
 struct WheelSample {
-  double time_s, travel_m, mean[kSampleChannels];
+  double time_s, travel_m, hub_travel_m, mean[kSampleChannels];
 };
 
 struct WheelState {
@@ -62,6 +64,7 @@ struct WheelState {
   double settled_s = 0, time_s = 0, next_check_s = 0, next_chunk_s = 0;
   double spin_rad_per_s = 0;  ///< about its own axle
   double axle_path_m = 0, rim_path_m = 0;
+  double deep_s = 0;    ///< how long the sinkage has been beyond most_sinkage_m
   double behind_m = 0;  ///< of the hub from the foremost place it came to
   double front_m = 0;   ///< of the wheel from its hub when the drive began
   double input_j = 0;
@@ -72,8 +75,15 @@ struct WheelState {
 
 namespace wheel_step {
 
+/// Of the lowest point of the rim under the undisturbed plane.
 GROUSER_HD double Sinkage(const WheelDrive& d, const RigidBody& wheel) {
-  return d.radius_m - wheel.position_m[2];
+  return d.radius_m - wheel.position_m[2] + d.surface_m;
+}
+/// Not at one instant: a wheel that has just been locked or set down swings through its mean.
+GROUSER_HD bool Overloaded(const WheelDrive& d, const RigidBody& wheel, WheelState* s) {
+  const double z = Sinkage(d, wheel);
+  s->deep_s = z > d.most_sinkage_m ? s->deep_s + d.dt_s : 0;
+  return s->deep_s > d.overload_s || z > d.deepest_m;
 }
 /// Moment of the soil about the wheel's own axle.
 GROUSER_HD double AxleMoment(const WheelDrive& d, const Wrench& f) {
@@ -132,6 +142,7 @@ GROUSER_HD std::int32_t Account(const WheelDrive& d, const RigidBody& wheel, con
   for (int k = 0; k < kSampleChannels; ++k) s->sum[k] += now[k];
   if (static_cast<double>(++s->summed) * d.dt_s < d.sample_s) return events;
   s->sample.time_s = s->time_s;
+  s->sample.hub_travel_m = s->axle_path_m;
   s->sample.travel_m = s->axle_path_m > s->rim_path_m ? s->axle_path_m : s->rim_path_m;
   for (int k = 0; k < kSampleChannels; ++k) {
     s->sample.mean[k] = s->sum[k] / static_cast<double>(s->summed);
@@ -191,7 +202,7 @@ GROUSER_HD void Before(const WheelDrive& d, const Wrench& f, WheelState* s, Rigi
 /// After a step; f: its wrench. Returns WheelEvents.
 GROUSER_HD std::int32_t After(const WheelDrive& d, const BedLimit& limit, const RigidBody& wheel,
                               const Wrench& f, WheelState* s) {
-  std::int32_t events = Sinkage(d, wheel) > d.most_sinkage_m ? kOverloaded : 0;
+  std::int32_t events = Overloaded(d, wheel, s) ? kOverloaded : 0;
   switch (s->stage) {
     case WheelStage::kDescend:
       s->felt_n += d.dt_s / d.felt_s * (f.fz - s->felt_n);

@@ -52,16 +52,26 @@ struct SceneSettings {
   bool largest_step = false;   ///< time step by LargestStep (scaling.h), not rayleigh_fraction
 };
 
+/// How far a wheel goes: paths of its hub on the ground since it was set in motion; 0: by rule
+/// (TravelOf).
+struct TravelSettings {
+  double least_hub_m = 0;  ///< no run is stopped as precise enough before
+  /// The stretch whose means are WheelTestResult::equal_travel.
+  double compare_from_hub_m = 0, compare_to_hub_m = 0;
+};
+
 struct RigSettings {
   double bed_length_m = 0.28;                   ///< x, periodic
   double bed_width_m = 0.20;                    ///< y, periodic
   double bed_depth_m = 0.10;                    ///< undisturbed depth above the floor
   double speed_m_per_s = 0.1;                   ///< max(|r w|, V)
-  double max_time_s = 3.0;                      ///< simulated, after touch-down
+  double max_time_s = 3.0;                      ///< simulated, after touch-down; 0: DriveTime
   double rayleigh_fraction = 0.2;               ///< dt over the Rayleigh time [-]
   double target_relative_error = 0.02;          ///< stop: SE(F_x), SE(F_y) <= this * load
   double stress_bin_rad = 0.08726646259971647;  ///< 5 degrees
   int width_bins = 5;
+  double most_sinkage_m = 0;  ///< beyond it a run is an overload; 0: MostSinkage
+  TravelSettings travel;
   SceneSettings scene;
 };
 
@@ -82,7 +92,7 @@ enum class StopCause {
   kTimeUp,    ///< max_time_s
   kPrecise,   ///< the stopping rule (steady.h) was met
   kBedEnd,    ///< the wheel came to ground that it has disturbed, or to the edge of its window
-  kOverload,  ///< sinkage beyond 0.7 of the radius
+  kOverload,  ///< sinkage beyond MostSinkage
   kLost,      ///< a free wheel cannot hold its drawbar
   kFault,     ///< physics or numbers
   kCaller,    ///< the progress function said so
@@ -100,7 +110,7 @@ struct SceneUse {
 enum class RunStatus {
   kSteady,    ///< a window without drift, in balance, precise and long enough (steady.h)
   kUnsteady,  ///< ran to its end without such a window
-  kOverload,  ///< sinkage beyond 0.7 of the radius
+  kOverload,  ///< sinkage beyond MostSinkage
   kFailed,    ///< physics or numbers
   kLost,      ///< a free wheel that cannot hold its drawbar
 };
@@ -112,6 +122,12 @@ struct OutputMean {
   double standard_error = 0;  ///< block-averaged
   double drift = 0;           ///< second minus first half of the window
   double fluctuation = 0;     ///< standard deviation of the series
+};
+
+/// Means over a stretch of the hub's path.
+struct EqualTravel {
+  double from_hub_m = 0, to_hub_m = 0;
+  std::vector<OutputMean> outputs;  ///< none: the run ended before
 };
 
 struct RuleCheck {
@@ -131,7 +147,7 @@ struct EnergyLedger {
 /// Time series, one entry per sample (wrench on the wheel, contact frame).
 struct Series {
   std::vector<double> time_s, f_x_n, f_y_n, f_z_n, torque_n_m, m_z_n_m, sinkage_m, v_x_m_per_s,
-      rim_speed_m_per_s, travel_m;
+      rim_speed_m_per_s, travel_m, hub_travel_m;
 };
 
 /// See StressProfile in proto/grouser/v1alpha1/run.proto.
@@ -161,6 +177,8 @@ struct WheelTestResult {
   int blocks = 0;
   double travel_m = 0;          ///< in the window: the longer of the hub's path and the rim's
   double contact_length_m = 0;  ///< at the window's mean sinkage
+  double hub_travel_m = 0;      ///< since the wheel was set in motion
+  EqualTravel equal_travel;
   std::vector<RuleCheck> rules;
   EnergyLedger energy;
   Series series;
@@ -192,6 +210,15 @@ void ValidateSpec(const WheelTestSpec& spec, const WorkLimits& limits = {});
 /// throws for physics: that becomes status and reason.
 WheelTestResult RunWheelTest(const WheelTestSpec& spec, const Tile& tile,
                              const ProgressFn& progress, const WorkLimits& limits = {});
+
+/// The deepest sinkage [m] of a run: rig.most_sinkage_m, or by rule the less of 1.5 radii, up to
+/// which the wheel's sides stand above the soil, and of 3/4 of the bed's depth.
+double MostSinkage(const WheelTestSpec& spec);
+/// rig.travel with its rules: at least one radius; compared over the last third of that.
+TravelSettings TravelOf(const WheelTestSpec& spec);
+/// Longest drive [s]: rig.max_time_s, or by rule 1.25 times what the hub takes for the end of its
+/// travel at its speed, or at a tenth of the rig's where it is slower.
+double DriveTime(const WheelTestSpec& spec);
 
 /// Version that goes into every record; changes when results may change.
 const char* EngineVersion();

@@ -12,7 +12,13 @@ using ::testing::HasSubstr;
 
 dem::Tile SomeTile() {
   FakeLog log;
-  return FakeBackend(&log).prepare_bed({}, [](double, const std::string&) { return true; });
+  dem::Tile tile =
+      FakeBackend(&log).prepare_bed({}, [](double, const std::string&) { return true; });
+  tile.surface_m = -0.004;
+  tile.top_solid_fraction = 0.53;
+  tile.preparation_friction = {1.5, 2.5};
+  tile.preparation_rolling_friction = {0.3, 0.7};
+  return tile;
 }
 
 TEST(TileConvert, RoundTrip) {
@@ -20,6 +26,10 @@ TEST(TileConvert, RoundTrip) {
   const dem::Tile back = ToTile(ToTileFile(tile, "key"), "key", "p");
   EXPECT_EQ(back.length_m, tile.length_m);
   EXPECT_EQ(back.solid_fraction, tile.solid_fraction);
+  EXPECT_EQ(back.top_solid_fraction, tile.top_solid_fraction);
+  EXPECT_EQ(back.surface_m, tile.surface_m);
+  EXPECT_EQ(back.preparation_friction, tile.preparation_friction);
+  EXPECT_EQ(back.preparation_rolling_friction, tile.preparation_rolling_friction);
   EXPECT_EQ(back.radius_m, tile.radius_m);
   EXPECT_EQ(back.position, tile.position);
   EXPECT_EQ(back.velocity, tile.velocity);
@@ -98,6 +108,15 @@ TEST(SpecConvert, EveryFieldArrives) {
   state->set_load_n(27);
   state->set_drawbar_n(28);
   spec.set_seed(29);
+  auto* preparation = grains->mutable_preparation();
+  preparation->set_friction(35);
+  preparation->set_rolling_friction(36);
+  grains->mutable_top_layer()->set_thickness_m(37);
+  grains->mutable_top_layer()->set_solid_fraction(38);
+  rig->set_most_sinkage_m(39);
+  rig->mutable_travel()->set_least_hub_m(40);
+  rig->mutable_travel()->set_compare_from_hub_m(41);
+  rig->mutable_travel()->set_compare_to_hub_m(42);
   const dem::WheelTestSpec out = ToEngine(spec);
   ASSERT_EQ(out.soil.sizes.size(), 1u);
   const std::vector<double> got = {out.soil.gravity_m_per_s2,
@@ -133,7 +152,15 @@ TEST(SpecConvert, EveryFieldArrives) {
                                    out.rig.scene.window_ahead,
                                    out.rig.scene.freeze_box,
                                    out.rig.scene.freeze_speed,
-                                   static_cast<double>(out.rig.scene.look_steps)};
+                                   static_cast<double>(out.rig.scene.look_steps),
+                                   out.soil.preparation.friction.value_or(0),
+                                   out.soil.preparation.rolling_friction.value_or(0),
+                                   out.soil.top.thickness_m,
+                                   out.soil.top.solid_fraction,
+                                   out.rig.most_sinkage_m,
+                                   out.rig.travel.least_hub_m,
+                                   out.rig.travel.compare_from_hub_m,
+                                   out.rig.travel.compare_to_hub_m};
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i], static_cast<double>(i + 1));
   EXPECT_EQ(out.state.mode, dem::RigMode::kFreeSlip);
   EXPECT_EQ(out.rig.scene.bed, dem::SceneBed::kWindow);
@@ -191,6 +218,9 @@ TEST(RecordConvert, ResultAndContextArrive) {
   result.use.active_particle_steps = 5e6;
   result.use.deep_particle_steps = 2e6;
   result.energy.frozen_j = 0.02;
+  result.hub_travel_m = 0.4;
+  result.equal_travel = {0.2, 0.3, {{"f_y", 5, 6, 7, 8}}};
+  result.series.hub_travel_m = {0, 0.1};
   RunContext context;
   context.spec.set_seed(4);
   context.run_id = "id";
@@ -214,8 +244,19 @@ TEST(RecordConvert, ResultAndContextArrive) {
   EXPECT_EQ(record.energy().frozen_j(), 0.02);
   EXPECT_EQ(record.stress().normal_pa(1), 6);
   EXPECT_EQ(record.surface().height_m(0), 7);
+  EXPECT_EQ(record.hub_travel_m(), 0.4);
+  EXPECT_EQ(record.equal_travel().from_hub_m(), 0.2);
+  EXPECT_EQ(record.equal_travel().to_hub_m(), 0.3);
+  EXPECT_EQ(record.equal_travel().outputs(0).name(), "f_y");
+  EXPECT_EQ(record.equal_travel().outputs(0).mean(), 5);
+  EXPECT_EQ(record.bed().surface_m(), -0.004);
+  EXPECT_EQ(record.bed().top_solid_fraction(), 0.53);
+  EXPECT_EQ(record.bed().top_preparation_friction(), 2.5);
+  EXPECT_EQ(record.bed().preparation_rolling_friction(), 0.3);
+  EXPECT_EQ(record.bed().top_preparation_rolling_friction(), 0.7);
   EXPECT_EQ(file.series.at("time_s").size(), 2u);
-  EXPECT_EQ(file.series.size(), 10u);
+  EXPECT_EQ(file.series.at("hub_travel_m").size(), 2u);
+  EXPECT_EQ(file.series.size(), 11u);
 }
 
 }  // namespace

@@ -28,6 +28,44 @@ TEST(SceneYaml, ReadsAShippedScene) {
   EXPECT_DOUBLE_EQ(scene.rig().stress_bin_rad(), 5 * std::numbers::pi / 180);
 }
 
+TEST(SceneYaml, TakesASoilFromAFileOfItsOwn) {
+  const auto scene = LoadScene(kScenes + "/cmu_validate.scene.yaml");  // its soil is a file's name
+  EXPECT_EQ(scene.soil().name(), "cmu-dry-sand-loose-8mm");
+  EXPECT_EQ(scene.soil().grains().solid_fraction(), 0.533);
+  EXPECT_EQ(scene.rig().max_time_s(), 0);  // by rule
+  EXPECT_EQ(scene.rig().travel().least_hub_m(), 0.3);
+  const auto other =
+      LoadScene(kScenes + "/cmu_smooth_8mm.scene.yaml", kScenes + "/cmu_loose.soil.yaml");
+  EXPECT_EQ(other.soil().name(), "cmu-dry-sand-loose-8mm");
+  EXPECT_EQ(other.wheel().name(), "smooth-62.5");
+  EXPECT_THROW(LoadScene(kScenes + "/cmu_smooth_8mm.scene.yaml", kScenes + "/none.soil.yaml"),
+               InputError);
+}
+
+TEST(SceneYaml, ReadsPreparationTopLayerAndTravel) {
+  const records::TempFolder folder;
+  std::string text = records::ReadFileBytes(kScenes + "/smoke.scene.yaml");
+  const auto put = [&](const std::string& after, const std::string& more) {
+    text.insert(text.find(after) + after.size(), more);
+  };
+  put("solid_fraction: 0.58\n",
+      "    preparation: {friction: 0.3, rolling_friction: 0.1}\n"
+      "    top_layer: {thickness_m: 0.035, solid_fraction: 0.55}\n");
+  put("width_bins: 5\n",
+      "  most_sinkage_m: 0.03\n"
+      "  travel: {least_hub_m: 0.05, compare_from_hub_m: 0.02, compare_to_hub_m: 0.04}\n");
+  text.replace(text.find("bed_depth_m: 0.05"), 17, "bed_depth_m: 0.09");
+  records::WriteFileDurably(folder / "s.scene.yaml", text);
+  const auto scene = LoadScene(folder / "s.scene.yaml");
+  EXPECT_EQ(scene.soil().grains().preparation().friction(), 0.3);
+  EXPECT_EQ(scene.soil().grains().preparation().rolling_friction(), 0.1);
+  EXPECT_EQ(scene.soil().grains().top_layer().thickness_m(), 0.035);
+  EXPECT_EQ(scene.soil().grains().top_layer().solid_fraction(), 0.55);
+  EXPECT_EQ(scene.rig().most_sinkage_m(), 0.03);
+  EXPECT_EQ(scene.rig().travel().compare_from_hub_m(), 0.02);
+  EXPECT_EQ(scene.rig().travel().compare_to_hub_m(), 0.04);
+}
+
 // One edit of the good file each: line to replace, by what, and the complaint.
 struct Edit {
   const char* name;

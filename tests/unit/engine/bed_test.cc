@@ -82,7 +82,7 @@ TEST(ValidateBed, RefusesASandPouredHigherThanTheFrame) {
 }
 
 TEST(ValidateBed, KnowsTheGrainsThatArePoured) {
-  const LooseLattice lattice = LatticeOf(SmallBed());
+  const LooseLattice lattice = LatticesOf(SmallBed())[0];
   const Work work = WorkOf(SmallBed());
   EXPECT_EQ(work.grains, lattice.nx * lattice.ny * lattice.layers);
   const auto left = static_cast<double>(SmallTile().radius_m.size());

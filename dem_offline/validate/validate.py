@@ -1,0 +1,245 @@
+#!/usr/bin/python3
+"""Measured wheel tests beside DEM runs and a model: rms by region, and a page.
+
+TABLE.csv: a row for each state, with columns for slip (or rim_speed and
+carriage_speed), attack_angle, load and any of f_x, f_y, torque, sinkage, each
+named with its unit (load_n, sinkage_mm), or mapped by --columns. Signs and slip
+as in docs/glossary.md. Sinkage counts from the undisturbed plane.
+
+Every row runs at its own load on every bed. A row is compared over the stretch
+of hub travel that the scene states (rig.travel), or, where its run ended before,
+over the run's own window: such rows are marked. Files go to OUT: the campaign,
+rows.json, rows.md and report.html. What is done is not run again: kill it at any
+time, start it again.
+
+Exit codes: 0 done, 1 a run failed, 2 bad usage or input, 130 Ctrl-C.
+
+Example:
+  ./grouser validate dem_offline/campaigns/measured/cmu_smooth_wheel.csv \\
+    --soil dem_offline/campaigns/cmu_loose.soil.yaml \\
+    --scene dem_offline/campaigns/cmu_validate.scene.yaml --rows 5,14 --beds 2
+"""
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
+
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+
+import html_page  # noqa: E402
+import measured_table as measured  # noqa: E402
+import validate_page as page  # noqa: E402
+from processes import Interrupted, Processes, ProgramFailed, raise_on_signals, write_atomically  # noqa: E402
+
+matplotlib.rcParams.update(html_page.STYLE)
+FAILED = "RUN_STATUS_FAILED"
+
+
+def say(text):
+    print(f"validate: {text}", file=sys.stderr, flush=True)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="./grouser validate", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("table", metavar="TABLE.csv")
+    parser.add_argument("--soil", required=True, help="soil file (*.soil.yaml)")
+    parser.add_argument("--scene", required=True, help="scene file: the wheel and the rig")
+    parser.add_argument("--model", help="model file: its answers beside them")
+    parser.add_argument("--columns", action="append", default=[], metavar="SOURCE=QUANTITY:UNIT",
+                        help="what a column holds, as DP_N=f_x:N,sinkage_mm=sinkage:mm")
+    parser.add_argument("--rows", default="", help="rows of the table, from 1, as 1,3-5 (default: all)")
+    parser.add_argument("--beds", type=int, default=3, help="beds of every state (default: 3)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
+    parser.add_argument("--device", default="cpu", help="where wheel tests run: cpu, cuda, auto")
+    parser.add_argument("--out", default=os.path.join(ROOT, "out", "validate"), help="folder of all results")
+    parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    for option in ("beds", "jobs"):
+        if getattr(arguments, option) < 1:
+            raise measured.TableError(f"--{option} {getattr(arguments, option)}: expected at least 1")
+    for option in ("soil", "scene", "model"):
+        path = getattr(arguments, option)
+        if path and not os.path.exists(path):
+            raise measured.TableError(f"--{option} {path}: no such file")
+    return arguments
+
+
+def state_of(row):
+    """As the campaign file has it, rounded alike wherever it is looked up."""
+    return (round(row.slip, 6), round(math.degrees(row.angle), 4), round(row.load, 3))
+
+
+def campaign_text(arguments, rows, folder):
+    """Every state once; paths from the folder of the file."""
+    lines = ["# Written by ./grouser validate.", "name: validate",
+             "scene: " + json.dumps(os.path.relpath(arguments.scene, folder)),
+             "soil: " + json.dumps(os.path.relpath(arguments.soil, folder)),
+             f"seeds: [{', '.join(str(k + 1) for k in range(arguments.beds))}]", "extra:"]
+    lines += [f"  - {{slip: {slip!r}, attack_angle_deg: {angle!r}, load_n: {load!r}}}"
+              for slip, angle, load in dict.fromkeys(state_of(row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def capture(command):
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
+                          check=False, text=True)
+    if done.returncode != 0:
+        raise ProgramFailed(f"{' '.join(command)}\nended with {done.returncode}: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def run_campaign(arguments, rows, processes):
+    """Records of all runs of the campaign, by state."""
+    path = os.path.join(arguments.out, "validate.campaign.yaml")
+    folder = os.path.join(arguments.out, "campaign")
+    write_atomically(path, campaign_text(arguments, rows, arguments.out))
+    program = os.path.join(arguments.bin, "grouser-dem")
+    command = [program, "campaign", "run", path, "--out", folder, "--jobs", str(arguments.jobs), "--device",
+               arguments.device, "--json"]
+    child = processes.start_with_output("campaign", command, show=True)
+    processes.finish("campaign", child)
+    with open(os.path.join(folder, "campaign.json"), encoding="utf-8") as file:
+        planned = json.load(file)["runs"]
+    files = [os.path.join(folder, "runs", one["run_id"] + ".run.h5") for one in planned]
+    records = {}
+    for record in capture([program, "show", "--json", *files]):
+        state = record["spec"]["state"]
+        key = (round(float(state.get("slip", 0)), 6), round(math.degrees(float(state.get("attack_angle_rad", 0))), 4),
+               round(float(state["load_n"]), 3))
+        records.setdefault(key, []).append(record)
+    return records
+
+
+def outputs_of(record):
+    """({output: (mean, standard error)}, whether it is the stretch of equal travel)."""
+    equal = record.get("equal_travel", {}).get("outputs")
+    source = equal or record.get("outputs", [])
+    return ({one["name"]: (float(one.get("mean", 0)), float(one.get("standard_error", 0))) for one in source},
+            bool(equal))
+
+
+def over_beds(records):
+    """Means over beds, with their standard errors: of the spread between beds where there are two or
+    more, but not less than the runs' own."""
+    each = [outputs_of(record) for record in records if record["status"] != FAILED]
+    each = [one for one in each if one[0]]
+    result = {}
+    for output in measured.OUTPUTS:
+        values = [one[0][output] for one in each if output in one[0]]
+        if not values:
+            continue
+        own = math.sqrt(sum(v[1] ** 2 for v in values)) / len(values)
+        spread = statistics.stdev(v[0] for v in values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
+        result[output] = {"value": statistics.fmean(v[0] for v in values), "standard_error": max(own, spread)}
+    return {"outputs": result, "beds": len(each), "equal_travel": bool(each) and all(one[1] for one in each),
+            "statuses": [record["status"].replace("RUN_STATUS_", "") for record in records],
+            "reasons": sorted({record.get("reason", "") for record in records} - {""})}
+
+
+def model_answer(arguments, row):
+    answer = capture([os.path.join(arguments.bin, "grouser-fit"), "eval", arguments.model, "--json",
+                      f"--slip={row.slip!r}", f"--angle-deg={math.degrees(row.angle)!r}", f"--load={row.load!r}"])
+    return page.model_outputs(answer)
+
+
+def compare(arguments, rows, records):
+    """One dictionary a row, as rows.json has it."""
+    out = []
+    for number, row in rows:
+        one = {"row": number, "line": row.line, "slip": row.slip, "attack_angle_deg": math.degrees(row.angle),
+               "load_n": row.load, "regions": row.regions,
+               "measured": {name: {"value": row.value[name], "standard_error": none_of(row.error(name))}
+                            for name in measured.OUTPUTS if name in row.value},
+               "dem": over_beds(records.get(state_of(row), []))}
+        if arguments.model:
+            one["model"] = model_answer(arguments, row)
+        out.append(one)
+    return out
+
+
+def none_of(value):
+    return None if math.isnan(value) else value
+
+
+def errors_by_region(compared):
+    """rms of DEM and model minus measurement, with the standard error of that rms from the errors of
+    its rows: sqrt(sum (e_i s_i)^2)/(n rms)."""
+    table = []
+    for region in measured.REGIONS:
+        for output in measured.OUTPUTS:
+            for source in ("dem", "model"):
+                pairs = []
+                for one in compared:
+                    got = one.get(source, {}).get("outputs", {}).get(output)
+                    truth = one["measured"].get(output)
+                    if region not in one["regions"] or not got or not truth:
+                        continue
+                    pairs.append((got["value"] - truth["value"],
+                                  math.hypot(got["standard_error"] or 0, truth["standard_error"] or 0)))
+                if not pairs:
+                    continue
+                rms = math.sqrt(statistics.fmean(e * e for e, _ in pairs))
+                error = math.sqrt(sum((e * s) ** 2 for e, s in pairs)) / (len(pairs) * rms) if rms > 0 else 0.0
+                table.append({"region": region, "output": output, "of": source, "rows": len(pairs), "rms": rms,
+                              "standard_error": error, "mean": statistics.fmean(e for e, _ in pairs)})
+    return table
+
+
+def validate(arguments, processes):
+    """Whether every run gave something to compare."""
+    all_rows = measured.read(arguments.table, arguments.columns)
+    chosen = measured.choose(list(enumerate(all_rows, 1)), arguments.rows)
+    records = run_campaign(arguments, [row for _, row in chosen], processes)
+    compared = compare(arguments, chosen, records)
+    errors = errors_by_region(compared)
+    some = next(iter(records.values()))[0]
+    result = {"table": os.path.basename(arguments.table), "soil": some["spec"]["soil"].get("name", ""),
+              "scene": some["spec"].get("scene", ""), "beds": arguments.beds,
+              "engine_version": some["numerics"]["engine_version"],
+              "bed_reached": [page.bed_of(r) for r in next(iter(records.values()))],
+              "rows": compared, "errors": errors}
+    write_atomically(os.path.join(arguments.out, "rows.json"), json.dumps(result, indent=1) + "\n")
+    write_atomically(os.path.join(arguments.out, "rows.md"), page.markdown(result))
+    report = os.path.join(arguments.out, "report.html")
+    write_atomically(report, page.render(result, ["./grouser", "validate", *sys.argv[1:]]))
+    print(page.markdown(result))
+    say(report)
+    return all(one["dem"]["outputs"] for one in compared)
+
+
+def main():
+    raise_on_signals()
+    processes = None
+    try:
+        arguments = parse_arguments()
+        arguments.out = os.path.abspath(arguments.out)
+        os.makedirs(os.path.join(arguments.out, "logs"), exist_ok=True)
+        processes = Processes(os.path.join(arguments.out, "logs"))
+        return 0 if validate(arguments, processes) else 1
+    except measured.TableError as error:
+        say(str(error))
+        return 2
+    except ProgramFailed as error:
+        say(str(error))
+        return 1
+    except Interrupted as stop:
+        say("stopped; the same command goes on from here")
+        return 128 + stop.number
+    finally:
+        if processes:
+            processes.stop_all()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

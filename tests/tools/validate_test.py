@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+"""./grouser validate: what a measured table says, and one validation from table to page.
+
+Usage: validate_test.py BIN"""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, "dem_offline", "validate"), os.path.join(ROOT, "clients", "common")]
+
+import measured_table as measured  # noqa: E402
+import validate  # noqa: E402
+
+TABLE = os.path.join(ROOT, "dem_offline", "campaigns", "measured", "cmu_smooth_wheel.csv")
+SMOKE = os.path.join(ROOT, "dem_offline", "campaigns", "smoke.scene.yaml")
+
+
+class Tables(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def table(self, text):
+        path = os.path.join(self.folder.name, "table.csv")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def complaint(self, text, columns=()):
+        with self.assertRaises(measured.TableError) as caught:
+            measured.read(self.table(text), columns)
+        return str(caught.exception)
+
+    def test_regions_of_the_measured_wheel(self):
+        rows = measured.read(TABLE)
+        counts = {name: sum(name in row.regions for row in rows) for name in measured.REGIONS}
+        self.assertEqual(counts, {"braking <= 0.2, driving": 18, "straight of these": 6, "not locked": 24, "locked": 3})
+
+    def test_rim_over_hub(self):
+        for angle in (0.0, 0.5, 1.2, math.pi / 2):
+            for over in (-0.4, 0.0, 0.3, 0.8, 1.0, 1.3, 10.0):
+                slip = (over - math.cos(angle)) / max(abs(over), 1)
+                row = measured.Row(1, {"slip": slip, "attack_angle": angle, "load": 1.0}, {}, 1)
+                if angle < 1.5 or abs(over) < 1:  # at 90 degrees a spinning wheel's slip is 1
+                    self.assertAlmostEqual(row.rim_over_hub, over, places=6)
+
+    def test_maps_columns_and_their_units(self):
+        path = self.table("beta_deg,rim,V,Fz,DP,DP_sd,z,n\n60,3,10,20.55,-20.81,0.53,41.81,3\n")
+        row, = measured.read(path, ["beta_deg=attack_angle:deg,rim=rim_speed:mm/s", "V=carriage_speed:mm/s,Fz=load:N",
+                                    "DP=f_x:N,DP_sd=f_x_sd:N,z=sinkage:mm,n=repeats"])
+        self.assertAlmostEqual(row.slip, -0.2)  # against V cos(beta), not V
+        self.assertAlmostEqual(row.value["sinkage"], 0.04181)
+        self.assertAlmostEqual(row.error("f_x"), 0.53 / math.sqrt(3))
+        self.assertTrue(math.isnan(row.error("sinkage")))
+
+    def test_says_what_is_wrong_and_where(self):
+        head = "slip,attack_angle_deg,load_n,f_x_n\n"
+        self.assertIn("table.csv:2: f_x_n: 'much', expected a finite number", self.complaint(head + "0,0,20,much\n"))
+        self.assertIn("3 fields, expected 4", self.complaint(head + "0,0,20\n"))
+        self.assertIn("load 0 N, expected more than 0", self.complaint(head + "0,0,0,1\n"))
+        self.assertIn("slip 30, expected -2 to 2", self.complaint(head + "30,0,20,1\n"))
+        self.assertIn("no column for load", self.complaint("slip,attack_angle_deg,f_x_n\n0,0,1\n"))
+        self.assertIn("nothing measured", self.complaint("slip,attack_angle_deg,load_n\n0,0,1\n"))
+        self.assertIn("unknown quantity 'pull'", self.complaint(head + "0,0,20,1\n", ["f_x_n=pull:N"]))
+        self.assertIn("unit 'lbf', expected one of n, kn", self.complaint(head + "0,0,20,1\n", ["f_x_n=f_x:lbf"]))
+        self.assertIn("no column 'F'", self.complaint(head + "0,0,20,1\n", ["F=f_x:N"]))
+        with self.assertRaisesRegex(measured.TableError, "expected rows 1 to 2"):
+            measured.choose([1, 2], "1,3")
+
+    def test_errors_by_region(self):
+        def row(measured_value, dem_value):
+            return {"regions": ["not locked"], "measured": {"f_x": {"value": measured_value, "standard_error": None}},
+                    "dem": {"outputs": {"f_x": {"value": dem_value, "standard_error": 0.5}}}}
+        one, = validate.errors_by_region([row(1.0, 4.0), row(2.0, -2.0)])
+        self.assertAlmostEqual(one["rms"], math.sqrt((9 + 16) / 2))
+        self.assertAlmostEqual(one["mean"], -0.5)
+        self.assertAlmostEqual(one["standard_error"], math.sqrt(2.25 + 4) / (2 * one["rms"]))
+
+    def test_beds_are_averaged_and_their_spread_is_the_error(self):
+        def record(value, error):
+            return {"status": "RUN_STATUS_STEADY", "equal_travel": {"outputs": [
+                {"name": "f_x", "mean": value, "standard_error": error}]}}
+        mean = validate.over_beds([record(1.0, 0.1), record(3.0, 0.1)])
+        self.assertAlmostEqual(mean["outputs"]["f_x"]["value"], 2.0)
+        self.assertAlmostEqual(mean["outputs"]["f_x"]["standard_error"], 1.0)
+        self.assertTrue(mean["equal_travel"])
+        own = {"status": "RUN_STATUS_OVERLOAD", "outputs": [{"name": "f_x", "mean": 5.0, "standard_error": 0.2}]}
+        self.assertFalse(validate.over_beds([record(1.0, 0.1), own])["equal_travel"])
+
+
+class WholeWay(unittest.TestCase):
+    def run_it(self, out, *more):
+        return subprocess.run([sys.executable, os.path.join(ROOT, "dem_offline", "validate", "validate.py"), "--bin", BIN,
+                               os.path.join(out, "table.csv"), "--soil", os.path.join(out, "s.soil.yaml"), "--scene",
+                               SMOKE, "--beds", "1", "--jobs", "1", "--out", os.path.join(out, "v"), *more],
+                              capture_output=True, text=True, check=False)
+
+    def test_from_table_to_page_and_again(self):
+        with tempfile.TemporaryDirectory() as out:
+            with open(os.path.join(out, "table.csv"), "w", encoding="utf-8") as file:
+                file.write("slip,attack_angle_deg,load_n,f_x_n,sinkage_mm\n0.3,0,1.5,0.1,4\n-1,0,1.5,-1,\n")
+            import yaml
+            with open(SMOKE, encoding="utf-8") as file:
+                soil = yaml.safe_load(file)["soil"]
+            soil["name"] = "from-a-file"
+            with open(os.path.join(out, "s.soil.yaml"), "w", encoding="utf-8") as file:
+                yaml.safe_dump(soil, file)
+            first = self.run_it(out)
+            self.assertEqual(first.returncode, 0, first.stderr)
+            with open(os.path.join(out, "v", "rows.json"), encoding="utf-8") as file:
+                result = json.load(file)
+            self.assertEqual(result["soil"], "from-a-file")
+            self.assertEqual([row["row"] for row in result["rows"]], [1, 2])
+            self.assertNotIn("sinkage", result["rows"][1]["measured"])
+            self.assertEqual({one["region"] for one in result["errors"] if one["output"] == "f_x"},
+                             {"braking <= 0.2, driving", "straight of these", "not locked", "locked"})
+            with open(os.path.join(out, "v", "report.html"), encoding="utf-8") as file:
+                self.assertIn("Error by region", file.read())
+            runs = os.path.join(out, "v", "campaign", "runs")
+            before = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs)}
+            again = self.run_it(out, "--rows", "1")
+            self.assertEqual(again.returncode, 0, again.stderr)
+            after = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs)}
+            self.assertEqual(before, after)  # nothing is run again
+
+    def test_refuses_a_file_that_is_not_there(self):
+        with tempfile.TemporaryDirectory() as out:
+            done = self.run_it(out)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("s.soil.yaml: no such file", done.stderr)
+
+
+if __name__ == "__main__":
+    BIN = os.path.abspath(sys.argv.pop())
+    unittest.main()
