@@ -157,6 +157,8 @@ const std::vector<Key>& ExperimentKeys() {
        "between grains meanwhile: less packs denser"},
       {"preparation", "rolling_friction", K::kNumber, "", "their own", "settle|relax|shake",
        "the same; beside solid_fraction: else searched where friction is not enough"},
+      {"preparation", "surface_energy_j_per_m2", K::kNumber, "", "their own", "settle|relax|shake",
+       "the same, of jkr: 0 packs cohesive grains as dry ones"},
       {"preparation", "solid_fraction", K::kNumber, "", "as it falls", "settle",
        "met within 0.004 by the friction meanwhile, else refused with what was reached"},
       {"preparation", "amplitude_m", K::kVector, "", "!", "shake", "of floor and walls"},

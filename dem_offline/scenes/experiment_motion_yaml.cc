@@ -50,7 +50,8 @@ dx::Preparation ReadPreparation(KeyedSection& s) {
     p.solid_fraction = s.yaml().Number("solid_fraction", kPositive);
   }
   for (const auto& [key, value] :
-       {std::pair{"friction", &p.friction}, std::pair{"rolling_friction", &p.rolling_friction}}) {
+       {std::pair{"friction", &p.friction}, std::pair{"rolling_friction", &p.rolling_friction},
+        std::pair{"surface_energy_j_per_m2", &p.surface_energy_j_per_m2}}) {
     if (cut || turn || !s.Has(key)) continue;
     *value = s.Number(key);
     if (*value < 0) s.yaml().Fail(key, fmt::format("{}", *value), "a number >= 0");

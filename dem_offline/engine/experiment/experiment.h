@@ -130,6 +130,7 @@ struct Preparation {
   double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
   double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
   double rolling_friction = -1;  ///< the same
+  double surface_energy_j_per_m2 = -1;  ///< the same, of jkr laws
   /// settle: met within kFractionTolerance at the end of the whole preparation, which is repeated
   /// with other frictions until then; 0: as it falls
   double solid_fraction = 0;

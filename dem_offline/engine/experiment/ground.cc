@@ -460,7 +460,9 @@ void Ground::Prepare(const Preparation& p) {
     if (p.friction >= 0) meanwhile.friction = p.friction;
     if (p.rolling_friction >= 0) meanwhile.rolling_friction = p.rolling_friction;
   }
-  world_->SetContacts(ContactsOf(e_, meanwhile));
+  std::optional<double> energy;
+  if (p.surface_energy_j_per_m2 >= 0) energy = p.surface_energy_j_per_m2;
+  world_->SetContacts(ContactsOf(e_, meanwhile, energy));
   switch (p.kind) {
     case Preparation::Kind::kSettle:
     case Preparation::Kind::kRelax:

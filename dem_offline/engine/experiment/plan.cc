@@ -95,7 +95,8 @@ Choice WithoutFriction(Choice choice) {
 
 }  // namespace
 
-ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile) {
+ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile,
+                        std::optional<double> surface_energy_j_per_m2) {
   ContactModel model(LawsOf(e.laws));
   std::set<std::string> of_grains;
   for (const Grains& g : e.grains) of_grains.insert(g.material);
@@ -122,6 +123,7 @@ ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile) {
       ContactProperties p;
       p.restitution = f.restitution;
       PutInto(p, e.laws, f.numbers);
+      const double own_energy = p.surface_energy_j_per_m2;
       for (const int a : numbers(f.a, at)) {
         for (const int b : numbers(f.b, at)) {
           if (rigid(a) && rigid(b)) continue;  // bodies do not meet
@@ -130,6 +132,8 @@ ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile) {
           p.friction = own ? *meanwhile.friction : f.friction;
           p.rolling_friction = between ? meanwhile.rolling_friction.value_or(f.rolling_friction)
                                        : f.rolling_friction;
+          p.surface_energy_j_per_m2 =
+              between ? surface_energy_j_per_m2.value_or(own_energy) : own_energy;
           model.SetContactProperties(
               a, b, p,
               own ? SettingsOf(WithoutFriction(e.laws), WithoutFriction(f.numbers))

@@ -19,9 +19,10 @@ inline constexpr double kMostFrames = 1e5;  ///< of a run, and checkpoints
 
 inline constexpr const char* kAny = "any";  ///< every material, in an interface
 
-/// Laws and interfaces of all materials; meanwhile: of grains among themselves instead
-/// of their own.
-ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile = {});
+/// Laws and interfaces of all materials; meanwhile and surface energy: of grains among
+/// themselves instead of their own.
+ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile = {},
+                        std::optional<double> surface_energy_j_per_m2 = {});
 
 /// Places of a simple cubic lattice in a region, layer by layer from its low end.
 struct Sites {

@@ -303,6 +303,16 @@ void CheckFillsBox(const Experiment& e, const std::string& field) {
   }
 }
 
+/// Largest of the interfaces' [J/m^2]: the reach of contacts is made for it.
+double LargestSurfaceEnergy(const Experiment& e) {
+  double largest = 0;
+  for (const PairProperties& f : e.interfaces) {
+    largest = std::max(largest,
+                       f.numbers.surface_energy_j_per_m2.value_or(e.laws.surface_energy_j_per_m2));
+  }
+  return largest;
+}
+
 void CheckPreparation(const Experiment& e) {
   if (e.gravity_m_per_s2 == 0 && !e.preparation.empty()) {
     throw SpecError("preparation", "it without gravity", "none, or gravity_m_per_s2 > 0");
@@ -314,6 +324,10 @@ void CheckPreparation(const Experiment& e) {
     CheckPositive(at + ".rest", p.rest);
     if (p.friction >= 0) CheckWithin(at + ".friction", p.friction, 0, 10);
     if (p.rolling_friction >= 0) CheckWithin(at + ".rolling_friction", p.rolling_friction, 0, 10);
+    if (p.surface_energy_j_per_m2 >= 0) {
+      CheckWithin(at + ".surface_energy_j_per_m2", p.surface_energy_j_per_m2, 0,
+                  LargestSurfaceEnergy(e));
+    }
     if (p.solid_fraction != 0) {
       CheckWithin(at + ".solid_fraction", p.solid_fraction, 0.3, 0.85);
       if (p.friction >= 0) {

@@ -108,6 +108,7 @@ def runs(name):
         if bond > 0:
             sets["laws.cohesion"] = law
             sets["interfaces[0].surface_energy_j_per_m2"] = surface_energy(bond, level.map_diameter, law)
+            sets["preparation[0].surface_energy_j_per_m2"] = 0
         out.append((map_name(law, friction, bond, seed), "wheel.yaml", sets))
     for seed in level.beds:
         mesh = {**driven(level, seed), "bodies[0].parts": {"shape": "mesh", "file": "wheel.obj", "scale": 1e-4}}
@@ -222,7 +223,8 @@ def changed(name):
         "Damping by a restitution of 0.3 (published: a constant dashpot without a number). Tangential force by a "
         "vector history (the paper adds up a scalar, which only grows).",
         "Adhesion by the Bond number, pull-off force over weight of a grain: the coefficients 0, 5, 10 and 15 have no "
-        "printed unit and are read as such. The surface energy follows for each law.",
+        "printed unit and are read as such. The surface energy follows for each law. Beds of the map are settled without "
+        "adhesion, so that all stand equally dense: cohesive grains fall into looser beds, in which the wheel sinks more.",
         "A cluster is a tetrahedron whose solid volume is that of 2.54 members.",
     ]
 

@@ -397,6 +397,21 @@ TEST(ExperimentGrains, LessFrictionPacksDenser) {
   EXPECT_GT(fraction(0.02), fraction(1.0) + 0.02);
 }
 
+TEST(ExperimentGrains, CohesiveOnesPackDenserWithoutTheirSurfaceEnergy) {
+  const auto fraction = [](double surface_energy) {
+    Experiment e = Pouring(Filling::kPoured);
+    e.laws.cohesion = "jkr";
+    e.laws.surface_energy_j_per_m2 = 0.5;
+    Preparation settle;
+    settle.friction = 0.2;
+    settle.surface_energy_j_per_m2 = surface_energy;
+    e.preparation = {settle};
+    return RunExperiment(e, nullptr, nullptr).solid_fraction;
+  };
+  EXPECT_GT(fraction(0), fraction(0.5) + 0.02);
+  EXPECT_THROW(fraction(0.6), SpecError);
+}
+
 TEST(ExperimentGrains, ReachesItsSolidFractionOrSaysWhatItReached) {
   Experiment e = Pouring(Filling::kPoured);
   e.box = {0.1, 0.1, 0.5, Side::kPeriodic, Side::kPeriodic, "steel"};
