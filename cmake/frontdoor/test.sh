@@ -35,21 +35,32 @@ record_stage() {
     "$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)")")
 }
 
-# run_ctest PRESET ARGS...: builds the preset, runs its tests. BUILD_TARGET: that
-# alone is built.
-run_ctest() {
-  local preset="$1"
-  shift
-  build_preset "$preset" ${BUILD_TARGET:+"$BUILD_TARGET"} || return 1
-  ctest --test-dir "$GROUSER_ROOT/build/$preset" --output-on-failure --no-tests=error \
-    --parallel 2 "$@"
+# ctest_preset PRESET ARGS...: runs tests of a preset that is built.
+ctest_preset() {
+  ctest --test-dir "$GROUSER_ROOT/build/$1" --output-on-failure --no-tests=error --parallel 2 "${@:2}"
 }
 
-# Of what is not tested here nothing is built, but for --full.
-run_asan() {
-  local target=unit_tests
-  [ -z "$1" ] || target=all
-  BUILD_TARGET="$target" run_ctest asan --label-regex "unit${1:+|verify}"
+# run_ctest PRESET ARGS...: builds the preset, runs its tests.
+run_ctest() { build_preset "$1" && ctest_preset "$@"; }
+
+# Of what is not tested there nothing is built, but for --full.
+build_asan() { build_preset asan "$([ -n "$1" ] && echo all || echo unit_tests)"; }
+run_asan() { build_asan "$1" && ctest_preset asan --label-regex "unit${1:+|verify}"; }
+
+# Many release tests wait, or use one core: what the next stages need is built meanwhile, with
+# what time the tests leave. Those stages build again what fails here, and report it.
+run_release() {
+  local code=0 ahead
+  build_preset release || return 1
+  { renice -n 19 -p "$BASHPID" && build_asan "$1" && run_cuda "$1"; } \
+    </dev/null >"$GROUSER_ROOT/build/test-ahead.log" 2>&1 &
+  ahead=$!
+  trap 'kill "$ahead" || true; exit 130' INT TERM HUP
+  ctest_preset release --label-exclude slow || code=$?
+  say "finishing the builds of the next stages (log: build/test-ahead.log)"
+  wait "$ahead" || true
+  trap - INT TERM HUP
+  return "$code"
 }
 
 run_tsan() {
@@ -63,12 +74,14 @@ run_tsan() {
 
 # Kernels are compiled; only a card can run them.
 run_cuda() {
-  local nvcc architectures="90${1:+;80}"
+  local nvcc architectures="90${1:+;80}" log="$GROUSER_ROOT/build/kernels.log"
   nvcc="$(find_nvcc)" || { echo "no nvcc: kernels not compiled"; return; }
   CUDACXX="$nvcc" cmake -S "$GROUSER_ROOT/dem_offline/engine" -B "$GROUSER_ROOT/build/kernels" \
     -G Ninja -DCMAKE_BUILD_TYPE=Release -DGROUSER_CUDA=ON -DCMAKE_CUDA_ARCHITECTURES="$architectures" \
-    -DCMAKE_CUDA_FLAGS=--threads=2 &&
-    cmake --build "$GROUSER_ROOT/build/kernels" --target grouser_cuda grouser-gpu-law-check
+    -DCMAKE_CUDA_FLAGS=--threads=2 || return 1
+  : >"$log"
+  run_ninja "$GROUSER_ROOT/build/kernels" "$log" grouser_cuda grouser-gpu-law-check ||
+    { tail -n 25 "$log"; return 1; }
 }
 
 # Its sources are compiled one by one, so that each has its own command line; of the
@@ -96,7 +109,7 @@ word_test() {
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
   else
-    record_stage release run_ctest release --label-exclude slow
+    record_stage release run_release "$full"
     # The suites of the engine take minutes under ASan: with --full only.
     record_stage asan run_asan "$full"
     record_stage cuda run_cuda "$full"
