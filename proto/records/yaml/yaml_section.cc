@@ -1,4 +1,4 @@
-#include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/yaml/yaml_section.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "proto/records/durable_file.h"
 
-namespace grouser::campaign {
+namespace grouser::records {
 namespace {
 
 std::string Describe(const YAML::Node& node) {
@@ -110,7 +110,7 @@ YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
 YamlSection YamlSection::Load(const std::string& file) {
   std::string text;
   try {
-    text = records::ReadFileBytes(file);
+    text = ReadFileBytes(file);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
@@ -383,4 +383,4 @@ void YamlSection::Finish() const {
   }
 }
 
-}  // namespace grouser::campaign
+}  // namespace grouser::records
