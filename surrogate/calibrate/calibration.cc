@@ -20,8 +20,8 @@ std::vector<ErrorSummary> ErrorsOf(const SoilFit& fit) {
   std::map<std::pair<int, int>, ErrorSummary> by;
   for (std::size_t i = 0; i < soil.observations.size(); ++i) {
     const Observation& at = soil.observations[i];
-    ErrorSummary& e = by.try_emplace({at.test, at.output}, ErrorSummary{at.test, at.output})
-                          .first->second;
+    ErrorSummary& e =
+        by.try_emplace({at.test, at.output}, ErrorSummary{at.test, at.output}).first->second;
     const double miss = fit.predicted[i].value - at.value;
     if (at.held_out) {
       ++e.held_out;
@@ -77,14 +77,14 @@ SoilCalibration CalibrateSoil(MeasuredSoil measured, const std::vector<Soil>& pu
     if (form == "reece" || gain >= kBetter) c.fit = reece;
     c.why_form = form == "reece"
                      ? "Reece's form, as asked for"
-                     : fmt::format("{} form: the deviance of Bekker's is {:.1f} {} than that of "
-                                   "Reece's",
-                                   gain >= kBetter ? "Reece's" : "Bekker's", std::abs(gain),
-                                   gain > 0 ? "higher" : "lower");
+                     : fmt::format(
+                           "{} form: the deviance of Bekker's is {:.1f} {} than that of "
+                           "Reece's",
+                           gain >= kBetter ? "Reece's" : "Bekker's", std::abs(gain),
+                           gain > 0 ? "higher" : "lower");
   } else {
-    c.why_form = form == "bekker"
-                     ? "Bekker's form, as asked for"
-                     : "Bekker's form: tests of one width cannot tell it from Reece's";
+    c.why_form = form == "bekker" ? "Bekker's form, as asked for"
+                                  : "Bekker's form: tests of one width cannot tell it from Reece's";
   }
   c.parameters = ParametersOf(*c.fit);
   c.bekker_parameters = c.fit == c.bekker ? c.parameters : ParametersOf(*c.bekker);
@@ -97,7 +97,13 @@ SoilCalibration CalibrateSoil(MeasuredSoil measured, const std::vector<Soil>& pu
 
 Soil SoilOf(const SoilCalibration& c) {
   const BekkerParameters p = c.bekker->Parameters();
-  Soil soil{c.soil.name, p.n, p.k_c, p.k_phi, p.cohesion, p.friction_angle};
+  Soil soil;
+  soil.name = c.soil.name;
+  soil.n = p.n;
+  soil.k_c = p.k_c;
+  soil.k_phi = p.k_phi;
+  soil.cohesion_pa = p.cohesion;
+  soil.friction_angle_rad = p.friction_angle;
   soil.density_kg_per_m3 = c.soil.density_kg_per_m3;
   soil.kind = c.soil.kind.value_or(SoilKind::kSand);
   std::vector<std::string> typical;
@@ -118,7 +124,8 @@ Soil SoilOf(const SoilCalibration& c) {
   soil.source = fmt::format("calibrated by Grouser from {} measured numbers ({})", fitted,
                             fmt::join(kinds, ", "));
   if (!typical.empty()) {
-    soil.source += fmt::format("; not identified, near typical values: {}", fmt::join(typical, ", "));
+    soil.source +=
+        fmt::format("; not identified, near typical values: {}", fmt::join(typical, ", "));
   }
   if (!kinds.contains("shear")) soil.source += "; c and phi are the rim's: no shear test";
   if (!c.soil.source.empty()) soil.source += "; data: " + c.soil.source;

@@ -19,8 +19,8 @@ struct ErrorSummary {
 /// What `grouser calibrate soil` finds.
 struct SoilCalibration {
   MeasuredSoil soil;
-  std::shared_ptr<const SoilFit> fit;     ///< of the form that was chosen
-  std::shared_ptr<const SoilFit> bekker;  ///< what the soil file holds
+  std::shared_ptr<const SoilFit> fit;              ///< of the form that was chosen
+  std::shared_ptr<const SoilFit> bekker;           ///< what the soil file holds
   double bekker_deviance = 0, reece_deviance = 0;  ///< NaN: not fitted
   std::string why_form;
   std::vector<FittedParameter> parameters;

@@ -20,10 +20,14 @@ constexpr double kNoise = 0.05, kWheelNoise = 0.04, kLoading = 0.4;
 std::string WordsOf(const SoilLaw& law, int coordinate) {
   const bool reece = law.form() == kReeceForm;
   switch (coordinate) {
-    case kLogPressure: return reece ? "the level of k_c' and k_phi'" : "the level of k_c and k_phi";
-    case kModulusShare: return reece ? "k_c' from k_phi'" : "k_c from k_phi";
-    case kExponent: return "n";
-    default: break;
+    case kLogPressure:
+      return reece ? "the level of k_c' and k_phi'" : "the level of k_c and k_phi";
+    case kModulusShare:
+      return reece ? "k_c' from k_phi'" : "k_c from k_phi";
+    case kExponent:
+      return "n";
+    default:
+      break;
   }
   for (const ReportedParameter& r : law.Reported()) {
     if (r.coordinate == coordinate) return r.words;
@@ -97,10 +101,10 @@ std::string TestsMade(const Made& made) {
                         : fmt::format("plates of b = {} mm", Listed(made.widths, 1e-3)));
   }
   if (made.shears > 0) {
-    parts.push_back(made.pressures.size() == 1
-                        ? fmt::format("shear tests at one pressure ({} kPa)",
-                                      Listed(made.pressures, 1e3))
-                        : fmt::format("shear tests at {} kPa", Listed(made.pressures, 1e3)));
+    parts.push_back(
+        made.pressures.size() == 1
+            ? fmt::format("shear tests at one pressure ({} kPa)", Listed(made.pressures, 1e3))
+            : fmt::format("shear tests at {} kPa", Listed(made.pressures, 1e3)));
   }
   if (made.presses > 0) parts.push_back("a wheel pressed down");
   if (made.wheels > 0) {
@@ -176,17 +180,19 @@ std::vector<Candidate> CandidatesFor(const SoilFit& fit, const Made& made) {
     all.push_back(Shear("a shear ring at " + kpa(own / 4) + " besides", {own / 4}, travel));
     all.push_back(Shear("a shear ring at " + kpa(4 * own) + " besides", {4 * own}, travel));
   } else {
-    all.push_back(Shear("a shear ring at " + kpa(pressure / 4) + ", " + kpa(pressure) + " and " +
-                            kpa(4 * pressure),
-                        {pressure / 4, pressure, 4 * pressure}, travel));
+    all.push_back(Shear(
+        "a shear ring at " + kpa(pressure / 4) + ", " + kpa(pressure) + " and " + kpa(4 * pressure),
+        {pressure / 4, pressure, 4 * pressure}, travel));
   }
   if (made.wheel != nullptr && made.load > 0) {
     constexpr double kSkew = std::numbers::pi / 6;
-    all.push_back(Wheel("the wheel driven at slips 0.1, 0.3 and 0.6, with torque", made,
-                        {0.1, 0.3, 0.6}, 0));
-    all.push_back(Wheel("the wheel braked at slips -0.2 and -0.5, with torque", made, {-0.2, -0.5}, 0));
-    all.push_back(Wheel("the wheel at 30 deg of attack angle and slips -0.2, 0 and 0.3, with torque",
-                        made, {-0.2, 0, 0.3}, kSkew));
+    all.push_back(
+        Wheel("the wheel driven at slips 0.1, 0.3 and 0.6, with torque", made, {0.1, 0.3, 0.6}, 0));
+    all.push_back(
+        Wheel("the wheel braked at slips -0.2 and -0.5, with torque", made, {-0.2, -0.5}, 0));
+    all.push_back(
+        Wheel("the wheel at 30 deg of attack angle and slips -0.2, 0 and 0.3, with torque", made,
+              {-0.2, 0, 0.3}, kSkew));
   }
   return all;
 }
@@ -214,9 +220,9 @@ MatrixXd InformationOf(const SoilFit& fit, const Candidate& candidate) {
     for (std::size_t i = 0; i < here.size(); ++i) {
       const Observation& row = candidate.rows[i];
       const double sigma =
-          row.output < 0 ? kNoise * std::max(std::abs(here[i]), 0.05 * most)
-                         : kWheelNoise * OutputScale(row.output, row.load,
-                                                     candidate.test.wheel.radius_m);
+          row.output < 0
+              ? kNoise * std::max(std::abs(here[i]), 0.05 * most)
+              : kWheelNoise * OutputScale(row.output, row.load, candidate.test.wheel.radius_m);
       j(static_cast<Index>(i), c) = (up[i] - down[i]) / (high - low) * prior.sd / sigma;
     }
   }

@@ -10,7 +10,7 @@ namespace grouser::surrogate {
 /// A combination of coordinates that the data leave uncertain: an eigenvector of the posterior
 /// covariance in units of the priors' sds.
 struct Direction {
-  double share_left;          ///< of the prior's uncertainty, > kIdentified
+  double share_left;             ///< of the prior's uncertainty, > kIdentified
   std::vector<int> coordinates;  ///< with a loading of at least 0.4, largest first
   std::vector<double> loadings;
   std::string text;  ///< "plates of one width (30 mm) cannot tell ...; ... would"
@@ -18,10 +18,10 @@ struct Direction {
 
 /// A test that was not made, and what it would tell (Fisher information added at the fit).
 struct NextTest {
-  std::string text;          ///< "a plate of radius or width 60 mm"
-  double share_left;         ///< of the most uncertain direction of the soil's six, after it
-  double interval_left;      ///< of the parameter that gains most: its sd after over before
-  std::string gains;         ///< name of that parameter
+  std::string text;      ///< "a plate of radius or width 60 mm"
+  double share_left;     ///< of the most uncertain direction of the soil's six, after it
+  double interval_left;  ///< of the parameter that gains most: its sd after over before
+  std::string gains;     ///< name of that parameter
 };
 
 /// The directions that are not identified, the most uncertain first; those of the soil's own

@@ -54,7 +54,8 @@ int CalibrateToFiles(Request request) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds the parameters of a soil that explain measured tests, and what they do not tell.");
+  CLI::App app(
+      "Finds the parameters of a soil that explain measured tests, and what they do not tell.");
   app.name("grouser-calibrate");
   app.set_version_flag("--version", "grouser-calibrate " GROUSER_VERSION);
   app.require_subcommand(1);

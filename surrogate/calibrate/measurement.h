@@ -22,10 +22,10 @@ struct Observation {
   int test = 0;  ///< index in MeasuredSoil::tests
   int line = 0;  ///< of its file
   bool held_out = false;
-  int output = -1;    ///< of a wheel: Output; else -1
-  double value = 0;   ///< plate: pressure [Pa]; shear: stress [Pa]; press: force [N]; wheel: output
+  int output = -1;   ///< of a wheel: Output; else -1
+  double value = 0;  ///< plate: pressure [Pa]; shear: stress [Pa]; press: force [N]; wheel: output
   double sd = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not stated
-  double sinkage = 0;       ///< plate, press [m]
+  double sinkage = 0;                                    ///< plate, press [m]
   double width = 0;         ///< plate: b, the radius of a disc or the lesser side [m]
   double pressure = 0;      ///< shear: normal [Pa]
   double displacement = 0;  ///< shear [m]
@@ -51,7 +51,7 @@ struct MeasuredSoil {
   double gravity = 9.81;
   std::vector<MeasuredTest> tests;
   std::vector<Observation> observations;
-  std::vector<std::string> notes;              ///< what was left out or looks odd, in words
+  std::vector<std::string> notes;                 ///< what was left out or looks odd, in words
   std::vector<std::array<std::string, 2>> files;  ///< file and SHA-256, measurement files too
 };
 

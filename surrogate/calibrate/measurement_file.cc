@@ -155,7 +155,8 @@ TestSpec SpecOf(const std::string& file, const CommandLineTest& csv) {
   spec.file = file;
   spec.name = fs::path(file).stem().string();
   if (csv.kind.empty()) {
-    throw std::invalid_argument(file + ": a CSV needs --kind, expected plate, shear, press or "
+    throw std::invalid_argument(file +
+                                ": a CSV needs --kind, expected plate, shear, press or "
                                 "wheel (a .yaml says it itself)");
   }
   spec.kind = ParseKind(csv.kind, "--kind");
@@ -209,8 +210,8 @@ MeasuredSoil ReadMeasuredSoil(const std::vector<std::string>& files, const Comma
     }
   }
   if (std::ranges::all_of(soil.observations, &Observation::held_out)) {
-    throw std::invalid_argument(fmt::format(
-        "{}: every row is held out, expected some to fit", files.empty() ? "no file" : files[0]));
+    throw std::invalid_argument(fmt::format("{}: every row is held out, expected some to fit",
+                                            files.empty() ? "no file" : files[0]));
   }
   NoteEqualPlates(&soil);
   return soil;

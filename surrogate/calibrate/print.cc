@@ -28,8 +28,9 @@ std::string End(double value, bool open, bool low) {
 }
 
 std::string ParametersText(const SoilCalibration& c) {
-  std::string text = fmt::format("{:<18} {:>10} {:<11} {:>10} {:>24} {:>10} {:>6}\n", "parameter",
-                                 "value", "unit", "sd", "90 % interval (profile)", "typical", "left");
+  std::string text =
+      fmt::format("{:<18} {:>10} {:<11} {:>10} {:>24} {:>10} {:>6}\n", "parameter", "value", "unit",
+                  "sd", "90 % interval (profile)", "typical", "left");
   for (const FittedParameter& p : c.parameters) {
     text += fmt::format("{:<18} {:>10.4g} {:<11} {:>10.3g} {:>24} {:>10.4g} {:>5.0f}%{}\n",
                         p.what.name, p.value, p.what.unit, p.sd,
@@ -41,26 +42,26 @@ std::string ParametersText(const SoilCalibration& c) {
 }
 
 std::string ErrorsText(const SoilCalibration& c) {
-  std::string text =
-      fmt::format("{:<22} {:<9} {:<4} {:>7} {:>11} | {:>9} {:>11} {:>8}\n", "test", "measured", "",
-                  "fitted", "rms", "held out", "rms", "in 90 %");
+  std::string text = fmt::format("{:<22} {:<9} {:<4} {:>7} {:>11} | {:>9} {:>11} {:>8}\n", "test",
+                                 "measured", "", "fitted", "rms", "held out", "rms", "in 90 %");
   for (const ErrorSummary& e : c.errors) {
     const MeasuredTest& test = c.soil.tests[e.test];
-    const auto cell = [](int n, double value) { return n == 0 ? "-" : fmt::format("{:.4g}", value); };
+    const auto cell = [](int n, double value) {
+      return n == 0 ? "-" : fmt::format("{:.4g}", value);
+    };
     text += fmt::format("{:<22} {:<9} {:<4} {:>7} {:>11} | {:>9} {:>11} {:>8}\n", test.name,
                         OutputOf(test.kind, e.output), UnitOf(test.kind, e.output), e.fitted,
-                        cell(e.fitted, e.fitted_rms), e.held_out,
-                        cell(e.held_out, e.held_out_rms),
+                        cell(e.fitted, e.fitted_rms), e.held_out, cell(e.held_out, e.held_out_rms),
                         e.held_out == 0 ? "-" : fmt::format("{:.0f} %", 100 * e.covered));
   }
   return text;
 }
 
 std::string MisfitText(const Misfit& m) {
-  const char* of = m.output < 0                       ? "the measured value"
-                   : m.output == kSinkage             ? "the radius"
-                   : IsMoment(m.output)               ? "load x radius"
-                                                      : "the load";
+  const char* of = m.output < 0           ? "the measured value"
+                   : m.output == kSinkage ? "the radius"
+                   : IsMoment(m.output)   ? "load x radius"
+                                          : "the load";
   const std::string what = fmt::format("{} {}", NameOf(m.kind), OutputOf(m.kind, m.output));
   if (m.n == 0) return what + ": nothing fitted";
   if (m.assumed) {
@@ -134,14 +135,16 @@ std::string CalibrationText(const SoilCalibration& c) {
   if (c.directions.empty()) text += " nothing, all parameters are told by the data";
   text += "\n";
   for (const Direction& d : c.directions) {
-    text += fmt::format("- {} ({:.0f} % of what was uncertain is left)\n", d.text, 100 * d.share_left);
+    text +=
+        fmt::format("- {} ({:.0f} % of what was uncertain is left)\n", d.text, 100 * d.share_left);
   }
   text += "\nWhat would tell most next (of the soil's most uncertain direction is left):\n";
   for (std::size_t i = 0; i < c.next_tests.size() && i < 3; ++i) {
     const NextTest& t = c.next_tests[i];
     text += fmt::format("- {}: {:.0f} %", t.text, 100 * t.share_left);
     if (!t.gains.empty()) {
-      text += fmt::format("; {} to {:.0f} % of its uncertainty now", t.gains, 100 * t.interval_left);
+      text +=
+          fmt::format("; {} to {:.0f} % of its uncertainty now", t.gains, 100 * t.interval_left);
     }
     text += "\n";
   }
@@ -152,21 +155,21 @@ std::string CalibrationJson(const SoilCalibration& c, const std::string& command
   json correlation = json::array();
   for (Eigen::Index i = 0; i < c.correlation.rows(); ++i) {
     json line = json::array();
-    for (Eigen::Index k = 0; k < c.correlation.cols(); ++k) line.push_back(Number(c.correlation(i, k)));
+    for (Eigen::Index k = 0; k < c.correlation.cols(); ++k)
+      line.push_back(Number(c.correlation(i, k)));
     correlation.push_back(line);
   }
   json errors = json::array(), misfits = json::array(), directions = json::array(),
        next = json::array(), files = json::array(), model = json::object();
   for (const ErrorSummary& e : c.errors) {
     const MeasuredTest& test = c.soil.tests[e.test];
-    errors.push_back({{"test", test.name},
-                      {"measured", OutputOf(test.kind, e.output)},
-                      {"unit", UnitOf(test.kind, e.output)},
-                      {"fitted", {{"n", e.fitted}, {"rms", Number(e.fitted_rms)}}},
-                      {"held_out",
-                       {{"n", e.held_out},
-                        {"rms", Number(e.held_out_rms)},
-                        {"covered90", Number(e.covered)}}}});
+    errors.push_back(
+        {{"test", test.name},
+         {"measured", OutputOf(test.kind, e.output)},
+         {"unit", UnitOf(test.kind, e.output)},
+         {"fitted", {{"n", e.fitted}, {"rms", Number(e.fitted_rms)}}},
+         {"held_out",
+          {{"n", e.held_out}, {"rms", Number(e.held_out_rms)}, {"covered90", Number(e.covered)}}}});
   }
   for (const Misfit& m : c.fit->misfits) misfits.push_back(MisfitText(m));
   for (const Direction& d : c.directions) {
@@ -181,24 +184,25 @@ std::string CalibrationJson(const SoilCalibration& c, const std::string& command
   for (const auto& [file, hash] : c.soil.files) files.push_back({{"file", file}, {"sha256", hash}});
   const BekkerParameters p = c.fit->Parameters();
   for (const BekkerField& field : BekkerFields()) model[field.name] = p.*field.member;
-  const json all = {{"soil", c.soil.name},
-                    {"source", c.soil.source},
-                    {"command", command},
-                    {"files", files},
-                    {"form", c.fit->law->form() == kReeceForm ? "reece" : "bekker"},
-                    {"why_form", c.why_form},
-                    {"deviance", {{"bekker", c.bekker_deviance}, {"reece", Number(c.reece_deviance)}}},
-                    {"parameters", ParametersJson(c.parameters)},
-                    {"bekker_parameters", ParametersJson(c.bekker_parameters)},
-                    {"correlation", correlation},
-                    {"rim_friction", c.fit->x[kRimFriction]},
-                    {"model_parameters", model},
-                    {"errors", errors},
-                    {"law_errors", misfits},
-                    {"not_identified", directions},
-                    {"next_tests", next},
-                    {"notes", c.soil.notes},
-                    {"observations", ObservationsJson(c)}};
+  const json all = {
+      {"soil", c.soil.name},
+      {"source", c.soil.source},
+      {"command", command},
+      {"files", files},
+      {"form", c.fit->law->form() == kReeceForm ? "reece" : "bekker"},
+      {"why_form", c.why_form},
+      {"deviance", {{"bekker", c.bekker_deviance}, {"reece", Number(c.reece_deviance)}}},
+      {"parameters", ParametersJson(c.parameters)},
+      {"bekker_parameters", ParametersJson(c.bekker_parameters)},
+      {"correlation", correlation},
+      {"rim_friction", c.fit->x[kRimFriction]},
+      {"model_parameters", model},
+      {"errors", errors},
+      {"law_errors", misfits},
+      {"not_identified", directions},
+      {"next_tests", next},
+      {"notes", c.soil.notes},
+      {"observations", ObservationsJson(c)}};
   return all.dump(1) + "\n";
 }
 

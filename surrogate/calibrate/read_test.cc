@@ -17,23 +17,24 @@ namespace grouser::surrogate {
 namespace {
 
 using enum Dimension;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = std::numbers::pi;
-constexpr QuantityField kPlate[] = {{"sinkage", kLength}, {"pressure", kPressure, true},
+constexpr QuantityField kPlate[] = {{"sinkage", kLength},    {"pressure", kPressure, true},
                                     {"force", kForce, true}, {"diameter", kLength},
-                                    {"width", kLength},   {"length", kLength}};
+                                    {"width", kLength},      {"length", kLength}};
 constexpr QuantityField kPress[] = {
     {"sinkage", kLength}, {"force", kForce, true}, {"radius", kLength}, {"width", kLength}};
-constexpr QuantityField kShear[] = {
-    {"displacement", kLength}, {"rotation", kAngle},      {"pressure", kPressure},
-    {"load", kForce},          {"shear", kPressure, true}, {"force", kForce, true},
-    {"torque", kMoment, true}, {"area", kArea},           {"inner_radius", kLength},
-    {"outer_radius", kLength}};
-constexpr QuantityField kWheel[] = {
-    {"slip", kNone},         {"attack_angle", kAngle}, {"rim_speed", kSpeed},
-    {"travel_speed", kSpeed}, {"load", kForce},         {"f_x", kForce, true},
-    {"f_y", kForce, true},   {"torque", kMoment, true}, {"m_z", kMoment, true},
-    {"sinkage", kLength, true}, {"radius", kLength},    {"width", kLength}};
+constexpr QuantityField kShear[] = {{"displacement", kLength},  {"rotation", kAngle},
+                                    {"pressure", kPressure},    {"load", kForce},
+                                    {"shear", kPressure, true}, {"force", kForce, true},
+                                    {"torque", kMoment, true},  {"area", kArea},
+                                    {"inner_radius", kLength},  {"outer_radius", kLength}};
+constexpr QuantityField kWheel[] = {{"slip", kNone},        {"attack_angle", kAngle},
+                                    {"rim_speed", kSpeed},  {"travel_speed", kSpeed},
+                                    {"load", kForce},       {"f_x", kForce, true},
+                                    {"f_y", kForce, true},  {"torque", kMoment, true},
+                                    {"m_z", kMoment, true}, {"sinkage", kLength, true},
+                                    {"radius", kLength},    {"width", kLength}};
 
 // A CSV whose header has been read.
 struct Table {
@@ -48,9 +49,9 @@ struct Table {
   int Column(const std::string& name, const std::string& place) const {
     const auto found = std::ranges::find(header, name);
     if (found == header.end()) {
-      Fail(header_line, fmt::format("no column '{}' ({}), expected one of: {}; the nearest is '{}'",
-                                    name, place, fmt::join(header, ", "),
-                                    records::NearestOf(name.substr(0, 100), header)));
+      Fail(header_line,
+           fmt::format("no column '{}' ({}), expected one of: {}; the nearest is '{}'", name, place,
+                       fmt::join(header, ", "), records::NearestOf(name.substr(0, 100), header)));
     }
     return static_cast<int>(found - header.begin());
   }
@@ -111,7 +112,7 @@ class LineReader {
     const auto constant = spec_.constants.find(quantity);
     if (constant != spec_.constants.end()) return constant->second;
     const auto column = columns_.find(quantity);
-    if (column == columns_.end() || cells[column->second.at].empty()) return kNaN;
+    if (column == columns_.end() || cells[column->second.at].empty()) return kMissing;
     const std::string& text = cells[column->second.at];
     const auto number = ParseNumber(text);
     if (!number) {
@@ -127,7 +128,7 @@ class LineReader {
     if (own == 0) table_.Fail(line, quantity + "_sd: got 0, expected a positive number or nothing");
     if (!std::isnan(own)) return own;
     const auto stated = spec_.sd.find(quantity);
-    if (stated == spec_.sd.end()) return kNaN;
+    if (stated == spec_.sd.end()) return kMissing;
     return stated->second.relative ? stated->second.value * std::abs(value) : stated->second.value;
   }
   const std::string& ColumnOf(const std::string& quantity) const {
@@ -146,6 +147,11 @@ class LineReader {
     const auto named = UnitOfColumn(column.column);
     const std::string expected = "expected one of the units " + UnitsOf(field.dimension);
     if (column.unit.empty()) {
+      // A standard deviation stands in the unit of what it belongs to.
+      const auto own = spec_.columns.find(quantity.substr(0, quantity.rfind("_sd")));
+      if (!named && quantity.ends_with("_sd") && own != spec_.columns.end()) {
+        return UnitFor(own->second, field, own->first);
+      }
       if (named && named->dimension == field.dimension) return *named;
       if (field.dimension == kNone && !named) return {"1", kNone, 1};
       throw std::invalid_argument(
@@ -197,14 +203,15 @@ class TestReader {
       table_.Fail(table_.header_line, fmt::format("{}: no rows, expected {}", spec_.name, wanted));
     }
     if (told_ == 0) {
-      table_.Fail(table_.header_line, spec_.name + ": no row tells anything, expected a positive "
-                  "sinkage or displacement and a measured number in at least one");
+      table_.Fail(table_.header_line,
+                  spec_.name +
+                      ": no row tells anything, expected a positive "
+                      "sinkage or displacement and a measured number in at least one");
     }
     if (skipped_ > 0) {
-      soil_->notes.push_back(fmt::format("{}: {} of {} rows have no {} or measure nothing: left out",
-                                         spec_.name, skipped_, rows_,
-                                         spec_.kind == TestKind::kShear ? "displacement > 0"
-                                                                        : "sinkage > 0"));
+      soil_->notes.push_back(fmt::format(
+          "{}: {} of {} rows have no {} or measure nothing: left out", spec_.name, skipped_, rows_,
+          spec_.kind == TestKind::kShear ? "displacement > 0" : "sinkage > 0"));
     }
     soil_->tests.push_back(test);
   }
@@ -222,7 +229,8 @@ class TestReader {
         need({"sinkage"}, "a column of it");
         need({"pressure", "force"}, "a column of pressure or of force");
         need({"diameter", "width"}, "the plate's diameter, or its width and length");
-        if (!reader_.Has("pressure") && !reader_.Has("diameter")) need({"length"}, "the plate's length");
+        if (!reader_.Has("pressure") && !reader_.Has("diameter"))
+          need({"length"}, "the plate's length");
         return;
       case TestKind::kPress:
         for (const char* q : {"sinkage", "force", "radius", "width"}) need({q}, "it");
@@ -260,18 +268,24 @@ class TestReader {
   }
 
   double Get(const char* quantity) const { return reader_.Get(quantity, line_, *cells_); }
-  double Positive(const char* quantity) const {
+  [[noreturn]] void FailAt(const char* quantity, const char* expected) const {
     const double value = Get(quantity);
-    if (!(value > 0)) {
-      table_.Fail(line_, fmt::format("{}: got {:g} {} (column '{}'), expected a positive number",
-                                     quantity, value,
-                                     SiUnit(FindQuantity(spec_.kind, quantity, "").dimension),
-                                     reader_.ColumnOf(quantity)));
-    }
-    return value;
+    const std::string unit = SiUnit(FindQuantity(spec_.kind, quantity, "").dimension);
+    table_.Fail(line_, fmt::format("{}: got {} (column '{}'), expected {}", quantity,
+                                   std::isnan(value) ? "nothing" : fmt::format("{:g} {}", value, unit),
+                                   reader_.ColumnOf(quantity), expected));
+  }
+  double Positive(const char* quantity) const {
+    if (!(Get(quantity) > 0)) FailAt(quantity, "a positive number");
+    return Get(quantity);
   }
   double NotNegative(const char* quantity) const {
-    return Get(quantity) == 0 ? 0 : Positive(quantity);
+    if (!(Get(quantity) >= 0)) FailAt(quantity, "a number not below 0");
+    return Get(quantity);
+  }
+  /// A measured number may be missing.
+  double Measured(const char* quantity) const {
+    return std::isnan(Get(quantity)) ? Get(quantity) : NotNegative(quantity);
   }
 
   // `scale` turns the measured number into the observation's.
@@ -291,10 +305,18 @@ class TestReader {
   void ReadLine(MeasuredTest* test) {
     const std::size_t before = told_;
     switch (spec_.kind) {
-      case TestKind::kPlate: ReadPlate(); break;
-      case TestKind::kPress: ReadPress(test); break;
-      case TestKind::kShear: ReadShear(); break;
-      case TestKind::kWheel: ReadWheel(test); break;
+      case TestKind::kPlate:
+        ReadPlate();
+        break;
+      case TestKind::kPress:
+        ReadPress(test);
+        break;
+      case TestKind::kShear:
+        ReadShear();
+        break;
+      case TestKind::kWheel:
+        ReadWheel(test);
+        break;
     }
     if (told_ == before) ++skipped_;
   }
@@ -317,11 +339,9 @@ class TestReader {
     if (!(at.sinkage > 0)) return;
     CheckSinkage(at.sinkage, 2 * at.width, "plate");
     if (reader_.Has("pressure")) {
-      NotNegative("pressure");
-      if (Get("pressure") > 0) Add(at, "pressure", 1);
+      if (Measured("pressure") > 0) Add(at, "pressure", 1);
     } else {
-      NotNegative("force");
-      if (Get("force") > 0) Add(at, "force", 1 / (disc ? kPi / 4 * first * first : first * second));
+      if (Measured("force") > 0) Add(at, "force", 1 / (disc ? kPi / 4 * first * first : first * second));
     }
   }
 
@@ -334,8 +354,7 @@ class TestReader {
       table_.Fail(line_, fmt::format("sinkage {:g} m, expected at most {:g} radii of the wheel",
                                      at.sinkage, kMostSinkage));
     }
-    NotNegative("force");
-    if (Get("force") > 0) Add(at, "force", 1);
+    if (Measured("force") > 0) Add(at, "force", 1);
   }
 
   void ReadShear() {
@@ -352,18 +371,18 @@ class TestReader {
     const auto area = [&] { return ring ? kPi * squares : Positive("area"); };
     at.displacement = reader_.Has("displacement")
                           ? Get("displacement")
-                          : Get("rotation") * (ring ? 2.0 / 3 * cubes / squares : kNaN);
+                          : Get("rotation") * (ring ? 2.0 / 3 * cubes / squares : kMissing);
     at.pressure = reader_.Has("pressure") ? NotNegative("pressure") : NotNegative("load") / area();
     if (!(at.displacement > 0)) return;
     if (reader_.Has("shear")) {
-      NotNegative("shear");
+      Measured("shear");
       Add(at, "shear", 1);
     } else if (reader_.Has("force")) {
-      NotNegative("force");
+      Measured("force");
       Add(at, "force", 1 / area());
     } else {
       if (!ring) Positive("outer_radius");
-      NotNegative("torque");
+      Measured("torque");
       Add(at, "torque", 3 / (2 * kPi * cubes));
     }
   }
@@ -372,8 +391,9 @@ class TestReader {
     const WheelGeometry wheel{Positive("radius"), Positive("width")};
     if (test->wheel.radius_m == 0) test->wheel = wheel;
     if (wheel.radius_m != test->wheel.radius_m || wheel.width_m != test->wheel.width_m) {
-      table_.Fail(line_, spec_.name + ": another wheel than in the rows before, expected one wheel "
-                                      "a test");
+      table_.Fail(line_, spec_.name +
+                             ": another wheel than in the rows before, expected one wheel "
+                             "a test");
     }
   }
 
@@ -391,8 +411,9 @@ class TestReader {
     }
     const auto& v = at.motion;
     if (!std::isfinite(v.v_x + v.v_y + v.rim_speed)) {
-      table_.Fail(line_, "no motion: slip or speeds, expected a slip that this attack angle allows, "
-                         "or both speeds");
+      table_.Fail(line_,
+                  "no motion: slip or speeds, expected a slip that this attack angle allows, "
+                  "or both speeds");
     }
     at.slip = ToSlip(v.v_x, v.v_y, v.rim_speed).slip;
     for (const Output o : kPredicted) {
@@ -415,10 +436,14 @@ class TestReader {
 
 const char* NameOf(TestKind kind) {
   switch (kind) {
-    case TestKind::kPlate: return "plate";
-    case TestKind::kShear: return "shear";
-    case TestKind::kPress: return "press";
-    case TestKind::kWheel: break;
+    case TestKind::kPlate:
+      return "plate";
+    case TestKind::kShear:
+      return "shear";
+    case TestKind::kPress:
+      return "press";
+    case TestKind::kWheel:
+      break;
   }
   return "wheel";
 }
@@ -434,10 +459,14 @@ TestKind ParseKind(const std::string& word, const std::string& place) {
 
 std::span<const QuantityField> QuantitiesOf(TestKind kind) {
   switch (kind) {
-    case TestKind::kPlate: return kPlate;
-    case TestKind::kShear: return kShear;
-    case TestKind::kPress: return kPress;
-    case TestKind::kWheel: break;
+    case TestKind::kPlate:
+      return kPlate;
+    case TestKind::kShear:
+      return kShear;
+    case TestKind::kPress:
+      return kPress;
+    case TestKind::kWheel:
+      break;
   }
   return kWheel;
 }

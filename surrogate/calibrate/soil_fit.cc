@@ -157,7 +157,9 @@ struct Fitter {
   std::vector<double> scale;
   std::vector<int> group;  // of each observation
 
-  Problem ProblemNow() const { return {fit->law.get(), &fit->sigma, &fit->weight, fit->law->free(), {}}; }
+  Problem ProblemNow() const {
+    return {fit->law.get(), &fit->sigma, &fit->weight, fit->law->free(), {}};
+  }
 
   void Prepare() {
     const MeasuredSoil& soil = fit->law->soil();
@@ -311,8 +313,9 @@ struct Fitter {
     for (std::size_t i = 0; i < model.size(); ++i) {
       const auto row = fit->jacobian.row(static_cast<Eigen::Index>(i));
       const double variance = (row * fit->covariance * row.transpose())(0);
-      fit->predicted.push_back({model[i], std::sqrt(std::max(0.0, variance)),
-                                std::sqrt(std::max(0.0, variance) + fit->sigma[i] * fit->sigma[i])});
+      fit->predicted.push_back(
+          {model[i], std::sqrt(std::max(0.0, variance)),
+           std::sqrt(std::max(0.0, variance) + fit->sigma[i] * fit->sigma[i])});
     }
   }
 };
@@ -447,8 +450,16 @@ std::vector<FittedParameter> ParametersOf(const SoilFit& fit) {
   std::vector<FittedParameter> parameters;
   for (int i = 0; i < static_cast<int>(law.Reported().size()); ++i) {
     const ReportedParameter& what = law.Reported()[i];
-    FittedParameter p{what, law.ReportedValue(i, fit.x), std::sqrt(covariance(i, i)), 0, 0, false,
-                      false, law.ReportedValue(i, typical), 1, false};
+    FittedParameter p{what,
+                      law.ReportedValue(i, fit.x),
+                      std::sqrt(covariance(i, i)),
+                      0,
+                      0,
+                      false,
+                      false,
+                      law.ReportedValue(i, typical),
+                      1,
+                      false};
     // A modulus is known as well as the share of it, once the pressure is.
     const int held = what.coordinate >= 0 ? what.coordinate : static_cast<int>(kModulusShare);
     const auto at = std::ranges::find(law.free(), held) - law.free().begin();

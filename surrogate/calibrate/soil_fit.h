@@ -12,10 +12,10 @@ namespace grouser::surrogate {
 /// What the law leaves over in one kind of measured number.
 struct Misfit {
   TestKind kind;
-  int output;            ///< of a wheel; else -1
-  int n = 0;             ///< fitted observations
-  double dof = 0;        ///< what of them is left beside the parameters
-  double share = 0;      ///< sd of the law's own error; over the measured value, or OutputScale
+  int output;              ///< of a wheel; else -1
+  int n = 0;               ///< fitted observations
+  double dof = 0;          ///< what of them is left beside the parameters
+  double share = 0;        ///< sd of the law's own error; over the measured value, or OutputScale
   bool estimated = false;  ///< from the residuals: sds were not stated or do not explain them
   bool assumed = false;    ///< too few rows to tell: a typical share was taken
 };
@@ -23,12 +23,12 @@ struct Misfit {
 /// A reported parameter with what is known of it. Intervals are of 90 %.
 struct FittedParameter {
   ReportedParameter what;
-  double value, sd;      ///< sd from the Jacobian
-  double low, high;      ///< profile likelihood
+  double value, sd;          ///< sd from the Jacobian
+  double low, high;          ///< profile likelihood
   bool low_open, high_open;  ///< no end was found within the accepted range
-  double typical;        ///< of the prior
-  double share_left;     ///< of the prior's uncertainty, after the data: 1: they say nothing
-  bool identified;       ///< share_left at most kIdentified
+  double typical;            ///< of the prior
+  double share_left;         ///< of the prior's uncertainty, after the data: 1: they say nothing
+  bool identified;           ///< share_left at most kIdentified
 };
 inline constexpr double kIdentified = 0.5;
 
@@ -55,8 +55,8 @@ struct SoilFit {
   std::vector<Misfit> misfits;
   std::vector<double> sigma, weight;  ///< by observation; weight 0: held out
   double cost = 0;                    ///< half of the sum above
-  double deviance = 0;   ///< twice the cost, and ln sigma^2: what two forms are compared by
-  double dof = 0;        ///< degrees of freedom of the data
+  double deviance = 0;         ///< twice the cost, and ln sigma^2: what two forms are compared by
+  double dof = 0;              ///< degrees of freedom of the data
   bool sds_estimated = false;  ///< t and F take the place of normal and chi-squared
   Eigen::MatrixXd jacobian;    ///< d model/d x of all observations by the free coordinates
   Eigen::MatrixXd covariance;  ///< of the free coordinates, priors included

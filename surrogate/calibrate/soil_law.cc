@@ -83,7 +83,8 @@ void SoilLaw::SetPriors(const std::vector<Soil>& published) {
   // What stays positive at every width that is used.
   double low = -20, high = form_ == kReeceForm ? 20 : 0.9999;
   const auto use = [&](double width) {
-    const double ratio = form_ == kReeceForm ? width / width_ : width_ / width;  // of the other part
+    const double ratio =
+        form_ == kReeceForm ? width / width_ : width_ / width;  // of the other part
     const double room = 0.98;
     if (form_ == kReeceForm) {
       if (ratio > 1.001) high = std::min(high, room * ratio / (ratio - 1));
@@ -158,7 +159,8 @@ void SoilLaw::SetFree() {
       {"sinkage_brake", "-", &P::sinkage_brake, kSinkageBrake, false, "slip sinkage by braking"},
       {"sinkage_lateral", "-", &P::sinkage_lateral, kSinkageLateral, false,
        "slip sinkage by lateral motion"},
-      {"side_passive", "-", &P::side_passive, kLogSidePassive, true, "passive pressure on the side"},
+      {"side_passive", "-", &P::side_passive, kLogSidePassive, true,
+       "passive pressure on the side"},
       {"front_passive", "-", &P::front_passive, kLogFrontPassive, true,
        "passive pressure ahead of a braked rim"},
       {"bulldozing_length", "m", &P::bulldozing_length, kLogBulldozingLength, true, "K_b"},
@@ -222,12 +224,12 @@ double SoilLaw::ReportedValue(int parameter, const Coordinates& x) const {
 
 double SoilLaw::ShareAt(const Pin& pin, const Coordinates& x) const {
   const double pressure = std::exp(x[kLogPressure]);
-  const bool first = reported_[pin.parameter].member == (form_ == kReeceForm ? &P::reece_k_c : &P::k_c);
+  const bool first =
+      reported_[pin.parameter].member == (form_ == kReeceForm ? &P::reece_k_c : &P::k_c);
   if (form_ == kReeceForm) {
     const double of_width = pressure * std::pow(width_ / sinkage_, x[kExponent]);
     const double weight = soil_.gravity * soil_.density_kg_per_m3.value_or(1600);
-    return first ? pin.value * x[kCohesion] / of_width
-                 : 1 - pin.value * weight * width_ / of_width;
+    return first ? pin.value * x[kCohesion] / of_width : 1 - pin.value * weight * width_ / of_width;
   }
   const double modulus = pressure / std::pow(sinkage_, x[kExponent]);
   return first ? pin.value / (modulus * width_) : 1 - pin.value / modulus;

@@ -172,7 +172,8 @@ std::string WriteSoils(const std::vector<Soil>& soils) {
     return text.find(',') == std::string::npos ? text : '"' + text + '"';
   };
   std::string text;
-  for (const Column& column : kColumns) text += (text.empty() ? "" : ",") + std::string(column.name);
+  for (const Column& column : kColumns)
+    text += (text.empty() ? "" : ",") + std::string(column.name);
   text += '\n';
   for (const Soil& soil : soils) {
     const auto number = [](const Column& column, std::optional<double> si) {
