@@ -248,7 +248,8 @@ std::vector<Gain> GainsOf(const SoilFit& fit, const std::vector<Candidate>& cand
   std::vector<Gain> gains;
   for (const Candidate& c : candidates) {
     try {
-      gains.push_back({&c, (information + InformationOf(fit, c)).inverse()});
+      const MatrixXd added = InformationOf(fit, c);
+      if (added.allFinite()) gains.push_back({&c, (information + added).inverse()});
     } catch (const std::invalid_argument&) {  // the model does not reach there
     }
   }

@@ -36,7 +36,7 @@ std::string ParametersText(const SoilCalibration& c) {
                         p.what.name, p.value, p.what.unit, p.sd,
                         End(p.low, p.low_open, true) + " to " + End(p.high, p.high_open, false),
                         p.typical, 100 * p.share_left,
-                        p.identified ? "" : "  not identified: near its typical value");
+                        p.identified ? "" : "  not identified: rests on what is typical");
   }
   return text;
 }

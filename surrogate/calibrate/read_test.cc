@@ -271,9 +271,10 @@ class TestReader {
   [[noreturn]] void FailAt(const char* quantity, const char* expected) const {
     const double value = Get(quantity);
     const std::string unit = SiUnit(FindQuantity(spec_.kind, quantity, "").dimension);
-    table_.Fail(line_, fmt::format("{}: got {} (column '{}'), expected {}", quantity,
-                                   std::isnan(value) ? "nothing" : fmt::format("{:g} {}", value, unit),
-                                   reader_.ColumnOf(quantity), expected));
+    table_.Fail(line_,
+                fmt::format("{}: got {} (column '{}'), expected {}", quantity,
+                            std::isnan(value) ? "nothing" : fmt::format("{:g} {}", value, unit),
+                            reader_.ColumnOf(quantity), expected));
   }
   double Positive(const char* quantity) const {
     if (!(Get(quantity) > 0)) FailAt(quantity, "a positive number");
@@ -341,7 +342,8 @@ class TestReader {
     if (reader_.Has("pressure")) {
       if (Measured("pressure") > 0) Add(at, "pressure", 1);
     } else {
-      if (Measured("force") > 0) Add(at, "force", 1 / (disc ? kPi / 4 * first * first : first * second));
+      if (Measured("force") > 0)
+        Add(at, "force", 1 / (disc ? kPi / 4 * first * first : first * second));
     }
   }
 

@@ -22,9 +22,18 @@ constexpr int kMostRounds = 10;
 // Where a least-squares problem stands, and what of it is free.
 struct Problem {
   const SoilLaw* law;
-  const std::vector<double>*sigma, *weight;
+  std::vector<Observation> fitted;
+  std::vector<double> factor;  // root of weight, over sigma, of each
   std::vector<int> free;
   std::optional<Pin> pin;
+
+  explicit Problem(const SoilFit& fit) : law(fit.law.get()), free(fit.law->free()) {
+    for (std::size_t i = 0; i < fit.sigma.size(); ++i) {
+      if (fit.weight[i] == 0) continue;
+      fitted.push_back(law->soil().observations[i]);
+      factor.push_back(std::sqrt(fit.weight[i]) / fit.sigma[i]);
+    }
+  }
 
   Coordinates At(const double* u, const Coordinates& from) const {
     Coordinates x = from;
@@ -45,7 +54,7 @@ struct Problem {
 class SoilCost final : public ceres::CostFunction {
  public:
   SoilCost(const Problem& problem, const Coordinates& from) : problem_(problem), from_(from) {
-    set_num_residuals(static_cast<int>(problem.sigma->size()) + kCoordinates);
+    set_num_residuals(static_cast<int>(problem.fitted.size()) + kCoordinates);
     mutable_parameter_block_sizes()->push_back(static_cast<int>(problem.free.size()));
   }
 
@@ -81,14 +90,12 @@ class SoilCost final : public ceres::CostFunction {
     if (!problem_.Within(x)) return false;
     std::vector<double> model;
     try {
-      model = law.Predict(x);
+      law.Predict(x, problem_.fitted, law.soil().tests, &model);
     } catch (const std::invalid_argument&) {
       return false;  // outside the model's range: the step is refused
     }
-    const auto& observations = law.soil().observations;
     for (std::size_t i = 0; i < model.size(); ++i) {
-      const double root = std::sqrt((*problem_.weight)[i]);
-      to[i] = root == 0 ? 0 : root * (model[i] - observations[i].value) / (*problem_.sigma)[i];
+      to[i] = problem_.factor[i] * (model[i] - problem_.fitted[i].value);
       if (!std::isfinite(to[i])) return false;
     }
     for (int c = 0; c < kCoordinates; ++c) {
@@ -157,10 +164,6 @@ struct Fitter {
   std::vector<double> scale;
   std::vector<int> group;  // of each observation
 
-  Problem ProblemNow() const {
-    return {fit->law.get(), &fit->sigma, &fit->weight, fit->law->free(), {}};
-  }
-
   void Prepare() {
     const MeasuredSoil& soil = fit->law->soil();
     std::map<int, double> fitted;
@@ -195,7 +198,7 @@ struct Fitter {
   // The best of several starts: firm and soft, by the pressure that suits best.
   void Start() {
     const SoilLaw& law = *fit->law;
-    const Problem problem = ProblemNow();
+    const Problem problem(*fit);
     Coordinates best{};
     double least = kInfinite;
     for (const double n : {0.5, 1.0}) {
@@ -287,7 +290,7 @@ struct Fitter {
       m.assumed = m.dof < 2;
       if (m.assumed) {
         m.estimated = false;
-        m.share = stated && chi2(0) < terms.size() ? 0 : kTypicalShare;
+        m.share = kTypicalShare;
       } else {
         const boost::math::chi_squared expected(m.dof);
         m.estimated = !stated || chi2(0) > quantile(complement(expected, kRefuted));
@@ -336,7 +339,7 @@ class Profile {
   /// sign of the root of the rise of twice the cost at `by` away (in the coordinate, or for a
   /// modulus in the parameter) less the quantile's root.
   double Over(double by, Coordinates* warm) const {
-    Problem problem{fit_.law.get(), &fit_.sigma, &fit_.weight, fit_.law->free(), {}};
+    Problem problem(fit_);
     const int held = what_.coordinate >= 0 ? what_.coordinate : static_cast<int>(kModulusShare);
     std::erase(problem.free, held);
     if (what_.coordinate >= 0) {
@@ -426,13 +429,13 @@ SoilFit FitSoil(const MeasuredSoil& soil, const std::vector<Soil>& published, do
   fitter.Prepare();
   fitter.Start();
   for (int round = 0; round < kMostRounds; ++round) {
-    fit.cost = Minimise(fitter.ProblemNow(), &fit.x, 60);
+    fit.cost = Minimise(Problem(fit), &fit.x, 60);
     if (!std::isfinite(fit.cost)) throw std::runtime_error("calibrate: the fit diverged");
     fitter.Linearise();
     if (!fitter.SetShares()) break;
     fitter.SetSigma();
   }
-  fit.cost = Minimise(fitter.ProblemNow(), &fit.x, 60);
+  fit.cost = Minimise(Problem(fit), &fit.x, 60);
   fitter.Linearise();
   fitter.Finish();
   return fit;
@@ -493,7 +496,7 @@ Eigen::MatrixXd CorrelationOf(const SoilFit& fit) {
 }
 
 double DistanceOf(const SoilFit& fit, const BekkerParameters& truth) {
-  Problem problem{fit.law.get(), &fit.sigma, &fit.weight, fit.law->free(), {}};
+  Problem problem(fit);
   std::erase_if(problem.free, [](int c) { return c < kSoilCoordinates; });
   const Coordinates of_truth = fit.law->CoordinatesOf(truth);
   Coordinates x = fit.x;

@@ -48,7 +48,7 @@ struct Predicted {
 /// number of the test's observations. share_g, the law's own error by kind and output g, is 0
 /// while the stated sds explain the residuals (chi-squared, 1 %); else, and where no sd is
 /// stated, it is such that sum w (residual/sigma)^2 equals the degrees of freedom, counted by
-/// leverage. Where they are below 2, 0.05 is taken.
+/// leverage. Where they are below 2, 0.05 is taken (no law of this kind does better).
 struct SoilFit {
   std::shared_ptr<const SoilLaw> law;
   Coordinates x;
