@@ -324,7 +324,7 @@ class TestReader {
 
   void CheckSinkage(double sinkage, double size, const char* of) const {
     constexpr double kMost = 10;
-    if (sinkage <= kMost * size) return;
+    if (!(sinkage > kMost * size)) return;  // a missing one is neither
     table_.Fail(line_, fmt::format("sinkage {:g} m is more than {:g} times the {} ({:g} m): column "
                                    "'{}' in another unit?",
                                    sinkage, kMost, of, size, reader_.ColumnOf("sinkage")));
