@@ -87,6 +87,12 @@ word_reproduce() {
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_calibrate() {
+  require_packages run
+  build_if_missing grouser-calibrate
+  exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in

@@ -29,6 +29,9 @@ struct Soil {
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name,
                             bool accept_unusual = false);
 
+/// Such a table of these soils, which ReadSoils reads (to 6 digits).
+std::string WriteSoils(const std::vector<Soil>& soils);
+
 /// Parameters of the `bekker_untuned` kind: a wheel on a published soil with
 /// nothing fitted. What the soil does not say is taken from the literature:
 /// - density, if unpublished: 1600 (sand, loam), 1800 (clay), 300 (snow) kg/m^3;

@@ -1,4 +1,4 @@
-#include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/yaml/yaml_section.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -12,7 +12,7 @@
 
 #include "proto/records/durable_file.h"
 
-namespace grouser::campaign {
+namespace grouser::records {
 namespace {
 
 std::string Describe(const YAML::Node& node) {
@@ -190,7 +190,7 @@ std::string ReadYamlText(const std::string& file) {
   const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
   if (!unknown) CheckTextSize(bytes, file);
   try {
-    return records::ReadFileBytes(file, kMostText);
+    return ReadFileBytes(file, kMostText);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
@@ -472,4 +472,4 @@ void YamlSection::Finish() const {
   }
 }
 
-}  // namespace grouser::campaign
+}  // namespace grouser::records
