@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 namespace grouser::surrogate {
@@ -55,7 +54,7 @@ bool WidthsDiffer(const MeasuredSoil& soil) {
 
 }  // namespace
 
-SoilCalibration CalibrateSoil(MeasuredSoil measured, const std::vector<Soil>& published,
+SoilCalibration CalibrateSoil(MeasuredSoil measured, const Typical& typical,
                               const std::string& form) {
   SoilCalibration c;
   c.soil = std::move(measured);
@@ -63,7 +62,7 @@ SoilCalibration CalibrateSoil(MeasuredSoil measured, const std::vector<Soil>& pu
   // Kept by the fits: the calibration may move.
   const auto soil = std::make_shared<const MeasuredSoil>(c.soil);
   const auto fit = [&](double which) {
-    const auto own = std::make_shared<const SoilFit>(FitSoil(*soil, published, which));
+    const auto own = std::make_shared<const SoilFit>(FitSoil(*soil, typical, which));
     return std::shared_ptr<const SoilFit>(own.get(), [own, soil](const SoilFit*) {});
   };
   c.bekker = fit(kBekkerForm);
@@ -137,15 +136,12 @@ Soil SoilOf(const SoilCalibration& c) {
 std::string SoilFileText(const SoilCalibration& c, const std::string& command) {
   std::string text = "# Made by: " + command + "\n";
   for (const auto& [file, hash] : c.soil.files) text += "# " + file + " sha256:" + hash + "\n";
-  std::istringstream table(WriteSoils({SoilOf(c)}));
-  const std::string body = table.str();
-  try {
-    ReadSoils(table, c.soil.name);
-  } catch (const std::invalid_argument& error) {
-    text += "# Outside of what published soils have (readers take it with --accept-unusual): " +
-            std::string(error.what()) + "\n";
+  const Soil soil = SoilOf(c);
+  const std::string unusual = UnusualOf(soil);
+  if (!unusual.empty()) {
+    text += "# Outside of what published soils have (--accept-unusual takes it): " + unusual + "\n";
   }
-  return text + body;
+  return text + WriteSoils({soil});
 }
 
 }  // namespace grouser::surrogate

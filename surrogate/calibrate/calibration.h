@@ -33,8 +33,7 @@ struct SoilCalibration {
 
 /// `form`: "bekker", "reece" or "auto": Reece's where it is better by a deviance of at least 2 and
 /// plates or wheels of two widths tell the forms apart at all, else Bekker's.
-SoilCalibration CalibrateSoil(MeasuredSoil soil, const std::vector<Soil>& published,
-                              const std::string& form);
+SoilCalibration CalibrateSoil(MeasuredSoil soil, const Typical& typical, const std::string& form);
 
 /// A line of the table of soils for what reads surrogate/soils/bekker_soils.csv. K is left out
 /// where the data do not identify it; its source names what they do not.

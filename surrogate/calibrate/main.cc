@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <stdexcept>
@@ -13,6 +12,7 @@
 #include "proto/records/yaml/yaml_section.h"
 #include "surrogate/calibrate/calibration.h"
 #include "surrogate/calibrate/measurement_file.h"
+#include "surrogate/fit/pair_errors.h"
 
 namespace {
 
@@ -28,17 +28,22 @@ struct Request {
   bool json = false;
 };
 
-std::string InCheckout(const char* path) {
-  const char* root = std::getenv("GROUSER_ROOT");
-  return std::string(root ? root : ".") + "/" + path;
+// Published soils, and what fitted Bekker models were off by against DEM.
+Typical TypicalOf(const std::string& published) {
+  std::istringstream table(records::ReadInputFile(published, "the table of soils"));
+  Typical typical;
+  typical.soils = ReadSoils(table, published, true);
+  const ErrorSpread spread = SpreadOf(ErrorsOfFitted(FindPairs(SurrogateFile("pairs"))));
+  typical.wheel_error = spread.inside;
+  typical.bulldozing = spread.bulldozing;
+  return typical;
 }
 
 int CalibrateToFiles(Request request) {
-  std::istringstream table(records::ReadInputFile(request.published, "the table of soils"));
-  const std::vector<Soil> published = ReadSoils(table, request.published, true);
+  const Typical typical = TypicalOf(request.published);
   MeasuredSoil soil = ReadMeasuredSoil(request.files, request.csv);
   if (!request.name.empty()) soil.name = request.name;
-  const SoilCalibration calibration = CalibrateSoil(std::move(soil), published, request.form);
+  const SoilCalibration calibration = CalibrateSoil(std::move(soil), typical, request.form);
   const std::string json = CalibrationJson(calibration, request.command);
   if (!request.out.empty()) {
     std::filesystem::create_directories(request.out);
@@ -69,7 +74,7 @@ int main(int argc, char** argv) {
   Request request;
   request.command = "grouser-calibrate";
   for (int i = 1; i < argc; ++i) request.command += std::string(" ") + argv[i];
-  request.published = InCheckout("surrogate/soils/bekker_soils.csv");
+  request.published = PublishedSoilsFile();
   CLI::App* soil = app.add_subcommand(
       "soil", "Bekker, Reece and Janosi-Hanamoto parameters from plates, shear and wheel tests");
   soil->add_option("data", request.files, "measurement files (.yaml), and CSVs")->required();

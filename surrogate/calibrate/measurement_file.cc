@@ -114,19 +114,15 @@ TestSpec SpecOf(YamlSection& test, const fs::path& folder, std::size_t index) {
   return spec;
 }
 
-SoilKind KindOf(const std::string& word, YamlSection& soil) {
-  const char* const kWords[] = {"sand", "loam", "clay", "snow"};
-  for (int k = 0; k < 4; ++k) {
-    if (word == kWords[k]) return static_cast<SoilKind>(k);
-  }
-  soil.Fail("kind", "'" + word + "'", "sand, loam, clay or snow");
-}
-
 void ReadYaml(const std::string& file, MeasuredSoil* soil) {
   YamlSection top = YamlSection::Load(file);
   soil->name = top.TextOr("soil", soil->name);
   soil->source = top.TextOr("source", soil->source);
-  if (top.Has("kind")) soil->kind = KindOf(top.Text("kind"), top);
+  if (top.Has("kind")) {
+    const std::string word = top.Text("kind");
+    soil->kind = FindSoilKind(word);
+    if (!soil->kind) top.Fail("kind", "'" + word + "'", "sand, loam, clay or snow");
+  }
   if (top.Has("density_kg_per_m3")) {
     soil->density_kg_per_m3 = top.Number("density_kg_per_m3", {30, 4000});
   }

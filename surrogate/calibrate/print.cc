@@ -63,14 +63,11 @@ std::string MisfitText(const Misfit& m) {
                    : IsMoment(m.output)   ? "load x radius"
                                           : "the load";
   const std::string what = fmt::format("{} {}", NameOf(m.kind), OutputOf(m.kind, m.output));
-  if (m.n == 0) return what + ": nothing fitted";
-  if (m.assumed) {
-    return fmt::format("{}: too few rows to tell the law's own error; {:.1f} % of {} taken", what,
-                       100 * m.share, of);
-  }
-  if (!m.estimated) return what + ": the stated standard deviations explain the residuals";
-  return fmt::format("{}: the law's own error is {:.1f} % of {} (from the residuals)", what,
-                     100 * m.share, of);
+  if (m.share == 0) return what + ": the stated standard deviations explain the residuals";
+  return fmt::format("{}: the law's own error is {:.1f} % of {} ({})", what, 100 * m.share, of,
+                     m.n == 0    ? "typical: nothing was fitted"
+                     : m.assumed ? "typical: too few rows to tell"
+                                 : "by the residuals");
 }
 
 json ParametersJson(const std::vector<FittedParameter>& parameters) {

@@ -4,185 +4,22 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
 #include "proto/records/sha256.h"
-#include "proto/records/yaml/yaml_section.h"
+#include "surrogate/calibrate/measured_rows.h"
 #include "surrogate/calibrate/test_spec.h"
-#include "surrogate/soils/csv_cells.h"
 
 namespace grouser::surrogate {
 namespace {
 
-using enum Dimension;
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = std::numbers::pi;
-constexpr QuantityField kPlate[] = {{"sinkage", kLength},    {"pressure", kPressure, true},
-                                    {"force", kForce, true}, {"diameter", kLength},
-                                    {"width", kLength},      {"length", kLength}};
-constexpr QuantityField kPress[] = {
-    {"sinkage", kLength}, {"force", kForce, true}, {"radius", kLength}, {"width", kLength}};
-constexpr QuantityField kShear[] = {{"displacement", kLength},  {"rotation", kAngle},
-                                    {"pressure", kPressure},    {"load", kForce},
-                                    {"shear", kPressure, true}, {"force", kForce, true},
-                                    {"torque", kMoment, true},  {"area", kArea},
-                                    {"inner_radius", kLength},  {"outer_radius", kLength}};
-constexpr QuantityField kWheel[] = {{"slip", kNone},        {"attack_angle", kAngle},
-                                    {"rim_speed", kSpeed},  {"travel_speed", kSpeed},
-                                    {"load", kForce},       {"f_x", kForce, true},
-                                    {"f_y", kForce, true},  {"torque", kMoment, true},
-                                    {"m_z", kMoment, true}, {"sinkage", kLength, true},
-                                    {"radius", kLength},    {"width", kLength}};
-
-// A CSV whose header has been read.
-struct Table {
-  std::string path;
-  int header_line = 0;
-  std::vector<std::string> header;
-  std::vector<std::pair<int, std::vector<std::string>>> lines;
-
-  [[noreturn]] void Fail(int line, const std::string& what) const {
-    throw std::invalid_argument(fmt::format("{}:{}: {}", path, line, what));
-  }
-  int Column(const std::string& name, const std::string& place) const {
-    const auto found = std::ranges::find(header, name);
-    if (found == header.end()) {
-      Fail(header_line,
-           fmt::format("no column '{}' ({}), expected one of: {}; the nearest is '{}'", name, place,
-                       fmt::join(header, ", "), records::NearestOf(name.substr(0, 100), header)));
-    }
-    return static_cast<int>(found - header.begin());
-  }
-};
-
-Table ReadTable(const std::string& path, const std::string& text) {
-  Table table{path, 0, {}, {}};
-  std::istringstream stream(text);
-  std::string line;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    std::vector<std::string> cells;
-    try {
-      cells = CsvCells(line);
-    } catch (const std::invalid_argument& error) {
-      table.Fail(number, error.what());
-    }
-    if (cells[0].starts_with('#') || (cells.size() == 1 && cells[0].empty())) continue;
-    if (table.header.empty()) {
-      table.header = cells;
-      table.header_line = number;
-      for (auto c = cells.begin(); c != cells.end(); ++c) {
-        if (std::find(cells.begin(), c, *c) != c) {
-          table.Fail(number, "column '" + *c + "' stands here twice, expected each once");
-        }
-      }
-      continue;
-    }
-    if (cells.size() != table.header.size()) {
-      table.Fail(number, fmt::format("{} fields, expected {} as in line {}", cells.size(),
-                                     table.header.size(), table.header_line));
-    }
-    table.lines.emplace_back(number, std::move(cells));
-  }
-  if (table.header.empty()) table.Fail(1, "empty, expected a header line and rows");
-  return table;
-}
-
-// A test's columns in its table, ready to be read line by line.
-class LineReader {
- public:
-  LineReader(const TestSpec& spec, const Table& table) : spec_(spec), table_(table) {
-    for (const auto& [quantity, column] : spec.columns) {
-      const QuantityField& field = FindQuantity(spec.kind, quantity, spec.place);
-      const int at = table.Column(column.column, "for " + quantity);
-      columns_[quantity] = {at, column.sign * UnitFor(column, field, quantity).si};
-      if (spec.constants.contains(quantity)) {
-        throw std::invalid_argument(fmt::format(
-            "{}: {} is a column and a constant, expected one of both", spec.place, quantity));
-      }
-    }
-  }
-
-  bool Has(const std::string& quantity) const {
-    return columns_.contains(quantity) || spec_.constants.contains(quantity);
-  }
-  /// NaN: the cell is empty, or there is no such quantity.
-  double Get(const std::string& quantity, int line, const std::vector<std::string>& cells) const {
-    const auto constant = spec_.constants.find(quantity);
-    if (constant != spec_.constants.end()) return constant->second;
-    const auto column = columns_.find(quantity);
-    if (column == columns_.end() || cells[column->second.at].empty()) return kMissing;
-    const std::string& text = cells[column->second.at];
-    const auto number = ParseNumber(text);
-    if (!number) {
-      table_.Fail(line, fmt::format("column '{}': got '{}', expected a finite number or an empty "
-                                    "field",
-                                    table_.header[column->second.at], text));
-    }
-    return *number * column->second.factor;
-  }
-  double SdOf(const std::string& quantity, double value, int line,
-              const std::vector<std::string>& cells) const {
-    const double own = std::abs(Get(quantity + "_sd", line, cells));
-    if (own == 0) table_.Fail(line, quantity + "_sd: got 0, expected a positive number or nothing");
-    if (!std::isnan(own)) return own;
-    const auto stated = spec_.sd.find(quantity);
-    if (stated == spec_.sd.end()) return kMissing;
-    return stated->second.relative ? stated->second.value * std::abs(value) : stated->second.value;
-  }
-  const std::string& ColumnOf(const std::string& quantity) const {
-    static const std::string kConstant = "constants";
-    const auto column = columns_.find(quantity);
-    return column == columns_.end() ? kConstant : table_.header[column->second.at];
-  }
-
- private:
-  struct Column {
-    int at;
-    double factor;
-  };
-
-  Unit UnitFor(const ColumnSpec& column, const QuantityField& field, const std::string& quantity) {
-    const auto named = UnitOfColumn(column.column);
-    const std::string expected = "expected one of the units " + UnitsOf(field.dimension);
-    if (column.unit.empty()) {
-      // A standard deviation stands in the unit of what it belongs to.
-      const auto own = spec_.columns.find(quantity.substr(0, quantity.rfind("_sd")));
-      if (!named && quantity.ends_with("_sd") && own != spec_.columns.end()) {
-        return UnitFor(own->second, field, own->first);
-      }
-      if (named && named->dimension == field.dimension) return *named;
-      if (field.dimension == kNone && !named) return {"1", kNone, 1};
-      throw std::invalid_argument(
-          named ? fmt::format("{}: column '{}' is in {} by its name and {} is not, {}", spec_.place,
-                              column.column, named->name, quantity, expected)
-                : fmt::format("{}: column '{}' for {} has no unit in its name, {}", spec_.place,
-                              column.column, quantity, expected));
-    }
-    const auto stated = FindUnit(column.unit);
-    if (!stated || stated->dimension != field.dimension) {
-      throw std::invalid_argument(fmt::format("{}: unit '{}' of column '{}' for {}, {}",
-                                              spec_.place, column.unit, column.column, quantity,
-                                              expected));
-    }
-    if (named && named->dimension == stated->dimension && named->si != stated->si) {
-      throw std::invalid_argument(
-          fmt::format("{}: column '{}' is stated to be in {}, its name says {}: mixed units?",
-                      spec_.place, column.column, stated->name, named->name));
-    }
-    return *stated;
-  }
-
-  const TestSpec& spec_;
-  const Table& table_;
-  std::map<std::string, Column> columns_;
-};
 
 // Reads the lines of one test.
 class TestReader {
  public:
-  TestReader(const TestSpec& spec, const Table& table, MeasuredSoil* soil)
+  TestReader(const TestSpec& spec, const CsvTable& table, MeasuredSoil* soil)
       : spec_(spec), table_(table), reader_(spec, table), soil_(soil) {
     test_ = static_cast<int>(soil->tests.size());
   }
@@ -248,7 +85,7 @@ class TestReader {
     }
   }
 
-  static bool Holds(const Table& table, const LineChoice& choice, int line,
+  static bool Holds(const CsvTable& table, const LineChoice& choice, int line,
                     const std::vector<std::string>& cells) {
     if (choice.all || choice.lines.contains(line)) return true;
     if (choice.texts.empty()) return false;
@@ -426,8 +263,8 @@ class TestReader {
   }
 
   const TestSpec& spec_;
-  const Table& table_;
-  LineReader reader_;
+  const CsvTable& table_;
+  MeasuredRows reader_;
   MeasuredSoil* soil_;
   int test_ = 0, line_ = 0;
   const std::vector<std::string>* cells_ = nullptr;
@@ -436,62 +273,9 @@ class TestReader {
 
 }  // namespace
 
-const char* NameOf(TestKind kind) {
-  switch (kind) {
-    case TestKind::kPlate:
-      return "plate";
-    case TestKind::kShear:
-      return "shear";
-    case TestKind::kPress:
-      return "press";
-    case TestKind::kWheel:
-      break;
-  }
-  return "wheel";
-}
-
-TestKind ParseKind(const std::string& word, const std::string& place) {
-  for (const TestKind kind :
-       {TestKind::kPlate, TestKind::kShear, TestKind::kPress, TestKind::kWheel}) {
-    if (word == NameOf(kind)) return kind;
-  }
-  throw std::invalid_argument(
-      fmt::format("{}: kind '{}', expected plate, shear, press or wheel", place, word));
-}
-
-std::span<const QuantityField> QuantitiesOf(TestKind kind) {
-  switch (kind) {
-    case TestKind::kPlate:
-      return kPlate;
-    case TestKind::kShear:
-      return kShear;
-    case TestKind::kPress:
-      return kPress;
-    case TestKind::kWheel:
-      break;
-  }
-  return kWheel;
-}
-
-const QuantityField& FindQuantity(TestKind kind, const std::string& name,
-                                  const std::string& place) {
-  std::vector<std::string> names;
-  for (const QuantityField& field : QuantitiesOf(kind)) {
-    if (name == field.name || (field.measured && name == std::string(field.name) + "_sd")) {
-      return field;
-    }
-    names.push_back(field.name);
-  }
-  throw std::invalid_argument(
-      fmt::format("{}: '{}' is nothing that a {} test has, expected one of: {} (and NAME_sd); the "
-                  "nearest is '{}'",
-                  place, name, NameOf(kind), fmt::join(names, ", "),
-                  records::NearestOf(name.substr(0, 100), names)));
-}
-
 void ReadTest(const TestSpec& spec, MeasuredSoil* soil) {
   const std::string text = records::ReadInputFile(spec.file, "a CSV of measured rows");
-  const Table table = ReadTable(spec.file, text);
+  const CsvTable table = ReadCsvTable(spec.file, text);
   TestReader(spec, table, soil).Read();
   MeasuredTest& test = soil->tests.back();
   test.file = std::filesystem::path(spec.file).filename().string();

@@ -16,8 +16,8 @@ struct Misfit {
   int n = 0;               ///< fitted observations
   double dof = 0;          ///< what of them is left beside the parameters
   double share = 0;        ///< sd of the law's own error; over the measured value, or OutputScale
-  bool estimated = false;  ///< from the residuals: sds were not stated or do not explain them
-  bool assumed = false;    ///< too few rows to tell: a typical share was taken
+  bool estimated = false;  ///< sds were not stated, do not explain the residuals, or could not show
+  bool assumed = false;    ///< too few rows to tell: the typical share
 };
 
 /// A reported parameter with what is known of it. Intervals are of 90 %.
@@ -45,10 +45,14 @@ struct Predicted {
 ///   sigma_i^2 = sd_i^2 + (share_g scale_i)^2,
 ///
 /// over the free coordinates within their bounds, by Ceres. w_i: 1, or counts_as over the
-/// number of the test's observations. share_g, the law's own error by kind and output g, is 0
-/// while the stated sds explain the residuals (chi-squared, 1 %); else, and where no sd is
-/// stated, it is such that sum w (residual/sigma)^2 equals the degrees of freedom, counted by
-/// leverage. Where they are below 2, 0.05 is taken (no law of this kind does better).
+/// number of the test's observations. scale_i: SoilLaw::ScaleOf. share_g, the law's own error by
+/// kind and output g, is 0 where the stated sds explain the residuals (chi-squared, 1 %) and would
+/// not if the law had its typical error; else it is such that
+///
+///   sum w (residual/sigma)^2 + 4 (typical/share)^2 = degrees of freedom + 4,
+///
+/// degrees counted by leverage: the typical error counts as four rows, and alone where nothing
+/// was fitted.
 struct SoilFit {
   std::shared_ptr<const SoilLaw> law;
   Coordinates x;
@@ -66,7 +70,7 @@ struct SoilFit {
 };
 
 /// Throws std::runtime_error when no start leads to a usable solution.
-SoilFit FitSoil(const MeasuredSoil& soil, const std::vector<Soil>& published, double form);
+SoilFit FitSoil(const MeasuredSoil& soil, const Typical& typical, double form);
 
 /// The parameters with intervals; correlation of the reported ones, in their order.
 std::vector<FittedParameter> ParametersOf(const SoilFit& fit);

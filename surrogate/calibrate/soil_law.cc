@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "surrogate/models/bekker_constants.h"
+#include "surrogate/models/hull.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -29,8 +30,8 @@ double ModulusAt(const P& p, double width) {
 
 }  // namespace
 
-SoilLaw::SoilLaw(const MeasuredSoil& soil, const std::vector<Soil>& published, double form)
-    : soil_(soil), form_(form) {
+SoilLaw::SoilLaw(const MeasuredSoil& soil, const Typical& typical, double form)
+    : soil_(soil), typical_(typical), form_(form), largest_(soil.tests.size()) {
   double log_width = 0, log_sinkage = 0;
   int n = 0;
   const auto gather = [&](bool plates) {
@@ -44,17 +45,20 @@ SoilLaw::SoilLaw(const MeasuredSoil& soil, const std::vector<Soil>& published, d
       ++n;
     }
   };
+  for (const Observation& at : soil.observations) {
+    largest_[at.test] = std::max(largest_[at.test], std::abs(at.value));
+  }
   gather(/*plates=*/true);
   if (n == 0) gather(/*plates=*/false);
   width_ = n == 0 ? 0.05 : std::exp(log_width / n);
   sinkage_ = n == 0 ? 0.02 : std::exp(log_sinkage / n);
-  SetPriors(published);
+  SetPriors();
   SetFree();
 }
 
-void SoilLaw::SetPriors(const std::vector<Soil>& published) {
+void SoilLaw::SetPriors() {
   std::vector<double> pressure, n, share, cohesion, friction, log_shear, unit_weight;
-  for (const Soil& soil : published) {
+  for (const Soil& soil : typical_.soils) {
     if (soil_.kind && soil.kind != *soil_.kind) continue;
     const P p = FromSoil(soil, soil_.gravity);
     if (!(p.k_c / width_ + p.k_phi > 0)) continue;
@@ -168,6 +172,19 @@ void SoilLaw::SetFree() {
   for (const ReportedParameter& r : rest) {
     if (std::ranges::count(free_, r.coordinate) > 0) reported_.push_back(r);
   }
+}
+
+double SoilLaw::ScaleOf(const Observation& at, double value) const {
+  if (at.output < 0) return std::max(std::abs(value), 0.05 * largest_[at.test]);
+  const VelocityState& v = at.motion;
+  const bool rest = v.v_x == 0 && v.v_y == 0 && v.rim_speed == 0;
+  const double p = rest ? 0 : Hull::Bulldozing(ToCanonical(v.v_x, v.v_y, v.rim_speed));
+  return OutputScale(at.output, at.load, soil_.tests[at.test].wheel.radius_m) *
+         (1 + typical_.bulldozing[at.output] * p);
+}
+
+double SoilLaw::TypicalError(TestKind kind, int output) const {
+  return kind == TestKind::kWheel ? typical_.wheel_error[output] : typical_.curve_error;
 }
 
 BekkerParameters SoilLaw::ParametersOf(const Coordinates& x) const {

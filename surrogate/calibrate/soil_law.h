@@ -34,6 +34,15 @@ enum Coordinate : int {
 inline constexpr int kSoilCoordinates = kLogShearModulus + 1;
 using Coordinates = std::array<double, kCoordinates>;
 
+/// What is known before anything is measured.
+struct Typical {
+  std::vector<Soil> soils;  ///< published ones
+  /// Errors of the law itself with parameters that were fitted. Of wheels, by output: sd over
+  /// OutputScale and over 1 + bulldozing P (Hull::Bulldozing).
+  std::array<double, kOutputs> wheel_error{}, bulldozing{};
+  double curve_error = 0.1;  ///< of plates, shear and press, over the value; by judgement
+};
+
 /// Where a coordinate is expected before anything is measured, and where it must lie.
 struct Prior {
   double center = 0, sd = 1, low = 0, high = 0;
@@ -63,12 +72,17 @@ struct ReportedParameter {
 ///        the rim's share.
 class SoilLaw {
  public:
-  /// `form`: kBekkerForm or kReeceForm. `published`: what is typical, of soil.kind if it is set.
+  /// `form`: kBekkerForm or kReeceForm. Of `typical` the soils of soil.kind count, if it is set.
   /// Keeps a reference to `soil`.
-  SoilLaw(const MeasuredSoil& soil, const std::vector<Soil>& published, double form);
+  SoilLaw(const MeasuredSoil& soil, const Typical& typical, double form);
 
   const MeasuredSoil& soil() const { return soil_; }
   double form() const { return form_; }
+  /// What counts as 1 where the law is off by a share: for wheels OutputScale (1 + bulldozing P),
+  /// else `value`, but at least a twentieth of the test's largest.
+  double ScaleOf(const Observation& at, double value) const;
+  /// The law's typical error in such units.
+  double TypicalError(TestKind kind, int output) const;
   const std::array<Prior, kCoordinates>& priors() const { return priors_; }
   /// Coordinates that are to be fitted; the others stay at their centers.
   const std::vector<int>& free() const { return free_; }
@@ -90,11 +104,13 @@ class SoilLaw {
   std::vector<double> Predict(const Coordinates& x) const;
 
  private:
-  void SetPriors(const std::vector<Soil>& published);
+  void SetPriors();
   void SetFree();
 
   const MeasuredSoil& soil_;
+  Typical typical_;
   double form_, width_ = 0, sinkage_ = 0;
+  std::vector<double> largest_;  // of each test
   std::array<Prior, kCoordinates> priors_;
   std::vector<int> free_;
   std::vector<ReportedParameter> reported_;

@@ -6,8 +6,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 
 #include "surrogate/soils/csv_cells.h"
@@ -102,8 +104,7 @@ struct Line {
 constexpr std::array kKinds = {"sand", "loam", "clay", "snow"};  // in the order of SoilKind
 
 SoilKind Kind(const std::string& word, const Place& place) {
-  const auto at = std::ranges::find(kKinds, word);
-  if (at != kKinds.end()) return static_cast<SoilKind>(at - kKinds.begin());
+  if (const auto kind = FindSoilKind(word)) return *kind;
   place.Fail("kind: " + word + ", expected sand, loam, clay or snow");
 }
 
@@ -136,6 +137,14 @@ double UsualShearModulus(SoilKind kind) {
 }
 
 }  // namespace
+
+const char* NameOf(SoilKind kind) { return kKinds[static_cast<int>(kind)]; }
+
+std::optional<SoilKind> FindSoilKind(const std::string& word) {
+  const auto at = std::ranges::find(kKinds, word);
+  if (at == kKinds.end()) return std::nullopt;
+  return static_cast<SoilKind>(at - kKinds.begin());
+}
 
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool accept_unusual) {
   std::vector<Soil> soils;
@@ -182,10 +191,29 @@ std::string WriteSoils(const std::vector<Soil>& soils) {
     text += quoted(soil.name) + number(kN, soil.n) + number(kKc, soil.k_c) +
             number(kKPhi, soil.k_phi) + number(kCohesion, soil.cohesion_pa) +
             number(kAngle, soil.friction_angle_rad) + number(kDensity, soil.density_kg_per_m3) +
-            number(kShear, soil.shear_modulus_m) + ',' + kKinds[static_cast<int>(soil.kind)] + ',' +
+            number(kShear, soil.shear_modulus_m) + ',' + NameOf(soil.kind) + ',' +
             quoted(soil.source) + '\n';
   }
   return text;
+}
+
+std::string SurrogateFile(const std::string& path) {
+  const char* root = std::getenv("GROUSER_ROOT");
+  return std::string(root ? root : ".") + "/surrogate/" + path;
+}
+
+std::string PublishedSoilsFile() { return SurrogateFile("soils/bekker_soils.csv"); }
+
+std::string UnusualOf(const Soil& soil) {
+  std::istringstream table(WriteSoils({soil}));
+  try {
+    ReadSoils(table, soil.name);
+  } catch (const std::invalid_argument& error) {
+    const std::string said = error.what();  // NAME:LINE: COLUMN: ...; --accept-unusual ...
+    const std::string what = said.substr(said.find(": ", soil.name.size()) + 2);
+    return what.substr(0, what.find(';'));
+  }
+  return "";
 }
 
 BekkerParameters FromSoil(const Soil& soil, double gravity) {

@@ -34,7 +34,7 @@ HEAVY = r"hdf5|H5|sqlite3|SQLiteCpp/|ceres/|openturns|yaml-cpp/"
 # None: only the standard library and the machine). The longest folder counts.
 RULES = {
     "proto": (r"proto/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|ceres/|yaml-cpp/"),
-    "proto/records/yaml": (r"proto/records/", r"grpc|lcm/|boost/|ceres/|google/"),
+    "proto/records/yaml": (r"proto/records/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|ceres/|google/"),
     "proto/lcm": (r"proto/lcm/", r"grpc|lcm/|boost/|google/|" + HEAVY),
     "dem_offline": (r"dem_offline/|proto/records/|grouser/v1alpha1/(?!\w*service)",
                     r"grpc|lcm/|ceres/|openturns"),

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/yaml/nearest.h"
+
 namespace grouser::records {
 
 /// Bad input of a person: the program's exit code is 2.
@@ -26,10 +28,6 @@ struct Range {
 };
 inline constexpr Range kPositive{0.0, std::numeric_limits<double>::max(), true};
 inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max(), false};
-
-/// The candidate that takes the fewest insertions, deletions and replacements to become `word`
-/// (the first of equals); empty: there is none.
-std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates);
 
 /// All of a file of YAML, of at most 1 MiB. Throws InputError.
 std::string ReadYamlText(const std::string& file);

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/unit/records/temp_folder.h"
 #include "surrogate/calibrate/measurement_file.h"
+#include "tests/unit/records/temp_folder.h"
 
 namespace grouser::surrogate {
 namespace {

@@ -10,13 +10,16 @@
 
 namespace grouser::surrogate::testing {
 
-inline std::vector<Soil> Published() {
+inline Typical Known() {
   std::ifstream file(GROUSER_SOILS);
-  return ReadSoils(file, GROUSER_SOILS);
+  Typical typical;
+  typical.soils = ReadSoils(file, GROUSER_SOILS);
+  typical.wheel_error.fill(0.08);
+  return typical;
 }
 
 inline Soil PublishedSoil(const std::string& name) {
-  for (const Soil& soil : Published()) {
+  for (const Soil& soil : Known().soils) {
     if (soil.name == name) return soil;
   }
   throw std::runtime_error("no soil " + name);
@@ -72,6 +75,17 @@ class Measuring {
       }
     }
   }
+
+  /// All values anew: what the law says at `x`, and noise.
+  void MeasureAt(const SoilLaw& law, const Coordinates& x) {
+    const std::vector<double> value = law.Predict(x);
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      Observation& at = soil_.observations[i];
+      if (at.output < 0) at.sd = noise_ * value[i];
+      at.value = value[i] + at.sd * normal_(random_);
+    }
+  }
+  double Normal() { return normal_(random_); }
 
   MeasuredSoil& soil() { return soil_; }
 
