@@ -13,7 +13,7 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kRefuted = 0.01;
-constexpr double kTypicalCounts = 4;  // as so many degrees of freedom
+constexpr double kTypicalCounts = 2;  // as so many degrees of freedom
 constexpr int kMostRounds = 10;
 
 struct Fitter {

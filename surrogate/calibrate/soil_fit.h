@@ -49,9 +49,9 @@ struct Predicted {
 /// kind and output g, is 0 where the stated sds explain the residuals (chi-squared, 1 %) and would
 /// not if the law had its typical error; else it is such that
 ///
-///   sum w (residual/sigma)^2 + 4 (typical/share)^2 = degrees of freedom + 4,
+///   sum w (residual/sigma)^2 + 2 (typical/share)^2 = degrees of freedom + 2,
 ///
-/// degrees counted by leverage: the typical error counts as four rows, and alone where nothing
+/// degrees counted by leverage: the typical error counts as two rows, and alone where nothing
 /// was fitted.
 struct SoilFit {
   std::shared_ptr<const SoilLaw> law;
