@@ -163,7 +163,7 @@ std::vector<Direction> UnidentifiedDirections(const SoilFit& fit) {
   };
   const Index soil = std::min<Index>(kSoilCoordinates, covariance.rows());
   add(0, soil);
-  add(soil, covariance.rows() - soil);
+  if (made.wheel != nullptr) add(soil, covariance.rows() - soil);
   return directions;
 }
 

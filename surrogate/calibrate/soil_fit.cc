@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <map>
@@ -15,6 +16,41 @@ namespace {
 constexpr double kRefuted = 0.01;
 constexpr double kTypicalCounts = 2;  // as so many degrees of freedom
 constexpr int kMostRounds = 10;
+
+// What the fitted plates, shear tests and presses reached, by kind and axis.
+class Reach {
+ public:
+  explicit Reach(const MeasuredSoil& soil) {
+    for (const Observation& at : soil.observations) {
+      const auto kind = static_cast<std::size_t>(soil.tests[at.test].kind);
+      for (std::size_t a = 0; a < kAxes.size() && !at.held_out; ++a) {
+        auto& [low, high] = ends_[kind][a];
+        low = std::min(low, at.*kAxes[a]);
+        high = std::max(high, at.*kAxes[a]);
+      }
+    }
+  }
+
+  /// By how many doublings or halvings a row lies beyond, the axis that is farthest.
+  double Beyond(TestKind kind, const Observation& at) const {
+    double most = 0;
+    for (std::size_t a = 0; a < kAxes.size(); ++a) {
+      const auto& [low, high] = ends_[static_cast<std::size_t>(kind)][a];
+      const double value = at.*kAxes[a];
+      if (!(value > 0) || !(low > 0) || low > high) continue;
+      most = std::max({most, std::log2(value / high), std::log2(low / value)});
+    }
+    return most;
+  }
+
+ private:
+  static constexpr std::array kAxes = {&Observation::sinkage, &Observation::width,
+                                       &Observation::displacement, &Observation::pressure};
+  struct Ends {
+    double low = kInfinite, high = 0;
+  };
+  std::array<std::array<Ends, kAxes.size()>, 4> ends_;  // by TestKind
+};
 
 struct Fitter {
   SoilFit* fit;
@@ -171,13 +207,16 @@ struct Fitter {
     for (std::size_t i = 0; i < group.size(); ++i) {
       if (fit->weight[i] > 0) fit->deviance += 2 * fit->weight[i] * std::log(fit->sigma[i]);
     }
+    const MeasuredSoil& soil = fit->law->soil();
+    const Reach reach(soil);
     const std::vector<double> model = fit->law->Predict(fit->x);
     for (std::size_t i = 0; i < model.size(); ++i) {
       const auto row = fit->jacobian.row(static_cast<Eigen::Index>(i));
       const double variance = (row * fit->covariance * row.transpose())(0);
       // Of a row that is held out nothing measured may set the width but its own sd.
-      const Observation& at = fit->law->soil().observations[i];
-      const double law = fit->misfits[group[i]].share * fit->law->ScaleOf(at, model[i]);
+      const Observation& at = soil.observations[i];
+      const double law = fit->misfits[group[i]].share * fit->law->ScaleOf(at, model[i]) *
+                         (1 + reach.Beyond(soil.tests[at.test].kind, at));
       const double noise = std::isnan(at.sd) ? 0 : at.sd;
       fit->predicted.push_back({model[i], std::sqrt(std::max(0.0, variance)),
                                 std::sqrt(std::max(0.0, variance) + law * law + noise * noise)});

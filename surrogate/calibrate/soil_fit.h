@@ -36,7 +36,9 @@ inline constexpr double kIdentified = 0.5;
 struct Predicted {
   double value;
   double sd_soil;   ///< from the uncertainty of the parameters
-  double sd_total;  ///< with the measurement's sd and the law's own error
+  /// With the measurement's sd and the law's own error, which counts as much again for each
+  /// doubling of sinkage, width, displacement or pressure beyond what was fitted (by judgement).
+  double sd_total;
 };
 
 /// Least squares of SoilLaw against the observations that are not held out:

@@ -46,7 +46,7 @@ SoilLaw::SoilLaw(const MeasuredSoil& soil, const Typical& typical, double form)
     }
   };
   for (const Observation& at : soil.observations) {
-    largest_[at.test] = std::max(largest_[at.test], std::abs(at.value));
+    if (!at.held_out) largest_[at.test] = std::max(largest_[at.test], std::abs(at.value));
   }
   gather(/*plates=*/true);
   if (n == 0) gather(/*plates=*/false);
@@ -126,10 +126,9 @@ void SoilLaw::SetFree() {
   bool press = false, wheel = false, shear = false;
   for (const Observation& at : soil_.observations) {
     const TestKind kind = soil_.tests[at.test].kind;
-    if (at.held_out) continue;
     press |= kind == TestKind::kPress;
     wheel |= kind == TestKind::kWheel;
-    shear |= kind == TestKind::kShear;
+    shear |= kind == TestKind::kShear && !at.held_out;
   }
   for (int i = 0; i < kSoilCoordinates; ++i) free_.push_back(i);
   if (wheel) {

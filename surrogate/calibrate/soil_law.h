@@ -11,7 +11,7 @@
 namespace grouser::surrogate {
 
 /// What is fitted. The first six are the soil's; the others belong to the wheel on it and are
-/// free where wheels are fitted. With z0, b0 the typical sinkage and width of the tests:
+/// free where there are wheels, fitted or predicted: what is not known of them widens predictions. With z0, b0 the typical sinkage and width of the tests:
 enum Coordinate : int {
   kLogPressure = 0,  ///< ln of the pressure [Pa] at z0 under a plate of width b0
   kExponent,         ///< n
@@ -79,7 +79,7 @@ class SoilLaw {
   const MeasuredSoil& soil() const { return soil_; }
   double form() const { return form_; }
   /// What counts as 1 where the law is off by a share: for wheels OutputScale (1 + bulldozing P),
-  /// else `value`, but at least a twentieth of the test's largest.
+  /// else `value`, but at least a twentieth of the test's largest that is fitted.
   double ScaleOf(const Observation& at, double value) const;
   /// The law's typical error in such units.
   double TypicalError(TestKind kind, int output) const;

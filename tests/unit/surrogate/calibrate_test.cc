@@ -193,6 +193,36 @@ TEST(Calibrate, HeldOutRowsDoNotReachTheFit) {
   }
 }
 
+// Nothing fitted says how a wheel goes, nor what a plate meets four times as deep.
+TEST(Calibrate, PredictionsBeyondWhatWasFittedAreLessCertain) {
+  const Soil soil = testing::PublishedSoil("Ding 2011 simulant");
+  Measuring measuring(FromSoil(soil), soil.kind, 0.05, 5);
+  PlatesAndShear(&measuring);
+  std::vector<Observation>& rows = measuring.soil().observations;
+  for (Observation& at : rows) at.sd = std::nan("");
+  const std::size_t curves = rows.size();
+  measuring.Wheel({0.15, 0.1}, 80, {-0.4, 0.1, 0.4}, 0);
+  const std::size_t wheels = rows.size();
+  measuring.Plate(0.06, 0.16);
+  for (std::size_t i = curves; i < rows.size(); ++i) {
+    rows[i].held_out = true;
+    rows[i].sd = std::nan("");
+  }
+  const Typical known = testing::Known();
+  const SoilFit fit = FitSoil(measuring.soil(), known, kBekkerForm);
+  for (std::size_t i = curves; i < wheels; ++i) {
+    const double scale = OutputScale(rows[i].output, rows[i].load, 0.15);
+    EXPECT_GE(fit.predicted[i].sd_total, known.wheel_error[rows[i].output] * scale);
+    if (rows[i].output == kSinkage && rows[i].slip != 0.1) {
+      EXPECT_GT(fit.predicted[i].sd_soil, 0.02 * scale);
+    }
+  }
+  const auto share = [&](std::size_t i) {
+    return fit.predicted[i].sd_total / fit.predicted[i].value;
+  };
+  EXPECT_GT(share(rows.size() - 1), 2 * share(wheels + 2));  // at 0.16 and 0.04 m
+}
+
 TEST(Calibrate, ReecesFormIsChosenWhereItIsTheBetterOne) {
   // p = gamma b k_phi' (z/b)^n: pressure at equal sinkage grows with b^(1 - n), n < 1.
   BekkerParameters truth = FromSoil(testing::PublishedSoil("Ding 2011 simulant"));

@@ -96,7 +96,7 @@ TEST_F(UntunedModel, WheelFilesAreReadAloneOrInAScene) {
   EXPECT_EQ(Said("name: a\nsoil: {}\nwheel:\n  name: b\n  radius_m: 0.1\n  width_m: 0.05\n"),
             "name b");
   EXPECT_THAT(Said("radius_m: 100\nwidth_m: 0.05\n"),
-              HasSubstr("w.yaml:1: key 'radius_m': got 100, expected"));
+              HasSubstr("w.yaml:1: key 'radius_m': got '100', expected a number in [0.005, 5]"));
   EXPECT_THAT(Said("radius_m: 0.1\nwidth_m: 0.05\nwidht: 1\n"),
               HasSubstr("w.yaml:3: key 'widht': got an unknown key"));
   EXPECT_THAT(Said("radius_m: 0.1\n"), HasSubstr("width_m"));
@@ -110,7 +110,7 @@ TEST_F(UntunedModel, UnknownSoilsGetTheNearestNames) {
       return error.what();
     }
   };
-  EXPECT_THAT(said("sandi loam 20"), HasSubstr("the nearest: Sandy loam 22 %; Sandy loam 15 %;"));
+  EXPECT_THAT(said("sandi loam 20"), HasSubstr("the nearest: Sandy loam 15 %; Sandy loam 22 %;"));
   EXPECT_THAT(said("FJS1"), HasSubstr("the nearest: FJS-1"));
   EXPECT_THAT(said("no-such.csv"), HasSubstr("no-such.csv"));
   // A file of one soil is that soil, whatever the ranges of published ones.
