@@ -28,12 +28,15 @@ struct Request {
   bool json = false;
 };
 
-// Published soils, and what fitted Bekker models were off by against DEM.
+// Published soils, and of fitted Bekker models the parameters and what they were off by against
+// DEM.
 Typical TypicalOf(const std::string& published) {
   std::istringstream table(records::ReadInputFile(published, "the table of soils"));
   Typical typical;
   typical.soils = ReadSoils(table, published, true);
-  const ErrorSpread spread = SpreadOf(ErrorsOfFitted(FindPairs(SurrogateFile("pairs"))));
+  const std::vector<PairFolder> pairs = FindPairs(SurrogateFile("pairs"));
+  typical.fitted = FittedParameters(pairs);
+  const ErrorSpread spread = SpreadOf(ErrorsOfFitted(pairs));
   typical.wheel_error = spread.inside;
   typical.bulldozing = spread.bulldozing;
   return typical;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "surrogate/calibrate/least_squares.h"
+#include "surrogate/models/kinematics.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -28,11 +29,14 @@ class Reach {
         low = std::min(low, at.*kAxes[a]);
         high = std::max(high, at.*kAxes[a]);
       }
+      if (at.output >= 0 && !at.held_out) states_.push_back(ChartOf(at));
     }
   }
 
-  /// By how many doublings or halvings a row lies beyond, the axis that is farthest.
+  /// By how many doublings or halvings a row lies beyond, the axis that is farthest; a wheel's: how
+  /// far from the nearest fitted state on the chart of wheel states, in half radians.
   double Beyond(TestKind kind, const Observation& at) const {
+    if (at.output >= 0) return states_.empty() ? 0 : ToNearest(ChartOf(at));
     double most = 0;
     for (std::size_t a = 0; a < kAxes.size(); ++a) {
       const auto& [low, high] = ends_[static_cast<std::size_t>(kind)][a];
@@ -44,13 +48,32 @@ class Reach {
   }
 
  private:
+  static ChartPoint ChartOf(const Observation& at) {
+    return ToChart(ToCanonical(at.motion.v_x, at.motion.v_y, at.motion.rim_speed));
+  }
+  double ToNearest(const ChartPoint& at) const {
+    constexpr double kUnit = 0.5;  // [rad]
+    double least = kInfinite;
+    for (const ChartPoint& s : states_) {
+      least = std::min(
+          least, std::hypot(s.direction_rad - at.direction_rad, s.lateral_rad - at.lateral_rad));
+    }
+    return least / kUnit;
+  }
+
   static constexpr std::array kAxes = {&Observation::sinkage, &Observation::width,
                                        &Observation::displacement, &Observation::pressure};
   struct Ends {
     double low = kInfinite, high = 0;
   };
   std::array<std::array<Ends, kAxes.size()>, 4> ends_;  // by TestKind
+  std::vector<ChartPoint> states_;
 };
+
+// The side force and the moment of a wheel that goes straight tell nothing of the law.
+bool ZeroBySymmetry(const Observation& at) {
+  return at.output >= 0 && kOutputFields[at.output].parity_y < 0 && at.motion.v_y == 0;
+}
 
 struct Fitter {
   SoilFit* fit;
@@ -165,6 +188,7 @@ struct Fitter {
       std::vector<std::array<double, 3>> terms;  // weight, squared residual, squared sd
       for (std::size_t i = 0; i < group.size(); ++i) {
         if (group[i] != static_cast<int>(g) || fit->weight[i] == 0) continue;
+        if (ZeroBySymmetry(observations[i])) continue;
         const auto row = fit->jacobian.row(static_cast<Eigen::Index>(i));
         const double leverage = fit->weight[i] * (row * fit->covariance * row.transpose())(0) /
                                 (fit->sigma[i] * fit->sigma[i]);
@@ -186,8 +210,8 @@ struct Fitter {
       for (const auto& [w, r2, v] : terms) would_show += w * usual * usual / std::max(v, 1e-16);
       const double limit =
           m.dof > 0 ? quantile(complement(boost::math::chi_squared(m.dof), kRefuted)) : 0;
-      const bool explained = stated && m.dof > 0 && would_show > limit && chi2(0) <= limit;
-      m.assumed = m.dof < 2 && !explained;
+      const bool explained = stated && m.dof >= 2 && would_show > limit && chi2(0) <= limit;
+      m.assumed = m.dof < 2;
       m.estimated = !explained;
       m.share = 0;
       double low = 0, high = 10;

@@ -37,7 +37,8 @@ struct Predicted {
   double value;
   double sd_soil;   ///< from the uncertainty of the parameters
   /// With the measurement's sd and the law's own error, which counts as much again for each
-  /// doubling of sinkage, width, displacement or pressure beyond what was fitted (by judgement).
+  /// doubling of sinkage, width, displacement or pressure beyond what was fitted, and for each
+  /// half radian from the nearest fitted state of a wheel (by judgement).
   double sd_total;
 };
 

@@ -104,21 +104,30 @@ void SoilLaw::SetPriors() {
     if (soil_.tests[at.test].wheel.width_m > 0) use(soil_.tests[at.test].wheel.width_m);
   }
   bound(kModulusShare, low, high);
-  // The wheel's, as an unfitted model has them; the spreads are broad by judgement.
+  // The wheel's: as an unfitted model has them, and fitted ones; least spreads by judgement.
   Soil typical;
   typical.friction_angle_rad = a[kFriction].center;
   typical.density_kg_per_m3 = 1;
   typical.shear_modulus_m = std::exp(a[kLogShearModulus].center);
-  const P p = FromSoil(typical, 1);
-  a[kC1] = {p.c1, 0.2, 0.02, 0.8};
-  a[kC2] = {p.c2, 0.25, -0.3, 0.7};
-  a[kC3] = {p.c3, 0.3, 0, 1};
-  a[kSinkageDrive] = {p.sinkage_drive, 1, 0, 3};
-  a[kSinkageBrake] = {p.sinkage_brake, 0.5, 0, 3};
-  a[kSinkageLateral] = {p.sinkage_lateral, 0.5, 0, 3};
-  a[kLogSidePassive] = {std::log(p.side_passive), 1, std::log(0.02), std::log(90.0)};
-  a[kLogFrontPassive] = {std::log(p.front_passive), 1, std::log(0.01), std::log(90.0)};
-  a[kLogBulldozingLength] = {std::log(p.bulldozing_length), 0.8, std::log(1e-5), std::log(2.0)};
+  std::vector<P> known = typical_.fitted;
+  known.push_back(FromSoil(typical, 1));
+  const auto wheel = [&](int i, double P::*member, double least_sd, double low, double high,
+                         bool logarithmic = false) {
+    std::vector<double> values;
+    for (const P& p : known) values.push_back(logarithmic ? std::log(p.*member) : p.*member);
+    a[i] = PriorOf(values, least_sd);
+    bound(i, logarithmic ? std::log(low) : low, logarithmic ? std::log(high) : high);
+    a[i].center = std::clamp(a[i].center, a[i].low, a[i].high);
+  };
+  wheel(kC1, &P::c1, 0.2, 0.02, 0.8);
+  wheel(kC2, &P::c2, 0.25, -0.3, 0.7);
+  wheel(kC3, &P::c3, 0.3, 0, 1);
+  wheel(kSinkageDrive, &P::sinkage_drive, 1, 0, 3);
+  wheel(kSinkageBrake, &P::sinkage_brake, 0.5, 0, 3);
+  wheel(kSinkageLateral, &P::sinkage_lateral, 0.5, 0, 3);
+  wheel(kLogSidePassive, &P::side_passive, 1, 0.02, 90, true);
+  wheel(kLogFrontPassive, &P::front_passive, 1, 0.01, 90, true);
+  wheel(kLogBulldozingLength, &P::bulldozing_length, 0.8, 1e-5, 2, true);
   a[kRimFriction] = {0.85, 0.15, 0.1, 1.3};
 }
 

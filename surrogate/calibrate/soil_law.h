@@ -37,6 +37,8 @@ using Coordinates = std::array<double, kCoordinates>;
 /// What is known before anything is measured.
 struct Typical {
   std::vector<Soil> soils;  ///< published ones
+  /// Fitted models of wheels: beside FromSoil they say what the wheel's own coordinates are like.
+  std::vector<BekkerParameters> fitted;
   /// Errors of the law itself with parameters that were fitted. Of wheels, by output: sd over
   /// OutputScale and over 1 + bulldozing P (Hull::Bulldozing).
   std::array<double, kOutputs> wheel_error{}, bulldozing{};

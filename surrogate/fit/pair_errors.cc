@@ -73,6 +73,14 @@ PairErrors ErrorsOfFitted(const std::vector<PairFolder>& pairs) {
   return errors;
 }
 
+std::vector<BekkerParameters> FittedParameters(const std::vector<PairFolder>& pairs) {
+  std::vector<BekkerParameters> all;
+  for (const PairFolder& pair : pairs) {
+    all.push_back(ReadBekker(ReadModel(pair.path + "/bekker.model").model.bekker()));
+  }
+  return all;
+}
+
 ErrorSpread SpreadOf(const PairErrors& errors) {
   BedVariability none;  // of the bed is in the errors
   ErrorSpread spread;

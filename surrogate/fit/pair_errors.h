@@ -27,6 +27,9 @@ struct PairErrors {
 PairErrors ErrorsOfUntuned(const std::vector<PairFolder>& pairs);
 PairErrors ErrorsOfFitted(const std::vector<PairFolder>& pairs);
 
+/// Parameters of the pairs' fitted `bekker` kinds.
+std::vector<BekkerParameters> FittedParameters(const std::vector<PairFolder>& pairs);
+
 /// Spread of such errors e over OutputScale:
 ///
 ///   |e| <= factor inside (1 + bulldozing P)  in 90 of 100 rows, inside^2 the mean square of

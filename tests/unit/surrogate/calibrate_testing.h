@@ -117,4 +117,10 @@ class Measuring {
   int line_ = 0;
 };
 
+inline void PlatesAndShear(Measuring* measuring) {
+  measuring->Plate(0.03, 0.04);
+  measuring->Plate(0.06, 0.04);
+  for (const double pressure : {5e3, 2e4, 8e4}) measuring->Shear(pressure);
+}
+
 }  // namespace grouser::surrogate::testing
