@@ -34,7 +34,8 @@ static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrog
               SameBit(kFormUnknown, surrogate::kFormUnknown) &&
               SameBit(kToleranceUnmet, surrogate::kToleranceUnmet) &&
               SameBit(kAirborne, surrogate::kAirborne) &&
-              SameBit(kAirborne, std::end(surrogate::kFlagFields)[-1].flag));
+              SameBit(kUntuned, surrogate::kUntuned) &&
+              SameBit(kUntuned, std::end(surrogate::kFlagFields)[-1].flag));
 
 // Spans of length 1 into `answer`.
 Answers ViewOf(Answer* answer) noexcept {

@@ -94,6 +94,12 @@ word_validate() {
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_calibrate() {
+  require_packages run
+  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-calibrate
+  exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in
@@ -104,17 +110,19 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
+  make      a model of a wheel on a known soil at once, nothing fitted
   compare   DEM, surrogate with interval, and measurement
   gate      may this candidate replace that model?
 Examples:
   ./grouser model list --json
+  ./grouser model make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model
   ./grouser model show surrogate/shipped/NAME.model
   ./grouser model eval out/demo/model/demo.model --slip 0.2 --angle-deg 30 --load 24
 HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client models "$@" ;;
     served) shift; run_program grouser-client model "$@" ;;
-    show | eval | compare | gate) run_program grouser-fit "$@" ;;
+    show | eval | make | compare | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac
 }

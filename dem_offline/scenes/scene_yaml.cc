@@ -4,33 +4,20 @@
 
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <numbers>
 
 #include "dem_offline/scenes/engine_convert.h"
+#include "proto/records/yaml/message_yaml.h"
 
 namespace grouser::campaign {
 namespace {
 
+using records::ReadNumbers;
+using records::ReadOptional;
+
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::uint64_t kMostCount = 1000000000;
-
-using Keys = std::initializer_list<const char*>;
-
-/// Numbers whose keys are the names of the message's fields.
-void ReadNumbers(YamlSection& section, Keys keys, google::protobuf::Message* out) {
-  for (const char* key : keys) {
-    const auto* field = out->GetDescriptor()->FindFieldByName(key);
-    out->GetReflection()->SetDouble(out, field, section.Number(key));
-  }
-}
-/// The same of those that are there.
-void ReadOptional(YamlSection& section, Keys keys, google::protobuf::Message* out) {
-  for (const char* key : keys) {
-    if (section.Has(key)) ReadNumbers(section, {key}, out);
-  }
-}
 
 void ReadSizes(YamlSection& grains, v1alpha1::GrainSoil* out) {
   for (YamlSection& bin : grains.Sections("sizes")) {
@@ -123,23 +110,6 @@ void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
   out->set_source(soil.Text("source"));
   ReadGrains(soil.Section("grains"), out->bulk_density_kg_per_m3(), out->mutable_grains());
   soil.Finish();
-}
-
-void ReadWheel(YamlSection wheel, v1alpha1::Wheel* out) {
-  out->set_name(wheel.Text("name"));
-  ReadNumbers(wheel, {"radius_m", "width_m", "restitution", "friction", "rolling_friction"}, out);
-  out->set_source(wheel.Text("source"));
-  if (wheel.Has("treads")) {
-    for (YamlSection& tread : wheel.Sections("treads")) {
-      auto* t = out->add_treads();
-      t->set_count(static_cast<std::uint32_t>(tread.Count("count", 0, kMostCount)));
-      ReadNumbers(tread, {"height_m", "root_thickness_m"}, t);
-      ReadOptional(tread, {"tip_thickness_m", "width_m", "offset_m"}, t);
-      t->set_lean_rad(tread.NumberOr("lean_deg", 0) * kDegree);
-      tread.Finish();
-    }
-  }
-  wheel.Finish();
 }
 
 v1alpha1::SceneBed ReadBed(YamlSection& section, const std::string& key) {
@@ -240,7 +210,7 @@ v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file) {
     section.Has("soil");  // known, though another stands for it
     ReadSoil(YamlSection::Load(soil), scene.mutable_soil());
   }
-  ReadWheel(section.Section("wheel"), scene.mutable_wheel());
+  records::ReadWheel(section.Section("wheel"), /*with_contact=*/true, scene.mutable_wheel());
   ReadRig(section.Section("rig"), scene.mutable_rig());
   section.Finish();
   CheckWithEngine(section, scene);

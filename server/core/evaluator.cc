@@ -31,6 +31,7 @@ static_assert(SameBit(v1alpha1::STATE_FLAG_INVALID, surrogate::kInvalid) &&
               SameBit(v1alpha1::STATE_FLAG_FORM_UNKNOWN, surrogate::kFormUnknown) &&
               SameBit(v1alpha1::STATE_FLAG_TOLERANCE_UNMET, surrogate::kToleranceUnmet) &&
               SameBit(v1alpha1::STATE_FLAG_AIRBORNE, surrogate::kAirborne) &&
+              SameBit(v1alpha1::STATE_FLAG_UNTUNED, surrogate::kUntuned) &&
               SameBit(v1alpha1::StateFlag_MAX, std::end(surrogate::kFlagFields)[-1].flag));
 
 /// States whose answer no measurement could add to: none, or exactly 0.

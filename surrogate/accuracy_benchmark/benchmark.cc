@@ -8,10 +8,8 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 
-#include "proto/records/durable_file.h"
 #include "surrogate/accuracy_benchmark/kriging.h"
 #include "surrogate/accuracy_benchmark/timing.h"
 #include "surrogate/fit/calibration.h"
@@ -21,7 +19,6 @@
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hybrid.h"
-#include "surrogate/soils/soil_table.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -76,25 +73,13 @@ void Add(const Ground& ground, const std::string& kind, double ns,
   rows->insert(rows->end(), more.begin(), more.end());
 }
 
-/// Nothing fitted: the wheel on a published soil (untuned.soil names it).
 void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Ground& ground,
                       double seconds, std::vector<BenchmarkRow>* rows) {
-  const std::string named = pair.path + "/untuned.soil";
-  if (!std::filesystem::exists(named)) return;
-  std::string name = records::ReadInputFile(named, "the name of a soil");
-  name.erase(std::find(name.begin(), name.end(), '\n'), name.end());
-  const std::string table = pair.soils;
-  std::istringstream file(records::ReadInputFile(table, "the table of soils"));
-  const std::vector<Soil> soils = ReadSoils(file, table, pair.accept_unusual);
-  const auto soil = std::ranges::find(soils, name, &Soil::name);
-  if (soil == soils.end()) {
-    throw std::invalid_argument(named + ": '" + name + "', expected a soil of " + table);
-  }
-  const BekkerModel physics(FromSoil(*soil, scene.soil().gravity_m_per_s2()),
-                            {scene.wheel().radius_m(), scene.wheel().width_m()});
+  const std::optional<BekkerModel> physics = UntunedModel(pair, scene);
+  if (!physics) return;
   TrainingDomain anywhere;
   anywhere.load_min_n = anywhere.load_max_n = 1;
-  HybridModel model(physics, {}, anywhere, Uncertainty{});  // as users ask it
+  HybridModel model(*physics, {}, anywhere, Uncertainty{});  // as users ask it
   model.AnswerByLaw();
   const double ns = TimeOfModel(model, ground.test, seconds);
   const auto answer = [&](const Sample& row) {
@@ -208,27 +193,6 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
 }
 
 }  // namespace
-
-std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils,
-                                  bool accept_unusual) {
-  std::vector<PairFolder> pairs;
-  if (fs::exists(root + "/runs.json")) {
-    return {{root, fs::weakly_canonical(root).filename().string(), soils, accept_unusual}};
-  }
-  if (fs::is_directory(root)) {
-    for (const auto& entry : fs::directory_iterator(root)) {
-      if (!fs::exists(entry.path() / "runs.json")) continue;
-      pairs.push_back(
-          {entry.path().string(), entry.path().filename().string(), soils, accept_unusual});
-    }
-  }
-  if (pairs.empty()) {
-    throw std::invalid_argument(root + ": expected a folder with a runs.json, or one of such");
-  }
-  std::sort(pairs.begin(), pairs.end(),
-            [](const PairFolder& a, const PairFolder& b) { return a.name < b.name; });
-  return pairs;
-}
 
 std::vector<BenchmarkRow> RunAccuracyBenchmark(const PairFolder& pair, double seconds) {
   const TrainingSet set = ReadRuns(pair.path + "/runs.json");

@@ -5,26 +5,9 @@
 #include <vector>
 
 #include "surrogate/accuracy_benchmark/errors.h"
+#include "surrogate/fit/pair_folder.h"
 
 namespace grouser::surrogate {
-
-/// A wheel on a soil, as a folder:
-///   runs.json      what was learned from, and the test states (grouser-fit summarise)
-///   hybrid.model, lookup.model, bekker.model   (grouser-ladder fit)
-///   coarse.json    the test states with coarser grains; may be missing
-///   measured.csv   the same wheel measured; may be missing
-///   untuned.soil   name of a soil of the table, for the untuned Bekker model; may
-///                  be missing
-struct PairFolder {
-  std::string path, name;
-  std::string soils;            ///< table of published soils
-  bool accept_unusual = false;  ///< ReadSoils, ReadMeasured
-};
-
-/// Folders below `root` that hold a runs.json, by name. Throws
-/// std::invalid_argument where there is none.
-std::vector<PairFolder> FindPairs(const std::string& root, const std::string& soils = {},
-                                  bool accept_unusual = false);
 
 /// Fits hybrid, lookup and bekker to the folder's runs and writes the models
 /// there, each tested as the server does (WriteTestedModel). `command`: for their

@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/benchmark.h"
 #include "surrogate/accuracy_benchmark/promise.h"
 #include "surrogate/accuracy_benchmark/targets.h"
+#include "surrogate/soils/soil_table.h"
 
 namespace {
 
@@ -23,13 +23,8 @@ constexpr const char* kFooter =
     "  grouser-ladder promise surrogate/pairs/cmu-smooth-62.5   # tolerances, met and kept\n"
     "Exit codes: 0 ok, 1 failed, 2 usage or bad input.";
 
-std::string InCheckout(const char* path) {
-  const char* root = std::getenv("GROUSER_ROOT");
-  return std::string(root ? root : ".") + "/surrogate/" + path;
-}
-
 struct BenchmarkRequest {
-  std::string folder = InCheckout("pairs"), soils = InCheckout("soils/bekker_soils.csv"), markdown;
+  std::string folder = SurrogateFile("pairs"), soils = PublishedSoilsFile(), markdown;
   double seconds = 0.5;
   bool json = false, accept_unusual = false;
 };

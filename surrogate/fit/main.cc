@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
@@ -20,10 +21,12 @@
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
+#include "surrogate/fit/untuned_model.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/soils/soil_library.h"
 
 namespace {
 
@@ -36,7 +39,9 @@ struct Arguments {
   std::vector<std::string> run_dirs, files;
   std::string name, out, measured, base, run, candidate, model, kind = "hybrid", reason,
                                                                 role = "test";
-  double slip = 0, angle_deg = 0, load = 0, speed = 0;
+  std::string wheel, soil;
+  double slip = 0, angle_deg = 0, load = 0, speed = 0, gravity = 9.81;
+  std::optional<double> load_min, load_max;
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
   bool json = false, accept_unusual = false;
@@ -132,6 +137,37 @@ int Weigh(const Arguments& a) {
   const TrainingSet set = ReadAll(a.run_dirs);
   const std::vector<WeightTrial> trials = TryWeights(set, a.weights);
   Print(a.json ? WeightsJson(trials, PatchOf(set)) : WeightsText(trials, PatchOf(set)));
+  return kOk;
+}
+
+// "My rover", "LETE sand" -> "my-rover-lete-sand".
+std::string NameOf(const v1alpha1::Wheel& wheel, const Soil& soil) {
+  std::string name;
+  for (const char c : wheel.name() + " " + soil.name) {
+    const bool kept = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_';
+    if (kept) name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (!kept && !name.empty() && name.back() != '-') name += '-';
+  }
+  while (name.ends_with('-')) name.pop_back();
+  return name.substr(0, 100);
+}
+
+int Make(const Arguments& a) {
+  SoilLibrary library;
+  library.Add(PublishedSoilsFile());
+  for (const std::string& file : a.files) library.Add(file);
+  const SoilLibrary::Entry soil = library.Find(a.soil);
+  if (!soil.unusual.empty()) {
+    Say(soil.soil.name + ": outside of what published soils have: " + soil.unusual);
+  }
+  UntunedRequest request{
+      a.name, records::LoadWheel(a.wheel), soil.soil, a.gravity, a.load_min, a.load_max, a.command};
+  if (request.name.empty()) request.name = NameOf(request.wheel, soil.soil);
+  const v1alpha1::Model model = MakeUntuned(
+      request, ErrorsOfUntuned(FindPairs(SurrogateFile("pairs"), PublishedSoilsFile())));
+  const std::string digest = WriteUninterrupted(a.out, model);
+  Say("wrote " + a.out);
+  Print(a.json ? ModelJson(model, digest) : ModelText(model, digest));
   return kOk;
 }
 
@@ -250,6 +286,18 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   weigh->add_option("--weights", a->weights, "weights to try")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  CLI::App* make = add("make", "A model of a wheel on a known soil, nothing fitted", Make);
+  make->add_option("--wheel", a->wheel, "wheel file (.yaml), or a scene that has one")->required();
+  make->add_option("--soil", a->soil, "name (grouser soil list), or a file with one (soil.csv)")
+      ->required();
+  make->add_option("--soils", a->files, "further tables of soils")->delimiter(',');
+  make->add_option("--name", a->name, "name of the model (default: of wheel and soil)");
+  make->add_option("--out", a->out, "model file to write")->required();
+  make->add_option("--load-min", a->load_min, "least load of the domain [N]");
+  make->add_option("--load-max", a->load_max, "largest load of the domain [N]");
+  make->add_option("--gravity", a->gravity, "[m/s^2]")
+      ->check(CLI::Range(0.05, 50.0))
+      ->capture_default_str();
   CLI::App* refit = add("refit", "Fit a model's own runs and a new one", Refit);
   refit->add_option("--base", a->base, "model file")->required();
   refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
@@ -292,6 +340,7 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
       "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
+      "  grouser-fit make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model\n"
       "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
       "  grouser-fit profiles --runs campaign/ --model cmu.model\n"
       "  grouser-fit refit --base cmu.model --run new.run.h5 --out cmu-2.model\n"
@@ -309,6 +358,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;
   } catch (const std::invalid_argument& error) {
+    Say(error.what());
+    return kUsage;
+  } catch (const records::InputError& error) {
     Say(error.what());
     return kUsage;
   } catch (const std::exception& error) {

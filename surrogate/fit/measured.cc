@@ -15,6 +15,7 @@
 
 #include "proto/records/durable_file.h"
 #include "surrogate/fit/error_table.h"
+#include "surrogate/soils/csv_cells.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -32,19 +33,6 @@ constexpr std::array<Columns, kOutputs> kColumns = {
     Columns{nullptr, nullptr},  Columns{"torque_n_m", "torque_sd"},
     Columns{nullptr, nullptr},  Columns{"sinkage_m", "sinkage_sd"}};
 
-std::vector<std::string> Split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::string cell;
-  std::istringstream stream(line);
-  while (std::getline(stream, cell, ',')) {
-    const auto first = cell.find_first_not_of(" \t\r");
-    const auto last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  if (!line.empty() && line.back() == ',') cells.emplace_back();
-  return cells;
-}
-
 /// Columns that are no output: the state, and what is told but not used.
 constexpr std::string_view kOtherColumns[] = {"slip",    "attack_angle_deg",  "load_n",
                                               "load_sd", "rim_speed_m_per_s", "speed_m_per_s",
@@ -58,6 +46,14 @@ struct Reader {
 
   [[noreturn]] void Fail(const std::string& what) const {
     throw std::invalid_argument(path + ":" + std::to_string(line) + ": " + what);
+  }
+
+  std::vector<std::string> Cells(const std::string& text) const {
+    try {
+      return CsvCells(text);
+    } catch (const std::invalid_argument& error) {
+      Fail(error.what());
+    }
   }
 
   void TakeHeader(const std::vector<std::string>& cells) {
@@ -189,10 +185,10 @@ std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path,
     ++reader.line;
     if (line.empty() || line[0] == '#' || line == "\r") continue;
     if (reader.header.empty()) {
-      reader.TakeHeader(Split(line));
+      reader.TakeHeader(reader.Cells(line));
       continue;
     }
-    points.push_back(reader.Point(Split(line)));
+    points.push_back(reader.Point(reader.Cells(line)));
     points.back().set_source(source);
     lines.push_back(reader.line);
   }

@@ -43,7 +43,8 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
       "domain: slip {:.3g} to {:.3g}, attack angle to {:.3g} deg, load {:.3g} to {:.3g} N, "
       "Froude number to {:.2g}\n",
       m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
-      m.soil().name(), RunsText(m), d.slip_min(), d.slip_max(),
+      m.soil().name(),
+      m.untuned() ? "none, UNTUNED (" + m.provenance().reason() + ")" : RunsText(m), d.slip_min(), d.slip_max(),
       d.attack_angle_max_rad() * kDegPerRad, d.load_min_n(), d.load_max_n(), d.froude_max());
   text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>10}{:>12}\n", "output", "sd_fit in",
                       "growth", "sd_patch", "bulldozing", "factor", "sd_form");

@@ -107,6 +107,7 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
     u.bulldozing = Six(model, "sd_bulldozing", model.sd_bulldozing());
   }
   u.form_unknown = model.sd_form_size() != kOutputs;
+  u.untuned = model.untuned();
   for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
   return u;
 }

@@ -44,6 +44,12 @@ struct Uncertainty {
   std::array<double, kOutputs> interval_factor{};
   std::array<double, kOutputs> bulldozing{};  ///< >= 0; both sds times 1 + this P
   bool form_unknown = true;                   ///< sd_form of some output is NaN
+  bool untuned = false;                       ///< nothing was fitted
+
+  /// Flags of every answer that is one.
+  std::uint32_t Flags() const {
+    return (form_unknown ? kFormUnknown : 0u) | (untuned ? kUntuned : 0u);
+  }
 };
 
 /// Where a model was trained and how sure it is there and beyond:

@@ -130,7 +130,7 @@ HybridModel::Answer HybridModel::OffTable(double v_x, double v_y, double rim_spe
 HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, double v_x, double v_y,
                                           double rim_speed, double load) const noexcept {
   Answer answer{};
-  answer.flags = domain().uncertainty().form_unknown ? kFormUnknown : 0u;
+  answer.flags = domain().uncertainty().Flags();
   answer.value = trend.value;
   if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
   if (v_x == 0 && v_y == 0 && rim_speed == 0) {

@@ -70,6 +70,7 @@ enum Flag : std::uint32_t {
   kFormUnknown = 512,      ///< not compared with a measurement here
   kToleranceUnmet = 1024,  ///< no model suffices, or the budget ended
   kAirborne = 2048,        ///< load 0, a wheel off the ground: every output is exactly 0
+  kUntuned = 4096,         ///< the model was not fitted to this wheel on this soil
 };
 struct FlagField {
   Flag flag;
@@ -87,6 +88,7 @@ inline constexpr FlagField kFlagFields[] = {
     {kFormUnknown, "FORM_UNKNOWN"},
     {kToleranceUnmet, "TOLERANCE_UNMET"},
     {kAirborne, "AIRBORNE"},
+    {kUntuned, "UNTUNED"},
 };
 
 }  // namespace grouser::surrogate

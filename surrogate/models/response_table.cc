@@ -53,7 +53,7 @@ void DescribeUncertainty(const Hull& hull, response::Constants* c) {
     c->factor[o] = static_cast<float>(u.interval_factor[o]);
     c->bulldozing[o] = static_cast<float>(u.bulldozing[o]);
   }
-  c->flags = u.form_unknown ? kFormUnknown : 0u;
+  c->flags = u.Flags();
 }
 
 }  // namespace

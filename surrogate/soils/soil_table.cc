@@ -2,12 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
+
+#include "surrogate/soils/csv_cells.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -43,20 +48,13 @@ struct Place {
   }
 };
 
-// Cells of a line; quotes keep commas together.
 std::vector<std::string> Cells(const std::string& line, const Place& place) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"') {
-      quoted = !quoted;
-    } else if (c == ',' && !quoted) {
-      cells.emplace_back();
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
+  std::vector<std::string> cells;
+  try {
+    cells = CsvCells(line);
+  } catch (const std::invalid_argument& error) {
+    place.Fail(error.what());
   }
-  if (quoted) place.Fail("a quote is not closed");
   if (cells.size() != kColumns.size()) {
     place.Fail(std::to_string(cells.size()) + " columns, expected " +
                std::to_string(kColumns.size()));
@@ -103,11 +101,10 @@ struct Line {
   }
 };
 
+constexpr std::array kKinds = {"sand", "loam", "clay", "snow"};  // in the order of SoilKind
+
 SoilKind Kind(const std::string& word, const Place& place) {
-  if (word == "sand") return SoilKind::kSand;
-  if (word == "loam") return SoilKind::kLoam;
-  if (word == "clay") return SoilKind::kClay;
-  if (word == "snow") return SoilKind::kSnow;
+  if (const auto kind = FindSoilKind(word)) return *kind;
   place.Fail("kind: " + word + ", expected sand, loam, clay or snow");
 }
 
@@ -141,6 +138,14 @@ double UsualShearModulus(SoilKind kind) {
 
 }  // namespace
 
+const char* NameOf(SoilKind kind) { return kKinds[static_cast<int>(kind)]; }
+
+std::optional<SoilKind> FindSoilKind(const std::string& word) {
+  const auto at = std::ranges::find(kKinds, word);
+  if (at == kKinds.end()) return std::nullopt;
+  return static_cast<SoilKind>(at - kKinds.begin());
+}
+
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool accept_unusual) {
   std::vector<Soil> soils;
   std::map<std::string, int> line_of;
@@ -169,6 +174,46 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool a
   }
   if (soils.empty()) throw std::invalid_argument(name + ": no soil, expected a table of them");
   return soils;
+}
+
+std::string WriteSoils(const std::vector<Soil>& soils) {
+  const auto quoted = [](const std::string& text) {
+    return text.find(',') == std::string::npos ? text : '"' + text + '"';
+  };
+  std::string text;
+  for (const Column& column : kColumns)
+    text += (text.empty() ? "" : ",") + std::string(column.name);
+  text += '\n';
+  for (const Soil& soil : soils) {
+    const auto number = [](const Column& column, std::optional<double> si) {
+      return si ? fmt::format(",{:.6g}", *si / column.si) : ",";
+    };
+    text += quoted(soil.name) + number(kN, soil.n) + number(kKc, soil.k_c) +
+            number(kKPhi, soil.k_phi) + number(kCohesion, soil.cohesion_pa) +
+            number(kAngle, soil.friction_angle_rad) + number(kDensity, soil.density_kg_per_m3) +
+            number(kShear, soil.shear_modulus_m) + ',' + NameOf(soil.kind) + ',' +
+            quoted(soil.source) + '\n';
+  }
+  return text;
+}
+
+std::string SurrogateFile(const std::string& path) {
+  const char* root = std::getenv("GROUSER_ROOT");
+  return std::string(root ? root : ".") + "/surrogate/" + path;
+}
+
+std::string PublishedSoilsFile() { return SurrogateFile("soils/bekker_soils.csv"); }
+
+std::string UnusualOf(const Soil& soil) {
+  std::istringstream table(WriteSoils({soil}));
+  try {
+    ReadSoils(table, soil.name);
+  } catch (const std::invalid_argument& error) {
+    const std::string said = error.what();  // NAME:LINE: COLUMN: ...; --accept-unusual ...
+    const std::string what = said.substr(said.find(": ", soil.name.size()) + 2);
+    return what.substr(0, what.find(';'));
+  }
+  return "";
 }
 
 BekkerParameters FromSoil(const Soil& soil, double gravity) {

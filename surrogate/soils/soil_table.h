@@ -11,6 +11,10 @@ namespace grouser::surrogate {
 
 enum class SoilKind { kSand, kLoam, kClay, kSnow };  ///< simulants count as sand
 
+const char* NameOf(SoilKind kind);
+/// The kind of that name; none: there is no such one.
+std::optional<SoilKind> FindSoilKind(const std::string& word);
+
 /// A published soil, SI.
 struct Soil {
   std::string name;
@@ -28,6 +32,17 @@ struct Soil {
 /// what no published soil has.
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name,
                             bool accept_unusual = false);
+
+/// surrogate/soils/bekker_soils.csv of the checkout ($GROUSER_ROOT, else the working folder).
+std::string PublishedSoilsFile();
+/// Another file of surrogate/ there.
+std::string SurrogateFile(const std::string& path);
+
+/// What of a soil no published one has, as "COLUMN: VALUE, expected ..."; empty: nothing.
+std::string UnusualOf(const Soil& soil);
+
+/// Such a table of these soils, which ReadSoils reads (to 6 digits).
+std::string WriteSoils(const std::vector<Soil>& soils);
 
 /// Parameters of the `bekker_untuned` kind: a wheel on a published soil with
 /// nothing fitted. What the soil does not say is taken from the literature:

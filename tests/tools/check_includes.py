@@ -34,6 +34,7 @@ HEAVY = r"hdf5|H5|sqlite3|SQLiteCpp/|ceres/|openturns|yaml-cpp/"
 # None: only the standard library and the machine). The longest folder counts.
 RULES = {
     "proto": (r"proto/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|ceres/|yaml-cpp/"),
+    "proto/records/yaml": (r"proto/records/|grouser/v1alpha1/\w+\.pb\.h", r"grpc|lcm/|boost/|ceres/|google/"),
     "proto/lcm": (r"proto/lcm/", r"grpc|lcm/|boost/|google/|" + HEAVY),
     "dem_offline": (r"dem_offline/|proto/records/|grouser/v1alpha1/(?!\w*service)",
                     r"grpc|lcm/|ceres/|openturns"),
@@ -178,6 +179,7 @@ BAD = {
     "server/query/b.cc": "#include <hdf5.h>\n",
     "server/jobs/a.cc": "#include \"dem_offline/engine/rig/wheel_test.h\"\n",
     "proto/lcm/a.cc": "#include <lcm/lcm.h>\n",
+    "proto/records/b.cc": "#include <yaml-cpp/yaml.h>\n",
     "proto/records/a.cc": "#include \"server/core/status.h\"\n",
     "proto/records/model_file.cc": "#include <hdf5.h>\n",
     "proto/records/run_file.cc": "#include <sqlite3.h>\n",

@@ -47,6 +47,7 @@ enum Flag : std::uint32_t {
   kFormUnknown = 512,  ///< the interval is against DEM; against a measurement it is unknown
   kToleranceUnmet = 1024,
   kAirborne = 2048,  ///< load 0, a wheel off the ground: every output is exactly 0
+  kUntuned = 4096,   ///< the model was not fitted to this wheel on this soil
 };
 
 /// n wheel states on flat virgin ground, structure of arrays; every span has n

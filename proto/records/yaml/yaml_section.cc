@@ -1,4 +1,4 @@
-#include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/yaml/yaml_section.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -12,7 +12,7 @@
 
 #include "proto/records/durable_file.h"
 
-namespace grouser::campaign {
+namespace grouser::records {
 namespace {
 
 std::string Describe(const YAML::Node& node) {
@@ -153,26 +153,6 @@ std::string OnOneLine(const YAML::Node& node) {
 
 }  // namespace
 
-std::string NearestOf(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string nearest;
-  std::size_t least = std::numeric_limits<std::size_t>::max();
-  for (const std::string& c : candidates) {
-    std::vector<std::size_t> row(c.size() + 1);  // Levenshtein's distance, row by row
-    for (std::size_t j = 0; j <= c.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= word.size(); ++i) {
-      std::size_t diagonal = std::exchange(row[0], i);
-      for (std::size_t j = 1; j <= c.size(); ++j) {
-        const std::size_t replaced = diagonal + (word[i - 1] != c[j - 1]);
-        diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
-      }
-    }
-    if (row.back() >= least) continue;
-    least = row.back();
-    nearest = c;
-  }
-  return nearest;
-}
-
 YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
     : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {
   if (!node_.IsMap()) {
@@ -190,7 +170,7 @@ std::string ReadYamlText(const std::string& file) {
   const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
   if (!unknown) CheckTextSize(bytes, file);
   try {
-    return records::ReadFileBytes(file, kMostText);
+    return ReadFileBytes(file, kMostText);
   } catch (const std::exception& error) {
     throw InputError(error.what());
   }
@@ -472,4 +452,4 @@ void YamlSection::Finish() const {
   }
 }
 
-}  // namespace grouser::campaign
+}  // namespace grouser::records

@@ -1,0 +1,29 @@
+#include "surrogate/soils/csv_cells.h"
+
+#include <stdexcept>
+
+namespace grouser::surrogate {
+
+std::vector<std::string> CsvCells(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      cells.emplace_back();
+    } else if (c != '\r') {
+      cells.back() += c;
+    }
+  }
+  if (quoted) throw std::invalid_argument("a quote is not closed");
+  for (std::string& cell : cells) {
+    const auto first = cell.find_first_not_of(" \t");
+    cell = first == std::string::npos
+               ? ""
+               : cell.substr(first, cell.find_last_not_of(" \t") - first + 1);
+  }
+  return cells;
+}
+
+}  // namespace grouser::surrogate

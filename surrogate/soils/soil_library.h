@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "surrogate/soils/soil_table.h"
+
+namespace grouser::surrogate {
+
+/// Soils by name: the published ones and files that `grouser calibrate` wrote.
+struct SoilLibrary {
+  struct Entry {
+    Soil soil;
+    std::string file;
+    std::string unusual;  ///< what of it no published soil has; empty: nothing
+  };
+  std::vector<Entry> entries;
+
+  /// Adds a table's soils. A soil outside of what published ones have is taken and marked: it is
+  /// measured. Throws as ReadSoils, and for a name that is known already.
+  void Add(const std::string& file);
+
+  /// By name (letters of either case), or the one soil of a file: `what` ends with .csv. Throws
+  /// std::invalid_argument that lists the nearest names, or the names in the file.
+  Entry Find(const std::string& what) const;
+};
+
+/// A soil that may be like the one that is wanted.
+struct Suggestion {
+  const SoilLibrary::Entry* entry;
+  double likeness;                         ///< 0 to 1: words of the description in name and kind
+  std::optional<double> moisture_percent;  ///< that the name states
+};
+/// The likest first; among equals those that state a moisture near `moisture_percent`. A word
+/// counts as found at one wrong letter in four. Soils with half as many of the words
+/// as the best, or fewer, are left out.
+std::vector<Suggestion> SuggestSoils(const SoilLibrary& library, const std::string& like,
+                                     std::optional<double> moisture_percent);
+
+/// Tables for people and JSON for programs.
+using SoilEntries = std::vector<const SoilLibrary::Entry*>;
+std::string SoilListText(const SoilEntries& entries);
+std::string SoilListJson(const SoilEntries& entries);
+std::string SoilText(const SoilLibrary::Entry& entry);
+
+}  // namespace grouser::surrogate
