@@ -26,6 +26,9 @@ class PackingSearch {
   PackingSearch(const BedPreparation& given, const GrainFriction& own, bool rolls,
                 double first_friction);
 
+  PackingSearch(const PackingSearch&) = delete;  // it points into itself
+  PackingSearch& operator=(const PackingSearch&) = delete;
+
   const GrainFriction& next() const { return next_; }
   /// What `next` gave, less the aim. False: met, or nothing is left to try.
   bool Tried(double error);
