@@ -19,8 +19,12 @@ PackingSearch::PackingSearch(const BedPreparation& given, const GrainFriction& o
 }
 
 bool PackingSearch::Tried(double error) {
-  if (std::abs(error) <= kFractionTolerance || !searched_) return false;
-  const bool at_end = error > 0 ? *searched_ >= kMostFriction : *searched_ <= kLeastFriction;
+  if (!searched_) return false;
+  if (std::abs(error) <= kFractionTolerance) {
+    tried_.push_back({std::log(*searched_), error});
+    return false;
+  }
+  const bool at_end = error > 0 ? *searched_ >= Most() : *searched_ <= kLeastFriction;
   if (at_end && error > 0 && searched_ == &next_.friction && may_roll_) {
     searched_ = &next_.rolling_friction;
     *searched_ = std::max(*searched_, kLeastFriction);
@@ -30,8 +34,19 @@ bool PackingSearch::Tried(double error) {
   }
   tried_.push_back({std::log(*searched_), error});
   if (tried_.size() >= kTries) return false;
-  *searched_ = std::clamp(std::exp(NextLog()), kLeastFriction, kMostFriction);
+  *searched_ = std::clamp(std::exp(NextLog()), kLeastFriction, Most());
   return true;
+}
+
+void PackingSearch::AimLower(double by) {
+  if (!searched_ || tried_.empty()) return;
+  if (tried_.size() > 2) tried_.erase(tried_.begin(), tried_.end() - 2);
+  for (Try& t : tried_) t.error += by;
+  *searched_ = std::clamp(std::exp(NextLog()), kLeastFriction, Most());
+}
+
+double PackingSearch::Most() const {
+  return searched_ == &next_.friction ? kMostFriction : kMostRollingFriction;
 }
 
 double PackingSearch::NextLog() const {

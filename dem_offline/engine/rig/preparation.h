@@ -49,12 +49,14 @@ inline StageTimes SettleTimes(const BedSpec& bed) {
   return {fall, 2.5 * (fall + slow)};
 }
 /// Whole preparations, the next aimed so much lower as the last became denser at rest.
-inline constexpr int kMostRounds = 3;
-/// All attempts and stages at their longest [s].
+inline constexpr int kMostRounds = 6;
+/// All attempts and stages at their longest [s]: a round after the first goes on from two tries.
 inline double LongestPreparation(const BedSpec& bed) {
-  const double settles = (bed.soil.top.thickness_m > 0 ? 2 : 1) * PackingSearch::kMostAttempts;
-  return kMostRounds *
-         (settles * SettleTimes(bed).most_s + RelaxTimes(bed).most_s + RestTimes(bed).most_s);
+  const double settles =
+                   PackingSearch::kMostAttempts + (kMostRounds - 1) * (PackingSearch::kTries - 2),
+               layers = bed.soil.top.thickness_m > 0 ? 2 : 1;
+  return layers * settles * SettleTimes(bed).most_s +
+         kMostRounds * (RelaxTimes(bed).most_s + RestTimes(bed).most_s);
 }
 
 }  // namespace grouser::dem

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kSidesAbove = 1.5;   // [radii] of sinkage up to which a wheel's sides hold soil
 constexpr double kDepthShare = 0.75;  // of the bed's depth that a wheel may sink
+constexpr double kGrainsUnder = 2;    // of the largest, between wheel and floor
 constexpr double kSpareTime = 1.25;   // over what the hub takes for its way
 
 void CheckScene(const SceneSettings& s) {
@@ -125,7 +126,9 @@ void CheckState(const WheelTestSpec& spec) {
 
 double MostSinkage(const WheelTestSpec& spec) {
   if (spec.rig.most_sinkage_m > 0) return spec.rig.most_sinkage_m;
-  return std::min(kSidesAbove * spec.wheel.radius_m, kDepthShare * spec.rig.bed_depth_m);
+  const double depth = spec.rig.bed_depth_m;
+  return std::min({kSidesAbove * spec.wheel.radius_m, kDepthShare * depth,
+                   depth - kGrainsUnder * LargestDiameter(spec.soil)});
 }
 
 TravelSettings TravelOf(const WheelTestSpec& spec) {

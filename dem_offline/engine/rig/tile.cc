@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -26,13 +28,17 @@ class Preparation {
   }
 
   Tile Run() {
+    Layer under, top;
+    bool again = true, top_again = top_ > 0;
     for (int round = 0;; ++round) {
-      Layer under = Pack(spec_.soil.solid_fraction - denser_[0], {}, 0);
-      Layer top = {};
-      if (top_ > 0) {
-        top = Pack(spec_.soil.top.solid_fraction - denser_[1], CutAt(under.grains, -top_), 1);
+      if (again) {
+        under = Pack(spec_.soil.solid_fraction - denser_[0], {}, 0);
+        if (top_ > 0) CutAt(*under.world, -top_);
       }
-      const Tile tile = Relax(CutAt(top_ > 0 ? top.grains : under.grains, 0), under, top);
+      if (top_again) {
+        top = Pack(spec_.soil.top.solid_fraction - denser_[1], States(*under.world), 1);
+      }
+      const Tile tile = Relax(*(top_ > 0 ? top : under).world, under, top);
       const double miss = tile.solid_fraction - spec_.soil.solid_fraction,
                    top_miss =
                        top_ > 0 ? tile.top_solid_fraction - spec_.soil.top.solid_fraction : 0;
@@ -44,15 +50,17 @@ class Preparation {
       const bool met_before = std::abs(under.error) <= kFractionTolerance &&
                               (top_ == 0 || std::abs(top.error) <= kFractionTolerance);
       if (round + 1 == kMostRounds || !met_before) Refuse();
-      denser_[0] += std::abs(miss) > kFractionTolerance ? miss - under.error : 0;
-      denser_[1] += std::abs(top_miss) > kFractionTolerance ? top_miss - top.error : 0;
+      again = std::abs(miss) > kFractionTolerance;
+      if (again) AimLower(0, miss - under.error);
+      if (std::abs(top_miss) > kFractionTolerance) AimLower(1, top_miss - top.error);
+      top_again = top_ > 0;
     }
   }
 
  private:
   /// Grains that have settled, nearest to their aim of all that were tried.
   struct Layer {
-    std::vector<GrainState> grains;
+    std::unique_ptr<World> world;
     double error = 1e9;  ///< solid fraction less its aim
     GrainFriction friction;
   };
@@ -65,17 +73,26 @@ class Preparation {
   /// layer: 0, the bed under its top layer, or 1, that layer on the grains `under`.
   Layer Pack(double aim, const std::vector<GrainState>& under, int layer) {
     Layer best;
-    PackingSearch search(spec_.soil.preparation, FrictionOf(spec_.soil), Rolls(spec_.soil.contact),
-                         2 * std::max(spec_.soil.friction, kLeastFriction));
+    if (!search_[layer]) {
+      search_[layer].emplace(spec_.soil.preparation, FrictionOf(spec_.soil),
+                             Rolls(spec_.soil.contact),
+                             2 * std::max(spec_.soil.friction, kLeastFriction));
+    }
+    PackingSearch& search = *search_[layer];
     bool more = true;
     for (attempt_ = 0; more; ++attempt_) {
       const GrainFriction friction = search.next();
-      std::vector<GrainState> bed = Settle(friction, under, layer);
-      const double error = SolidFractionOf(bed, layer) - aim;
-      if (std::abs(error) < std::abs(best.error)) best = {std::move(bed), error, friction};
+      std::unique_ptr<World> world = Settle(friction, under, layer);
+      const double error = SolidFractionOf(States(*world), layer) - aim;
+      if (std::abs(error) < std::abs(best.error)) best = {std::move(world), error, friction};
       more = search.Tried(error);
     }
     return best;
+  }
+
+  void AimLower(int layer, double denser) {
+    denser_[layer] += denser;
+    search_[layer]->AimLower(denser);
   }
 
   void Remember(const char* field, double target, double reached, int layer) {
@@ -192,20 +209,21 @@ class Preparation {
     });
   }
 
-  std::vector<GrainState> Settle(const GrainFriction& friction,
-                                 const std::vector<GrainState>& under, int layer) {
+  std::unique_ptr<World> Settle(const GrainFriction& friction, const std::vector<GrainState>& under,
+                                int layer) {
     std::vector<GrainState> grains = under;
     const std::vector<GrainState> loose = Loose(layer);
     grains.insert(grains.end(), loose.begin(), loose.end());
-    World world(Config(friction), grains);
-    world.AddBody(FloorBody(depth_));
-    Quiet(world, SettleTimes(spec_), "settle");
-    return States(world);
+    auto world = std::make_unique<World>(Config(friction), grains);
+    world->AddBody(FloorBody(depth_));
+    Quiet(*world, SettleTimes(spec_), "settle");
+    return world;
   }
 
+  /// In the order of memory.
   static std::vector<GrainState> States(const World& world) {
-    std::vector<GrainState> out(world.count());
-    for (std::int64_t i = 0; i < world.count(); ++i) out[world.grains()[i].id] = world.State(i);
+    std::vector<GrainState> out;
+    for (std::int64_t i = 0; i < world.count(); ++i) out.push_back(world.State(i));
     return out;
   }
 
@@ -219,13 +237,18 @@ class Preparation {
     return solid / (spec_.length_m * spec_.width_m * (z1 - z0));
   }
 
-  static std::vector<GrainState> CutAt(const std::vector<GrainState>& bed, double height_m) {
-    std::vector<GrainState> out;
-    for (const auto& g : bed) {
-      if (g.z_m + g.radius_m <= height_m) out.push_back(g);
+  /// The grains that stay keep the history of their contacts: a loose bed that lost it would fall.
+  static void CutAt(World& world, double height_m) {
+    GrainExchange exchange;
+    for (std::int64_t i = 0; i < world.count(); ++i) {
+      const GrainState g = world.State(i);
+      if (g.z_m + g.radius_m > height_m) exchange.out.push_back(world.grains()[i].id);
     }
-    if (out.empty()) throw std::runtime_error("tile: nothing is left under the cut plane");
-    return out;
+    std::sort(exchange.out.begin(), exchange.out.end());  // whatever the order of memory
+    if (static_cast<std::int64_t>(exchange.out.size()) == world.count()) {
+      throw std::runtime_error("tile: nothing is left under the cut plane");
+    }
+    if (!exchange.out.empty()) world.Exchange(exchange);
   }
 
   /// Plane of equal mass: the solid above the measured part of the uppermost layer stands there at
@@ -235,10 +258,10 @@ class Preparation {
     return -diameter_ + all / solid_fraction;
   }
 
-  Tile Relax(const std::vector<GrainState>& cut, const Layer& under, const Layer& top) {
+  Tile Relax(World& world, const Layer& under, const Layer& top) {
     attempt_ = PackingSearch::kTries;
-    World world(Config(FrictionOf(spec_.soil)), cut);
-    world.AddBody(FloorBody(depth_));
+    CutAt(world, 0);
+    world.SetContacts(BedContacts(spec_.soil, FrictionOf(spec_.soil)));
     Quiet(world, RelaxTimes(spec_), "relax");
     Rest(world);
     Tile tile;
@@ -266,6 +289,7 @@ class Preparation {
   ProgressFn progress_;
   double depth_, diameter_, dt_, top_ = 0;
   double denser_[2] = {};  ///< of layer and top layer at rest than as they settled
+  std::optional<PackingSearch> search_[2];
   Nearest nearest_[2];
   int attempt_ = 0;
 };

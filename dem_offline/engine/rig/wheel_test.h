@@ -212,7 +212,8 @@ WheelTestResult RunWheelTest(const WheelTestSpec& spec, const Tile& tile,
                              const ProgressFn& progress, const WorkLimits& limits = {});
 
 /// The deepest sinkage [m] of a run: rig.most_sinkage_m, or by rule the less of 1.5 radii, up to
-/// which the wheel's sides stand above the soil, and of 3/4 of the bed's depth.
+/// which the wheel's sides stand above the soil, of 3/4 of the bed's depth, and of that depth less
+/// two of the largest grains.
 double MostSinkage(const WheelTestSpec& spec);
 /// rig.travel with its rules: at least one radius; compared over the last third of that.
 TravelSettings TravelOf(const WheelTestSpec& spec);

@@ -47,6 +47,15 @@ TEST(PackingSearch, FrictionComesFirstAndRollingFrictionWhereItIsNotEnough) {
   EXPECT_LE(loose.tries, PackingSearch::kMostAttempts);
 }
 
+TEST(PackingSearch, GoesOnFromWhatWasTriedForALowerAim) {
+  PackingSearch search({}, {0.5, 0.2}, true, 1.0);
+  const double aim = 0.575;
+  while (search.Tried(Answer(search.next()) - aim)) {
+  }
+  search.AimLower(0.006);
+  EXPECT_NEAR(Answer(search.next()), aim - 0.006, 1e-3);  // at once
+}
+
 TEST(PackingSearch, KeepsWhatIsGiven) {
   BedPreparation rolling;
   rolling.rolling_friction = 1.0;

@@ -89,7 +89,7 @@ TEST(Sinkage, CountsFromTheSurfaceOfTheBed) {
 
 TEST(Overload, IsByRuleFromWheelAndBed) {
   WheelTestSpec s = Small();
-  EXPECT_DOUBLE_EQ(MostSinkage(s), 0.75 * 0.05);
+  EXPECT_DOUBLE_EQ(MostSinkage(s), 0.05 - 2 * 0.012);
   s.rig.bed_depth_m = 0.2;
   EXPECT_DOUBLE_EQ(MostSinkage(s), 1.5 * 0.04);
   s.rig.most_sinkage_m = 0.05;
