@@ -7,6 +7,7 @@ namespace grouser::vehicle {
 namespace {
 
 constexpr double kCreep = 1e-3;  // [m/s] at which a vehicle at rest is solved
+constexpr double kSteepest = 1e-3;  // cosine of a slope that nothing stands on
 
 int Number(std::size_t i) { return static_cast<int>(i); }
 
@@ -60,7 +61,7 @@ bool Mechanics::Begin(Lane* lane) const noexcept {
   }
   if (!std::isfinite(sum)) return false;
   const double uphill = std::cos(m.grade_rad), level = uphill * std::cos(m.bank_rad);
-  if (!(uphill > 0) || !(level > 0)) return false;
+  if (!(uphill > kSteepest) || !(level > kSteepest)) return false;
   lane->scale = 1;
   const bool twist = m.given == Motion::Given::kTwist || fastest == 0;
   lane->layout = &layout(twist ? Motion::Given::kTwist : Motion::Given::kControls);
@@ -112,16 +113,17 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   const double pull = m.acceleration_m_per_s2 + lane->gravity_x < 0 ? -1 : 1;
   const double more = std::array{0.0, 0.3, 1.5, -0.4}[static_cast<std::size_t>(lane->attempt)];
   if (l.v_x >= 0) {
-    double sum = 0, turn = 0, arm = 0;
+    double sum = 0, turn = 0, arm = 0, driven = 0;
     for (const Wheel& w : vehicle_.wheels) {
       if (w.drive < 0) continue;
       const double rim = m.rim_speed_m_per_s[static_cast<std::size_t>(w.drive)];
-      sum += rim / static_cast<double>(wheels());
+      sum += rim;
+      ++driven;
       turn -= rim * w.y_m;
       arm += w.y_m * w.y_m;
     }
     const double share = std::array{1.0, 0.5, 0.1, 0.8}[static_cast<std::size_t>(lane->attempt)];
-    v_x = sum * (1 - 0.3 * pull * more);
+    v_x = sum / driven * (1 - 0.3 * pull * more);
     yaw = vehicle_.steered() ? v_x * std::tan(m.steering_rad) / vehicle_.steering.length_m
                              : share * turn / arm;
     x[1] = v_x;

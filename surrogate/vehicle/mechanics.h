@@ -53,7 +53,8 @@ struct Lane {
   Column at{}, last{}, step{}, unit{};  ///< unknowns: tried, accepted, and their units
   Column residual{};          ///< at `last`, scaled
   std::array<Column, kMostUnknowns> jacobian{};  ///< at `last`, scaled
-  double merit = 0, share = 1, damping = 0;
+  Column best{}, best_residual{};  ///< of all attempts
+  double merit = 0, best_merit = 0, share = 1, damping = 0;
   int evaluations = 0, attempt = 0, halvings = 0;
   bool first = true;
   double tip_margin = 0;

@@ -148,20 +148,18 @@ void Solver::Work::Step(Lane* lane) noexcept {
     lane->damping = kLeastDamping;
   }
   if (lane->damping > 0) SolveDamped(lane->jacobian, lane->residual, n, lane->damping, &lane->step);
-  // Speeds change by a part of the fastest one, angles by a part of a radian.
+  // Speeds change by a part of the fastest one, angles by a part of a radian; each unknown by
+  // itself, as one that has hardly any effect (rims of wheels without load) takes long steps.
   double fastest = lane->speed;
   for (std::size_t i = 0; i < mechanics.wheels(); ++i) {
     fastest = std::max(fastest, std::fabs(lane->placed[i].rim));
   }
-  double most = 0;
   for (std::size_t k = 0; k < n; ++k) {
     if (static_cast<int>(k) == lane->layout->moment) continue;
-    const double limit = static_cast<int>(k) == lane->layout->psi
-                             ? kMostStep
-                             : kMostStep * fastest / lane->speed;
-    most = std::max(most, std::fabs(lane->step[k]) / limit);
+    const bool angle = static_cast<int>(k) == lane->layout->psi;
+    const double limit = kMostStep * (angle ? 1 : fastest / lane->speed);
+    lane->step[k] = std::clamp(lane->step[k], -limit, limit);
   }
-  if (most > 1) lane->share = 1 / most;
 }
 
 void Solver::Work::Try(Lane* lane) noexcept {
@@ -223,6 +221,11 @@ void Solver::Work::Advance(std::size_t index) noexcept {
              lane.evaluations < kMostEvaluations * (lane.attempt + 1) && Retreat(&lane)) {
     return;
   }
+  if (lane.attempt == 0 || lane.merit < lane.best_merit) {
+    lane.best_merit = lane.merit;
+    lane.best = lane.last;
+    lane.best_residual = lane.residual;
+  }
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
       lane.attempt + 1 < kMostAttempts) {
     ++lane.attempt;
@@ -232,8 +235,9 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     mechanics.Place(&lane);
     return;
   }
-  lane.phase = Lane::Phase::kWrite;  // the last accepted point, once more
-  lane.at = lane.last;
+  lane.phase = Lane::Phase::kWrite;  // the best point, once more
+  lane.at = lane.best;
+  lane.residual = lane.best_residual;
   mechanics.Place(&lane);
 }
 

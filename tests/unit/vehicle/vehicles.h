@@ -35,7 +35,9 @@ inline Vehicle Skid(double a = 0.25, double b = 0.28, double h = 0.3) {
               {.name = "fr", .x_m = a, .y_m = -b, .drive = 1},
               {.name = "rl", .x_m = -a, .y_m = b, .drive = 0},
               {.name = "rr", .x_m = -a, .y_m = -b, .drive = 1}};
-  v.drives = {{.name = "left"}, {.name = "right"}};
+  v.drives.resize(2);
+  v.drives[0].name = "left";
+  v.drives[1].name = "right";
   return v;
 }
 
@@ -52,7 +54,9 @@ inline Vehicle Cart(Coupling coupling = Coupling::kDifferential) {
               {.name = "fr", .x_m = 1.0, .y_m = -0.35, .steered = true},
               {.name = "rl", .x_m = 0, .y_m = 0.35, .drive = 0},
               {.name = "rr", .x_m = 0, .y_m = -0.35, .drive = 0}};
-  v.drives = {{.name = "axle", .coupling = coupling}};
+  v.drives.resize(1);
+  v.drives[0].name = "axle";
+  v.drives[0].coupling = coupling;
   v.steering = {.centre_x_m = 0, .length_m = 1.0, .limit_rad = 0.7};
   return v;
 }
@@ -70,7 +74,9 @@ inline Vehicle Rover() {
       v.wheels.push_back({.name = "w", .x_m = x, .y_m = y, .drive = 0, .steered = x != 0});
     }
   }
-  v.drives = {{.name = "all", .coupling = Coupling::kIndependent}};
+  v.drives.resize(1);
+  v.drives[0].name = "all";
+  v.drives[0].coupling = Coupling::kIndependent;
   v.steering = {.centre_x_m = 0, .length_m = 0.25};
   return v;
 }
