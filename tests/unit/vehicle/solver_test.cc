@@ -73,8 +73,12 @@ TEST(VehicleSolver, SlidesWhereFrictionEnds) {
 }
 
 TEST(VehicleSolver, TipsWhereGravityLeavesTheWheels) {
-  // Bank: tips at tan(bank) = b/h; on enough friction.
-  OnHard on(Skid(0.25, 0.28, 0.5), {WithFriction(1.5)});
+  // Bank: tips at tan(bank) = b/h; on enough friction. Without aligning moment and rolling
+  // resistance, which the two wheels of one side could not balance.
+  surrogate::HardGround ground = WithFriction(1.5);
+  ground.contact_length_m = 1e-9;
+  ground.rolling_resistance = 0;
+  OnHard on(Skid(0.25, 0.28, 0.5), {ground});
   Motion motion = Motion::OnPath(0.5, 0);
   motion.bank_rad = std::atan(0.28 / 0.5) - 1e-4;
   const Solution before = on.Solve(motion);
