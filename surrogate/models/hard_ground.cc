@@ -88,9 +88,11 @@ void HardGroundModel::EvaluateOne(const WheelStatesView& in, const ResponsesView
   const double v_x = in.v_x[i], v_y = in.v_y[i], rim = in.rim_speed[i], load = in.load[i];
   const double yaw = in.yaw_rate.empty() ? 0 : in.yaw_rate[i];
   const double hub2 = v_x * v_x + v_y * v_y, rolling = std::fabs(rim);
-  const SlipState echo = ToSlip(v_x, v_y, rim);
-  Put(out.slip, i, echo.slip);
-  Put(out.attack_angle, i, echo.attack_angle_rad);
+  if (!out.slip.empty() || !out.attack_angle.empty()) {
+    const SlipState echo = ToSlip(v_x, v_y, rim);
+    Put(out.slip, i, echo.slip);
+    Put(out.attack_angle, i, echo.attack_angle_rad);
+  }
   if (!std::isfinite(hub2) || !std::isfinite(rim) || !std::isfinite(yaw) || !(load >= 0) ||
       !std::isfinite(load)) {
     out.flags[i] = kInvalid;

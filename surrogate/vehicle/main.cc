@@ -1,10 +1,13 @@
 // grouser-vehicle: what a vehicle does on its ground.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <numbers>
 #include <optional>
 
+#include "surrogate/vehicle/constants.h"
+#include "surrogate/vehicle/path_file.h"
 #include "surrogate/vehicle/print.h"
 #include "surrogate/vehicle/vehicle_file.h"
 #include "surrogate/vehicle/yaml.h"
@@ -22,6 +25,9 @@ constexpr const char* kExamples =
     "  grouser-vehicle solve FILE --soil asphalt --speed 0.8 --radius 2\n"
     "  grouser-vehicle solve FILE --speed 0.5 --grade-deg 12 --json\n"
     "  grouser-vehicle solve FILE --rim 0.4 0.8\n"
+    "  grouser-vehicle speed FILE PATH.csv --limit 1.5\n"
+    "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
+    "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
     "  grouser-vehicle schema\n"
     "Exit codes: 0 ok, 1 no solution within every limit, 2 usage or a bad file.";
 
@@ -31,7 +37,10 @@ struct Arguments {
   std::optional<double> speed, yaw_rate, curvature, radius;
   std::vector<double> rim;
   double steer_deg = 0, grade_deg = 0, bank_deg = 0, acceleration = 0;
-  bool json = false;
+  std::string path;
+  std::vector<double> speeds = {0.3, 0.8}, radii = {1, 3, 10};
+  SpeedOptions plan;
+  bool json = false, untrained = false;
 };
 
 std::uint8_t SoilIndex(const VehicleFile& file, const std::string& name) {
@@ -94,6 +103,51 @@ int SolveOne(const Arguments& a) {
   return (solution.reasons & ~kUntrained) == 0 && solution.balanced ? kOk : kFailed;
 }
 
+int Energy(const Arguments& a) {
+  const VehicleFile file = ReadVehicle(a.file);
+  Solver solver(file.vehicle, file.grounds);
+  const PowerInterval power = PowerOf(&solver, MotionOf(a, file));
+  std::cout << (a.json ? JsonOf(file, power) : TextOf(file, power));
+  return (power.solution.reasons & ~kUntrained) == 0 && power.solution.balanced ? kOk : kFailed;
+}
+
+int PlanSpeeds(Arguments a) {
+  const VehicleFile file = ReadVehicle(a.file);
+  const std::vector<PathPoint> path = ReadPath(a.path, file.grounds);
+  SpeedPlanner planner(file.vehicle, file.grounds, path.size());
+  std::vector<SpeedPoint> out(path.size());
+  a.plan.trained_only = !a.untrained;
+  planner.Plan(path, a.plan, out);
+  std::cout << (a.json ? JsonOf(path, out) : TextOf(path, out));
+  const bool driven = std::all_of(out.begin(), out.end(),
+                                  [](const SpeedPoint& p) { return p.safe_m_per_s > 0; });
+  return driven ? kOk : kFailed;
+}
+
+int Constants(const Arguments& a) {
+  const VehicleFile file = ReadVehicle(a.file);
+  const auto constants = ConstantsOf(file.vehicle, file.grounds, a.speeds, a.radii);
+  std::cout << YamlOf(file.vehicle, constants);
+  return kOk;
+}
+
+void AddSpeed(CLI::App* app, Arguments* a) {
+  app->add_option("file", a->file, "Vehicle file")->required();
+  app->add_option("path", a->path, "CSV: s_m, curvature_per_m[, grade_deg, bank_deg, soil]")
+      ->required();
+  app->add_option("--limit", a->plan.speed_limit_m_per_s, "Never faster [m/s]")->required();
+  app->add_option("--worse-by-sd", a->plan.worse_by_sd, "Ground that the plan must stand")
+      ->capture_default_str();
+  app->add_option("--tip-margin", a->plan.tip_margin, "Least")->capture_default_str();
+  app->add_option("--acceleration", a->plan.acceleration_m_per_s2, "Largest [m/s^2]")
+      ->capture_default_str();
+  app->add_option("--braking", a->plan.braking_m_per_s2, "Largest [m/s^2]")->capture_default_str();
+  app->add_option("--start", a->plan.start_m_per_s, "Speed at the first point [m/s]");
+  app->add_option("--end", a->plan.end_m_per_s, "Speed at the last point [m/s]");
+  app->add_flag("--untrained", a->untrained, "Also where the models' runs do not reach");
+  app->add_flag("--json", a->json, "JSON on stdout");
+}
+
 void AddSolve(CLI::App* app, Arguments* a) {
   app->add_option("file", a->file, "Vehicle file")->required();
   app->add_option("--speed", a->speed, "Forward speed of the origin [m/s]");
@@ -122,14 +176,28 @@ int main(int argc, char** argv) {
   show->add_option("file", a.file, "Vehicle file")->required();
   auto* solve = app.add_subcommand("solve", "One steady motion");
   AddSolve(solve, &a);
+  auto* energy = app.add_subcommand("energy", "Power of one steady motion, and where it goes");
+  AddSolve(energy, &a);
+  auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");
+  AddSpeed(speed, &a);
+  auto* constants = app.add_subcommand("constants", "Multipliers of a skid-steered robot, as YAML");
+  constants->add_option("file", a.file, "Vehicle file")->required();
+  constants->add_option("--speeds", a.speeds, "[m/s]")->capture_default_str();
+  constants->add_option("--radii", a.radii, "[m]")->capture_default_str();
   auto* schema = app.add_subcommand("schema", "The JSON schema of vehicle files");
   try {
     app.parse(argc, argv);
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(ReadVehicle(a.file));
+    if (*energy) return Energy(a);
+    if (*speed) return PlanSpeeds(a);
+    if (*constants) return Constants(a);
     return *solve ? SolveOne(a) : kOk;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
+  } catch (const std::invalid_argument& e) {
+    std::cerr << "grouser-vehicle: " << e.what() << "\n";
+    return kUsage;
   } catch (const yaml::InputError& e) {
     std::cerr << "grouser-vehicle: " << e.what() << "\n";
     return kUsage;

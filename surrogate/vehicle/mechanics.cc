@@ -53,7 +53,7 @@ Mechanics::Mechanics(const Vehicle& vehicle) : vehicle_(vehicle), support_(vehic
 bool Mechanics::Begin(Lane* lane) const noexcept {
   const Motion& m = *lane->motion;
   double sum = m.v_x_m_per_s + m.yaw_rate_rad_per_s + m.steering_rad + m.acceleration_m_per_s2 +
-               m.yaw_acceleration_rad_per_s2 + m.grade_rad + m.bank_rad;
+               m.yaw_acceleration_rad_per_s2 + m.grade_rad + m.bank_rad + m.worse_by_sd;
   double fastest = 0;
   for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
     sum += m.rim_speed_m_per_s[d];
@@ -153,6 +153,7 @@ void Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
   if (!from.balanced || !(before > 0) || l.v_x >= 0) return;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
+  lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;
   if (l.psi >= 0) lane->at[1] = from.steering_rad;
   for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
     if (l.drive[d] < 0) continue;

@@ -14,6 +14,31 @@ double Along(const std::array<double, 5>& felt, const Placed& p, std::size_t k) 
          felt[4] * p.d_load[k];
 }
 
+// Adds a wheel's part of the derivatives of the first four rows.
+template <std::size_t kSize>
+void AddWheel(const Placed& p, const Felt& f, const Wheel& wheel, double radius, int psi,
+              std::size_t size, std::array<Column, kMostUnknowns>* jacobian) {
+  auto& j = *jacobian;
+  const double arm = radius - f.sinkage;
+  const std::size_t n = kSize > 0 ? kSize : size;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double along = Along(f.f_x, p, k), across = Along(f.f_y, p, k);
+    const double x = p.cos * along - p.sin * across, y = p.sin * along + p.cos * across;
+    j[0][k] += x;
+    j[1][k] += y;
+    j[2][k] += wheel.x_m * y - wheel.y_m * x + Along(f.m_z, p, k);
+    j[3][k] -= p.cos * (arm * along - Along(f.torque, p, k));
+  }
+  if (psi < 0) return;
+  const auto k = static_cast<std::size_t>(psi);
+  const double x = -(p.sin * f.f_x[0] + p.cos * f.f_y[0]) * p.steer_slope;
+  const double y = (p.cos * f.f_x[0] - p.sin * f.f_y[0]) * p.steer_slope;
+  j[0][k] += x;
+  j[1][k] += y;
+  j[2][k] += wheel.x_m * y - wheel.y_m * x;
+  j[3][k] += p.sin * p.steer_slope * (arm * f.f_x[0] - f.torque[0]);
+}
+
 }  // namespace
 
 // Rows: forces along x and y, moment about z, pitching moment; then those of free rims and
@@ -60,23 +85,11 @@ void Mechanics::Imbalance(const Lane& lane, std::span<const Felt> felt, Column* 
     }
     j[3][static_cast<std::size_t>(l.moment)] = 1;
     for (std::size_t i = 0; i < wheels(); ++i) {
-      const Placed& p = lane.placed[i];
-      const Felt& f = felt[i];
-      const double at_x = vehicle_.wheels[i].x_m, at_y = vehicle_.wheels[i].y_m;
-      const double arm = radius(i) - f.sinkage;
-      for (std::size_t k = 0; k < l.size; ++k) {
-        const double along = Along(f.f_x, p, k), across = Along(f.f_y, p, k);
-        double x = p.cos * along - p.sin * across, y = p.sin * along + p.cos * across;
-        double pitch = p.cos * (arm * along - Along(f.torque, p, k));
-        if (static_cast<int>(k) == l.psi) {
-          x -= (p.sin * f.f_x[0] + p.cos * f.f_y[0]) * p.steer_slope;
-          y += (p.cos * f.f_x[0] - p.sin * f.f_y[0]) * p.steer_slope;
-          pitch -= p.sin * p.steer_slope * (arm * f.f_x[0] - f.torque[0]);
-        }
-        j[0][k] += x;
-        j[1][k] += y;
-        j[2][k] += at_x * y - at_y * x + Along(f.m_z, p, k);
-        j[3][k] -= pitch;
+      const Wheel& w = vehicle_.wheels[i];
+      if (l.size == 4) {  // most vehicles: a number that the compiler knows
+        AddWheel<4>(lane.placed[i], felt[i], w, radius(i), l.psi, 4, &j);
+      } else {
+        AddWheel<0>(lane.placed[i], felt[i], w, radius(i), l.psi, l.size, &j);
       }
     }
     for (std::size_t row = 0; row < 4; ++row) {
@@ -164,6 +177,7 @@ void Mechanics::Write(const Lane& lane, std::span<const Felt> felt) const noexce
   for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
     s.rim_speed_m_per_s[d] = DriveSpeed(lane, d) * scale;
   }
+  s.pitching_moment_n_m = lane.at[static_cast<std::size_t>(lane.layout->moment)];
   s.sinkage_margin = 1 - deepest / vehicle_.sinkage_limit;
   WriteDrives(&s);
 

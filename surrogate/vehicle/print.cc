@@ -118,4 +118,74 @@ std::string JsonOf(const VehicleFile& file, const Solution& s) {
   return out.dump(1) + "\n";
 }
 
+std::string TextOf(const VehicleFile& file, const PowerInterval& p) {
+  const Power& m = p.mean;
+  std::string out = fmt::format(
+      "reasons: {}\nelectric {:.4g} W (90 %: {:.4g} to {:.4g}), {:.4g} J/m (90 %: {:.4g} to "
+      "{:.4g}), at the wheels {:.4g} W\n",
+      ReasonsOf(p.solution), m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low,
+      p.high, m.shaft);
+  const std::pair<const char*, double> parts[] = {
+      {"drive losses", m.drive}, {"rolling", m.rolling}, {"slip", m.slip},
+      {"lateral scrub", m.scrub}, {"grade", m.grade},    {"acceleration", m.acceleration},
+      {"imbalance", m.imbalance}};
+  for (const auto& [name, watts] : parts) out += fmt::format("  {:14} {:12.4f} W\n", name, watts);
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    out += fmt::format("  {:14} {:12.4f} W shaft\n", file.vehicle.wheels[i].name, m.wheel[i]);
+  }
+  return out;
+}
+
+std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
+  const Power& m = p.mean;
+  Json wheels = Json::object();
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    wheels[file.vehicle.wheels[i].name] = m.wheel[i];
+  }
+  const Json out = {{"reasons", NamesOf(p.solution.reasons)},
+                    {"electric_w", m.electric},
+                    {"electric_low_w", p.electric_low},
+                    {"electric_high_w", p.electric_high},
+                    {"joules_per_metre", p.joules_per_metre},
+                    {"joules_per_metre_low", p.low},
+                    {"joules_per_metre_high", p.high},
+                    {"shaft_w", m.shaft},
+                    {"drive_w", m.drive},
+                    {"rolling_w", m.rolling},
+                    {"slip_w", m.slip},
+                    {"scrub_w", m.scrub},
+                    {"grade_w", m.grade},
+                    {"acceleration_w", m.acceleration},
+                    {"imbalance_w", m.imbalance},
+                    {"wheel_shaft_w", wheels}};
+  return out.dump(1) + "\n";
+}
+
+std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
+  std::string out = fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
+                                "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const SpeedPoint& p = plan[i];
+    out += fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:15} {:15} {:10.2e}\n", path[i].s_m,
+                       p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
+                       NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
+  }
+  return out;
+}
+
+std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const SpeedPoint& p = plan[i];
+    out.push_back({{"s_m", path[i].s_m},
+                   {"safe_m_per_s", p.safe_m_per_s},
+                   {"safe_binding", NameOf(p.safe_binding)},
+                   {"speed_m_per_s", p.speed_m_per_s},
+                   {"acceleration_m_per_s2", p.acceleration_m_per_s2},
+                   {"binding", NameOf(p.binding)},
+                   {"shortfall", p.shortfall}});
+  }
+  return out.dump(1) + "\n";
+}
+
 }  // namespace grouser::vehicle

@@ -11,18 +11,32 @@
 namespace grouser::vehicle {
 namespace {
 
+using surrogate::kTwoSided90;
 using surrogate::kFx, surrogate::kFy, surrogate::kTorque, surrogate::kMz, surrogate::kSinkage;
 
 constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostEvaluations = 60, kMostAttempts = 4, kMostHalvings = 5;
+constexpr int kMostEvaluations = 40, kMostAttempts = 4, kMostHalvings = 5;
 constexpr double kGoal = 1e-7;  // imbalance at which the search ends
 constexpr double kLeastDamping = 1e-4, kMostDamping = 1e8;
 constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steering
 
 constexpr surrogate::Part kParts[5] = {surrogate::kValue, surrogate::kDvX, surrogate::kDvY,
                                        surrogate::kDRim, surrogate::kDLoad};
+
+// Less pull and lateral force, more torque; sds are in proportion to the load.
+void Worsen(double pull, double side, double torque, double load, Felt* f) {
+  if (!(load > 0)) return;
+  f->f_x[0] -= pull;
+  f->f_x[4] -= pull / load;
+  f->torque[0] += torque;
+  f->torque[4] += torque / load;
+  const double size = std::hypot(f->f_y[0], side);  // smooth, keeps the sign
+  if (!(size > 0)) return;
+  const double share = 1 - side / size;
+  for (double& part : f->f_y) part *= share;
+}
 
 double Largest(const Column& r, std::size_t n) {
   double largest = 0;
@@ -44,6 +58,7 @@ struct Solver::Work {
       for (auto& part : answer[static_cast<std::size_t>(o)]) part.resize(kSlots);
     }
     for (auto* array : {&v_x, &v_y, &rim, &load, &yaw, &sinkage}) array->resize(kSlots);
+    for (auto& h : high) h.resize(kSlots);
     flags.resize(kSlots);
     owner.resize(kSlots);
   }
@@ -65,8 +80,10 @@ struct Solver::Work {
   // Wheel states of a batch and their answers; owner: lane * kMostWheels + wheel.
   std::vector<double> v_x, v_y, rim, load, yaw, sinkage;
   std::array<std::array<std::vector<double>, 5>, 4> answer;
+  std::array<std::vector<double>, 3> high;  ///< ends of intervals of f_x, f_y, torque
   std::vector<std::uint32_t> flags;
   std::vector<std::size_t> owner;
+  bool risky = false;  ///< some motion asks for worse ground
 };
 
 bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm,
@@ -123,6 +140,9 @@ void Solver::Work::Evaluate() noexcept {
       }
     }
     out.output[kSinkage].value = std::span(sinkage).first(n);
+    if (risky) {
+      for (std::size_t o = 0; o < 3; ++o) out.output[kAsked[o]].high = std::span(high[o]).first(n);
+    }
     out.flags = std::span(flags).first(n);
     model->Evaluate(states, out);
     for (std::size_t s = 0; s < n; ++s) {
@@ -135,6 +155,10 @@ void Solver::Work::Evaluate() noexcept {
       }
       to.sinkage = sinkage[s];
       to.flags = flags[s];
+      const double sds = lanes[owner[s] / kMostWheels].motion->worse_by_sd;
+      if (sds == 0) continue;
+      const auto sd = [&](std::size_t o) { return (high[o][s] - answer[o][0][s]) / kTwoSided90; };
+      Worsen(sds * sd(0), sds * sd(1), std::copysign(sds * sd(2), rim[s]), load[s], &to);
     }
   }
 }
@@ -254,6 +278,8 @@ void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
 void Solver::Work::Run(std::span<const Motion> motions, std::span<Solution> out,
                        bool warm) noexcept {
   std::size_t next = 0;
+  risky = std::any_of(motions.begin(), motions.end(),
+                      [](const Motion& m) { return m.worse_by_sd != 0; });
   const auto refill = [&](Lane* lane) {
     while (lane->phase == Lane::Phase::kIdle && next < motions.size()) {
       if (Start(motions[next], &out[next], warm, lane)) mechanics.Place(lane);

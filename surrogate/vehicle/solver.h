@@ -39,6 +39,9 @@ struct Motion {
   double yaw_acceleration_rad_per_s2 = 0;
   double grade_rad = 0;  ///< the ground rises ahead (pitch of ISO 8855 is its negative)
   double bank_rad = 0;   ///< the ground rises to the left (roll of ISO 8855)
+  /// Ground worse than the models' mean by so many standard deviations, at all wheels at once:
+  /// less pull, less lateral force, more torque. 1.645: as bad as one time in twenty.
+  double worse_by_sd = 0;
   std::array<std::uint8_t, kMostWheels> soil{};  ///< index of the soil under each wheel
 
   /// A point of a path: curvature = yaw rate over v_x, to the left.
@@ -83,6 +86,7 @@ struct Solution {
   double side_slip_rad = 0;   ///< atan2(v_y, v_x) of the centre of gravity
   double steering_rad = 0;
   std::array<double, kMostDrives> rim_speed_m_per_s{};  ///< r w by drive
+  double pitching_moment_n_m = 0;  ///< of the wheels: sum of (r - sinkage) f_x - torque
   double f_x_n = 0, f_y_n = 0, m_z_n_m = 0;  ///< of the ground on the vehicle, at the origin
   double shaft_power_w = 0, electric_power_w = 0;
   double tip_margin = 0;      ///< see Loads
