@@ -76,6 +76,8 @@ class WheelModel {
   /// How far the answers may lie from the law that made the model's golden
   /// vectors: a share of load, load x radius or radius. 0: rounding alone.
   virtual double Tolerance() const noexcept { return 0; }
+  /// Whether a yaw rate changes the answer; else it is flagged.
+  virtual bool UsesYawRate() const noexcept { return false; }
 };
 
 /// The answer to state i for a wheel off the ground; echoes are left alone.

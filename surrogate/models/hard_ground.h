@@ -1,0 +1,59 @@
+#pragma once
+
+#include "surrogate/models/wheel_model.h"
+
+namespace grouser::surrogate {
+
+/// A wheel on ground that does not yield: asphalt, floor, concrete, ice.
+struct HardGround {
+  double friction = 0;            ///< mu, Coulomb friction of wheel on ground [-], > 0
+  double slip_stiffness = 0;      ///< C, force over load and slip at slip 0 [-], > 0
+  double rolling_resistance = 0;  ///< f, resisting force over load [-], >= 0
+  double contact_length_m = 0;    ///< 2 a, of the contact patch along the wheel, > 0
+  double contact_width_m = 0;     ///< 2 b, across, > 0
+  double friction_sd = 0;         ///< standard deviation of mu [-], >= 0
+  double rolling_resistance_sd = 0;
+};
+
+/// Isotropic brush with Coulomb friction, combined slip, rolling resistance and scrub moment.
+/// With the sliding velocity of the patch s = (v_x - r w, v_y, rho w_z), S = |s|, the mean
+/// distance rho of the patch's points from its middle, and x = C/(3 mu) S/|r w|:
+///
+///   g = 3x - 3x^2 + x^3 for x < 1, else 1          (share of friction that is mobilised)
+///   f_x = -mu N g s_x/S,   f_y = -mu N g s_y/S
+///   m_z = -mu N g rho s_z/S + mu N a C/(3 mu) (1 - x)^3 v_y/(r w)   (last term: x < 1)
+///   torque = r f_x + f N r sgn(r w)
+///
+/// Sources: brush and its aligning moment, Pacejka, Tire and Vehicle Dynamics (3rd ed. 2012),
+/// sections 3.2-3.3, with slip over the rolling speed |r w|; force and moment share one friction
+/// by the ellipsoidal limit surface of Howe and Cutkosky 1996 (Int. J. Robotics Research 15(6)).
+/// Turning in place without travel (v = r w = 0) thus meets the moment mu N rho.
+/// sgn(r w) is smoothed for |r w| < 0.02 max(|r w|, V), so that a locked wheel has no rolling
+/// resistance and all is continuous.
+///
+/// Every load, slip, slip angle and speed is inside its range; sinkage is 0. sd_fit is that of
+/// friction and rolling resistance, sd_patch 0, the interval value +- 1.645 sd_fit. Forces are
+/// proportional to the load. Where a yaw rate is given it is used, not flagged. Gradients are
+/// analytic; a slope or a pass number changes nothing and sets no flag.
+class HardGroundModel final : public WheelModel {
+ public:
+  /// Throws std::invalid_argument "hard: FIELD: got X, expected Y".
+  HardGroundModel(const HardGround& ground, double radius_m);
+
+  void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
+  bool UsesYawRate() const noexcept override { return true; }
+
+  const HardGround& ground() const { return ground_; }
+  double radius_m() const { return radius_m_; }
+  /// rho [m], of the contact patch as a rectangle.
+  double scrub_radius_m() const { return scrub_radius_m_; }
+
+ private:
+  void EvaluateOne(const WheelStatesView& in, const ResponsesView& out,
+                   std::size_t i) const noexcept;
+
+  HardGround ground_;
+  double radius_m_, scrub_radius_m_;
+};
+
+}  // namespace grouser::surrogate

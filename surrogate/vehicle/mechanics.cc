@@ -1,0 +1,272 @@
+#include "surrogate/vehicle/mechanics.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser::vehicle {
+namespace {
+
+constexpr double kCreep = 1e-3;  // [m/s] at which a vehicle at rest is solved
+constexpr double kSteepest = 1e-3;  // cosine of a slope that nothing stands on
+
+int Number(std::size_t i) { return static_cast<int>(i); }
+
+}  // namespace
+
+Mechanics::Mechanics(const Vehicle& vehicle) : vehicle_(vehicle), support_(vehicle) {
+  double mean_x = 0, mean_y = 0;
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    mean_x += vehicle.wheels[i].x_m / static_cast<double>(wheels());
+    mean_y += vehicle.wheels[i].y_m / static_cast<double>(wheels());
+    mean_radius_ += radius(i) / static_cast<double>(wheels());
+  }
+  for (const Wheel& w : vehicle.wheels) {
+    length_ = std::max(length_, std::hypot(w.x_m - mean_x, w.y_m - mean_y));
+  }
+  middle_x_ = vehicle.steered() ? vehicle.steering.centre_x_m : mean_x;
+  weight_ = vehicle.mass_kg * vehicle.gravity_m_per_s2;
+  for (std::size_t i = wheels(); i-- > 0;) {
+    if (const int drive = vehicle.wheels[i].drive; drive >= 0) {
+      first_[static_cast<std::size_t>(drive)] = i;
+    }
+  }
+  for (Layout& layout : layouts_) {
+    layout.drive.fill(-1);
+    layout.rim.fill(-1);
+    for (std::size_t i = 0; i < wheels(); ++i) {
+      const int drive = vehicle.wheels[i].drive;
+      const bool own = drive < 0 || vehicle.drives[static_cast<std::size_t>(drive)].coupling ==
+                                        Coupling::kDifferential;
+      if (own) layout.rim[i] = Number(layout.size++);
+    }
+  }
+  layouts_[0].drive[0] = vehicle.steered() ? 2 : 1;
+  if (vehicle.steered()) {
+    layouts_[0].psi = 1;
+  } else {
+    layouts_[0].drive[1] = 2;
+  }
+  layouts_[1].v_x = 1;
+  layouts_[1].yaw = 2;
+}
+
+bool Mechanics::Begin(Lane* lane) const noexcept {
+  const Motion& m = *lane->motion;
+  double sum = m.v_x_m_per_s + m.yaw_rate_rad_per_s + m.steering_rad + m.acceleration_m_per_s2 +
+               m.yaw_acceleration_rad_per_s2 + m.grade_rad + m.bank_rad + m.worse_by_sd;
+  double fastest = 0;
+  for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
+    sum += m.rim_speed_m_per_s[d];
+    fastest = std::max(fastest, std::fabs(m.rim_speed_m_per_s[d]));
+  }
+  if (!std::isfinite(sum)) return false;
+  const double uphill = std::cos(m.grade_rad), level = uphill * std::cos(m.bank_rad);
+  if (!(uphill > kSteepest) || !(level > kSteepest)) return false;
+  lane->scale = 1;
+  const bool twist = m.given == Motion::Given::kTwist || fastest == 0;
+  lane->layout = &layout(twist ? Motion::Given::kTwist : Motion::Given::kControls);
+  lane->v_x = twist && m.given == Motion::Given::kTwist ? m.v_x_m_per_s : 0;
+  lane->yaw = twist && m.given == Motion::Given::kTwist ? m.yaw_rate_rad_per_s : 0;
+  lane->speed = twist ? std::max(std::fabs(lane->v_x), std::fabs(lane->yaw) * length_) : fastest;
+  if (twist && lane->speed < kCreep) {
+    lane->scale = lane->speed / kCreep;
+    lane->v_x = lane->speed == 0 ? kCreep : lane->v_x / lane->scale;
+    lane->yaw = lane->speed == 0 ? 0 : lane->yaw / lane->scale;
+    lane->speed = kCreep;
+  }
+  const double g = vehicle_.gravity_m_per_s2;
+  lane->load = weight_ * level;
+  lane->gravity_x = g * std::sin(m.grade_rad);
+  lane->gravity_y = g * uphill * std::sin(m.bank_rad);
+  lane->unit.fill(lane->speed);
+  lane->unit[static_cast<std::size_t>(lane->layout->moment)] = weight_ * mean_radius_;
+  if (lane->layout->psi >= 0) lane->unit[static_cast<std::size_t>(lane->layout->psi)] = 1;
+  if (lane->layout->yaw >= 0) {
+    lane->unit[static_cast<std::size_t>(lane->layout->yaw)] = lane->speed / length_;
+  }
+  lane->evaluations = lane->attempt = 0;
+  return true;
+}
+
+// The speed of a drive's rims that roll without slip, by the mean of its wheels.
+double Mechanics::Command(std::size_t drive, double v_x, double yaw) const noexcept {
+  if (vehicle_.drives[drive].coupling == Coupling::kIndependent && vehicle_.steered()) {
+    return (v_x < 0 ? -1 : 1) * std::hypot(v_x, yaw * vehicle_.steering.length_m);
+  }
+  double sum = 0, count = 0;
+  for (const Wheel& w : vehicle_.wheels) {
+    if (w.drive != Number(drive)) continue;
+    sum += v_x - yaw * w.y_m;
+    ++count;
+  }
+  return sum / count;
+}
+
+void Mechanics::Guess(Lane* lane) const noexcept {
+  const Layout& l = *lane->layout;
+  const Motion& m = *lane->motion;
+  Column& x = lane->at;
+  x.fill(0);
+  double v_x = lane->v_x, yaw = lane->yaw;
+  const double sense = v_x < 0 ? -1 : 1;
+  // Later attempts: slip in the sense of the pull that is asked for, and of the turn.
+  const double pull = m.acceleration_m_per_s2 + lane->gravity_x < 0 ? -1 : 1;
+  const double more = std::array{0.0, 0.3, 1.5, -0.4}[static_cast<std::size_t>(lane->attempt)];
+  if (l.v_x >= 0) {
+    double sum = 0, turn = 0, arm = 0, driven = 0;
+    for (const Wheel& w : vehicle_.wheels) {
+      if (w.drive < 0) continue;
+      const double rim = m.rim_speed_m_per_s[static_cast<std::size_t>(w.drive)];
+      sum += rim;
+      ++driven;
+      turn -= rim * w.y_m;
+      arm += w.y_m * w.y_m;
+    }
+    const double share = std::array{1.0, 0.5, 0.1, 0.8}[static_cast<std::size_t>(lane->attempt)];
+    v_x = sum / driven * (1 - 0.3 * pull * more);
+    yaw = vehicle_.steered() ? v_x * std::tan(m.steering_rad) / vehicle_.steering.length_m
+                             : share * turn / arm;
+    x[1] = v_x;
+    x[2] = yaw;
+  } else {
+    for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
+      x[static_cast<std::size_t>(l.drive[d])] =
+          Command(d, v_x, yaw * (1 + std::fabs(more))) + pull * more * lane->speed;
+    }
+    if (l.psi >= 0) x[1] = std::atan2(sense * yaw * vehicle_.steering.length_m, sense * v_x);
+  }
+  x[0] = -yaw * middle_x_;
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    if (l.rim[i] < 0) continue;
+    const Wheel& w = vehicle_.wheels[i];
+    x[static_cast<std::size_t>(l.rim[i])] = v_x - yaw * w.y_m;
+    if (w.drive >= 0) x[static_cast<std::size_t>(l.rim[i])] += pull * more * lane->speed;
+  }
+}
+
+void Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
+  const Layout& l = *lane->layout;
+  Guess(lane);
+  // What was found for another speed, in proportion.
+  const double before = std::max(std::fabs(from.v_x_m_per_s),
+                                 std::fabs(from.yaw_rate_rad_per_s) * length_);
+  if (!from.balanced || !(before > 0) || l.v_x >= 0) return;
+  const double ratio = lane->speed / before;
+  lane->at[0] = from.v_y_m_per_s * ratio;
+  lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;
+  if (l.psi >= 0) lane->at[1] = from.steering_rad;
+  for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
+    if (l.drive[d] < 0) continue;
+    lane->at[static_cast<std::size_t>(l.drive[d])] = from.rim_speed_m_per_s[d] * ratio;
+  }
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    if (l.rim[i] < 0) continue;
+    lane->at[static_cast<std::size_t>(l.rim[i])] = from.wheel[i].rim_speed_m_per_s * ratio;
+  }
+}
+
+Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {
+  const Layout& l = *lane.layout;
+  const bool given = l.v_x < 0;
+  return {given ? lane.v_x : lane.at[1], lane.at[0], given ? lane.yaw : lane.at[2],
+          l.psi >= 0 ? lane.at[1] : given ? 0 : lane.motion->steering_rad};
+}
+
+double Mechanics::DriveSpeed(const Lane& lane, std::size_t drive) const noexcept {
+  const int at = lane.layout->drive[drive];
+  return at >= 0 ? lane.at[static_cast<std::size_t>(at)] : lane.motion->rim_speed_m_per_s[drive];
+}
+
+void Mechanics::Place(Lane* lane) const noexcept {
+  const Twist twist = TwistOf(*lane);
+  PlaceLoads(twist, lane);
+  for (std::size_t i = 0; i < wheels(); ++i) PlaceWheel(twist, i, lane);
+}
+
+void Mechanics::PlaceLoads(const Twist& t, Lane* lane) const noexcept {
+  const Layout& l = *lane->layout;
+  const Motion& motion = *lane->motion;
+  const double m = vehicle_.mass_kg, x = vehicle_.centre_x_m, y = vehicle_.centre_y_m;
+  const double z = vehicle_.centre_z_m, yaw_up = motion.yaw_acceleration_rad_per_s2;
+  lane->f_x = m * (motion.acceleration_m_per_s2 - t.yaw * (t.v_y + t.yaw * x) - yaw_up * y +
+                   lane->gravity_x);
+  lane->f_y = m * (t.yaw * (t.v_x - t.yaw * y) + yaw_up * x + lane->gravity_y);
+  lane->m_z = x * lane->f_y - y * lane->f_x + vehicle_.yaw_inertia_kg_m2 * yaw_up;
+  const double moment = lane->at[static_cast<std::size_t>(l.moment)];
+  Loads loads;
+  support_.Spread({lane->load, x * lane->load - z * lane->f_x + moment,
+                   y * lane->load - z * lane->f_y},
+                  &loads);
+  lane->tip_margin = loads.tip_margin;
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    Placed& p = lane->placed[i];
+    const Resultant& s = loads.slope[i];
+    p.load = loads.load[i];
+    for (std::size_t k = 0; k < l.size; ++k) p.d_load[k] = 0;
+    if (!(lane->tip_margin > 0)) continue;
+    p.d_load[static_cast<std::size_t>(l.moment)] = s.by_x;
+    p.d_load[0] = s.by_x * z * m * t.yaw;
+    if (l.v_x < 0) continue;
+    p.d_load[1] = -s.by_y * z * m * t.yaw;
+    p.d_load[2] = s.by_x * z * m * (t.v_y + 2 * t.yaw * x) -
+                  s.by_y * z * m * (t.v_x - 2 * t.yaw * y);
+  }
+}
+
+void Mechanics::PlaceWheel(const Twist& t, std::size_t i, Lane* lane) const noexcept {
+  const Layout& l = *lane->layout;
+  const Wheel& wheel = vehicle_.wheels[i];
+  Placed& p = lane->placed[i];
+  for (std::size_t k = 0; k < l.size; ++k) p.d_v_x[k] = p.d_v_y[k] = p.d_rim[k] = 0;
+  // What the steering asks of this wheel: direction and, over that of the drive, speed.
+  double asked = 1, asked_slope = 0;
+  p.cos = 1;
+  p.sin = p.steer = p.steer_slope = 0;
+  if (vehicle_.steered()) {
+    const double across = wheel.y_m / vehicle_.steering.length_m;
+    const double along = (wheel.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
+    const double c = std::cos(t.psi), s = std::sin(t.psi);
+    const double a = c - s * across, b = s * along;
+    asked = a;
+    asked_slope = -s - c * across;
+    if (wheel.steered) {
+      const double h = std::max(std::hypot(a, b), 1e-9);
+      p.cos = a / h;
+      p.sin = b / h;
+      p.steer = std::atan2(b, a);
+      p.steer_slope = (a * c * along - b * asked_slope) / (h * h);
+      asked_slope = (a * asked_slope + b * c * along) / h;
+      asked = h;
+    }
+  }
+  const double x = t.v_x - t.yaw * wheel.y_m, y = t.v_y + t.yaw * wheel.x_m;
+  p.v_x = p.cos * x + p.sin * y;
+  p.v_y = p.cos * y - p.sin * x;
+  p.yaw_rate = t.yaw;
+  p.d_v_x[0] = p.sin;
+  p.d_v_y[0] = p.cos;
+  if (l.v_x >= 0) {
+    p.d_v_x[1] = p.cos;
+    p.d_v_y[1] = -p.sin;
+    p.d_v_x[2] = -p.cos * wheel.y_m + p.sin * wheel.x_m;
+    p.d_v_y[2] = p.cos * wheel.x_m + p.sin * wheel.y_m;
+  } else if (l.psi >= 0) {
+    p.d_v_x[1] = p.v_y * p.steer_slope;
+    p.d_v_y[1] = -p.v_x * p.steer_slope;
+  }
+  if (l.rim[i] >= 0) {
+    p.rim = lane->at[static_cast<std::size_t>(l.rim[i])];
+    p.d_rim[static_cast<std::size_t>(l.rim[i])] = 1;
+    return;
+  }
+  const auto drive = static_cast<std::size_t>(wheel.drive);
+  const bool follows = vehicle_.drives[drive].coupling == Coupling::kIndependent;
+  const double speed = DriveSpeed(*lane, drive);
+  p.rim = follows ? speed * asked : speed;
+  if (l.drive[drive] >= 0) {
+    p.d_rim[static_cast<std::size_t>(l.drive[drive])] = follows ? asked : 1;
+  }
+  if (l.psi >= 0 && follows) p.d_rim[1] = speed * asked_slope;
+}
+
+}  // namespace grouser::vehicle

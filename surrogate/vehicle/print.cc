@@ -1,0 +1,191 @@
+#include "surrogate/vehicle/print.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "surrogate/vehicle/vehicle_keys.h"
+
+namespace grouser::vehicle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+std::string ReasonsOf(const Solution& s) {
+  const std::string names = NamesOf(s.reasons);
+  return names.empty() ? "none: within every limit" : names;
+}
+
+}  // namespace
+
+std::string TextOf(const VehicleFile& file) {
+  const Vehicle& v = file.vehicle;
+  std::string out = fmt::format(
+      "{}: {} kg, centre of gravity at ({}, {}, {}) m, yaw inertia {} kg m^2, gravity {} m/s^2\n",
+      v.name, v.mass_kg, v.centre_x_m, v.centre_y_m, v.centre_z_m, v.yaw_inertia_kg_m2,
+      v.gravity_m_per_s2);
+  for (const Wheel& w : v.wheels) {
+    const WheelType& type = v.wheel_types[w.type];
+    out += fmt::format("  {:14} ({:6.3f}, {:6.3f}) m  {} (radius {} m, width {} m)  {}{}\n", w.name,
+                       w.x_m, w.y_m, type.name, type.radius_m, type.width_m,
+                       w.drive < 0 ? "rolls freely"
+                                   : "drive " + v.drives[static_cast<std::size_t>(w.drive)].name,
+                       w.steered ? ", steered" : "");
+  }
+  for (const Drive& d : v.drives) {
+    out += fmt::format("  drive {}: {}\n", d.name, kCouplingNames[static_cast<int>(d.coupling)]);
+  }
+  for (const std::string& source : file.sources) out += "  " + source + "\n";
+  return out;
+}
+
+std::string TextOf(const VehicleFile& file, const Solution& s) {
+  std::string out = fmt::format(
+      "reasons: {}\nv_x {:.4g} m/s, v_y {:.4g} m/s, yaw rate {:.4g} rad/s, side slip {:.2f} deg\n",
+      ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s,
+      s.side_slip_rad * kDegrees);
+  for (std::size_t d = 0; d < file.vehicle.drives.size(); ++d) {
+    out += fmt::format("rim speed of {}: {:.4g} m/s\n", file.vehicle.drives[d].name,
+                       s.rim_speed_m_per_s[d]);
+  }
+  if (file.vehicle.steered()) {
+    out += fmt::format("steering: {:.2f} deg\n", s.steering_rad * kDegrees);
+  }
+  out += fmt::format(
+      "ground on vehicle: f_x {:.4g} N, f_y {:.4g} N, m_z {:.4g} N m\n"
+      "power: {:.4g} W at the wheels, {:.4g} W electric\n"
+      "margins: tipping {:.3f}, torque {:.3f}, sinkage {:.3f}; residual {:.1e} of the weight\n\n"
+      "{:14} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+      s.f_x_n, s.f_y_n, s.m_z_n_m, s.shaft_power_w, s.electric_power_w, s.tip_margin,
+      s.torque_margin, s.sinkage_margin, s.residual, "wheel", "load N", "rim m/s", "slip",
+      "angle deg", "f_x N", "f_y N", "T N m", "sink mm", "power W");
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    const WheelSolution& w = s.wheel[i];
+    out += fmt::format(
+        "{:14} {:8.2f} {:8.4f} {:7.3f} {:9.2f} {:8.2f} {:8.2f} {:8.3f} {:8.2f} {:8.2f}\n",
+        file.vehicle.wheels[i].name, w.load_n, w.rim_speed_m_per_s, w.slip,
+        w.slip_angle_rad * kDegrees, w.f_x_n, w.f_y_n, w.torque_n_m, 1e3 * w.sinkage_m,
+        w.shaft_power_w);
+  }
+  return out;
+}
+
+std::string JsonOf(const VehicleFile& file, const Solution& s) {
+  Json wheels = Json::array();
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    const WheelSolution& w = s.wheel[i];
+    wheels.push_back({{"name", file.vehicle.wheels[i].name},
+                      {"load_n", w.load_n},
+                      {"rim_speed_m_per_s", w.rim_speed_m_per_s},
+                      {"v_x_m_per_s", w.v_x_m_per_s},
+                      {"v_y_m_per_s", w.v_y_m_per_s},
+                      {"slip", w.slip},
+                      {"slip_angle_rad", w.slip_angle_rad},
+                      {"steer_rad", w.steer_rad},
+                      {"f_x_n", w.f_x_n},
+                      {"f_y_n", w.f_y_n},
+                      {"torque_n_m", w.torque_n_m},
+                      {"m_z_n_m", w.m_z_n_m},
+                      {"sinkage_m", w.sinkage_m},
+                      {"shaft_power_w", w.shaft_power_w},
+                      {"flags", w.flags}});
+  }
+  Json drives = Json::object();
+  for (std::size_t d = 0; d < file.vehicle.drives.size(); ++d) {
+    drives[file.vehicle.drives[d].name] = s.rim_speed_m_per_s[d];
+  }
+  const Json out = {{"reasons", NamesOf(s.reasons)},
+                    {"balanced", s.balanced},
+                    {"residual", s.residual},
+                    {"v_x_m_per_s", s.v_x_m_per_s},
+                    {"v_y_m_per_s", s.v_y_m_per_s},
+                    {"yaw_rate_rad_per_s", s.yaw_rate_rad_per_s},
+                    {"side_slip_rad", s.side_slip_rad},
+                    {"steering_rad", s.steering_rad},
+                    {"rim_speed_m_per_s", drives},
+                    {"f_x_n", s.f_x_n},
+                    {"f_y_n", s.f_y_n},
+                    {"m_z_n_m", s.m_z_n_m},
+                    {"shaft_power_w", s.shaft_power_w},
+                    {"electric_power_w", s.electric_power_w},
+                    {"tip_margin", s.tip_margin},
+                    {"torque_margin", s.torque_margin},
+                    {"sinkage_margin", s.sinkage_margin},
+                    {"wheels", wheels}};
+  return out.dump(1) + "\n";
+}
+
+std::string TextOf(const VehicleFile& file, const PowerInterval& p) {
+  const Power& m = p.mean;
+  std::string out = fmt::format(
+      "reasons: {}\nelectric {:.4g} W (90 %: {:.4g} to {:.4g}), {:.4g} J/m (90 %: {:.4g} to "
+      "{:.4g}), at the wheels {:.4g} W\n",
+      ReasonsOf(p.solution), m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low,
+      p.high, m.shaft);
+  const std::pair<const char*, double> parts[] = {
+      {"drive losses", m.drive}, {"rolling", m.rolling}, {"slip", m.slip},
+      {"lateral scrub", m.scrub}, {"grade", m.grade},    {"acceleration", m.acceleration},
+      {"imbalance", m.imbalance}};
+  for (const auto& [name, watts] : parts) out += fmt::format("  {:14} {:12.4f} W\n", name, watts);
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    out += fmt::format("  {:14} {:12.4f} W shaft\n", file.vehicle.wheels[i].name, m.wheel[i]);
+  }
+  return out;
+}
+
+std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
+  const Power& m = p.mean;
+  Json wheels = Json::object();
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    wheels[file.vehicle.wheels[i].name] = m.wheel[i];
+  }
+  const Json out = {{"reasons", NamesOf(p.solution.reasons)},
+                    {"electric_w", m.electric},
+                    {"electric_low_w", p.electric_low},
+                    {"electric_high_w", p.electric_high},
+                    {"joules_per_metre", p.joules_per_metre},
+                    {"joules_per_metre_low", p.low},
+                    {"joules_per_metre_high", p.high},
+                    {"shaft_w", m.shaft},
+                    {"drive_w", m.drive},
+                    {"rolling_w", m.rolling},
+                    {"slip_w", m.slip},
+                    {"scrub_w", m.scrub},
+                    {"grade_w", m.grade},
+                    {"acceleration_w", m.acceleration},
+                    {"imbalance_w", m.imbalance},
+                    {"wheel_shaft_w", wheels}};
+  return out.dump(1) + "\n";
+}
+
+std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
+  std::string out = fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
+                                "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const SpeedPoint& p = plan[i];
+    out += fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:15} {:15} {:10.2e}\n", path[i].s_m,
+                       p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
+                       NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
+  }
+  return out;
+}
+
+std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const SpeedPoint& p = plan[i];
+    out.push_back({{"s_m", path[i].s_m},
+                   {"safe_m_per_s", p.safe_m_per_s},
+                   {"safe_binding", NameOf(p.safe_binding)},
+                   {"speed_m_per_s", p.speed_m_per_s},
+                   {"acceleration_m_per_s2", p.acceleration_m_per_s2},
+                   {"binding", NameOf(p.binding)},
+                   {"shortfall", p.shortfall}});
+  }
+  return out.dump(1) + "\n";
+}
+
+}  // namespace grouser::vehicle

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "surrogate/models/wheel_model.h"
+#include "surrogate/vehicle/vehicle.h"
+
+namespace grouser::vehicle {
+
+/// Which model answers for a wheel type on a soil.
+struct Grounds {
+  std::vector<std::string> soils;
+  /// At type * soils + soil; null: that wheel has no model of that soil. Not owned.
+  std::vector<const surrogate::WheelModel*> models;
+
+  const surrogate::WheelModel* At(std::size_t type, std::size_t soil) const {
+    return models[type * soils.size() + soil];
+  }
+};
+
+/// A steady motion to be solved: all but lateral velocity and controls, or the controls.
+struct Motion {
+  enum class Given : std::uint8_t {
+    kTwist,    ///< v_x and yaw rate: rim speeds and steering are found
+    kControls  ///< rim speeds and steering: v_x, v_y and yaw rate are found
+  };
+  Given given = Given::kTwist;
+  double v_x_m_per_s = 0;           ///< kTwist: of the origin, forward
+  double yaw_rate_rad_per_s = 0;    ///< kTwist: to the left
+  std::array<double, kMostDrives> rim_speed_m_per_s{};  ///< kControls: r w by drive
+  double steering_rad = 0;          ///< kControls: psi of Steering
+  double acceleration_m_per_s2 = 0;        ///< rate of v_x
+  double yaw_acceleration_rad_per_s2 = 0;
+  double grade_rad = 0;  ///< the ground rises ahead (pitch of ISO 8855 is its negative)
+  double bank_rad = 0;   ///< the ground rises to the left (roll of ISO 8855)
+  /// Ground worse than the models' mean by so many standard deviations, at all wheels at once:
+  /// less pull, less lateral force, more torque. 1.645: as bad as one time in twenty.
+  double worse_by_sd = 0;
+  std::array<std::uint8_t, kMostWheels> soil{};  ///< index of the soil under each wheel
+
+  /// A point of a path: curvature = yaw rate over v_x, to the left.
+  static Motion OnPath(double speed, double curvature) {
+    Motion motion;
+    motion.v_x_m_per_s = speed;
+    motion.yaw_rate_rad_per_s = speed * curvature;
+    return motion;
+  }
+};
+
+/// Why a solution is none, or is none to rely on. Bits.
+enum Reason : std::uint32_t {
+  kNoBalance = 1,         ///< no controls balance forces and moments on this ground
+  kOverTorque = 2,      ///< a motor's torque, current, voltage or power, or the steering, is exceeded
+  kSinksIn = 4,         ///< a wheel sinks deeper than the limit, or the soil carries it nowhere
+  kTips = 8,             ///< gravity and inertia meet the ground outside the wheels
+  kUntrainedSpeed = 16, ///< faster than the model's runs: no limit of the ground
+  kModelDomain = 32,    ///< outside what the model's runs covered: no limit of the ground
+  kBadInput = 64           ///< the motion is not finite, or a wheel has no model of its soil
+};
+inline constexpr std::uint32_t kLimits = kNoBalance | kOverTorque | kSinksIn | kTips;
+inline constexpr std::uint32_t kUntrained = kUntrainedSpeed | kModelDomain;
+/// "BALANCE", ... joined by '|'; "" for none.
+std::string NamesOf(std::uint32_t reasons);
+
+/// One wheel of a solution; forces and slip in the wheel's own axes.
+struct WheelSolution {
+  double load_n, rim_speed_m_per_s, v_x_m_per_s, v_y_m_per_s;
+  double slip, slip_angle_rad, steer_rad;  ///< steer: from the vehicle's x
+  double f_x_n, f_y_n, torque_n_m, m_z_n_m, sinkage_m;
+  double shaft_power_w;  ///< torque times spin
+  std::uint32_t flags;   ///< of the model
+};
+
+struct Solution {
+  std::uint32_t reasons = 0;  ///< bits of Reason; 0: solved, within every limit
+  bool balanced = false;      ///< residual <= kTolerance
+  double residual = 0;        ///< largest imbalance, over weight (and weight times length)
+  int evaluations = 0;        ///< of the wheels
+  double v_x_m_per_s = 0, v_y_m_per_s = 0, yaw_rate_rad_per_s = 0;  ///< of the origin
+  double side_slip_rad = 0;   ///< atan2(v_y, v_x) of the centre of gravity
+  double steering_rad = 0;
+  std::array<double, kMostDrives> rim_speed_m_per_s{};  ///< r w by drive
+  double pitching_moment_n_m = 0;  ///< of the wheels: sum of (r - sinkage) f_x - torque
+  double f_x_n = 0, f_y_n = 0, m_z_n_m = 0;  ///< of the ground on the vehicle, at the origin
+  double shaft_power_w = 0, electric_power_w = 0;
+  double tip_margin = 0;      ///< see Loads
+  double torque_margin = 0;   ///< 1 - largest use of a motor's limit or of the steering
+  double sinkage_margin = 0;  ///< 1 - largest sinkage over its limit
+  std::array<WheelSolution, kMostWheels> wheel;  ///< as many as the vehicle has
+
+  static constexpr double kTolerance = 1e-6;
+};
+
+/// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two
+/// controls (or v_x, v_y, yaw rate), the pitching moment of the wheels, the speeds of wheels that
+/// roll freely or behind a differential. With wheel forces F in the vehicle's axes, loads by
+/// Support and accelerations of the centre of gravity G at constant v_y,
+///   a = (v' - w (v_y + w x_G) - w' y_G, w (v_x - w y_G) + w' x_G):
+///   sum F_x = m (a_x + g sin(grade)),  sum F_y = m (a_y + g cos(grade) sin(bank)),
+///   sum (x F_y - y F_x + M_z) = x_G F_y - y_G F_x + I_z w',
+///   sum x N = x_G N - z_G F_x + sum cos(steer) ((r - sinkage) F_x - T),
+///   sum y N = y_G N - z_G F_y,   N = m g cos(grade) cos(bank).
+/// Newton with the models' gradients, steps bounded and halved, then damped (Levenberg); many
+/// motions advance together, so that the wheels of all are one batch of each model.
+///
+/// At rest (v_x = yaw rate = 0) the answer is the limit of creeping forward, speeds and powers 0.
+/// Not modelled: pitching and rolling motion, gyroscopic moments, drag of air, ruts of the wheels
+/// ahead (every wheel meets virgin ground).
+class Solver {
+ public:
+  /// Throws std::invalid_argument: Check(vehicle), and grounds that have no model at all or
+  /// whose table has another size. Models must outlive the solver.
+  Solver(const Vehicle& vehicle, const Grounds& grounds);
+  ~Solver();
+  Solver(Solver&&) noexcept;
+
+  /// Solves all motions; no allocation, lock or system call. Not from two threads at once.
+  /// Precondition: as many solutions as motions. What stands in `out` may be of the same
+  /// motions or of similar ones: with `warm`, balanced ones are where the search begins.
+  void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept;
+
+  const Vehicle& vehicle() const;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace grouser::vehicle

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "surrogate/vehicle/solver.h"
+
+namespace grouser::vehicle {
+
+/// A point of a path.
+struct PathPoint {
+  double s_m = 0;  ///< way along the path, ascending
+  double curvature_per_m = 0, grade_rad = 0, bank_rad = 0;
+  std::uint8_t soil = 0;  ///< index, of all wheels
+};
+
+struct SpeedOptions {
+  double speed_limit_m_per_s = 0;     ///< > 0: never faster
+  double worse_by_sd = 1.6448536269514722;  ///< ground that the plan must stand; see Motion
+  double tip_margin = 0.1, torque_margin = 0, sinkage_margin = 0;  ///< least ones
+  double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;  ///< of comfort, largest
+  double start_m_per_s = 0, end_m_per_s = 0;
+  bool trained_only = true;  ///< no faster than what the models' runs cover
+};
+
+/// What keeps a point from being driven faster.
+enum class Binding : std::uint8_t {
+  kSpeedLimit, kTraction, kLateralGrip, kTorque, kRollover, kSinkage, kUntrainedSpeed,
+  kModelDomain, kAcceleration, kBraking, kInput
+};
+const char* NameOf(Binding binding);
+
+struct SpeedPoint {
+  double safe_m_per_s = 0;   ///< highest at constant speed; 0: cannot be driven (see binding)
+  Binding safe_binding = Binding::kSpeedLimit;
+  double speed_m_per_s = 0;  ///< of the plan
+  double acceleration_m_per_s2 = 0;
+  Binding binding = Binding::kSpeedLimit;  ///< of the plan
+  /// By how much the binding one is exceeded 1 % above the safe speed: residual over weight, or
+  /// the margin that is missing. 0 for kSpeedLimit.
+  double shortfall = 0;
+};
+
+/// Highest safe speed at each point and a plan that can be driven: speeds by forward and backward
+/// passes over what the vehicle can accelerate and brake, every point solved once more with speed
+/// and acceleration, and slowed down where that does not hold.
+class SpeedPlanner {
+ public:
+  /// Room for paths of so many points. Throws as Solver does.
+  SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::size_t most_points);
+
+  /// Throws std::invalid_argument naming the point for fewer than two points, more than there is
+  /// room for, numbers that are not finite, ways that do not ascend, unknown soils, options that
+  /// make no sense. Then no allocation.
+  void Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+            std::span<SpeedPoint> out);
+
+  /// Steepest grade [rad] that is climbed straight at `speed`, to 1e-4; negative: not even level.
+  double SteepestGrade(double speed, std::uint8_t soil, const SpeedOptions& options);
+  /// Probability that a motion is within every limit: by the largest worse_by_sd that is, from
+  /// -4 to 4, one deviation for all wheels.
+  double GoProbability(const Motion& motion, const SpeedOptions& options);
+
+ private:
+  bool Good(const Solution& s, const SpeedOptions& options) const;
+  Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;
+  double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
+  void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
+            std::span<SpeedPoint> out);
+  void Reach(std::span<const PathPoint> path, const SpeedOptions& options);
+  void Passes(std::span<const PathPoint> path, const SpeedOptions& options,
+              std::span<SpeedPoint> out);
+  bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
+              std::span<SpeedPoint> out);
+
+  Vehicle vehicle_;
+  std::size_t soils_;
+  Solver solver_;
+  std::vector<Motion> motions_;
+  std::vector<Solution> solutions_, failed_;
+  std::vector<std::size_t> open_;  // points that are still searched
+  std::vector<double> low_, high_, faster_, slower_, cap_;
+};
+
+}  // namespace grouser::vehicle

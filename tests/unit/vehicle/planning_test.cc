@@ -1,0 +1,212 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "surrogate/vehicle/constants.h"
+#include "surrogate/vehicle/energy.h"
+#include "surrogate/vehicle/speed_plan.h"
+#include "tests/unit/vehicle/vehicles.h"
+
+namespace grouser::vehicle {
+namespace {
+
+using testing::Asphalt;
+using testing::Cart;
+using testing::OnHard;
+using testing::Rover;
+using testing::Skid;
+using testing::WithFriction;
+
+// A planner on hard grounds.
+struct Planning {
+  Planning(const Vehicle& v, const std::vector<surrogate::HardGround>& grounds) : on(v, grounds) {
+    for (std::size_t s = 0; s < grounds.size(); ++s) table.soils.push_back(std::to_string(s));
+    for (const auto& model : on.models) table.models.push_back(model.get());
+    planner = std::make_unique<SpeedPlanner>(v, table, 500);
+  }
+  OnHard on;
+  Grounds table;
+  std::unique_ptr<SpeedPlanner> planner;
+};
+
+TEST(Energy, SplitAddsUpToTheElectricPower) {
+  for (Vehicle v : {Skid(), Cart(), Rover()}) {
+    for (Drive& d : v.drives) d.motor.efficiency = 0.8;
+    OnHard on{v};
+    Motion motion = Motion::OnPath(0.7, 0.3);
+    motion.grade_rad = 0.1;
+    motion.bank_rad = -0.05;
+    motion.acceleration_m_per_s2 = 0.2;
+    motion.yaw_acceleration_rad_per_s2 = 0.06;
+    const PowerInterval p = PowerOf(on.solver.get(), motion);
+    ASSERT_TRUE(p.solution.balanced) << v.name;
+    EXPECT_NEAR(p.mean.Sum(), p.mean.electric, 1e-9 * p.mean.electric) << v.name;
+    EXPECT_GT(p.mean.rolling, 0);
+    EXPECT_GT(p.mean.slip + p.mean.scrub, 0);
+    // Work against gravity by the vehicle's own speeds.
+    EXPECT_NEAR(p.mean.grade / (v.mass_kg * 9.81),
+                std::sin(0.1) * (0.7 - 0.21 * v.centre_y_m) +
+                    std::cos(0.1) * std::sin(-0.05) *
+                        (p.solution.v_y_m_per_s + 0.21 * v.centre_x_m),
+                1e-9);
+  }
+}
+
+TEST(Energy, StraightOnTheLevelIsRollingResistanceAlone) {
+  OnHard on{Skid()};
+  const PowerInterval p = PowerOf(on.solver.get(), Motion::OnPath(0.8, 0));
+  EXPECT_NEAR(p.joules_per_metre, 0.02 * 60 * 9.81, 1e-3);
+  EXPECT_NEAR(p.mean.scrub, 0, 1e-9);
+}
+
+TEST(Energy, TurningInPlaceScrubs) {
+  OnHard on{Skid()};
+  Motion motion;
+  motion.yaw_rate_rad_per_s = 0.5;
+  const PowerInterval p = PowerOf(on.solver.get(), motion);
+  ASSERT_TRUE(p.solution.balanced);
+  EXPECT_GT(p.mean.scrub, 0.2 * p.mean.shaft);
+  EXPECT_TRUE(std::isnan(p.joules_per_metre));
+  // All slides sideways: at most friction on every wheel over its speed.
+  const double most = 0.8 * 60 * 9.81 * std::hypot(0.25, 0.28 + 0.5) * 0.5;
+  EXPECT_LT(p.mean.scrub, most);
+}
+
+TEST(Energy, IntervalHoldsTheMeanAndGrowsWithTheGround) {
+  surrogate::HardGround ground = Asphalt();
+  ground.rolling_resistance_sd = 0.005;
+  OnHard on(Skid(), {ground});
+  const PowerInterval p = PowerOf(on.solver.get(), Motion::OnPath(0.8, 0));
+  EXPECT_LT(p.electric_low, p.mean.electric);
+  EXPECT_GT(p.electric_high, p.mean.electric);
+  EXPECT_NEAR(p.electric_high - p.electric_low, 2 * 1.645 * 0.005 * 60 * 9.81 * 0.8, 0.02);
+}
+
+TEST(SpeedPlan, CornersAtTheSpeedOfFriction) {
+  // v^2 kappa = mu g, less what the rolling resistance takes.
+  surrogate::HardGround ground = WithFriction(0.4);
+  ground.rolling_resistance = 0;
+  Planning p(Cart(Coupling::kLocked), {ground});
+  const double curvature = 0.2, limit = std::sqrt(0.4 * 9.81 / curvature);
+  std::vector<PathPoint> path(3);
+  for (std::size_t i = 0; i < 3; ++i) path[i] = {static_cast<double>(i), curvature, 0, 0, 0};
+  std::vector<SpeedPoint> out(3);
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 10;
+  options.tip_margin = 0;
+  p.planner->Plan(path, options, out);
+  EXPECT_NEAR(out[1].safe_m_per_s, limit, 0.06 * limit);
+  EXPECT_LE(out[1].safe_m_per_s, limit);
+  EXPECT_EQ(out[1].safe_binding, Binding::kLateralGrip);
+}
+
+TEST(SpeedPlan, RollsOverBeforeItSlides) {
+  Vehicle v = Cart(Coupling::kLocked);
+  v.centre_z_m = 0.6;
+  Planning p(v, {WithFriction(2)});
+  const double curvature = 0.2, rollover = std::sqrt(9.81 * 0.35 / (0.6 * curvature));
+  std::vector<PathPoint> path = {{0, curvature}, {1, curvature}};
+  std::vector<SpeedPoint> out(2);
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 10;
+  options.tip_margin = 0;
+  p.planner->Plan(path, options, out);
+  EXPECT_NEAR(out[0].safe_m_per_s, rollover, 0.005 * 10);
+  EXPECT_EQ(out[0].safe_binding, Binding::kRollover);
+}
+
+TEST(SpeedPlan, BrakesInTimeForACornerAndHoldsEverywhere) {
+  Planning p(Skid(), {Asphalt(), WithFriction(0.1)});
+  std::vector<PathPoint> path;
+  for (int i = 0; i < 200; ++i) {
+    PathPoint point;
+    point.s_m = 0.1 * i;
+    point.curvature_per_m = i > 90 && i < 120 ? 0.8 : 0;
+    point.soil = i > 150;
+    path.push_back(point);
+  }
+  std::vector<SpeedPoint> out(path.size());
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 3;
+  p.planner->Plan(path, options, out);
+  EXPECT_EQ(out[0].speed_m_per_s, 0);
+  EXPECT_EQ(out.back().speed_m_per_s, 0);
+  EXPECT_EQ(out[80].binding == Binding::kBraking || out[80].speed_m_per_s == 3, true);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    ASSERT_LE(out[i].speed_m_per_s, out[i].safe_m_per_s + 1e-12) << i;
+    if (i + 1 == path.size()) continue;
+    // What the plan asks for can be done: solved anew.
+    Motion m = Motion::OnPath(out[i].speed_m_per_s, path[i].curvature_per_m);
+    m.acceleration_m_per_s2 = out[i].acceleration_m_per_s2;
+    m.yaw_acceleration_rad_per_s2 = m.acceleration_m_per_s2 * path[i].curvature_per_m;
+    m.soil.fill(path[i].soil);
+    EXPECT_EQ(p.on.Solve(m).reasons & kLimits, 0u) << i << " v " << out[i].speed_m_per_s << " a "
+                                                   << out[i].acceleration_m_per_s2;
+  }
+}
+
+TEST(SpeedPlan, SteepestGradeIsThatOfFriction) {
+  surrogate::HardGround ground = WithFriction(0.5);
+  Planning p(Skid(0.25, 0.28, 0.1), {ground});
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 1;
+  options.tip_margin = 0;
+  EXPECT_NEAR(p.planner->SteepestGrade(0.3, 0, options), std::atan(0.5), 2e-3);
+}
+
+TEST(SpeedPlan, ProbabilityToGoFallsWithTheSlope) {
+  surrogate::HardGround ground = WithFriction(0.5);
+  ground.friction_sd = 0.05;
+  Planning p(Skid(0.25, 0.28, 0.1), {ground});
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 1;
+  options.tip_margin = 0;
+  Motion m = Motion::OnPath(0.3, 0);
+  for (const double sds : {-1.0, 0.0, 1.0}) {  // friction needed: mean + sds sd
+    m.grade_rad = std::atan(0.5 + sds * 0.05);
+    EXPECT_NEAR(p.planner->GoProbability(m, options), 0.5 * std::erfc(sds / std::sqrt(2.0)), 0.02)
+        << sds;
+  }
+}
+
+TEST(SpeedPlan, RefusesPathsByPoint) {
+  Planning p(Skid(), {Asphalt()});
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 1;
+  const auto refusal = [&](std::vector<PathPoint> path) -> std::string {
+    std::vector<SpeedPoint> out(path.size());
+    try {
+      p.planner->Plan(path, options, out);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal({{0}}).find("got 1 points, expected 2"), std::string::npos);
+  EXPECT_NE(refusal({{0}, {0}}).find("path point 1: s_m"), std::string::npos);
+  EXPECT_NE(refusal({{0}, {1, NAN}}).find("path point 1: got a number"), std::string::npos);
+  EXPECT_NE(refusal({{0}, {1, 0, 0, 0, 3}}).find("path point 1: soil"), std::string::npos);
+  options.speed_limit_m_per_s = 0;
+  EXPECT_NE(refusal({{0}, {1}}).find("speed_limit"), std::string::npos);
+}
+
+TEST(Constants, UndoTheSlipOfTheSolve) {
+  Planning p(Skid(), {Asphalt()});
+  const std::vector<double> speeds = {0.5}, radii = {1.0, 5.0};
+  const auto constants = ConstantsOf(Skid(), p.table, speeds, radii);
+  ASSERT_EQ(constants.size(), 2u);
+  for (const SkidConstants& c : constants) {
+    const Solution s = p.on.Solve(Motion::OnPath(c.speed_m_per_s, 1 / c.radius_m));
+    const double l = s.rim_speed_m_per_s[0], r = s.rim_speed_m_per_s[1];
+    EXPECT_NEAR(c.radius_multiplier * (l + r) / 2, 0.5, 1e-9);
+    EXPECT_NEAR((r - l) / (c.separation_multiplier * 0.56), 0.5 / c.radius_m, 1e-9);
+    EXPECT_GT(c.separation_multiplier, 1.2);  // skid steering asks for more than geometry
+    EXPECT_NEAR(c.pull_over_weight, 0.8 , 0.03);
+  }
+  EXPECT_THROW(ConstantsOf(Cart(), p.table, speeds, radii), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grouser::vehicle

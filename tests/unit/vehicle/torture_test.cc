@@ -1,0 +1,178 @@
+// Hard cases: a reason for each that does not balance, and no allocation in any.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "surrogate/vehicle/vehicle_file.h"
+#include "tests/unit/count_allocations.h"
+#include "tests/unit/vehicle/vehicles.h"
+
+namespace grouser::vehicle {
+namespace {
+
+using testing::OnHard;
+using testing::Skid;
+using testing::WithFriction;
+
+constexpr double kDegree = std::numbers::pi / 180;
+const char* const kShipped[] = {"husky", "atv", "rover", "cart"};
+
+VehicleFile Shipped(const std::string& name) {
+  return ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + name + ".vehicle.yaml");
+}
+
+// A solution is balanced, or says why not; its numbers are finite.
+void ExpectSound(const VehicleFile& file, const Motion& motion, const Solution& s,
+                 const std::string& what) {
+  EXPECT_TRUE(s.balanced || s.reasons != 0) << what;
+  EXPECT_EQ(s.balanced, s.residual <= Solution::kTolerance) << what;
+  double load = 0, sum = 0;
+  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+    const WheelSolution& w = s.wheel[i];
+    EXPECT_GE(w.load_n, 0) << what;
+    load += w.load_n;
+    sum += w.shaft_power_w;
+    for (const double x : {w.load_n, w.rim_speed_m_per_s, w.slip, w.slip_angle_rad, w.f_x_n,
+                           w.f_y_n, w.torque_n_m, w.m_z_n_m, w.sinkage_m}) {
+      EXPECT_TRUE(std::isfinite(x)) << what;
+    }
+  }
+  const double weight = file.vehicle.mass_kg * file.vehicle.gravity_m_per_s2;
+  EXPECT_NEAR(load, weight * std::cos(motion.grade_rad) * std::cos(motion.bank_rad),
+              1e-6 * weight)
+      << what;
+  EXPECT_NEAR(sum, s.shaft_power_w, 1e-9 * (1 + std::fabs(sum))) << what;
+  EXPECT_TRUE(std::isfinite(s.electric_power_w)) << what;
+}
+
+std::vector<Motion> HardMotions(const VehicleFile& file) {
+  std::vector<Motion> out;
+  const auto soils = file.grounds.soils.size();
+  for (const double speed : {0.0, 1e-9, 0.05, 0.5, -0.5, 3.0}) {
+    for (const double yaw : {0.0, 0.05, -1.0, 4.0}) {
+      for (const double grade : {0.0, 5.0, -10.0, 40.0}) {
+        for (const double bank : {0.0, 8.0, -35.0}) {
+          Motion m;
+          m.v_x_m_per_s = speed;
+          m.yaw_rate_rad_per_s = yaw;
+          m.grade_rad = grade * kDegree;
+          m.bank_rad = bank * kDegree;
+          m.acceleration_m_per_s2 = out.size() % 5 == 4 ? 1.0 : 0;
+          for (std::size_t i = 0; i < kMostWheels; ++i) {  // steps of soil under single wheels
+            m.soil[i] = static_cast<std::uint8_t>(out.size() % 3 == 2 ? i % soils
+                                                                      : out.size() % soils);
+          }
+          out.push_back(m);
+        }
+      }
+    }
+  }
+  // Counter-rotation, one side stalled, all stalled.
+  for (const auto& [left, right] : {std::pair{0.5, -0.5}, std::pair{0.5, 0.0}, std::pair{0.0, 0.0},
+                                    std::pair{-1.0, 0.2}, std::pair{1e-9, 1e-9}}) {
+    Motion m;
+    m.given = Motion::Given::kControls;
+    m.rim_speed_m_per_s = {left, right};
+    m.steering_rad = 0.2;
+    for (const double bank : {0.0, 6.0}) {
+      m.bank_rad = bank * kDegree;
+      out.push_back(m);
+    }
+  }
+  return out;
+}
+
+TEST(VehicleTorture, EveryMotionOfEveryShippedVehicleIsSolvedOrHasAReason) {
+  for (const char* name : kShipped) {
+    const VehicleFile file = Shipped(name);
+    Solver solver(file.vehicle, file.grounds);
+    const std::vector<Motion> motions = HardMotions(file);
+    std::vector<Solution> out(motions.size());
+    const long before = g_allocations;
+    solver.Solve(motions, out);
+    EXPECT_EQ(g_allocations, before) << name;
+    std::size_t balanced = 0;
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      const Motion& m = motions[k];
+      ExpectSound(file, m, out[k],
+                  std::string(name) + " motion " + std::to_string(k) + ": v " +
+                      std::to_string(m.v_x_m_per_s) + " yaw " +
+                      std::to_string(m.yaw_rate_rad_per_s) + " " + NamesOf(out[k].reasons));
+      balanced += out[k].balanced;
+    }
+    EXPECT_GT(balanced, motions.size() / 8) << name;
+    RecordProperty(std::string(name) + "_balanced", static_cast<int>(balanced));
+  }
+}
+
+TEST(VehicleTorture, AnswersDoNotDependOnTheBatch) {
+  const VehicleFile file = Shipped("husky");
+  Solver solver(file.vehicle, file.grounds);
+  const std::vector<Motion> motions = HardMotions(file);
+  std::vector<Solution> together(motions.size()), alone(1);
+  solver.Solve(motions, together);
+  for (std::size_t k = 0; k < motions.size(); k += 7) {
+    solver.Solve({&motions[k], 1}, alone);
+    EXPECT_EQ(alone[0].reasons, together[k].reasons) << k;
+    EXPECT_EQ(alone[0].residual, together[k].residual) << k;
+    EXPECT_EQ(alone[0].electric_power_w, together[k].electric_power_w) << k;
+  }
+}
+
+TEST(VehicleTorture, OverloadIsNoLimitOfTheGroundButOfTheTraining) {
+  VehicleFile file = Shipped("rover");
+  file.vehicle.mass_kg *= 4;  // far beyond the loads of the runs
+  Solver solver(file.vehicle, file.grounds);
+  Motion motion = Motion::OnPath(0.05, 0);
+  Solution s;
+  solver.Solve({&motion, 1}, {&s, 1});
+  EXPECT_NE(s.reasons & kModelDomain, 0u) << NamesOf(s.reasons);
+  EXPECT_EQ(s.reasons & kNoBalance, 0u) << NamesOf(s.reasons);
+}
+
+TEST(VehicleTorture, TooFastIsAnUntrainedSpeed) {
+  const VehicleFile file = Shipped("rover");
+  Solver solver(file.vehicle, file.grounds);
+  Motion motion = Motion::OnPath(1.0, 0);  // Froude number 1.6
+  Solution s;
+  solver.Solve({&motion, 1}, {&s, 1});
+  EXPECT_NE(s.reasons & kUntrainedSpeed, 0u);
+  EXPECT_EQ(s.reasons & kLimits, 0u) << NamesOf(s.reasons);
+}
+
+TEST(VehicleTorture, TurnsInPlaceOnASlope) {
+  OnHard on{Skid()};
+  Motion motion;
+  motion.yaw_rate_rad_per_s = 0.5;
+  for (const double bank : {0.0, 5.0, 15.0}) {
+    motion.bank_rad = bank * kDegree;
+    const Solution s = on.Solve(motion);
+    ASSERT_TRUE(s.balanced) << bank << " " << NamesOf(s.reasons) << " " << s.residual;
+    EXPECT_NEAR(s.f_y_n, 60 * 9.81 * std::sin(motion.bank_rad), 1e-3);
+    EXPECT_LT(s.rim_speed_m_per_s[0], 0);
+    EXPECT_GT(s.rim_speed_m_per_s[1], 0);
+  }
+}
+
+TEST(VehicleTorture, AStepOfSoilUnderOneWheelIsContinuousInItsFriction) {
+  Solution before;
+  for (int i = 0; i <= 60; ++i) {
+    OnHard on(Skid(), {testing::Asphalt(), WithFriction(0.8 - 0.012 * i)});
+    Motion motion = Motion::OnPath(0.6, 0.5);
+    motion.soil[1] = 1;
+    const Solution s = on.Solve(motion);
+    ASSERT_TRUE(s.balanced) << i << " " << NamesOf(s.reasons) << s.residual;
+    if (i > 0) {
+      for (std::size_t w = 0; w < 4; ++w) {
+        EXPECT_NEAR(s.wheel[w].torque_n_m, before.wheel[w].torque_n_m, 1.0) << i << " " << w;
+      }
+    }
+    before = s;
+  }
+}
+
+}  // namespace
+}  // namespace grouser::vehicle
