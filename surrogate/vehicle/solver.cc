@@ -158,7 +158,7 @@ void Solver::Work::Evaluate() noexcept {
       const double sds = lanes[owner[s] / kMostWheels].motion->worse_by_sd;
       if (sds == 0) continue;
       const auto sd = [&](std::size_t o) { return (high[o][s] - answer[o][0][s]) / kTwoSided90; };
-      Worsen(sds * sd(0), sds * sd(1), std::copysign(sds * sd(2), rim[s]), load[s], &to);
+      Worsen(sds * sd(0), sds * sd(1), sds * sd(2) * (rim[s] < 0 ? -1 : 1), load[s], &to);
     }
   }
 }
