@@ -55,7 +55,7 @@ struct Lane {
   std::array<Column, kMostUnknowns> jacobian{};  ///< at `last`, scaled
   Column best{}, best_residual{};  ///< of all attempts
   double merit = 0, best_merit = 0, share = 1, damping = 0;
-  int evaluations = 0, attempt = 0, halvings = 0;
+  int evaluations = 0, attempt = 0, halvings = 0, stalls = 0;
   bool first = true;
   double tip_margin = 0;
   double f_x = 0, f_y = 0, m_z = 0;  ///< that gravity and inertia ask for, at `at`

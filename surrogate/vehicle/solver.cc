@@ -18,6 +18,8 @@ constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostEvaluations = 40, kMostAttempts = 4, kMostHalvings = 5;
+constexpr int kMostStalls = 4;
+constexpr double kGain = 0.98;
 constexpr double kGoal = 1e-7;  // imbalance at which the search ends
 constexpr double kLeastDamping = 1e-4, kMostDamping = 1e8;
 constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steering
@@ -104,6 +106,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm,
   warm ? mechanics.Recall(*solution, lane) : mechanics.Guess(lane);
   lane->phase = Lane::Phase::kSearch;
   lane->first = true;
+  lane->stalls = 0;
   lane->damping = 0;
   return true;
 }
@@ -225,7 +228,10 @@ void Solver::Work::Advance(std::size_t index) noexcept {
   for (std::size_t k = 0; k < n; ++k) merit += residual[k] * residual[k];
   const bool better = lane.first || merit < lane.merit;
   if (better) {
-    const bool stalled = !lane.first && merit > 0.999999 * lane.merit && lane.damping > 0;
+    // A least imbalance above 0: damped steps that gain little, several in a row.
+    const bool gains = lane.first || lane.damping == 0 || merit < kGain * lane.merit;
+    lane.stalls = gains ? 0 : lane.stalls + 1;
+    const bool stalled = lane.stalls >= kMostStalls;
     lane.first = false;
     lane.merit = merit;
     lane.residual = residual;
@@ -253,6 +259,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
       lane.attempt + 1 < kMostAttempts) {
     ++lane.attempt;
+    lane.stalls = 0;
     lane.first = true;
     lane.damping = 0;
     mechanics.Guess(&lane);
