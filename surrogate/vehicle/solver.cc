@@ -11,8 +11,8 @@
 namespace grouser::vehicle {
 namespace {
 
-using surrogate::kTwoSided90;
 using surrogate::kFx, surrogate::kFy, surrogate::kTorque, surrogate::kMz, surrogate::kSinkage;
+using surrogate::kTwoSided90;
 
 constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
@@ -88,8 +88,7 @@ struct Solver::Work {
   bool risky = false;  ///< some motion asks for worse ground
 };
 
-bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm,
-                         Lane* lane) noexcept {
+bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm, Lane* lane) noexcept {
   lane->motion = &motion;
   lane->solution = solution;
   bool known = mechanics.Begin(lane);
@@ -331,11 +330,13 @@ void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out, boo
 const Vehicle& Solver::vehicle() const { return work_->mechanics.vehicle(); }
 
 std::string NamesOf(std::uint32_t reasons) {
-  constexpr std::pair<Reason, const char*> kNames[] = {
-      {kNoBalance, "BALANCE"},  {kOverTorque, "TORQUE"},
-      {kSinksIn, "SINKAGE"},  {kTips, "TIP"},
-      {kUntrainedSpeed, "UNTRAINED_SPEED"}, {kModelDomain, "MODEL_DOMAIN"},
-      {kBadInput, "INPUT"}};
+  constexpr std::pair<Reason, const char*> kNames[] = {{kNoBalance, "BALANCE"},
+                                                       {kOverTorque, "TORQUE"},
+                                                       {kSinksIn, "SINKAGE"},
+                                                       {kTips, "TIP"},
+                                                       {kUntrainedSpeed, "UNTRAINED_SPEED"},
+                                                       {kModelDomain, "MODEL_DOMAIN"},
+                                                       {kBadInput, "INPUT"}};
   std::string text;
   for (const auto& [reason, name] : kNames) {
     if ((reasons & reason) == 0) continue;
