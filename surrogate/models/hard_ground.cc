@@ -49,10 +49,10 @@ void Write(const OutputView& to, std::size_t i, const Term& t, double by_load, d
 
 // How much of the friction is mobilised, over S, and how that changes.
 struct Mobilised {
-  double over_slide;       // g/S
-  double by_slide, by_rim; // its derivatives by S and by |r w|
-  double by_friction;      // d(mu g)/d mu, over S
-  double rest;             // 1 - x, 0 where all slides
+  double over_slide;        // g/S
+  double by_slide, by_rim;  // its derivatives by S and by |r w|
+  double by_friction;       // d(mu g)/d mu, over S
+  double rest;              // 1 - x, 0 where all slides
 };
 Mobilised Mobilise(double k, double slide, double rolling) {
   if (k * slide >= rolling) {

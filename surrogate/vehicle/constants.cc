@@ -88,8 +88,8 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
         c.radius_low = std::min(wheel[1], wheel[2]);
         c.radius_high = std::max(wheel[1], wheel[2]);
         const double sd_v = speed * (c.radius_high - c.radius_low) / (2 * kSds * wheel[0]);
-        const double sd_w = speed / radius * (c.separation_high - c.separation_low) /
-                            (2 * kSds * separation[0]);
+        const double sd_w =
+            speed / radius * (c.separation_high - c.separation_low) / (2 * kSds * separation[0]);
         c.variance_speed = sd_v * sd_v;
         c.variance_yaw_rate = sd_w * sd_w;
         c.pull_over_weight = pull;
@@ -108,20 +108,20 @@ std::string YamlOf(const Vehicle& v, std::span<const SkidConstants> constants) {
   std::string out;
   for (const SkidConstants& c : constants) {
     char text[1600];
-    std::snprintf(
-        text, sizeof text,
-        "---\n# %s on %s, %g m/s, radius %g m. Reasons: %s\ndiff_drive_controller:\n"
-        "  ros__parameters:\n    wheel_separation: %.6g\n    wheel_radius: %.6g\n"
-        "    wheel_separation_multiplier: %.6g  # 90 %%: %.6g to %.6g\n"
-        "    left_wheel_radius_multiplier: %.6g  # 90 %%: %.6g to %.6g\n"
-        "    right_wheel_radius_multiplier: %.6g\n"
-        "    twist_covariance_diagonal: [%.6g, 0.0, 0.0, 0.0, 0.0, %.6g]\n"
-        "traction:\n  pull_over_weight: %.4g  # 5 %%: %.4g\n",
-        v.name.c_str(), c.soil.c_str(), c.speed_m_per_s, c.radius_m,
-        c.reasons == 0 ? "none" : NamesOf(c.reasons).c_str(), track,
-        v.wheel_types[v.wheels[0].type].radius_m, c.separation_multiplier, c.separation_low,
-        c.separation_high, c.radius_multiplier, c.radius_low, c.radius_high, c.radius_multiplier,
-        c.variance_speed, c.variance_yaw_rate, c.pull_over_weight, c.pull_low);
+    std::snprintf(text, sizeof text,
+                  "---\n# %s on %s, %g m/s, radius %g m. Reasons: %s\ndiff_drive_controller:\n"
+                  "  ros__parameters:\n    wheel_separation: %.6g\n    wheel_radius: %.6g\n"
+                  "    wheel_separation_multiplier: %.6g  # 90 %%: %.6g to %.6g\n"
+                  "    left_wheel_radius_multiplier: %.6g  # 90 %%: %.6g to %.6g\n"
+                  "    right_wheel_radius_multiplier: %.6g\n"
+                  "    twist_covariance_diagonal: [%.6g, 0.0, 0.0, 0.0, 0.0, %.6g]\n"
+                  "traction:\n  pull_over_weight: %.4g  # 5 %%: %.4g\n",
+                  v.name.c_str(), c.soil.c_str(), c.speed_m_per_s, c.radius_m,
+                  c.reasons == 0 ? "none" : NamesOf(c.reasons).c_str(), track,
+                  v.wheel_types[v.wheels[0].type].radius_m, c.separation_multiplier,
+                  c.separation_low, c.separation_high, c.radius_multiplier, c.radius_low,
+                  c.radius_high, c.radius_multiplier, c.variance_speed, c.variance_yaw_rate,
+                  c.pull_over_weight, c.pull_low);
     out += text;
   }
   return out;

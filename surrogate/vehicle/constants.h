@@ -15,7 +15,8 @@ namespace grouser::vehicle {
 struct SkidConstants {
   std::string soil;
   double speed_m_per_s, radius_m;
-  double separation_multiplier, separation_low, separation_high;  ///< ends: of the ground's interval
+  double separation_multiplier, separation_low,
+      separation_high;  ///< ends: of the ground's interval
   double radius_multiplier, radius_low, radius_high;
   /// Variances of odometry with these multipliers, of the ground alone, by 1 s of driving:
   /// (m/s)^2 along, (rad/s)^2 in yaw.

@@ -54,16 +54,16 @@ std::uint8_t SoilIndex(const VehicleFile& file, const std::string& name) {
 
 Motion MotionOf(const Arguments& a, const VehicleFile& file) {
   Motion m;
-  const int turns = int(a.yaw_rate.has_value()) + int(a.curvature.has_value()) +
-                    int(a.radius.has_value());
+  const int turns =
+      int(a.yaw_rate.has_value()) + int(a.curvature.has_value()) + int(a.radius.has_value());
   if (turns > 1) {
     throw CLI::ValidationError("--radius", "at most one of --yaw-rate, --curvature and --radius");
   }
   if (!a.rim.empty()) {
     if (a.speed || turns > 0) throw CLI::ValidationError("--rim", "not with a twist");
     if (a.rim.size() != file.vehicle.drives.size()) {
-      throw CLI::ValidationError("--rim", "got " + std::to_string(a.rim.size()) +
-                                              " speeds, expected one a drive");
+      throw CLI::ValidationError(
+          "--rim", "got " + std::to_string(a.rim.size()) + " speeds, expected one a drive");
     }
     m.given = Motion::Given::kControls;
     std::copy(a.rim.begin(), a.rim.end(), m.rim_speed_m_per_s.begin());
@@ -72,8 +72,9 @@ Motion MotionOf(const Arguments& a, const VehicleFile& file) {
     if (!a.speed && !a.yaw_rate) throw CLI::RequiredError("--speed, --yaw-rate or --rim");
     m.v_x_m_per_s = a.speed.value_or(0);
     if (a.radius && *a.radius == 0) {
-      throw CLI::ValidationError("--radius", "got 0, expected another number (--yaw-rate turns in "
-                                             "place)");
+      throw CLI::ValidationError("--radius",
+                                 "got 0, expected another number (--yaw-rate turns in "
+                                 "place)");
     }
     const double curvature = a.radius ? 1 / *a.radius : a.curvature.value_or(0);
     m.yaw_rate_rad_per_s = a.yaw_rate.value_or(m.v_x_m_per_s * curvature);
@@ -86,8 +87,8 @@ Motion MotionOf(const Arguments& a, const VehicleFile& file) {
   }
   if (!a.soil.empty()) m.soil.fill(SoilIndex(file, a.soil));
   if (!a.soils.empty() && a.soils.size() != file.vehicle.wheels.size()) {
-    throw CLI::ValidationError("--soils", "got " + std::to_string(a.soils.size()) +
-                                              ", expected one a wheel");
+    throw CLI::ValidationError("--soils",
+                               "got " + std::to_string(a.soils.size()) + ", expected one a wheel");
   }
   for (std::size_t i = 0; i < a.soils.size(); ++i) m.soil[i] = SoilIndex(file, a.soils[i]);
   return m;
@@ -119,8 +120,8 @@ int PlanSpeeds(Arguments a) {
   a.plan.trained_only = !a.untrained;
   planner.Plan(path, a.plan, out);
   std::cout << (a.json ? JsonOf(path, out) : TextOf(path, out));
-  const bool driven = std::all_of(out.begin(), out.end(),
-                                  [](const SpeedPoint& p) { return p.safe_m_per_s > 0; });
+  const bool driven =
+      std::all_of(out.begin(), out.end(), [](const SpeedPoint& p) { return p.safe_m_per_s > 0; });
   return driven ? kOk : kFailed;
 }
 

@@ -6,7 +6,7 @@
 namespace grouser::vehicle {
 namespace {
 
-constexpr double kCreep = 1e-3;  // [m/s] at which a vehicle at rest is solved
+constexpr double kCreep = 1e-3;     // [m/s] at which a vehicle at rest is solved
 constexpr double kSteepest = 1e-3;  // cosine of a slope that nothing stands on
 
 int Number(std::size_t i) { return static_cast<int>(i); }
@@ -148,8 +148,8 @@ void Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
   Guess(lane);
   // What was found for another speed, in proportion.
-  const double before = std::max(std::fabs(from.v_x_m_per_s),
-                                 std::fabs(from.yaw_rate_rad_per_s) * length_);
+  const double before =
+      std::max(std::fabs(from.v_x_m_per_s), std::fabs(from.yaw_rate_rad_per_s) * length_);
   if (!from.balanced || !(before > 0) || l.v_x >= 0) return;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
@@ -169,7 +169,9 @@ Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {
   const Layout& l = *lane.layout;
   const bool given = l.v_x < 0;
   return {given ? lane.v_x : lane.at[1], lane.at[0], given ? lane.yaw : lane.at[2],
-          l.psi >= 0 ? lane.at[1] : given ? 0 : lane.motion->steering_rad};
+          l.psi >= 0 ? lane.at[1]
+          : given    ? 0
+                     : lane.motion->steering_rad};
 }
 
 double Mechanics::DriveSpeed(const Lane& lane, std::size_t drive) const noexcept {
@@ -194,9 +196,9 @@ void Mechanics::PlaceLoads(const Twist& t, Lane* lane) const noexcept {
   lane->m_z = x * lane->f_y - y * lane->f_x + vehicle_.yaw_inertia_kg_m2 * yaw_up;
   const double moment = lane->at[static_cast<std::size_t>(l.moment)];
   Loads loads;
-  support_.Spread({lane->load, x * lane->load - z * lane->f_x + moment,
-                   y * lane->load - z * lane->f_y},
-                  &loads);
+  support_.Spread(
+      {lane->load, x * lane->load - z * lane->f_x + moment, y * lane->load - z * lane->f_y},
+      &loads);
   lane->tip_margin = loads.tip_margin;
   for (std::size_t i = 0; i < wheels(); ++i) {
     Placed& p = lane->placed[i];
@@ -208,8 +210,8 @@ void Mechanics::PlaceLoads(const Twist& t, Lane* lane) const noexcept {
     p.d_load[0] = s.by_x * z * m * t.yaw;
     if (l.v_x < 0) continue;
     p.d_load[1] = -s.by_y * z * m * t.yaw;
-    p.d_load[2] = s.by_x * z * m * (t.v_y + 2 * t.yaw * x) -
-                  s.by_y * z * m * (t.v_x - 2 * t.yaw * y);
+    p.d_load[2] =
+        s.by_x * z * m * (t.v_y + 2 * t.yaw * x) - s.by_y * z * m * (t.v_x - 2 * t.yaw * y);
   }
 }
 

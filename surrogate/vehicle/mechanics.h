@@ -26,8 +26,8 @@ struct Layout {
 /// A wheel's state at some unknowns, and how it changes with them.
 struct Placed {
   double v_x, v_y, rim, load, yaw_rate;
-  double cos, sin, steer;   ///< steer angle from the vehicle's x
-  double steer_slope;       ///< by psi
+  double cos, sin, steer;  ///< steer angle from the vehicle's x
+  double steer_slope;      ///< by psi
   Column d_v_x, d_v_y, d_rim, d_load;
 };
 
@@ -45,17 +45,17 @@ struct Lane {
   const Motion* motion = nullptr;
   Solution* solution = nullptr;
   const Layout* layout = nullptr;
-  double scale = 1;           ///< speeds of the motion over those that are solved (creep)
-  double v_x = 0, yaw = 0;    ///< as solved, where given
-  double speed = 0;           ///< unit of speed [m/s]
-  double load = 0;            ///< of all wheels [N]
+  double scale = 1;                     ///< speeds of the motion over those that are solved (creep)
+  double v_x = 0, yaw = 0;              ///< as solved, where given
+  double speed = 0;                     ///< unit of speed [m/s]
+  double load = 0;                      ///< of all wheels [N]
   double gravity_x = 0, gravity_y = 0;  ///< what gravity asks of the ground [m/s^2]
   Column at{}, last{}, step{}, unit{};  ///< unknowns: tried, accepted, and their units
-  Column residual{};          ///< at `last`, scaled
+  Column residual{};                    ///< at `last`, scaled
   std::array<Column, kMostUnknowns> jacobian{};  ///< at `last`, scaled
-  Column best{}, best_residual{};  ///< of all attempts
+  Column best{}, best_residual{};                ///< of all attempts
   double merit = 0, best_merit = 0, share = 1, damping = 0;
-  int evaluations = 0, attempt = 0, halvings = 0;
+  int evaluations = 0, attempt = 0, halvings = 0, stalls = 0;
   bool first = true;
   double tip_margin = 0;
   double f_x = 0, f_y = 0, m_z = 0;  ///< that gravity and inertia ask for, at `at`
@@ -101,7 +101,7 @@ class Mechanics {
   void PlaceLoads(const Twist& twist, Lane* lane) const noexcept;
   void PlaceWheel(const Twist& twist, std::size_t i, Lane* lane) const noexcept;
   void FreeRows(const Lane& lane, std::span<const Felt> felt, Column* residual,
-                 std::array<Column, kMostUnknowns>* jacobian) const noexcept;
+                std::array<Column, kMostUnknowns>* jacobian) const noexcept;
   void WriteDrives(Solution* solution) const noexcept;
   double Command(std::size_t drive, double v_x, double yaw) const noexcept;
 

@@ -10,8 +10,7 @@ namespace {
 
 // d output/d unknown k of a wheel: the chain rule over its state.
 double Along(const std::array<double, 5>& felt, const Placed& p, std::size_t k) {
-  return felt[1] * p.d_v_x[k] + felt[2] * p.d_v_y[k] + felt[3] * p.d_rim[k] +
-         felt[4] * p.d_load[k];
+  return felt[1] * p.d_v_x[k] + felt[2] * p.d_v_y[k] + felt[3] * p.d_rim[k] + felt[4] * p.d_load[k];
 }
 
 // Adds a wheel's part of the derivatives of the first four rows.
@@ -149,8 +148,8 @@ void Mechanics::Write(const Lane& lane, std::span<const Felt> felt) const noexce
   s.v_x_m_per_s = t.v_x * scale;
   s.v_y_m_per_s = t.v_y * scale;
   s.yaw_rate_rad_per_s = t.yaw * scale;
-  s.side_slip_rad = std::atan2(t.v_y + t.yaw * vehicle_.centre_x_m,
-                               t.v_x - t.yaw * vehicle_.centre_y_m);
+  s.side_slip_rad =
+      std::atan2(t.v_y + t.yaw * vehicle_.centre_x_m, t.v_x - t.yaw * vehicle_.centre_y_m);
   s.steering_rad = t.psi;
   s.evaluations = lane.evaluations;
   s.tip_margin = lane.tip_margin;
@@ -163,9 +162,20 @@ void Mechanics::Write(const Lane& lane, std::span<const Felt> felt) const noexce
     const Felt& f = felt[i];
     WheelSolution& w = s.wheel[i];
     const surrogate::SlipState slip = surrogate::ToSlip(p.v_x, p.v_y, p.rim);
-    w = {p.load, p.rim * scale, p.v_x * scale, p.v_y * scale, slip.slip, slip.attack_angle_rad,
-         p.steer, f.f_x[0], f.f_y[0], f.torque[0], f.m_z[0], f.sinkage,
-         f.torque[0] * p.rim * scale / radius(i), f.flags};
+    w = {p.load,
+         p.rim * scale,
+         p.v_x * scale,
+         p.v_y * scale,
+         slip.slip,
+         slip.attack_angle_rad,
+         p.steer,
+         f.f_x[0],
+         f.f_y[0],
+         f.torque[0],
+         f.m_z[0],
+         f.sinkage,
+         f.torque[0] * p.rim * scale / radius(i),
+         f.flags};
     const double x = p.cos * f.f_x[0] - p.sin * f.f_y[0], y = p.sin * f.f_x[0] + p.cos * f.f_y[0];
     s.f_x_n += x;
     s.f_y_n += y;

@@ -15,8 +15,8 @@ MotorState StateOf(const Motor& m, double torque_n_m, double spin_rad_per_s) noe
     const double turns = spin_rad_per_s > 0 ? 1 : spin_rad_per_s < 0 ? -1 : 0;
     state.current_a =
         through / (m.gear * m.torque_constant_n_m_per_a) + m.no_load_current_a * turns;
-    state.voltage_v = m.resistance_ohm * state.current_a +
-                      m.torque_constant_n_m_per_a * m.gear * spin_rad_per_s;
+    state.voltage_v =
+        m.resistance_ohm * state.current_a + m.torque_constant_n_m_per_a * m.gear * spin_rad_per_s;
     state.electric_power_w = state.voltage_v * state.current_a;
     state.use = std::max({state.use, std::fabs(state.current_a) / m.current_limit_a,
                           std::fabs(state.voltage_v) / m.voltage_limit_v});

@@ -25,7 +25,8 @@ std::vector<std::string> Cells(const std::string& line) {
 
 std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds) {
   std::istringstream in(yaml::ReadYamlText(file));
-  const std::vector<std::string> known = {"s_m", "curvature_per_m", "grade_deg", "bank_deg", "soil"};
+  const std::vector<std::string> known = {"s_m", "curvature_per_m", "grade_deg", "bank_deg",
+                                          "soil"};
   std::vector<std::string> columns;
   std::vector<PathPoint> path;
   int number = 0;
@@ -39,7 +40,8 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
       for (const std::string& c : columns) {
         if (std::find(known.begin(), known.end(), c) == known.end() ||
             std::count(columns.begin(), columns.end(), c) > 1) {
-          throw yaml::InputError(at + "column " + c + ": expected each of s_m, curvature_per_m, "
+          throw yaml::InputError(at + "column " + c +
+                                 ": expected each of s_m, curvature_per_m, "
                                  "grade_deg, bank_deg, soil once at most");
         }
       }
@@ -60,7 +62,8 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
       if (which == 4) {
         const auto soil = std::find(grounds.soils.begin(), grounds.soils.end(), cells[c]);
         if (soil == grounds.soils.end()) {
-          throw yaml::InputError(at + "soil: got " + cells[c] + ", expected one of the vehicle, such as " +
+          throw yaml::InputError(at + "soil: got " + cells[c] +
+                                 ", expected one of the vehicle, such as " +
                                  yaml::NearestOf(cells[c], grounds.soils));
         }
         p.soil = static_cast<std::uint8_t>(soil - grounds.soils.begin());
@@ -70,7 +73,8 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
       const char* end = cells[c].data() + cells[c].size();
       const auto [rest, error] = std::from_chars(cells[c].data(), end, value);
       if (error != std::errc() || rest != end || !std::isfinite(value)) {
-        throw yaml::InputError(at + columns[c] + ": got '" + cells[c] + "', expected a finite number");
+        throw yaml::InputError(at + columns[c] + ": got '" + cells[c] +
+                               "', expected a finite number");
       }
       if (which >= 2) value *= std::numbers::pi / 180;
       double* const to[] = {&p.s_m, &p.curvature_per_m, &p.grade_rad, &p.bank_rad};
@@ -81,7 +85,8 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
     }
     path.push_back(p);
   }
-  if (path.size() < 2) throw yaml::InputError(file + ": got fewer than two points, expected a path");
+  if (path.size() < 2)
+    throw yaml::InputError(file + ": got fewer than two points, expected a path");
   return path;
 }
 

@@ -29,11 +29,11 @@ std::string TextOf(const VehicleFile& file) {
       v.gravity_m_per_s2);
   for (const Wheel& w : v.wheels) {
     const WheelType& type = v.wheel_types[w.type];
-    out += fmt::format("  {:14} ({:6.3f}, {:6.3f}) m  {} (radius {} m, width {} m)  {}{}\n", w.name,
-                       w.x_m, w.y_m, type.name, type.radius_m, type.width_m,
-                       w.drive < 0 ? "rolls freely"
-                                   : "drive " + v.drives[static_cast<std::size_t>(w.drive)].name,
-                       w.steered ? ", steered" : "");
+    out += fmt::format(
+        "  {:14} ({:6.3f}, {:6.3f}) m  {} (radius {} m, width {} m)  {}{}\n", w.name, w.x_m, w.y_m,
+        type.name, type.radius_m, type.width_m,
+        w.drive < 0 ? "rolls freely" : "drive " + v.drives[static_cast<std::size_t>(w.drive)].name,
+        w.steered ? ", steered" : "");
   }
   for (const Drive& d : v.drives) {
     out += fmt::format("  drive {}: {}\n", d.name, kCouplingNames[static_cast<int>(d.coupling)]);
@@ -45,8 +45,7 @@ std::string TextOf(const VehicleFile& file) {
 std::string TextOf(const VehicleFile& file, const Solution& s) {
   std::string out = fmt::format(
       "reasons: {}\nv_x {:.4g} m/s, v_y {:.4g} m/s, yaw rate {:.4g} rad/s, side slip {:.2f} deg\n",
-      ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s,
-      s.side_slip_rad * kDegrees);
+      ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s, s.side_slip_rad * kDegrees);
   for (std::size_t d = 0; d < file.vehicle.drives.size(); ++d) {
     out += fmt::format("rim speed of {}: {:.4g} m/s\n", file.vehicle.drives[d].name,
                        s.rim_speed_m_per_s[d]);
@@ -126,8 +125,8 @@ std::string TextOf(const VehicleFile& file, const PowerInterval& p) {
       ReasonsOf(p.solution), m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low,
       p.high, m.shaft);
   const std::pair<const char*, double> parts[] = {
-      {"drive losses", m.drive}, {"rolling", m.rolling}, {"slip", m.slip},
-      {"lateral scrub", m.scrub}, {"grade", m.grade},    {"acceleration", m.acceleration},
+      {"drive losses", m.drive},  {"rolling", m.rolling}, {"slip", m.slip},
+      {"lateral scrub", m.scrub}, {"grade", m.grade},     {"acceleration", m.acceleration},
       {"imbalance", m.imbalance}};
   for (const auto& [name, watts] : parts) out += fmt::format("  {:14} {:12.4f} W\n", name, watts);
   for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
@@ -162,8 +161,9 @@ std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
 }
 
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
-  std::string out = fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
-                                "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
+  std::string out =
+      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
+                  "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
     out += fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:15} {:15} {:10.2e}\n", path[i].s_m,

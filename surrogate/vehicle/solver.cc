@@ -11,13 +11,15 @@
 namespace grouser::vehicle {
 namespace {
 
-using surrogate::kTwoSided90;
 using surrogate::kFx, surrogate::kFy, surrogate::kTorque, surrogate::kMz, surrogate::kSinkage;
+using surrogate::kTwoSided90;
 
 constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostEvaluations = 40, kMostAttempts = 4, kMostHalvings = 5;
+constexpr int kMostStalls = 4;
+constexpr double kGain = 0.98;
 constexpr double kGoal = 1e-7;  // imbalance at which the search ends
 constexpr double kLeastDamping = 1e-4, kMostDamping = 1e8;
 constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steering
@@ -86,8 +88,7 @@ struct Solver::Work {
   bool risky = false;  ///< some motion asks for worse ground
 };
 
-bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm,
-                         Lane* lane) noexcept {
+bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm, Lane* lane) noexcept {
   lane->motion = &motion;
   lane->solution = solution;
   bool known = mechanics.Begin(lane);
@@ -104,6 +105,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm,
   warm ? mechanics.Recall(*solution, lane) : mechanics.Guess(lane);
   lane->phase = Lane::Phase::kSearch;
   lane->first = true;
+  lane->stalls = 0;
   lane->damping = 0;
   return true;
 }
@@ -158,7 +160,7 @@ void Solver::Work::Evaluate() noexcept {
       const double sds = lanes[owner[s] / kMostWheels].motion->worse_by_sd;
       if (sds == 0) continue;
       const auto sd = [&](std::size_t o) { return (high[o][s] - answer[o][0][s]) / kTwoSided90; };
-      Worsen(sds * sd(0), sds * sd(1), std::copysign(sds * sd(2), rim[s]), load[s], &to);
+      Worsen(sds * sd(0), sds * sd(1), sds * sd(2) * (rim[s] < 0 ? -1 : 1), load[s], &to);
     }
   }
 }
@@ -225,7 +227,10 @@ void Solver::Work::Advance(std::size_t index) noexcept {
   for (std::size_t k = 0; k < n; ++k) merit += residual[k] * residual[k];
   const bool better = lane.first || merit < lane.merit;
   if (better) {
-    const bool stalled = !lane.first && merit > 0.999999 * lane.merit && lane.damping > 0;
+    // A least imbalance above 0: damped steps that gain little, several in a row.
+    const bool gains = lane.first || lane.damping == 0 || merit < kGain * lane.merit;
+    lane.stalls = gains ? 0 : lane.stalls + 1;
+    const bool stalled = lane.stalls >= kMostStalls;
     lane.first = false;
     lane.merit = merit;
     lane.residual = residual;
@@ -253,6 +258,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
       lane.attempt + 1 < kMostAttempts) {
     ++lane.attempt;
+    lane.stalls = 0;
     lane.first = true;
     lane.damping = 0;
     mechanics.Guess(&lane);
@@ -324,11 +330,13 @@ void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out, boo
 const Vehicle& Solver::vehicle() const { return work_->mechanics.vehicle(); }
 
 std::string NamesOf(std::uint32_t reasons) {
-  constexpr std::pair<Reason, const char*> kNames[] = {
-      {kNoBalance, "BALANCE"},  {kOverTorque, "TORQUE"},
-      {kSinksIn, "SINKAGE"},  {kTips, "TIP"},
-      {kUntrainedSpeed, "UNTRAINED_SPEED"}, {kModelDomain, "MODEL_DOMAIN"},
-      {kBadInput, "INPUT"}};
+  constexpr std::pair<Reason, const char*> kNames[] = {{kNoBalance, "BALANCE"},
+                                                       {kOverTorque, "TORQUE"},
+                                                       {kSinksIn, "SINKAGE"},
+                                                       {kTips, "TIP"},
+                                                       {kUntrainedSpeed, "UNTRAINED_SPEED"},
+                                                       {kModelDomain, "MODEL_DOMAIN"},
+                                                       {kBadInput, "INPUT"}};
   std::string text;
   for (const auto& [reason, name] : kNames) {
     if ((reasons & reason) == 0) continue;

@@ -31,11 +31,11 @@ struct Motion {
     kControls  ///< rim speeds and steering: v_x, v_y and yaw rate are found
   };
   Given given = Given::kTwist;
-  double v_x_m_per_s = 0;           ///< kTwist: of the origin, forward
-  double yaw_rate_rad_per_s = 0;    ///< kTwist: to the left
+  double v_x_m_per_s = 0;                               ///< kTwist: of the origin, forward
+  double yaw_rate_rad_per_s = 0;                        ///< kTwist: to the left
   std::array<double, kMostDrives> rim_speed_m_per_s{};  ///< kControls: r w by drive
-  double steering_rad = 0;          ///< kControls: psi of Steering
-  double acceleration_m_per_s2 = 0;        ///< rate of v_x
+  double steering_rad = 0;                              ///< kControls: psi of Steering
+  double acceleration_m_per_s2 = 0;                     ///< rate of v_x
   double yaw_acceleration_rad_per_s2 = 0;
   double grade_rad = 0;  ///< the ground rises ahead (pitch of ISO 8855 is its negative)
   double bank_rad = 0;   ///< the ground rises to the left (roll of ISO 8855)
@@ -55,13 +55,13 @@ struct Motion {
 
 /// Why a solution is none, or is none to rely on. Bits.
 enum Reason : std::uint32_t {
-  kNoBalance = 1,         ///< no controls balance forces and moments on this ground
-  kOverTorque = 2,      ///< a motor's torque, current, voltage or power, or the steering, is exceeded
-  kSinksIn = 4,         ///< a wheel sinks deeper than the limit, or the soil carries it nowhere
-  kTips = 8,             ///< gravity and inertia meet the ground outside the wheels
-  kUntrainedSpeed = 16, ///< faster than the model's runs: no limit of the ground
-  kModelDomain = 32,    ///< outside what the model's runs covered: no limit of the ground
-  kBadInput = 64           ///< the motion is not finite, or a wheel has no model of its soil
+  kNoBalance = 1,   ///< no controls balance forces and moments on this ground
+  kOverTorque = 2,  ///< a motor's torque, current, voltage or power, or the steering, is exceeded
+  kSinksIn = 4,     ///< a wheel sinks deeper than the limit, or the soil carries it nowhere
+  kTips = 8,        ///< gravity and inertia meet the ground outside the wheels
+  kUntrainedSpeed = 16,  ///< faster than the model's runs: no limit of the ground
+  kModelDomain = 32,     ///< outside what the model's runs covered: no limit of the ground
+  kBadInput = 64         ///< the motion is not finite, or a wheel has no model of its soil
 };
 inline constexpr std::uint32_t kLimits = kNoBalance | kOverTorque | kSinksIn | kTips;
 inline constexpr std::uint32_t kUntrained = kUntrainedSpeed | kModelDomain;
@@ -83,10 +83,10 @@ struct Solution {
   double residual = 0;        ///< largest imbalance, over weight (and weight times length)
   int evaluations = 0;        ///< of the wheels
   double v_x_m_per_s = 0, v_y_m_per_s = 0, yaw_rate_rad_per_s = 0;  ///< of the origin
-  double side_slip_rad = 0;   ///< atan2(v_y, v_x) of the centre of gravity
+  double side_slip_rad = 0;  ///< atan2(v_y, v_x) of the centre of gravity
   double steering_rad = 0;
   std::array<double, kMostDrives> rim_speed_m_per_s{};  ///< r w by drive
-  double pitching_moment_n_m = 0;  ///< of the wheels: sum of (r - sinkage) f_x - torque
+  double pitching_moment_n_m = 0;            ///< of the wheels: sum of (r - sinkage) f_x - torque
   double f_x_n = 0, f_y_n = 0, m_z_n_m = 0;  ///< of the ground on the vehicle, at the origin
   double shaft_power_w = 0, electric_power_w = 0;
   double tip_margin = 0;      ///< see Loads

@@ -12,9 +12,10 @@ namespace {
 constexpr int kBisections = 8;      // of the safe speed: to 0.4 % of the limit
 constexpr std::size_t kStride = 8;  // points between those whose reach is searched
 constexpr int kVerifications = 6;
-constexpr double kSlower = 0.96;    // where the plan does not hold
+constexpr double kSlower = 0.96;  // where the plan does not hold
 
-Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed, double acceleration) {
+Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
+                double acceleration) {
   Motion m = Motion::OnPath(speed, p.curvature_per_m);
   m.acceleration_m_per_s2 = acceleration;
   m.yaw_acceleration_rad_per_s2 = acceleration * p.curvature_per_m;
@@ -41,9 +42,9 @@ void CheckOptions(const SpeedOptions& o) {
 }  // namespace
 
 const char* NameOf(Binding binding) {
-  constexpr const char* kNames[] = {"SPEED_LIMIT", "TRACTION", "LATERAL_GRIP", "TORQUE", "ROLLOVER",
-                                    "SINKAGE", "UNTRAINED_SPEED", "MODEL_DOMAIN", "ACCELERATION",
-                                    "BRAKING", "INPUT"};
+  constexpr const char* kNames[] = {
+      "SPEED_LIMIT",     "TRACTION",     "LATERAL_GRIP", "TORQUE",  "ROLLOVER", "SINKAGE",
+      "UNTRAINED_SPEED", "MODEL_DOMAIN", "ACCELERATION", "BRAKING", "INPUT"};
   return kNames[static_cast<int>(binding)];
 }
 
@@ -79,8 +80,7 @@ Binding SpeedPlanner::BindingOf(const Motion& m, const Solution& s, const SpeedO
   if (s.balanced) return Binding::kTorque;
   const double g = vehicle_.gravity_m_per_s2;
   const double along = std::fabs(m.acceleration_m_per_s2 + g * std::sin(m.grade_rad));
-  const double across =
-      std::fabs(m.v_x_m_per_s * m.yaw_rate_rad_per_s + g * std::sin(m.bank_rad));
+  const double across = std::fabs(m.v_x_m_per_s * m.yaw_rate_rad_per_s + g * std::sin(m.bank_rad));
   return along > across ? Binding::kTraction : Binding::kLateralGrip;
 }
 
@@ -172,7 +172,8 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   // What is left along the path where grip is used across it: an ellipse in speed^2.
   const auto left = [&](std::size_t i, double v) {
     const Binding b = out[i].safe_binding;
-    if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction) return 1.0;
+    if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction)
+      return 1.0;
     const double share = out[i].safe_m_per_s > 0 ? v / out[i].safe_m_per_s : 1;
     return std::sqrt(std::max(0.0, 1 - share * share * share * share));
   };

@@ -15,23 +15,32 @@ struct PathPoint {
 };
 
 struct SpeedOptions {
-  double speed_limit_m_per_s = 0;     ///< > 0: never faster
+  double speed_limit_m_per_s = 0;           ///< > 0: never faster
   double worse_by_sd = 1.6448536269514722;  ///< ground that the plan must stand; see Motion
   double tip_margin = 0.1, torque_margin = 0, sinkage_margin = 0;  ///< least ones
-  double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;  ///< of comfort, largest
+  double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;          ///< of comfort, largest
   double start_m_per_s = 0, end_m_per_s = 0;
   bool trained_only = true;  ///< no faster than what the models' runs cover
 };
 
 /// What keeps a point from being driven faster.
 enum class Binding : std::uint8_t {
-  kSpeedLimit, kTraction, kLateralGrip, kTorque, kRollover, kSinkage, kUntrainedSpeed,
-  kModelDomain, kAcceleration, kBraking, kInput
+  kSpeedLimit,
+  kTraction,
+  kLateralGrip,
+  kTorque,
+  kRollover,
+  kSinkage,
+  kUntrainedSpeed,
+  kModelDomain,
+  kAcceleration,
+  kBraking,
+  kInput
 };
 const char* NameOf(Binding binding);
 
 struct SpeedPoint {
-  double safe_m_per_s = 0;   ///< highest at constant speed; 0: cannot be driven (see binding)
+  double safe_m_per_s = 0;  ///< highest at constant speed; 0: cannot be driven (see binding)
   Binding safe_binding = Binding::kSpeedLimit;
   double speed_m_per_s = 0;  ///< of the plan
   double acceleration_m_per_s2 = 0;

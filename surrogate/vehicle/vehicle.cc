@@ -58,8 +58,8 @@ void CheckWheels(const Vehicle& v) {
     for (const Wheel& b : v.wheels) {
       longest = std::max(longest, std::hypot(b.x_m - a.x_m, b.y_m - a.y_m));
       for (const Wheel& c : v.wheels) {
-        area = std::max(area, std::fabs((b.x_m - a.x_m) * (c.y_m - a.y_m) -
-                                        (b.y_m - a.y_m) * (c.x_m - a.x_m)));
+        area = std::max(
+            area, std::fabs((b.x_m - a.x_m) * (c.y_m - a.y_m) - (b.y_m - a.y_m) * (c.x_m - a.x_m)));
       }
     }
   }

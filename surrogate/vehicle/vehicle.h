@@ -23,7 +23,7 @@ struct Wheel {
   std::string name;
   std::size_t type = 0;  ///< index of the wheel type
   double x_m = 0, y_m = 0;
-  int drive = -1;         ///< index of the drive; -1: it rolls freely
+  int drive = -1;  ///< index of the drive; -1: it rolls freely
   bool steered = false;
   double stiffness = 1;   ///< vertical, relative to the other wheels [-]
   double roll_share = 1;  ///< of the roll moment, relative to the other wheels [-]
@@ -32,7 +32,7 @@ struct Wheel {
 
 /// How a drive turns its wheels.
 enum class Coupling {
-  kLocked,        ///< one motor, all rims at one speed (chain or belt: a side of a skid-steered robot)
+  kLocked,  ///< one motor, all rims at one speed (chain or belt: a side of a skid-steered robot)
   kDifferential,  ///< one motor, open differential: one torque at every wheel
   kIndependent    ///< a motor at each wheel, rims in proportion to what the steering asks for
 };
@@ -46,11 +46,11 @@ enum class Coupling {
 struct Motor {
   double torque_constant_n_m_per_a = 0;  ///< 0: unknown
   double resistance_ohm = 0, no_load_current_a = 0;
-  double gear = 1;        ///< turns of the motor for one of the wheels
-  double efficiency = 1;  ///< of the gear, (0, 1]
+  double gear = 1;                       ///< turns of the motor for one of the wheels
+  double efficiency = 1;                 ///< of the gear, (0, 1]
   double torque_limit_n_m = kUnlimited;  ///< at the wheels
   double current_limit_a = kUnlimited, voltage_limit_v = kUnlimited;
-  double power_limit_w = kUnlimited;     ///< electric
+  double power_limit_w = kUnlimited;  ///< electric
 };
 
 struct Drive {
@@ -63,8 +63,8 @@ struct Drive {
 ///   (cos psi - sin psi y_i/L, sin psi (x_i - centre_x)/L),
 /// so that all axes meet at (centre_x, L/tan psi) (Ackermann). psi = 90 degrees turns in place.
 struct Steering {
-  double centre_x_m = 0;  ///< of the axle that does not steer, or the middle
-  double length_m = 1;    ///< L > 0: tan(psi) = L times curvature
+  double centre_x_m = 0;                  ///< of the axle that does not steer, or the middle
+  double length_m = 1;                    ///< L > 0: tan(psi) = L times curvature
   double limit_rad = 1.5707963267948966;  ///< largest |psi|
 };
 

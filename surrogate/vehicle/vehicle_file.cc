@@ -116,8 +116,9 @@ std::unique_ptr<const surrogate::WheelModel> OpenModel(YamlSection* s, const Whe
     const v1alpha1::Model model = surrogate::ReadModel(file.string()).model;
     if (Differ(model.wheel().radius_m(), wheel.radius_m) ||
         Differ(model.wheel().width_m(), wheel.width_m)) {
-      s->Fail("model", "a wheel of radius " + std::to_string(model.wheel().radius_m()) +
-                           " m and width " + std::to_string(model.wheel().width_m()) + " m",
+      s->Fail("model",
+              "a wheel of radius " + std::to_string(model.wheel().radius_m()) + " m and width " +
+                  std::to_string(model.wheel().width_m()) + " m",
               "that of type " + wheel.name);
     }
     const double g = model.soil().gravity_m_per_s2();

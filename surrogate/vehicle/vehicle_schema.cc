@@ -9,7 +9,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json Text(const char* what) { return {{"type", "string"}, {"minLength", 1}, {"description", what}}; }
+Json Text(const char* what) {
+  return {{"type", "string"}, {"minLength", 1}, {"description", what}};
+}
 Json ListOf(const Json& items) {
   return {{"anyOf", {items, {{"type", "array"}, {"items", items}, {"minItems", 1}}}}};
 }
@@ -22,7 +24,8 @@ Json Numbers(int n, const char* what) {
 }
 
 template <class T>
-Json Section(std::span<const NumberKey<T>> keys, const Json& others, std::vector<std::string> must) {
+Json Section(std::span<const NumberKey<T>> keys, const Json& others,
+             std::vector<std::string> must) {
   Json properties = others;
   for (const NumberKey<T>& k : keys) {
     Json number = {{"type", "number"}};
@@ -42,21 +45,19 @@ Json Section(std::span<const NumberKey<T>> keys, const Json& others, std::vector
 
 std::string VehicleSchema() {
   const Json type = Section(WheelTypeKeys(), {{"name", Text("")}}, {"name"});
-  const Json drive = Section<Motor>(
-      {},
-      {{"name", Text("")},
-       {"coupling", {{"enum", kCouplingNames}}},
-       {"motor", Section(MotorKeys(), Json::object(), {})}},
-      {"name", "coupling"});
-  const Json wheel =
-      Section(WheelKeys(),
-              {{"name", Text("")},
-               {"type", Text("name of a wheel type")},
-               {"at_m", Numbers(2, "x forward, y left, of the contact")},
-               {"drive", Text("name of its drive; without one it rolls freely")},
-               {"steered", {{"type", "boolean"}}},
-               {"bogie", Text("wheels of one bogie share their load equally")}},
-              {"name", "type", "at_m"});
+  const Json drive = Section<Motor>({},
+                                    {{"name", Text("")},
+                                     {"coupling", {{"enum", kCouplingNames}}},
+                                     {"motor", Section(MotorKeys(), Json::object(), {})}},
+                                    {"name", "coupling"});
+  const Json wheel = Section(WheelKeys(),
+                             {{"name", Text("")},
+                              {"type", Text("name of a wheel type")},
+                              {"at_m", Numbers(2, "x forward, y left, of the contact")},
+                              {"drive", Text("name of its drive; without one it rolls freely")},
+                              {"steered", {{"type", "boolean"}}},
+                              {"bogie", Text("wheels of one bogie share their load equally")}},
+                             {"name", "type", "at_m"});
   Json ground = Section<Motor>({},
                                {{"soil", Text("")},
                                 {"wheel", Text("name of a wheel type")},
@@ -69,8 +70,9 @@ std::string VehicleSchema() {
   schema.update(Section(VehicleKeys(),
                         {{"name", Text("")},
                          {"sources", ListOf({{"type", "string"}})},
-                         {"centre_m", Numbers(3, "of gravity: x forward, y left, z up from the "
-                                                 "ground, in the axes of the wheels")},
+                         {"centre_m", Numbers(3,
+                                              "of gravity: x forward, y left, z up from the "
+                                              "ground, in the axes of the wheels")},
                          {"wheel_types", ListOf(type)},
                          {"wheels", ListOf(wheel)},
                          {"drives", ListOf(drive)},

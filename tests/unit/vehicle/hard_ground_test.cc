@@ -22,8 +22,8 @@ const HardGroundModel& Model() {
 TEST(HardGround, StiffAtSmallSlipAndCoulombBeyond) {
   // f_x = C N sigma at small slip over the rolling speed; mu N when all slides.
   const double load = 100, rim = 1, sigma = 1e-6;
-  EXPECT_NEAR(AnswerOf(Model(), {rim * (1 - sigma), 0, rim}, load).value[kFx],
-              12 * load * sigma, 1e-4 * 12 * load * sigma);
+  EXPECT_NEAR(AnswerOf(Model(), {rim * (1 - sigma), 0, rim}, load).value[kFx], 12 * load * sigma,
+              1e-4 * 12 * load * sigma);
   EXPECT_DOUBLE_EQ(AnswerOf(Model(), {0.1, 0, 1}, load).value[kFx], 0.8 * load);
   EXPECT_DOUBLE_EQ(AnswerOf(Model(), {1, 0, 0}, load).value[kFx], -0.8 * load);
   // Sideways the same friction, against the motion.
@@ -78,7 +78,8 @@ TEST(HardGround, AlignsTheWheelWithItsMotion) {
 }
 
 TEST(HardGround, MirrorsToTheLastBit) {
-  const WheelAnswer a = AnswerOf(Model(), {0.9, 0.1, 1}, 80), b = AnswerOf(Model(), {0.9, -0.1, 1}, 80),
+  const WheelAnswer a = AnswerOf(Model(), {0.9, 0.1, 1}, 80),
+                    b = AnswerOf(Model(), {0.9, -0.1, 1}, 80),
                     c = AnswerOf(Model(), {-0.9, 0.1, -1}, 80);
   for (int o = 0; o < kOutputs; ++o) {
     EXPECT_EQ(a.value[o], kOutputFields[o].parity_y * b.value[o]) << kOutputFields[o].name;

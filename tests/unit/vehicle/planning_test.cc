@@ -46,11 +46,11 @@ TEST(Energy, SplitAddsUpToTheElectricPower) {
     EXPECT_GT(p.mean.rolling, 0);
     EXPECT_GT(p.mean.slip + p.mean.scrub, 0);
     // Work against gravity by the vehicle's own speeds.
-    EXPECT_NEAR(p.mean.grade / (v.mass_kg * 9.81),
-                std::sin(0.1) * (0.7 - 0.21 * v.centre_y_m) +
-                    std::cos(0.1) * std::sin(-0.05) *
-                        (p.solution.v_y_m_per_s + 0.21 * v.centre_x_m),
-                1e-9);
+    EXPECT_NEAR(
+        p.mean.grade / (v.mass_kg * 9.81),
+        std::sin(0.1) * (0.7 - 0.21 * v.centre_y_m) +
+            std::cos(0.1) * std::sin(-0.05) * (p.solution.v_y_m_per_s + 0.21 * v.centre_x_m),
+        1e-9);
   }
 }
 
@@ -88,7 +88,9 @@ TEST(SpeedPlan, CornersAtTheSpeedOfFriction) {
   // v^2 kappa = mu g, less what the rolling resistance takes.
   surrogate::HardGround ground = WithFriction(0.4);
   ground.rolling_resistance = 0;
-  Planning p(Cart(Coupling::kLocked), {ground});
+  Vehicle v = Cart();
+  v.centre_z_m = 0.02;  // no load transfer: all wheels reach their friction together
+  Planning p(v, {ground});
   const double curvature = 0.2, limit = std::sqrt(0.4 * 9.81 / curvature);
   std::vector<PathPoint> path(3);
   for (std::size_t i = 0; i < 3; ++i) path[i] = {static_cast<double>(i), curvature, 0, 0, 0};
@@ -142,8 +144,8 @@ TEST(SpeedPlan, BrakesInTimeForACornerAndHoldsEverywhere) {
     m.acceleration_m_per_s2 = out[i].acceleration_m_per_s2;
     m.yaw_acceleration_rad_per_s2 = m.acceleration_m_per_s2 * path[i].curvature_per_m;
     m.soil.fill(path[i].soil);
-    EXPECT_EQ(p.on.Solve(m).reasons & kLimits, 0u) << i << " v " << out[i].speed_m_per_s << " a "
-                                                   << out[i].acceleration_m_per_s2;
+    EXPECT_EQ(p.on.Solve(m).reasons & kLimits, 0u)
+        << i << " v " << out[i].speed_m_per_s << " a " << out[i].acceleration_m_per_s2;
   }
 }
 
@@ -203,7 +205,7 @@ TEST(Constants, UndoTheSlipOfTheSolve) {
     EXPECT_NEAR(c.radius_multiplier * (l + r) / 2, 0.5, 1e-9);
     EXPECT_NEAR((r - l) / (c.separation_multiplier * 0.56), 0.5 / c.radius_m, 1e-9);
     EXPECT_GT(c.separation_multiplier, 1.2);  // skid steering asks for more than geometry
-    EXPECT_NEAR(c.pull_over_weight, 0.8 , 0.03);
+    EXPECT_NEAR(c.pull_over_weight, 0.8, 0.03);
   }
   EXPECT_THROW(ConstantsOf(Cart(), p.table, speeds, radii), std::invalid_argument);
 }

@@ -54,10 +54,10 @@ TEST(VehicleSolver, ClimbsByWeightAndRollingResistance) {
   EXPECT_NEAR(torque, 0.165 * s.f_x_n + resist, 1e-6 * weight);
   // Moment about the rear contact line, the shift by rolling resistance included.
   const double front = (s.wheel[0].load_n + s.wheel[1].load_n) * 0.5;
-  EXPECT_NEAR(front,
-              weight * (0.25 * std::cos(motion.grade_rad) - 0.3 * std::sin(motion.grade_rad)) -
-                  resist,
-              1e-6 * weight);
+  EXPECT_NEAR(
+      front,
+      weight * (0.25 * std::cos(motion.grade_rad) - 0.3 * std::sin(motion.grade_rad)) - resist,
+      1e-6 * weight);
 }
 
 TEST(VehicleSolver, SlidesWhereFrictionEnds) {
@@ -152,8 +152,7 @@ Stepped StepInTime(const Vehicle& vehicle, const surrogate::WheelModel& model, d
   for (int step = 0; step < 60000; ++step) {
     double f_x = 0, f_y = 0, m_z = 0, moment = 0;
     for (const Wheel& w : vehicle.wheels) {
-      const double load = m * g * std::cos(bank) / 4 -
-                          (m * a_x * h - pitch) * w.x_m / (4 * a * a) -
+      const double load = m * g * std::cos(bank) / 4 - (m * a_x * h - pitch) * w.x_m / (4 * a * a) -
                           m * (a_y + g * std::sin(bank)) * h * w.y_m / (4 * b * b);
       surrogate::WheelStatesView in;
       const double x = s.u - s.r * w.y_m, y = s.v + s.r * w.x_m, rim = w.y_m > 0 ? left : right;
@@ -326,7 +325,8 @@ TEST(Vehicle, RefusesWhatNoSolveCanUse) {
   v.mass_kg = -1;
   EXPECT_NE(Refusal(v).find("mass_kg: got -1"), std::string::npos);
   v = Skid();
-  for (Wheel& w : v.wheels) w.y_m = 0.1 + 0.3 * w.x_m, w.x_m += w.drive * 0.01, w.y_m += w.drive * 0.003;
+  for (Wheel& w : v.wheels)
+    w.y_m = 0.1 + 0.3 * w.x_m, w.x_m += w.drive * 0.01, w.y_m += w.drive * 0.003;
   EXPECT_EQ(Refusal(v), "wheels: got all on one line, expected wheels that span an area");
   v = Skid();
   v.centre_x_m = NAN;

@@ -41,8 +41,7 @@ void ExpectSound(const VehicleFile& file, const Motion& motion, const Solution& 
     }
   }
   const double weight = file.vehicle.mass_kg * file.vehicle.gravity_m_per_s2;
-  EXPECT_NEAR(load, weight * std::cos(motion.grade_rad) * std::cos(motion.bank_rad),
-              1e-6 * weight)
+  EXPECT_NEAR(load, weight * std::cos(motion.grade_rad) * std::cos(motion.bank_rad), 1e-6 * weight)
       << what;
   EXPECT_NEAR(sum, s.shaft_power_w, 1e-9 * (1 + std::fabs(sum))) << what;
   EXPECT_TRUE(std::isfinite(s.electric_power_w)) << what;
@@ -62,8 +61,8 @@ std::vector<Motion> HardMotions(const VehicleFile& file) {
           m.bank_rad = bank * kDegree;
           m.acceleration_m_per_s2 = out.size() % 5 == 4 ? 1.0 : 0;
           for (std::size_t i = 0; i < kMostWheels; ++i) {  // steps of soil under single wheels
-            m.soil[i] = static_cast<std::uint8_t>(out.size() % 3 == 2 ? i % soils
-                                                                      : out.size() % soils);
+            m.soil[i] =
+                static_cast<std::uint8_t>(out.size() % 3 == 2 ? i % soils : out.size() % soils);
           }
           out.push_back(m);
         }
