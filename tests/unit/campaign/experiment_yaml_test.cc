@@ -80,6 +80,17 @@ probes:
 duration_s: 0.1
 )";
 
+/// A loose layer on a dense bed, whose grains have frictions of their own while they settle.
+constexpr char kLayers[] = R"(name: layers
+materials: {name: sand, density_kg_per_m3: 2500, youngs_modulus_pa: 5.0e6}
+interfaces: {between: [any, any], restitution: 0.5, friction: 0.5, rolling_friction: 0.2}
+box: {length_m: 0.2, width_m: 0.1, height_m: 0.3, material: sand}
+grains: {kind: bed, material: sand, diameter_m: 0.01, depth_m: 0.1, solid_fraction: 0.60,
+         preparation: {friction: 0.3, rolling_friction: 0.1},
+         top_layer: {thickness_m: 0.04, solid_fraction: 0.54}}
+duration_s: 0.1
+)";
+
 /// Every key that no other has.
 constexpr char kRest[] = R"(name: all
 seed: 3
@@ -256,13 +267,20 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
   EXPECT_EQ(e.frames.times_s.size(), 2u);
-  std::string all = std::string(kRest) + kPlanar + kClumps + kBonded + kFollowed + kSweep + kJoints;
+  std::string all =
+      std::string(kRest) + kPlanar + kClumps + kBonded + kFollowed + kSweep + kJoints + kLayers;
   EXPECT_EQ(Read(kPlanar).experiment.frames.every_s, 0.05);
   EXPECT_EQ(ReadSweep(std::string(kRest) + kSweep, "e.yaml", folder_)->members.size(), 9u);
   EXPECT_TRUE(Read(kPlanar).experiment.box.planar);
   EXPECT_EQ(Read(kClumps).experiment.grains[0].clump.size(), 2u);
   EXPECT_EQ(Read(kFollowed).experiment.box.follow.length_m, 0.5);
   EXPECT_THROW(Read(kClumps, {"box.planar=on"}), InputError);
+  const auto bed = Read(kLayers).experiment.grains[0];
+  EXPECT_EQ(bed.preparation.friction, 0.3);
+  EXPECT_EQ(bed.preparation.rolling_friction, 0.1);
+  EXPECT_EQ(bed.top.thickness_m, 0.04);
+  EXPECT_EQ(bed.top.solid_fraction, 0.54);
+  EXPECT_THROW(Read(kLayers, {"grains[0].top_layer.thickness_m=0.09"}), InputError);
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());
   }

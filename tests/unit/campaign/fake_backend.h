@@ -64,7 +64,8 @@ inline Backend FakeBackend(FakeLog* log, std::chrono::milliseconds pause = {}) {
     for (auto* series :
          {&result.series.time_s, &result.series.f_x_n, &result.series.f_y_n, &result.series.f_z_n,
           &result.series.torque_n_m, &result.series.m_z_n_m, &result.series.sinkage_m,
-          &result.series.v_x_m_per_s, &result.series.rim_speed_m_per_s, &result.series.travel_m}) {
+          &result.series.v_x_m_per_s, &result.series.rim_speed_m_per_s, &result.series.travel_m,
+          &result.series.hub_travel_m}) {
       series->assign(100, spec.state.slip);
     }
     return result;

@@ -124,7 +124,9 @@ TEST(ExperimentPreparation, ItsFrictionStandsOverThoseOfALaw) {
   e.laws.tangential = "kelvin_regularised";
   e.laws.settings = {{"kelvin_regularised", "slide_friction", 0.45}};
   EXPECT_NO_THROW(ContactsOf(e));
-  EXPECT_NO_THROW(ContactsOf(e, 0.1));  // sliding 0.45 above sticking 0.1 would be refused
+  EXPECT_NO_THROW(
+      ContactsOf(e, {.friction = 0.1,
+                     .rolling_friction = {}}));  // sliding 0.45 above sticking 0.1 would be refused
 }
 
 /// A small bed of one layer, settled and cut.

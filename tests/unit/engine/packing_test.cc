@@ -82,17 +82,27 @@ BedSpec Bed(double solid_fraction) {
   return bed;
 }
 
-// Its own frictions pack it to 0.55 and more, whatever the friction of its preparation.
-TEST(PrepareBed, MakesALooseBedOrSaysHowNearItCame) {
-  const Tile tile = PrepareBed(Bed(0.533), nullptr);
-  EXPECT_NEAR(tile.solid_fraction, 0.533, kFractionTolerance);
+/// What a bed is refused with; empty: it is made.
+std::string Refusal(const BedSpec& bed) {
   try {
-    PrepareBed(Bed(0.40), nullptr);
-    FAIL();
+    PrepareBed(bed, nullptr);
+    return "";
   } catch (const SpecError& error) {
     EXPECT_EQ(error.field(), "soil.grains.solid_fraction");
-    EXPECT_THAT(error.expected(), HasSubstr("reaches within 0.004; the nearest was 0.5"));
+    return error.expected();
   }
+}
+
+// Friction alone packs it to 0.55, which the bed then had without a word.
+TEST(PrepareBed, MakesALooseBedOrSaysHowNearItCame) {
+  BedSpec bed = Bed(0.541);
+  const Tile tile = PrepareBed(bed, nullptr);
+  EXPECT_NEAR(tile.solid_fraction, 0.541, kFractionTolerance);
+  EXPECT_GT(tile.preparation_rolling_friction[0], 0.4);
+  bed.soil.preparation.rolling_friction = 0.3;
+  EXPECT_THAT(Refusal(bed), HasSubstr("reaches within 0.004; the nearest was 0.55"));
+  bed = Bed(0.40);
+  EXPECT_THAT(Refusal(bed), HasSubstr("the nearest was 0.5"));
 }
 
 TEST(PrepareBed, TakesTheFrictionsThatAreGiven) {
