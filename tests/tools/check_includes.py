@@ -46,7 +46,7 @@ RULES = {
     "surrogate/model_io": (r"surrogate/(models|model_io)/|proto/records/model_file\.h"
                            r"|grouser/v1alpha1/(?!\w*service)", HEAVY + "|grpc|lcm/"),
     "surrogate/vehicle": (r"surrogate/(models|model_io|vehicle)/|proto/records/yaml/"
-                          r"|dem_offline/scenes/yaml_section\.h|grouser/v1alpha1/(?!\w*service)",
+                          r"|grouser/v1alpha1/(?!\w*service)",
                           HEAVY + "|grpc|lcm/"),
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/((model|durable)_file\.h|os/)|grouser/v1alpha1/(?!\w*service)",
