@@ -87,7 +87,7 @@ nlohmann::json JsonOf(const SoilLibrary::Entry& e) {
           {"unusual", e.unusual}};
 }
 
-std::string Row(const Soil& s) {
+std::string LineOf(const Soil& s) {
   const auto optional = [](const std::optional<double>& value, double unit) {
     return value ? fmt::format("{:.4g}", *value / unit) : std::string("-");
   };
@@ -163,13 +163,13 @@ std::vector<Suggestion> SuggestSoils(const SoilLibrary& library, const std::stri
 
 std::string SoilListText(const SoilEntries& entries) {
   std::string text = Head();
-  for (const SoilLibrary::Entry* e : entries) text += Row(e->soil);
+  for (const SoilLibrary::Entry* e : entries) text += LineOf(e->soil);
   return text + kUnits;
 }
 
 std::string SoilText(const SoilLibrary::Entry& e) {
   const BekkerParameters p = FromSoil(e.soil);
-  std::string text = Head() + Row(e.soil) + kUnits;
+  std::string text = Head() + LineOf(e.soil) + kUnits;
   text += fmt::format("source: {}\nfile: {}\n", e.soil.source, e.file);
   if (!e.unusual.empty()) text += "outside of what published soils have: " + e.unusual + "\n";
   if (!e.soil.density_kg_per_m3) {

@@ -401,15 +401,18 @@ TEST(ExperimentGrains, CohesiveOnesPackDenserWithoutTheirSurfaceEnergy) {
   const auto fraction = [](double surface_energy) {
     Experiment e = Pouring(Filling::kPoured);
     e.laws.cohesion = "jkr";
-    e.laws.surface_energy_j_per_m2 = 0.5;
+    PairProperties sand = e.interfaces[0];  // the floor and walls stay dry
+    sand.a = sand.b = "sand";
+    sand.numbers.surface_energy_j_per_m2 = 10;  // Bond number about 9
+    e.interfaces.push_back(sand);
     Preparation settle;
     settle.friction = 0.2;
     settle.surface_energy_j_per_m2 = surface_energy;
     e.preparation = {settle};
     return RunExperiment(e, nullptr, nullptr).solid_fraction;
   };
-  EXPECT_GT(fraction(0), fraction(0.5) + 0.02);
-  EXPECT_THROW(fraction(0.6), SpecError);
+  EXPECT_GT(fraction(0), fraction(10) + 0.02);
+  EXPECT_THROW(fraction(12), SpecError);
 }
 
 TEST(ExperimentGrains, ReachesItsSolidFractionOrSaysWhatItReached) {
