@@ -263,6 +263,7 @@ FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_dig
     if (run.run_id() != added.run_id()) request.set.runs.push_back(run);
   }
   request.set.runs.push_back(added);
+  CountFromOnePlane(&request.set);
   return request;
 }
 

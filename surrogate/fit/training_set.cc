@@ -95,6 +95,7 @@ v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole rol
   s.set_reason(record.reason());
   s.set_wall_s(record.numerics().wall_s());
   s.set_grains(record.bed().grains());
+  if (record.bed().surface_m() != 0) s.set_surface_m(record.bed().surface_m());
   if (record.has_stress()) *s.mutable_stress() = SummariseStress(record.stress());
   for (int o = 0; o < kOutputs; ++o) {
     double mean = kNaN, error = kNaN, drift = 0;
@@ -203,6 +204,24 @@ void Merge(const TrainingSet& more, TrainingSet* set) {
     if (!known) set->runs.push_back(run);
   }
   set->notes.insert(set->notes.end(), more.notes.begin(), more.notes.end());
+  CountFromOnePlane(set);
+}
+
+void CountFromOnePlane(TrainingSet* set) {
+  const auto cut = [](const v1alpha1::RunSummary& run) { return !run.has_surface_m(); };
+  const auto changed = static_cast<std::ptrdiff_t>(set->runs.size()) -
+                       std::count_if(set->runs.begin(), set->runs.end(), cut);
+  if (changed == 0 || changed == static_cast<std::ptrdiff_t>(set->runs.size())) return;
+  for (v1alpha1::RunSummary& run : set->runs) {
+    if (cut(run)) continue;
+    if (run.mean_size() == kOutputs) {
+      run.set_mean(kSinkage, run.mean(kSinkage) - run.surface_m());
+    }
+    run.clear_surface_m();
+  }
+  set->notes.push_back(std::to_string(changed) +
+                       " runs of engine 6 or later: sinkage counted from the cut plane, as in the "
+                       "other runs");
 }
 
 Sample MakeSample(const v1alpha1::RunSummary& s) {

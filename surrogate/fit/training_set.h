@@ -50,6 +50,10 @@ void WriteSummary(const std::string& path, const TrainingSet& set);
 /// std::invalid_argument naming what differs.
 void Merge(const TrainingSet& more, TrainingSet* set);
 
+/// Where some runs count sinkage from the cut plane (engine 5 and before), all do afterwards, with
+/// a note: sinkage from the cut plane = that from the plane of equal mass less surface_m.
+void CountFromOnePlane(TrainingSet* set);
+
 /// The summary of one run file, its hash included.
 v1alpha1::RunSummary SummariseRun(const std::string& path, v1alpha1::RunRole role);
 

@@ -136,6 +136,22 @@ TEST(FitModel, RefitMovesTheAnswerTowardsTheNewRunAndNarrowsTheInterval) {
   EXPECT_EQ(after.flags & kExtrapolated, 0u);
 }
 
+TEST(TrainingSet, RunsOfTwoEnginesCountSinkageFromOnePlane) {
+  TrainingSet set;
+  set.runs = RandomRuns(Truth(), 2, v1alpha1::RUN_ROLE_TRAIN, 5, 24, 24);
+  const double before = set.runs[1].mean(kSinkage);
+  set.runs[1].set_surface_m(-0.004);  // lies 4 mm under the cut plane
+  TrainingSet alike = set;
+  CountFromOnePlane(&set);
+  EXPECT_NEAR(set.runs[1].mean(kSinkage), before + 0.004, 1e-12);
+  EXPECT_FALSE(set.runs[1].has_surface_m());
+  EXPECT_EQ(set.notes.size(), 1u);
+  alike.runs[0].set_surface_m(-0.003);
+  CountFromOnePlane(&alike);
+  EXPECT_NEAR(alike.runs[1].mean(kSinkage), before, 1e-12);
+  EXPECT_TRUE(alike.notes.empty());
+}
+
 TEST(FitModel, SaysWhatIsMissing) {
   auto runs = SmallCampaign(Truth(), {24});
   runs.resize(5);
