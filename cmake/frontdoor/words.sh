@@ -90,7 +90,7 @@ word_reproduce() {
 word_validate() {
   local script="$GROUSER_ROOT/dem_offline/validate/validate.py"
   require_packages run
-  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit
+  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit grouser-calibrate
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 

@@ -23,6 +23,9 @@ constexpr char kCampaignExamples[] = R"(Examples:
   grouser-dem campaign status out/demo --json
   grouser-dem campaign list out/demo
   grouser-dem campaign reindex out/demo
+  grouser-dem campaign estimate dem_offline/campaigns/demo.campaign.yaml
+  grouser-dem campaign design --wheel my-wheel.yaml --soil dem_offline/campaigns/cmu_loose.soil.yaml \
+    --load 15 40 --budget 2h --out out/my-campaign
   grouser-dem campaign draw --states 60 --seed 7 --slip -1 0.95 --load 8 30 --tiles 9 12)";
 
 struct CampaignArguments {
@@ -166,6 +169,7 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   campaign->footer(kCampaignExamples);
   auto arguments = std::make_shared<CampaignArguments>();
   AddDraw(campaign, action);
+  AddEstimateCommands(*campaign, action);
 
   CLI::App* run = campaign->add_subcommand("run", "Run it, or go on where it stopped");
   run->footer(kCampaignExamples);

@@ -20,6 +20,8 @@ using Action = std::function<int(const StopSignals&)>;
 /// Each adds its subcommand to the program and sets `action` when chosen.
 void AddRunCommand(CLI::App& app, Action* action);
 void AddCampaignCommand(CLI::App& app, Action* action);
+/// estimate and design, of campaigns.
+void AddEstimateCommands(CLI::App& campaign, Action* action);
 void AddShowCommand(CLI::App& app, Action* action);
 void AddLawsCommand(CLI::App& app, Action* action);
 void AddVerifyCommands(CLI::App& app, Action* action);  ///< verify and torture

@@ -103,7 +103,7 @@ void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* ou
   }
 }
 
-void ReadSoil(YamlSection soil, v1alpha1::Soil* out) {
+void TakeSoil(YamlSection soil, v1alpha1::Soil* out) {
   out->set_name(soil.Text("name"));
   out->set_bulk_density_kg_per_m3(soil.Number("bulk_density_kg_per_m3", kPositive));
   out->set_gravity_m_per_s2(soil.Number("gravity_m_per_s2"));
@@ -199,16 +199,22 @@ std::string NeighbourOf(YamlSection& section, const std::string& key) {
   return (std::filesystem::path(section.file()).parent_path() / section.Text(key)).string();
 }
 
+v1alpha1::Soil ReadSoil(YamlSection section) {
+  v1alpha1::Soil soil;
+  TakeSoil(std::move(section), &soil);
+  return soil;
+}
+
 v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file) {
   v1alpha1::Scene scene;
   scene.set_name(section.Text("name"));
   std::string soil = soil_file;
   if (soil.empty() && section.IsText("soil")) soil = NeighbourOf(section, "soil");
   if (soil.empty()) {
-    ReadSoil(section.Section("soil"), scene.mutable_soil());
+    TakeSoil(section.Section("soil"), scene.mutable_soil());
   } else {
     section.Has("soil");  // known, though another stands for it
-    ReadSoil(YamlSection::Load(soil), scene.mutable_soil());
+    TakeSoil(YamlSection::Load(soil), scene.mutable_soil());
   }
   records::ReadWheel(section.Section("wheel"), /*with_contact=*/true, scene.mutable_wheel());
   ReadRig(section.Section("rig"), scene.mutable_rig());

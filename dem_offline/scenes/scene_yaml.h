@@ -16,6 +16,9 @@ v1alpha1::Scene LoadScene(const std::string& file, const std::string& soil_file 
 /// The same from a mapping inside another file.
 v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file = "");
 
+/// A soil file, or the mapping `soil` of a scene.
+v1alpha1::Soil ReadSoil(YamlSection section);
+
 /// A file that `key` of a section names: from the folder of the section's own file.
 std::string NeighbourOf(YamlSection& section, const std::string& key);
 

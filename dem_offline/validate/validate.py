@@ -2,7 +2,7 @@
 """Measured wheel tests beside DEM runs and a model: rms by region, and a page.
 
 TABLE.csv: a row for each state, with columns for slip (or rim_speed and
-carriage_speed), attack_angle, load and any of f_x, f_y, torque, sinkage, each
+travel_speed), attack_angle, load and any of f_x, f_y, torque, sinkage, each
 named with its unit (load_n, sinkage_mm), or mapped by --columns. Signs and slip
 as in docs/glossary.md. Sinkage counts from the undisturbed plane.
 
@@ -33,6 +33,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
 
 import matplotlib  # noqa: E402
+import yaml  # noqa: E402
 
 matplotlib.use("Agg")
 
@@ -196,9 +197,20 @@ def errors_by_region(compared):
     return table
 
 
+def wheel_of(scene):
+    """Radius and width [m] of a scene file's wheel."""
+    try:
+        with open(scene, encoding="utf-8") as file:
+            wheel = yaml.safe_load(file)["wheel"]
+        return float(wheel["radius_m"]), float(wheel["width_m"])
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        raise measured.TableError(f"--scene {scene}: {error}, expected wheel.radius_m and wheel.width_m") from None
+
+
 def validate(arguments, processes):
     """Whether every run gave something to compare."""
-    all_rows = measured.read(arguments.table, arguments.columns)
+    reader = os.path.join(arguments.bin, "grouser-calibrate")
+    all_rows = measured.read(reader, arguments.table, wheel_of(arguments.scene), arguments.columns)
     chosen = measured.choose(list(enumerate(all_rows, 1)), arguments.rows)
     records = run_campaign(arguments, [row for _, row in chosen], processes)
     compared = compare(arguments, chosen, records)

@@ -41,6 +41,8 @@ Soil SoilOf(const SoilCalibration& calibration);
 /// That line below the table's header, and what it was made of as comments.
 std::string SoilFileText(const SoilCalibration& calibration, const std::string& command);
 
+/// What was read, SI, without a fit.
+std::string RowsJson(const MeasuredSoil& soil);
 std::string CalibrationText(const SoilCalibration& calibration);
 std::string CalibrationJson(const SoilCalibration& calibration, const std::string& command);
 

@@ -59,6 +59,16 @@ int CalibrateToFiles(Request request) {
   return kOk;
 }
 
+void AddInputOptions(CLI::App* word, Request* request) {
+  word->add_option("data", request->files, "measurement files (.yaml), and CSVs")->required();
+  word->add_option("--kind", request->csv.kind, "of the CSVs: plate, shear, press or wheel");
+  word->add_option("--columns", request->csv.columns,
+                   "of the CSVs: COLUMN=QUANTITY[:UNIT],...; not needed for names as load_n")
+      ->delimiter(',');
+  word->add_option("--constant", request->csv.constants, "of the CSVs: 'QUANTITY=VALUE UNIT'")
+      ->delimiter(',');
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -80,12 +90,7 @@ int main(int argc, char** argv) {
   request.published = PublishedSoilsFile();
   CLI::App* soil = app.add_subcommand(
       "soil", "Bekker, Reece and Janosi-Hanamoto parameters from plates, shear and wheel tests");
-  soil->add_option("data", request.files, "measurement files (.yaml), and CSVs")->required();
-  soil->add_option("--kind", request.csv.kind, "of the CSVs: plate, shear, press or wheel");
-  soil->add_option("--columns", request.csv.columns, "of the CSVs: COLUMN=QUANTITY[:UNIT],...")
-      ->delimiter(',');
-  soil->add_option("--constant", request.csv.constants, "of the CSVs: 'QUANTITY=VALUE UNIT'")
-      ->delimiter(',');
+  AddInputOptions(soil, &request);
   soil->add_option("--name", request.name, "of the soil; else as the file says");
   soil->add_option("--form", request.form, "of pressure against sinkage")
       ->check(CLI::IsMember({"auto", "bekker", "reece"}))
@@ -94,8 +99,14 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   soil->add_option("--out", request.out, "folder for soil.csv and calibration.json");
   soil->add_flag("--json", request.json, "machine-readable output on stdout");
+  CLI::App* rows = app.add_subcommand("rows", "what the files say, as JSON in SI, without a fit");
+  AddInputOptions(rows, &request);
   try {
     app.parse(argc, argv);
+    if (rows->parsed()) {
+      std::fputs(RowsJson(ReadMeasuredSoil(request.files, request.csv)).c_str(), stdout);
+      return kOk;
+    }
     return CalibrateToFiles(std::move(request));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;

@@ -60,6 +60,17 @@ CsvTable ReadCsvTable(const std::string& path, const std::string& text) {
   return table;
 }
 
+TestSpec WithNamedColumns(TestSpec spec, const CsvTable& table) {
+  for (const std::string& column : table.header) {
+    const std::string quantity = QuantityOfColumn(spec.kind, column);
+    const bool used = std::ranges::any_of(
+        spec.columns, [&](const auto& entry) { return entry.second.column == column; });
+    if (quantity.empty() || used || spec.constants.contains(quantity)) continue;
+    spec.columns.emplace(quantity, ColumnSpec{column, ""});
+  }
+  return spec;
+}
+
 MeasuredRows::MeasuredRows(const TestSpec& spec, const CsvTable& table)
     : spec_(spec), table_(table) {
   for (const auto& [quantity, column] : spec.columns) {
@@ -97,7 +108,10 @@ double MeasuredRows::SdOf(const std::string& quantity, double value, int line,
                           const std::vector<std::string>& cells) const {
   const double own = std::abs(Get(quantity + "_sd", line, cells));
   if (own == 0) table_.Fail(line, quantity + "_sd: got 0, expected a positive number or nothing");
-  if (!std::isnan(own)) return own;
+  if (!std::isnan(own)) {
+    const double repeats = Get("repeats", line, cells);
+    return std::isnan(repeats) ? own : own / std::sqrt(std::max(1.0, repeats));
+  }
   const auto stated = spec_.sd.find(quantity);
   if (stated == spec_.sd.end()) return kMissing;
   return stated->second.relative ? stated->second.value * std::abs(value) : stated->second.value;

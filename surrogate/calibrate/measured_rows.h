@@ -28,6 +28,10 @@ struct CsvTable {
 /// Throws as Fail for lines of another length than the header's, equal columns, an open quote.
 CsvTable ReadCsvTable(const std::string& path, const std::string& text);
 
+/// The spec with the columns of the table that say what they are, where nothing else was said of
+/// the quantity or the column.
+TestSpec WithNamedColumns(TestSpec spec, const CsvTable& table);
+
 /// A test's quantities in its table, SI, line by line. Keeps references to both.
 class MeasuredRows {
  public:
@@ -37,7 +41,7 @@ class MeasuredRows {
   bool Has(const std::string& quantity) const;
   /// NaN: the cell is empty, or there is no such quantity.
   double Get(const std::string& quantity, int line, const std::vector<std::string>& cells) const;
-  /// Of a measured value in that line; NaN: not stated.
+  /// Of a measured value in that line, a mean of `repeats` where those are known; NaN: not stated.
   double SdOf(const std::string& quantity, double value, int line,
               const std::vector<std::string>& cells) const;
   /// The column's name, or "constants".

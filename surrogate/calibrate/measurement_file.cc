@@ -156,6 +156,7 @@ TestSpec SpecOf(const std::string& file, const CommandLineTest& csv) {
                                 "wheel (a .yaml says it itself)");
   }
   spec.kind = ParseKind(csv.kind, "--kind");
+  spec.by_name = true;
   for (const std::string& text : csv.columns) {
     auto [source, quantity] = Halves(text, "--columns", "COLUMN=QUANTITY or COLUMN=QUANTITY:UNIT");
     const auto colon = quantity.find(':');

@@ -7,7 +7,8 @@
 
 namespace grouser::surrogate {
 
-/// How CSVs that are named on the command line are to be read.
+/// How CSVs that are named on the command line are to be read; columns that say what they are
+/// ("load_n", "sinkage_mm", "f_x_sd") need no word.
 struct CommandLineTest {
   std::string kind;                    ///< plate, shear, press or wheel
   std::vector<std::string> columns;    ///< "SOURCE=QUANTITY" or "SOURCE=QUANTITY:UNIT"

@@ -88,40 +88,52 @@ json ParametersJson(const std::vector<FittedParameter>& parameters) {
   return list;
 }
 
+json ObservationJson(const MeasuredTest& test, const Observation& at) {
+  json o = {{"test", test.name},
+            {"kind", NameOf(test.kind)},
+            {"line", at.line},
+            {"held_out", at.held_out},
+            {"measured", OutputOf(test.kind, at.output)},
+            {"unit", UnitOf(test.kind, at.output)},
+            {"value", at.value},
+            {"sd", Number(at.sd)}};
+  if (test.kind == TestKind::kPlate) o["width_m"] = at.width;
+  if (test.kind == TestKind::kPlate || test.kind == TestKind::kPress) o["sinkage_m"] = at.sinkage;
+  if (test.kind == TestKind::kShear) {
+    o["pressure_pa"] = at.pressure;
+    o["displacement_m"] = at.displacement;
+  }
+  if (test.kind == TestKind::kWheel) {
+    o["slip"] = at.slip;
+    o["attack_angle_deg"] = at.attack_angle * 180 / std::numbers::pi;
+    o["load_n"] = at.load;
+  }
+  return o;
+}
+
 json ObservationsJson(const SoilCalibration& c) {
   json list = json::array();
   for (std::size_t i = 0; i < c.soil.observations.size(); ++i) {
     const Observation& at = c.soil.observations[i];
-    const MeasuredTest& test = c.soil.tests[at.test];
     const Predicted& p = c.fit->predicted[i];
-    json o = {{"test", test.name},
-              {"kind", NameOf(test.kind)},
-              {"line", at.line},
-              {"held_out", at.held_out},
-              {"measured", OutputOf(test.kind, at.output)},
-              {"unit", UnitOf(test.kind, at.output)},
-              {"value", at.value},
-              {"sd", Number(at.sd)},
-              {"model", Number(p.value)},
-              {"sd_soil", Number(p.sd_soil)},
-              {"sd_total", Number(p.sd_total)}};
-    if (test.kind == TestKind::kPlate) o["width_m"] = at.width;
-    if (test.kind == TestKind::kPlate || test.kind == TestKind::kPress) o["sinkage_m"] = at.sinkage;
-    if (test.kind == TestKind::kShear) {
-      o["pressure_pa"] = at.pressure;
-      o["displacement_m"] = at.displacement;
-    }
-    if (test.kind == TestKind::kWheel) {
-      o["slip"] = at.slip;
-      o["attack_angle_deg"] = at.attack_angle * 180 / std::numbers::pi;
-      o["load_n"] = at.load;
-    }
+    json o = ObservationJson(c.soil.tests[at.test], at);
+    o["model"] = Number(p.value);
+    o["sd_soil"] = Number(p.sd_soil);
+    o["sd_total"] = Number(p.sd_total);
     list.push_back(o);
   }
   return list;
 }
 
 }  // namespace
+
+std::string RowsJson(const MeasuredSoil& soil) {
+  json list = json::array();
+  for (const Observation& at : soil.observations) {
+    list.push_back(ObservationJson(soil.tests[at.test], at));
+  }
+  return json{{"soil", soil.name}, {"observations", list}, {"notes", soil.notes}}.dump(1) + "\n";
+}
 
 std::string CalibrationText(const SoilCalibration& c) {
   std::string text = fmt::format("soil {}: {}\n\n", c.soil.name, c.why_form) + ParametersText(c);

@@ -276,7 +276,8 @@ class TestReader {
 void ReadTest(const TestSpec& spec, MeasuredSoil* soil) {
   const std::string text = records::ReadInputFile(spec.file, "a CSV of measured rows");
   const CsvTable table = ReadCsvTable(spec.file, text);
-  TestReader(spec, table, soil).Read();
+  const TestSpec whole = spec.by_name ? WithNamedColumns(spec, table) : spec;
+  TestReader(whole, table, soil).Read();
   MeasuredTest& test = soil->tests.back();
   test.file = std::filesystem::path(spec.file).filename().string();
   test.sha256 = records::Sha256OfString(text);

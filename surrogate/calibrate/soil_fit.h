@@ -35,7 +35,7 @@ inline constexpr double kIdentified = 0.5;
 /// What is predicted for an observation, fitted or held out.
 struct Predicted {
   double value;
-  double sd_soil;   ///< from the uncertainty of the parameters
+  double sd_soil;  ///< from the uncertainty of the parameters
   /// With the measurement's sd and the law's own error, which counts as much again for each
   /// doubling of sinkage, width, displacement or pressure beyond what was fitted, and for each
   /// half radian from the nearest fitted state of a wheel (by judgement).

@@ -11,7 +11,8 @@
 namespace grouser::surrogate {
 
 /// What is fitted. The first six are the soil's; the others belong to the wheel on it and are
-/// free where there are wheels, fitted or predicted: what is not known of them widens predictions. With z0, b0 the typical sinkage and width of the tests:
+/// free where there are wheels, fitted or predicted: what is not known of them widens predictions.
+/// With z0, b0 the typical sinkage and width of the tests:
 enum Coordinate : int {
   kLogPressure = 0,  ///< ln of the pressure [Pa] at z0 under a plate of width b0
   kExponent,         ///< n

@@ -26,7 +26,8 @@ constexpr QuantityField kWheel[] = {{"slip", kNone},        {"attack_angle", kAn
                                     {"load", kForce},       {"f_x", kForce, true},
                                     {"f_y", kForce, true},  {"torque", kMoment, true},
                                     {"m_z", kMoment, true}, {"sinkage", kLength, true},
-                                    {"radius", kLength},    {"width", kLength}};
+                                    {"radius", kLength},    {"width", kLength},
+                                    {"repeats", kNone}};
 
 }  // namespace
 
@@ -81,6 +82,19 @@ const QuantityField& FindQuantity(TestKind kind, const std::string& name,
                   "nearest is '{}'",
                   place, name, NameOf(kind), fmt::join(names, ", "),
                   records::NearestOf(name.substr(0, 100), names)));
+}
+
+std::string QuantityOfColumn(TestKind kind, const std::string& column) {
+  for (const QuantityField& field : QuantitiesOf(kind)) {
+    const std::string name = field.name;
+    if (!column.starts_with(name)) continue;
+    const std::string end = column.substr(name.size());
+    if (end == "_sd" && field.measured) return column;
+    if (end.empty() && field.dimension == kNone) return name;
+    const auto unit = UnitOfEnd(end);
+    if (unit && unit->dimension == field.dimension) return name;
+  }
+  return "";
 }
 
 }  // namespace grouser::surrogate

@@ -51,11 +51,15 @@ struct TestSpec {
   LineChoice held_out;
   std::optional<LineChoice> fitted;  ///< the rest is held out
   std::optional<double> counts_as;
+  bool by_name = false;  ///< columns that say what they are ("load_n", "f_x_sd") are taken, too
 };
 
 /// Throws std::invalid_argument "PLACE: unknown quantity ..., the nearest is ..." for a name that
 /// this kind does not have. `sd`: NAME_sd is one, too.
 const QuantityField& FindQuantity(TestKind kind, const std::string& name, const std::string& place);
+/// The quantity that a column's name says, with its unit unless it has none: "load_n", "slip",
+/// "f_x_sd", "sinkage [mm]". Empty: none.
+std::string QuantityOfColumn(TestKind kind, const std::string& column);
 TestKind ParseKind(const std::string& word, const std::string& place);
 
 /// Reads the rows of a test into `soil`. Throws std::invalid_argument "FILE:LINE: what, expected

@@ -84,6 +84,17 @@ std::optional<Unit> UnitOfColumn(const std::string& column) {
   return found;
 }
 
+std::optional<Unit> UnitOfEnd(const std::string& end) {
+  const auto unit = UnitOfColumn(end);
+  const bool bracket = end.ends_with(']') || end.ends_with(')');
+  const auto begin = end.find_first_not_of(' ');
+  if (bracket) return begin == end.find_last_of("[(") ? unit : std::nullopt;
+  const auto whole = [&](const Known& known) {
+    return Lower(end) == std::string("_") + known.column;
+  };
+  return std::ranges::any_of(kUnits, whole) ? unit : std::nullopt;
+}
+
 std::string SiUnit(Dimension dimension) {
   const auto first = std::ranges::find(kUnits, dimension, &Known::dimension);
   return first == kUnits.end() ? "1" : first->name;

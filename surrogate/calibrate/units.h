@@ -18,6 +18,8 @@ struct Unit {
 std::optional<Unit> FindUnit(const std::string& name);
 /// The unit that the end of a column's name states: "sinkage_mm", "speed_m_per_s", "p [kPa]".
 std::optional<Unit> UnitOfColumn(const std::string& column);
+/// The unit that all of such an end names: "_mm", " [kPa]", "(N)".
+std::optional<Unit> UnitOfEnd(const std::string& end);
 /// The SI unit of a dimension, and all units that it may be given in.
 std::string SiUnit(Dimension dimension);
 std::string UnitsOf(Dimension dimension);

@@ -32,13 +32,16 @@ class Tables(unittest.TestCase):
             file.write(text)
         return path
 
+    def read(self, path, columns=()):
+        return measured.read(os.path.join(BIN, "grouser-calibrate"), path, (0.0625, 0.05), columns)
+
     def complaint(self, text, columns=()):
         with self.assertRaises(measured.TableError) as caught:
-            measured.read(self.table(text), columns)
+            self.read(self.table(text), columns)
         return str(caught.exception)
 
     def test_regions_of_the_measured_wheel(self):
-        rows = measured.read(TABLE)
+        rows = self.read(TABLE)
         counts = {name: sum(name in row.regions for row in rows) for name in measured.REGIONS}
         self.assertEqual(counts, {"braking <= 0.2, driving": 18, "straight of these": 6, "not locked": 24, "locked": 3})
 
@@ -46,14 +49,14 @@ class Tables(unittest.TestCase):
         for angle in (0.0, 0.5, 1.2, math.pi / 2):
             for over in (-0.4, 0.0, 0.3, 0.8, 1.0, 1.3, 10.0):
                 slip = (over - math.cos(angle)) / max(abs(over), 1)
-                row = measured.Row(1, {"slip": slip, "attack_angle": angle, "load": 1.0}, {}, 1)
+                row = measured.Row(1, slip, angle, 1.0)
                 if angle < 1.5 or abs(over) < 1:  # at 90 degrees a spinning wheel's slip is 1
                     self.assertAlmostEqual(row.rim_over_hub, over, places=6)
 
     def test_maps_columns_and_their_units(self):
         path = self.table("beta_deg,rim,V,Fz,DP,DP_sd,z,n\n60,3,10,20.55,-20.81,0.53,41.81,3\n")
-        row, = measured.read(path, ["beta_deg=attack_angle:deg,rim=rim_speed:mm/s", "V=carriage_speed:mm/s,Fz=load:N",
-                                    "DP=f_x:N,DP_sd=f_x_sd:N,z=sinkage:mm,n=repeats"])
+        row, = self.read(path, ["beta_deg=attack_angle:deg,rim=rim_speed:mm/s", "V=travel_speed:mm/s,Fz=load:N",
+                                "DP=f_x:N,DP_sd=f_x_sd:N,z=sinkage:mm,n=repeats"])
         self.assertAlmostEqual(row.slip, -0.2)  # against V cos(beta), not V
         self.assertAlmostEqual(row.value["sinkage"], 0.04181)
         self.assertAlmostEqual(row.error("f_x"), 0.53 / math.sqrt(3))
@@ -61,14 +64,15 @@ class Tables(unittest.TestCase):
 
     def test_says_what_is_wrong_and_where(self):
         head = "slip,attack_angle_deg,load_n,f_x_n\n"
-        self.assertIn("table.csv:2: f_x_n: 'much', expected a finite number", self.complaint(head + "0,0,20,much\n"))
+        self.assertIn("table.csv:2: column 'f_x_n': got 'much', expected a finite number",
+                      self.complaint(head + "0,0,20,much\n"))
         self.assertIn("3 fields, expected 4", self.complaint(head + "0,0,20\n"))
-        self.assertIn("load 0 N, expected more than 0", self.complaint(head + "0,0,0,1\n"))
-        self.assertIn("slip 30, expected -2 to 2", self.complaint(head + "30,0,20,1\n"))
-        self.assertIn("no column for load", self.complaint("slip,attack_angle_deg,f_x_n\n0,0,1\n"))
-        self.assertIn("nothing measured", self.complaint("slip,attack_angle_deg,load_n\n0,0,1\n"))
-        self.assertIn("unknown quantity 'pull'", self.complaint(head + "0,0,20,1\n", ["f_x_n=pull:N"]))
-        self.assertIn("unit 'lbf', expected one of n, kn", self.complaint(head + "0,0,20,1\n", ["f_x_n=f_x:lbf"]))
+        self.assertIn("load: got 0 N", self.complaint(head + "0,0,0,1\n"))
+        self.assertIn("table.csv:2: no motion", self.complaint(head + "30,0,20,1\n"))
+        self.assertIn("has no load", self.complaint("slip,attack_angle_deg,f_x_n\n0,0,1\n"))
+        self.assertIn("one measured output at least", self.complaint("slip,attack_angle_deg,load_n\n0,0,1\n"))
+        self.assertIn("'pull' is nothing that a wheel test has", self.complaint(head + "0,0,20,1\n", ["f_x_n=pull:N"]))
+        self.assertIn("unit 'kg' of column 'f_x_n'", self.complaint(head + "0,0,20,1\n", ["f_x_n=f_x:kg"]))
         self.assertIn("no column 'F'", self.complaint(head + "0,0,20,1\n", ["F=f_x:N"]))
         with self.assertRaisesRegex(measured.TableError, "expected rows 1 to 2"):
             measured.choose([1, 2], "1,3")

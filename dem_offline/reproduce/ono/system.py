@@ -251,10 +251,10 @@ def figures(results, name):
     left.axhline(12.1, color="#2a9d5c", lw=0.8, ls="--", label="paper's simulation")
     left.set_xlabel("time [s]")
     left.set_ylabel("slip over a grouser's passage [%]")
-    left.legend(fontsize=7)
     right.set_xlabel("time [s]")
     right.set_ylabel("sinkage of the lowest point [mm]")
-    figure.tight_layout()
+    figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncol=8, fontsize=8)
+    figure.tight_layout(rect=(0, 0.08, 1, 1))
     out.append(("Slip and sinkage", figure, "Each point: one passage of a grouser (30 degrees). The last ones, "
                 f"after {STEADY_FROM:g} passages, make the mean."))
     figure, axes = pyplot.subplots(figsize=(10.4, 2.8))

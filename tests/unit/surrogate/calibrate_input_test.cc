@@ -122,6 +122,29 @@ TEST_F(MeasurementFile, TheCommandLineMapsColumns) {
               HasSubstr("got '60 N', expected a number and one of the units m, mm, cm, in"));
 }
 
+TEST_F(MeasurementFile, ColumnsThatSayWhatTheyAreNeedNoWord) {
+  const std::string file = Write(
+      "w.csv",
+      "slip,attack_angle_deg,load_n,load_sd,f_x_n,f_x_sd,sinkage [mm],torque_n_m,n,z_sinkage_mm\n"
+      "0.2,30,20,1,-4,0.6,12,,4,99\n");
+  const MeasuredSoil soil =
+      ReadMeasuredSoil({file}, {"wheel", {"n=repeats"}, {"radius=50 mm", "width=50 mm"}});
+  ASSERT_EQ(soil.observations.size(), 2u);
+  const Observation &pull = soil.observations[0], &sinkage = soil.observations[1];
+  EXPECT_EQ(pull.output, kFx);
+  EXPECT_NEAR(pull.slip, 0.2, 1e-12);
+  EXPECT_NEAR(pull.attack_angle, M_PI / 6, 1e-12);
+  EXPECT_DOUBLE_EQ(pull.load, 20);
+  EXPECT_DOUBLE_EQ(pull.value, -4);
+  EXPECT_DOUBLE_EQ(pull.sd, 0.3);  // of a mean of four
+  EXPECT_EQ(sinkage.output, kSinkage);
+  EXPECT_DOUBLE_EQ(sinkage.value, 0.012);
+  EXPECT_TRUE(std::isnan(sinkage.sd));
+  EXPECT_EQ(QuantityOfColumn(TestKind::kWheel, "load_kpa"), "");
+  EXPECT_EQ(QuantityOfColumn(TestKind::kWheel, "load"), "");
+  EXPECT_EQ(QuantityOfColumn(TestKind::kPlate, "force_of_n"), "");
+}
+
 TEST_F(MeasurementFile, BadInputIsRefusedByPlace) {
   EXPECT_EQ(SaidOfPlate("z_mm,F_N\n1,2\n"), "accepted");
   EXPECT_EQ(SaidOfPlate("z_mm,F_N\n2,4\n1,2\n3,7\n2,3\n"), "accepted");  // unloading is no error
