@@ -114,6 +114,17 @@ std::string CampaignText(const std::string& name, const ProposalRequest& request
   return text;
 }
 
+/// What the wheel file does not state of its contact with grains is that between grains.
+void TakeContact(const v1alpha1::Soil& soil, v1alpha1::Wheel* wheel,
+                 std::vector<std::string>* notes) {
+  const auto& grains = soil.grains();
+  if (!(wheel->restitution() > 0)) wheel->set_restitution(grains.restitution());
+  if (wheel->friction() > 0) return;
+  wheel->set_friction(grains.friction());
+  if (!(wheel->rolling_friction() > 0)) wheel->set_rolling_friction(grains.rolling_friction());
+  notes->push_back("the wheel file states no friction: that between the grains is taken");
+}
+
 v1alpha1::Scene ReadProposed(const std::string& text, const std::string& soil) {
   // The soil stands beside the scene only once both are written.
   YamlSection section = YamlSection::OfText(text, "the proposed scene");
@@ -133,12 +144,7 @@ Proposal Propose(const ProposalRequest& request,
   const v1alpha1::Soil soil = ReadSoil(YamlSection::Load(request.soil_file));
   Proposal out;
   out.name = request.name.empty() ? wheel.name() + "-" + soil.name() : request.name;
-  if (!(wheel.friction() > 0)) {
-    wheel.set_restitution(0.5);
-    wheel.set_friction(soil.grains().friction());
-    wheel.set_rolling_friction(soil.grains().rolling_friction());
-    out.notes.push_back("the wheel file states no friction: that between the grains is taken");
-  }
+  TakeContact(soil, &wheel, &out.notes);
   v1alpha1::WheelTestSpec spec;
   *spec.mutable_soil() = soil;
   const double own = dem::MeanDiameter(ToEngine(spec).soil), most = CoarsestFor(wheel);

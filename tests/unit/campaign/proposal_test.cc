@@ -56,8 +56,7 @@ class Proposals : public ::testing::Test {
   const records::TempFolder folder_;
 };
 
-constexpr char kWheel[] =
-    "radius_m: 0.0625\nwidth_m: 0.05\nfriction: 0.5\nrestitution: 0.5\nrolling_friction: 0.3\n";
+constexpr char kWheel[] = "radius_m: 0.0625\nwidth_m: 0.05\nfriction: 0.5\n";
 
 TEST_F(Proposals, KeepTheSizeRulesAndTheBudget) {
   ProposalRequest request = Request(kWheel);
