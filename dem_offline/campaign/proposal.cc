@@ -21,6 +21,8 @@ namespace {
 constexpr int kLeastRuns = 16, kEnoughRuns = 60, kMostRuns = 400, kPatchRuns = 4;
 constexpr double kLeastWidthOverDiameter = 6;
 
+int TilesFor(double runs) { return static_cast<int>(std::clamp(runs / 12, 4.0, 8.0)); }
+
 double Millimetres(double m) { return std::ceil(1e3 * m - 1e-9) / 1e3; }
 
 double TipOf(const v1alpha1::Wheel& wheel) {
@@ -94,10 +96,10 @@ std::string CampaignText(const std::string& name, const ProposalRequest& request
   draw.slip = request.slip;
   draw.angle_deg = request.angle_deg;
   draw.load_n = request.load_n;
-  draw.tiles = {1, static_cast<std::uint64_t>(std::clamp(runs / 12, 2, 8))};
+  draw.tiles = {1, static_cast<std::uint64_t>(TilesFor(runs))};
   std::string text = fmt::format(
       "# Written by grouser-dem campaign design: Sobol's points to train on, independent draws to\n"
-      "# judge by, and one state on further beds, which shows how much beds differ.\n"
+      "# judge by, and one state on four beds, which shows how much beds differ.\n"
       "name: {0}\nscene: {0}.scene.yaml\nseeds: [1]\nextra:\n",
       name);
   text += DrawStates(draw);
@@ -107,8 +109,8 @@ std::string CampaignText(const std::string& name, const ProposalRequest& request
   text += "held_out:\n" + DrawStates(draw);
   const auto middle = [](const std::array<double, 2>& range) { return (range[0] + range[1]) / 2; };
   text += fmt::format(
-      "patch:\n  - {{slip: {:.3f}, attack_angle_deg: {:g}, load_n: {:.4g}, seeds: [11, 12, 13, "
-      "14]}}\n",
+      "patch:\n  - {{slip: {:.3f}, attack_angle_deg: {:g}, load_n: {:.4g}, seeds: [1, 2, 3, "
+      "4]}}\n",
       std::clamp(0.2, request.slip[0], request.slip[1]), request.angle_deg[0],
       middle(request.load_n));
   return text;
@@ -164,8 +166,10 @@ Proposal Propose(const ProposalRequest& request,
     const Pace pace = measure(spec);
     const dem::Work work = dem::WorkOf(ToEngine(spec));
     const double one = work.grains * work.steps / pace.grain_steps_per_s;
-    const double tiles = 4 * pace.tile_s;  // some
-    pays = (request.budget_s * request.cores - tiles) / one;
+    const auto with = [&](int tiles) {
+      return (request.budget_s * request.cores - tiles * pace.tile_s) / one;
+    };
+    pays = with(TilesFor(with(TilesFor(0))));
   };
   fill(std::min(own, most));
   if (pays < kEnoughRuns && out.diameter_m < 0.999 * most) {

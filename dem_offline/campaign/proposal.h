@@ -32,8 +32,9 @@ struct Proposal {
 /// but at most b/6 and the lowest tread; depth max(1.8 R, 12 d); width
 /// max(b, 1.52 R) + 5 z + 10 d; tile of max(4.8 R, 30 d); hub travel 4.8 R; speed
 /// 0.1 m/s sqrt(R/62.5 mm) (equal Froude number). As many runs as the budget pays at most: a
-/// quarter of them held out, four on further beds; coarser grains, where so few fit that a model
-/// would not learn, and the rules allow it. measure: the pace of a run. Throws InputError.
+/// quarter of them held out, four of one state on as many beds; coarser grains, where so few fit
+/// that a model would not learn, and the rules allow it. measure: the pace of a run. Throws
+/// InputError.
 Proposal Propose(const ProposalRequest& request,
                  const std::function<Pace(const v1alpha1::WheelTestSpec&)>& measure);
 
