@@ -10,6 +10,7 @@
 #include "dem_offline/campaign/design.h"
 #include "dem_offline/campaign/draw.h"
 #include "dem_offline/campaign/progress.h"
+#include "dem_offline/engine/rig/kinematics.h"
 #include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/scenes/engine_convert.h"
 #include "dem_offline/scenes/scene_yaml.h"
@@ -127,6 +128,28 @@ void TakeContact(const v1alpha1::Soil& soil, v1alpha1::Wheel* wheel,
   notes->push_back("the wheel file states no friction: that between the grains is taken");
 }
 
+/// Grain-steps of a run at most, over slips and angles that have a motion.
+double MeanWork(const v1alpha1::WheelTestSpec& spec, const ProposalRequest& request) {
+  constexpr int kSlips = 16, kAngles = 4;
+  dem::WheelTestSpec test = ToEngine(spec);
+  double sum = 0;
+  int n = 0;
+  for (int i = 0; i < kSlips * kAngles; ++i) {
+    const auto at = [](const std::array<double, 2>& range, int k, int of) {
+      return range[0] + (range[1] - range[0]) * (k + 0.5) / of;
+    };
+    test.state.slip = at(request.slip, i % kSlips, kSlips);
+    test.state.attack_angle_rad =
+        at(request.angle_deg, i / kSlips, kAngles) * std::numbers::pi / 180;
+    const dem::SlipRange possible = dem::SlipsAt(test.state.attack_angle_rad);
+    if (test.state.slip < possible.low || test.state.slip > possible.high) continue;
+    const dem::Work work = dem::WorkOf(test);
+    sum += work.grains * work.steps;
+    ++n;
+  }
+  return sum / std::max(n, 1);
+}
+
 v1alpha1::Scene ReadProposed(const std::string& text, const std::string& soil) {
   // The soil stands beside the scene only once both are written.
   YamlSection section = YamlSection::OfText(text, "the proposed scene");
@@ -164,8 +187,7 @@ Proposal Propose(const ProposalRequest& request,
     spec.mutable_state()->set_slip(std::clamp(0.2, request.slip[0], request.slip[1]));
     spec.mutable_state()->set_load_n(request.load_n[1]);
     const Pace pace = measure(spec);
-    const dem::Work work = dem::WorkOf(ToEngine(spec));
-    const double one = work.grains * work.steps / pace.grain_steps_per_s;
+    const double one = MeanWork(spec, request) / pace.grain_steps_per_s;
     const auto with = [&](int tiles) {
       return (request.budget_s * request.cores - tiles * pace.tile_s) / one;
     };
