@@ -158,12 +158,15 @@ def report(arguments, bench, results, processes):
                "tests": bench.names, "bulk_density": got.density(), "cone_index": cone, "angle_of_repose": got.repose(),
                "parameters": page.parameters_of(found), "beside": page.parameters_of(beside),
                "form": found["form"] if found else None,
+               "large_overlaps": measurement.large_overlaps(results),
                "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
     write_atomically(os.path.join(arguments.out, "bevameter.json"), json.dumps(summary, indent=1) + "\n")
     write_atomically(os.path.join(arguments.out, "report.html"),
                      page.render(summary, bench, results, found, beside, curves, ["./grouser", "bevameter", *sys.argv[1:]],
                                  os.path.join(arguments.bin, "grouser-dem")))
     print(page.markdown(summary, bench, found, beside))
+    for run, overlap in summary["large_overlaps"].items():
+        say(f"run {run}: {page.overlap_words(overlap)}")
     for one in summary["failed"]:
         say(f"run {one['run']} FAILED: {one['reason']}")
     say(os.path.join(arguments.out, "report.html"))

@@ -5,6 +5,7 @@ import os
 import sys
 
 from html_page import document, picture, reading, section, table
+from measured import OVERLAP
 from run_report import command_list, run_table
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -144,6 +145,11 @@ def sizes(bench):
     return table(("what", "mm", "mean grain diameters"), rows)
 
 
+def overlap_words(overlap):
+    return (f"overlaps of {100 * overlap:.1f} % of the radius (99th percentile), expected at most "
+            f"{100 * OVERLAP:.0f} %: these grains are too soft for its pressure")
+
+
 def render(summary, bench, results, found, beside, cone, command, program):
     lead = reading(f"Soil file {summary['soil_file']}, grains of {1e3 * summary['grain_diameter_m']:.3g} mm, beds: "
                    f"{summary['beds']}, engine {summary['engine_version']}. Friction of the tools: "
@@ -163,6 +169,8 @@ def render(summary, bench, results, found, beside, cone, command, program):
     if cone:
         parts.append(section("Cone", cone_figure(cone)))
     parts += [section("Numbers", table(*number_rows(summary))),
-              section("Sizes", sizes(bench)), section("Runs", run_table(results)),
+              section("Sizes", sizes(bench)), section("Runs", run_table(results),
+                                               *(reading(f"{run}: {overlap_words(overlap)}.")
+                                                 for run, overlap in summary["large_overlaps"].items())),
               section("Commands", command_list(program, results, command))]
     return document(f"Virtual bevameter: {summary['soil']}", lead, "".join(parts))

@@ -9,6 +9,7 @@ import numpy
 from processes import write_atomically
 
 BINS = 15  # rows of one curve
+OVERLAP = 0.05  # over the radius: numerics.overlap of the examples
 
 
 def binned(at, values, low, high):
@@ -86,6 +87,12 @@ def summary(each):
     """Mean and standard deviation over beds; none of one bed."""
     return {"value": statistics.fmean(each), "sd_of_beds": statistics.stdev(each) if len(each) > 1 else None,
             "beds": len(each)}
+
+
+def large_overlaps(results):
+    """{run: 99th percentile of the overlaps over the radius}, where it is above what the time step bears."""
+    found = {r.plan.name: float(r.numerics["overlap_p99_over_radius"]) for r in results.values()}
+    return {name: overlap for name, overlap in found.items() if overlap > OVERLAP}
 
 
 def counts_as(span, diameter, beds):
