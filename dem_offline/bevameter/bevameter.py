@@ -52,7 +52,8 @@ def parse_arguments():
     parser = argparse.ArgumentParser(prog="./grouser bevameter", formatter_class=argparse.RawDescriptionHelpFormatter,
                                      description=__doc__.format(tests=benches.TEST_NAMES))
     parser.add_argument("soil", metavar="SOIL.yaml")
-    parser.add_argument("--tests", default="", metavar="NAMES", help="as plate40,plate60,press,shear,cone,repose,density")
+    parser.add_argument("--tests", default="", metavar="NAMES",
+                        help="as plate40,plate60,press,shear,cone,repose,density")
     parser.add_argument("--out", default=os.path.join(ROOT, "out", "bevameter"), help="folder of all results")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
     parser.add_argument("--beds", type=int, help="beds of every test (default: 3; --quick: 1)")
@@ -60,10 +61,12 @@ def parse_arguments():
                         "grains in heap and density: minutes")
     parser.add_argument("--tool-friction", type=float, metavar="MU", help="of plate, wheel, ring and cone against "
                         "grains (default: that of the grains)")
-    parser.add_argument("--depth", type=float, metavar="METRES", help="of the beds (default: 15 grains of 8 mm or more, more for wide plates)")
+    parser.add_argument("--depth", type=float, metavar="METRES",
+                        help="of the beds (default: 0.12, or 15 grains, or more for wide plates)")
     parser.add_argument("--kind", default="sand", choices=("sand", "loam", "clay", "snow"),
                         help="published soils that say what is typical (default: sand)")
-    parser.add_argument("--form", default="auto", choices=("auto", "bekker", "reece"), help="of pressure against sinkage")
+    parser.add_argument("--form", default="auto", choices=("auto", "bekker", "reece"),
+                        help="of pressure against sinkage")
     parser.add_argument("--beside", action="append", default=[], metavar="DATA.yaml",
                         help="measured tests: what they calibrate to stands beside")
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
@@ -162,8 +165,8 @@ def report(arguments, bench, results, processes):
                "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
     write_atomically(os.path.join(arguments.out, "bevameter.json"), json.dumps(summary, indent=1) + "\n")
     write_atomically(os.path.join(arguments.out, "report.html"),
-                     page.render(summary, bench, results, found, beside, curves, ["./grouser", "bevameter", *sys.argv[1:]],
-                                 os.path.join(arguments.bin, "grouser-dem")))
+                     page.render(summary, bench, results, found, beside, curves,
+                                 ["./grouser", "bevameter", *sys.argv[1:]], os.path.join(arguments.bin, "grouser-dem")))
     print(page.markdown(summary, bench, found, beside))
     for run, overlap in summary["large_overlaps"].items():
         say(f"run {run}: {page.overlap_words(overlap)}")

@@ -44,10 +44,14 @@ def shown(one):
     def text(value, unknown):
         return unknown if value is None else f"{scale * value:.4g}"
     interval = f"{text(one['low90'], '-inf')} to {text(one['high90'], 'inf')}"
-    return f"{text(one['value'], '–')} {unit if unit != '-' else ''}".strip(), interval, "yes" if one["identified"] else "no"
+    value = f"{text(one['value'], '–')} {unit if unit != '-' else ''}".strip()
+    return value, interval, "yes" if one["identified"] else "no"
 
 
 def meet(a, b):
+    if not (a["identified"] and b["identified"]):
+        return "not told"  # wide intervals always meet
+
     def low(one):
         return -math.inf if one["low90"] is None else one["low90"]
 
@@ -93,7 +97,8 @@ def number_rows(summary):
             for key, one in summary["bulk_density"].items()]
     if summary["cone_index"]:
         one = summary["cone_index"]
-        rows.append((f"cone index, mean over 0 to {1e3 * one['to_depth_m']:.0f} mm, kPa", with_sd(one, 1e-3), one["beds"]))
+        rows.append((f"cone index, mean over 0 to {1e3 * one['to_depth_m']:.0f} mm, kPa", with_sd(one, 1e-3),
+                     one["beds"]))
     if summary["angle_of_repose"]:
         one = summary["angle_of_repose"]
         rows.append(("angle of repose, deg", with_sd(one), one["beds"]))
@@ -105,7 +110,8 @@ def markdown(summary, bench, found, beside):
         return ["| " + " | ".join(map(str, row)) + " |" for row in (head, ["---"] * len(head), *rows)] if rows else []
     what = (f"{summary['soil']}: grains of {1e3 * summary['grain_diameter_m']:.3g} mm, {summary['beds']} "
             f"bed{'s' if summary['beds'] > 1 else ''}, engine {summary['engine_version']}")
-    blocks = [lines(*parameter_rows(summary)), lines(*pressure_rows(bench, found, beside)), lines(*number_rows(summary))]
+    tables = parameter_rows(summary), pressure_rows(bench, found, beside), number_rows(summary)
+    blocks = [lines(*one) for one in tables]
     return "\n".join([what, *("\n" + "\n".join(block) for block in blocks if block)])
 
 
@@ -164,8 +170,9 @@ def render(summary, bench, results, found, beside, cone, command, program):
                                    "Intervals of 90 % by profile likelihood; not identified: rests on what is "
                                    "typical of published soils. More: calibrated/report.html."),
                              table(*pressure_rows(bench, found, beside))))
-        parts.append(section("Curves", reading("Marks: means over bins of one bed; lines and bands: the fit, 90 % for one "
-                                               "more row. Open marks are measured, beside."), *curves(found, beside)))
+        parts.append(section("Curves", reading("Marks: means over bins of one bed; lines and bands: the fit, 90 % "
+                                               "for one more row. Open marks are measured, beside."),
+                             *curves(found, beside)))
     if cone:
         parts.append(section("Cone", cone_figure(cone)))
     parts += [section("Numbers", table(*number_rows(summary))),

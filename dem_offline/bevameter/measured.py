@@ -96,8 +96,8 @@ def large_overlaps(results):
 
 
 def counts_as(span, diameter, beds):
-    """Independent observations in a curve: two for a grain's diameter of way, by judgement."""
-    return max(1, min(BINS, round(2 * span / diameter))) * beds
+    """Independent observations in a curve: one for a grain's diameter of way, by judgement."""
+    return max(1, min(BINS, round(span / diameter))) * beds
 
 
 def write_csv(path, header, rows):

@@ -21,6 +21,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROOT, "clients", "common")]
 
 import bench as benches  # noqa: E402
+import bevameter_page as page  # noqa: E402
 import measured as measurement  # noqa: E402
 from experiment_runs import Refused, record_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
@@ -97,7 +98,8 @@ class Plans(InFolder):
         self.assertAlmostEqual(bench.depth, 0.18)
         self.assertAlmostEqual(bench.wheel, 0.06)
         self.assertAlmostEqual(bench.ring_radii[1] - bench.ring_radii[0], 3.5 * 0.012)
-        self.assertAlmostEqual(bench.ring_area * bench.pressures[1], math.pi * (0.084**2 - 0.042**2) * 0.16 * 1450 * 9.81)
+        area = math.pi * (0.084**2 - 0.042**2)
+        self.assertAlmostEqual(bench.ring_area * bench.pressures[1], area * 0.16 * 1450 * 9.81)
 
 
 class Measures(InFolder):
@@ -125,9 +127,22 @@ class Measures(InFolder):
         self.assertAlmostEqual(cone["value"], 0.5 * (base + 0.08) / (math.pi * bench.cone_radius**2), delta=1)
         self.assertAlmostEqual(got.density()["bed"]["value"], 0.5 * 2495.3)
 
+    def test_what_is_not_told_does_not_agree(self):
+        def told(low, high, identified=True):
+            return {"low90": low, "high90": high, "identified": identified}
+        self.assertEqual(page.meet(told(0, 1), told(0.5, 2)), "yes")
+        self.assertEqual(page.meet(told(0, 1), told(1.5, None)), "NO")
+        self.assertEqual(page.meet(told(0, 1), told(None, None, False)), "not told")
+
+    def test_overlaps_that_are_too_large_are_named(self):
+        runs = {name: types.SimpleNamespace(plan=types.SimpleNamespace(name=name),
+                                            numerics={"overlap_p99_over_radius": overlap})
+                for name, overlap in (("soft", 0.08), ("stiff", 0.03))}
+        self.assertEqual(measurement.large_overlaps(runs), {"soft": 0.08})
+
     def test_independent_rows(self):
-        self.assertEqual(measurement.counts_as(0.024, 0.008, 1), 6)
-        self.assertEqual(measurement.counts_as(0.024, 0.008, 3), 18)
+        self.assertEqual(measurement.counts_as(0.024, 0.008, 1), 3)
+        self.assertEqual(measurement.counts_as(0.024, 0.008, 3), 9)
         self.assertEqual(measurement.counts_as(0.001, 0.008, 1), 1)
         self.assertEqual(measurement.counts_as(0.024, 0.0001, 2), 2 * measurement.BINS)
 
@@ -145,7 +160,8 @@ class Refusals(InFolder):
         self.assertIn("grains.frictoin: got an unknown key", self.complaint(self.soil_file(frictoin=1)))
         self.assertIn("grains.friction: got 'much', expected a number", self.complaint(self.soil_file(friction="much")))
         self.assertIn("grains.sizes: got []", self.complaint(self.soil_file(sizes=[])))
-        self.assertIn("grains.sizes[0].mass_fraction: got none", self.complaint(self.soil_file(sizes=[{"diameter_m": 1}])))
+        half = self.soil_file(sizes=[{"diameter_m": 1}])
+        self.assertIn("grains.sizes[0].mass_fraction: got none", self.complaint(half))
 
     def test_tests(self):
         soil = GrainSoil(LOOSE)
@@ -193,7 +209,8 @@ class WholeWay(InFolder):
                          for name in ("plate60_bed1", "press_bed1"))
         for key in ("solid_fraction", "grains", "preparation_friction", "preparation_rolling_friction"):
             self.assertEqual(first["bed"][key], second["bed"][key], key)  # the same bed, not searched again
-        self.assertIn(f"friction: {first['bed']['preparation_friction']!r}", " ".join(second["experiment_spec"]["sets"]))
+        found = f"friction: {first['bed']['preparation_friction']!r}"
+        self.assertIn(found, " ".join(second["experiment_spec"]["sets"]))
 
     def check_files(self, out):
         with open(os.path.join(out, "bevameter.json"), encoding="utf-8") as file:
