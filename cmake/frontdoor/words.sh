@@ -94,6 +94,13 @@ word_validate() {
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_bevameter() {
+  local script="$GROUSER_ROOT/dem_offline/bevameter/bevameter.py"
+  require_packages run
+  wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-calibrate
+  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_calibrate() {
   require_packages run
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-calibrate

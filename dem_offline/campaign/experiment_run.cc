@@ -140,6 +140,8 @@ void FillRecord(const ExperimentFile& file, const dx::Result& result, v1alpha1::
   bed->set_grains(result.grains);
   bed->set_solid_fraction(result.solid_fraction);
   bed->set_coordination(result.coordination);
+  bed->set_preparation_friction(result.packed_with.friction);
+  bed->set_preparation_rolling_friction(result.packed_with.rolling_friction);
   auto* n = r->mutable_numerics();
   n->set_dt_s(result.dt_s);
   n->set_steps(result.steps);

@@ -16,12 +16,10 @@ Examples:
 """
 
 import argparse
-import fcntl
 import importlib.util
 import json
 import os
 import sys
-import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -33,17 +31,13 @@ matplotlib.use("Agg")
 
 import html_page  # noqa: E402
 import page  # noqa: E402
+from experiment_runs import Execution, Plan, Refused, lock_of  # noqa: E402
 from processes import (Interrupted, Processes, ProgramFailed, raise_on_signals,  # noqa: E402
                        write_atomically)
-from results import ENDING, Plan, Result, record_of  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 SYSTEMS = ("shin2020", "atv", "mccarthy2010", "ono", "hpt")
 LEVELS = ("quick", "coarse", "full")
-
-
-class Refused(Exception):
-    """Bad usage, in words."""
 
 
 def say(text):
@@ -104,61 +98,11 @@ def plans_of(module, level):
     return plans
 
 
-class Execution:
-    """The runs of one system: those that are done are kept, the others run, `jobs` at once."""
-
-    def __init__(self, folder, program, jobs, processes):
-        self.folder, self.program, self.jobs, self.processes = folder, program, jobs, processes
-        os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
-
-    def stem(self, plan):
-        return os.path.join(self.folder, "runs", plan.name)
-
-    def start(self, plan):
-        path = self.stem(plan) + ENDING
-        if os.path.exists(path):
-            os.unlink(path)  # its CSVs are about to be written anew
-        log = self.processes.log_path(plan.name)
-        if os.path.exists(log):
-            os.unlink(log)
-        return self.processes.start(plan.name, [self.program, "run", plan.file, *plan.options(),
-                                                "--out", path])
-
-    def run(self, plans):
-        """{name: Result} in the order of the plans. Raises ProgramFailed for a run without a
-        record, once those in flight have ended."""
-        records = {plan.name: record_of(self.program, self.stem(plan) + ENDING) for plan in plans}
-        waiting = [plan for plan in plans if not plan.is_done_in(records[plan.name])]
-        say(f"{len(plans)} runs, {len(plans) - len(waiting)} of them done before")
-        running, broken = {}, []
-        while waiting and not broken or running:
-            while waiting and not broken and len(running) < self.jobs:
-                plan = waiting.pop(0)
-                say(f"run {plan.name}")
-                running[plan.name] = (plan, self.start(plan), time.monotonic())
-            time.sleep(0.05)
-            for name, (plan, child, started) in list(running.items()):
-                if child.poll() is None:
-                    continue
-                del running[name]
-                records[name] = record_of(self.program, self.stem(plan) + ENDING)
-                if child.returncode != 0 or records[name] is None:
-                    broken.append(f"run {name} ended with {child.returncode}:\n"
-                                  + self.processes.log_tail(name))
-                    continue
-                status = records[name]["status"].replace("RUN_STATUS_", "")
-                say(f"run {name}: {status} {records[name].get('reason', '')}"
-                    f"({time.monotonic() - started:.1f} s)")
-        if broken:
-            raise ProgramFailed("\n".join(broken))
-        return {plan.name: Result(plan, self.stem(plan), records[plan.name]) for plan in plans}
-
-
 def reproduce(name, module, arguments, processes):
     """Runs one system; returns whether every row holds."""
     folder = os.path.join(arguments.out, name)
     program = os.path.join(arguments.bin, "grouser-dem")
-    results = Execution(folder, program, arguments.jobs, processes).run(
+    results = Execution(folder, program, arguments.jobs, processes, say).run(
         plans_of(module, arguments.level))
     rows = module.rows(results, arguments.level)
     write_atomically(os.path.join(folder, "rows.json"), json.dumps(
@@ -173,21 +117,6 @@ def reproduce(name, module, arguments, processes):
               f"{row.limit}) {row.note}", flush=True)
     say(f"{name}: {report}")
     return all(row.passed is not False for row in rows) and all(r.done for r in results.values())
-
-
-def lock_of(out):
-    """The runs share it: those of a reproduction that was killed get a while to end."""
-    os.makedirs(out, exist_ok=True)
-    lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
-    last = time.monotonic() + 10
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return lock
-        except BlockingIOError:
-            if time.monotonic() > last:
-                raise Refused(f"--out {out}: another reproduction is running there") from None
-            time.sleep(0.1)
 
 
 def main():

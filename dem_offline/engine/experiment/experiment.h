@@ -14,6 +14,7 @@
 #include "dem_offline/engine/experiment/joints.h"
 #include "dem_offline/engine/laws/settings.h"
 #include "dem_offline/engine/rig/bed.h"
+#include "dem_offline/engine/rig/materials.h"
 #include "dem_offline/engine/world/world_types.h"
 
 // Any experiment as plain structs: grains in a box, bodies with a program of motion, probes. SI,
@@ -330,6 +331,7 @@ struct Result {
   double prepared_s = 0, run_s = 0;  ///< simulated
   double solid_fraction = 0;         ///< of the prepared grains, below the surface
   double top_solid_fraction = 0;     ///< of a bed's top layer; 0: there is none
+  GrainFriction packed_with;         ///< friction that a bed settled with; 0: none, or resumed
   double surface_m = 0;              ///< height of the prepared surface
   double level_m = 0;                ///< from which sinkage counts: Ground::level_m
   double coordination = 0, overlap_p99 = 0, overlap_max = 0, quantum_m = 0;

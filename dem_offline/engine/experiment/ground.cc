@@ -195,6 +195,7 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
   }();
   level_ = g.depth_m + tile.surface_m;
   top_solid_fraction_ = tile.top_solid_fraction;
+  packed_with_ = {tile.preparation_friction[0], tile.preparation_rolling_friction[0]};
   PlaceAsTile();
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);
   BedPiece piece = feed.Between(0, tile.length_m);

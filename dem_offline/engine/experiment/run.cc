@@ -206,6 +206,7 @@ class Run {
     out_.surface_m = ground_.surface_m();
     out_.level_m = ground_.level_m();
     out_.top_solid_fraction = ground_.top_solid_fraction();
+    out_.packed_with = ground_.packed_with();
     out_.coordination = world.MeanContacts();
     const auto quantum = world.config().frame.Quantum();
     out_.quantum_m = *std::max_element(quantum.begin(), quantum.end());

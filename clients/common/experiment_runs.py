@@ -1,14 +1,22 @@
-"""Results of runs: the record of the run file and the CSVs beside it."""
+"""Runs of experiment files: plans, their execution, the record of the run file and the CSVs beside it."""
 
+import fcntl
 import hashlib
 import json
 import os
 import subprocess
+import time
 
 import numpy
 import yaml
 
+from processes import ProgramFailed
+
 ENDING = ".run.h5"
+
+
+class Refused(Exception):
+    """Bad usage, in words."""
 
 
 class Plan:
@@ -123,3 +131,72 @@ def read_csv(path):
                 if len(row) == len(columns)]
     values = numpy.array(rows, dtype=float).reshape(len(rows), len(columns))
     return {name: values[:, k] for k, name in enumerate(columns)}
+
+
+class Execution:
+    """Runs of experiments in FOLDER/runs: those that are done are kept, the others run, `jobs` at once."""
+
+    def __init__(self, folder, program, jobs, processes, say):
+        self.folder, self.program, self.jobs, self.processes = folder, program, jobs, processes
+        self.say = say
+        os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
+
+    def stem(self, plan):
+        return os.path.join(self.folder, "runs", plan.name)
+
+    def is_done(self, plan):
+        return plan.is_done_in(record_of(self.program, self.stem(plan) + ENDING))
+
+    def start(self, plan):
+        path = self.stem(plan) + ENDING
+        if os.path.exists(path):
+            os.unlink(path)  # its CSVs are about to be written anew
+        log = self.processes.log_path(plan.name)
+        if os.path.exists(log):
+            os.unlink(log)
+        return self.processes.start(plan.name, [self.program, "run", plan.file, *plan.options(),
+                                                "--out", path])
+
+    def run(self, plans):
+        """{name: Result} in the order of the plans. Raises ProgramFailed for a run without a
+        record, once those in flight have ended."""
+        records = {plan.name: record_of(self.program, self.stem(plan) + ENDING) for plan in plans}
+        waiting = [plan for plan in plans if not plan.is_done_in(records[plan.name])]
+        self.say(f"{len(plans)} runs, {len(plans) - len(waiting)} of them done before")
+        running, broken = {}, []
+        while waiting and not broken or running:
+            while waiting and not broken and len(running) < self.jobs:
+                plan = waiting.pop(0)
+                self.say(f"run {plan.name}")
+                running[plan.name] = (plan, self.start(plan), time.monotonic())
+            time.sleep(0.05)
+            for name, (plan, child, started) in list(running.items()):
+                if child.poll() is None:
+                    continue
+                del running[name]
+                records[name] = record_of(self.program, self.stem(plan) + ENDING)
+                if child.returncode != 0 or records[name] is None:
+                    broken.append(f"run {name} ended with {child.returncode}:\n"
+                                  + self.processes.log_tail(name))
+                    continue
+                status = records[name]["status"].replace("RUN_STATUS_", "")
+                self.say(f"run {name}: {status} {records[name].get('reason', '')}"
+                         f"({time.monotonic() - started:.1f} s)")
+        if broken:
+            raise ProgramFailed("\n".join(broken))
+        return {plan.name: Result(plan, self.stem(plan), records[plan.name]) for plan in plans}
+
+
+def lock_of(out):
+    """The runs share it: those of a call that was killed get a while to end."""
+    os.makedirs(out, exist_ok=True)
+    lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
+    last = time.monotonic() + 10
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return lock
+        except BlockingIOError:
+            if time.monotonic() > last:
+                raise Refused(f"--out {out}: another call is running there") from None
+            time.sleep(0.1)

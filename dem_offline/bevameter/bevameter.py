@@ -1,0 +1,212 @@
+#!/usr/bin/python3
+"""Virtual bevameter: the parameters of a soil of DEM grains.
+
+SOIL.yaml: a soil file of grains (*.soil.yaml). Plates, a wheel pressed down, a shear ring under three
+loads and a cone go into beds of it; a heap, poured and tapped grains stand beside. ./grouser calibrate
+soil then finds Bekker's (or Reece's), Mohr-Coulomb and Janosi-Hanamoto parameters with intervals.
+Tests, separated by commas: {tests}. Left out: all, with two plates that the grains allow.
+
+OUT gets runs/, the CSVs and measurements.yaml for ./grouser calibrate soil, calibrated/ (its answer, with
+soil.csv for ./grouser model make --soil), bevameter.json and report.html. A run that is done with
+the same values is not repeated: kill it at any time, start it again.
+
+Exit codes: 0 done, 1 a run or the calibration failed, 2 bad usage or input, 130 Ctrl-C.
+
+Examples:
+  ./grouser bevameter dem_offline/campaigns/cmu_loose.soil.yaml --quick
+  ./grouser bevameter dem_offline/campaigns/cmu_loose.soil.yaml --tests plate60,plate80,shear --beds 2 \\
+    --beside surrogate/calibrate/measured/cmu_plates.yaml --out out/loose
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
+
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+
+import bench as benches  # noqa: E402
+import bevameter_page as page  # noqa: E402
+import html_page  # noqa: E402
+import measured as measurement  # noqa: E402
+from experiment_runs import Execution, Refused, lock_of  # noqa: E402
+from grain_soil import GrainSoil  # noqa: E402
+from processes import (Interrupted, Processes, ProgramFailed, raise_on_signals,  # noqa: E402
+                       write_atomically)
+
+matplotlib.rcParams.update(html_page.STYLE)
+
+
+def say(text):
+    print(f"bevameter: {text}", file=sys.stderr, flush=True)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="./grouser bevameter", formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     description=__doc__.format(tests=benches.TEST_NAMES))
+    parser.add_argument("soil", metavar="SOIL.yaml")
+    parser.add_argument("--tests", default="", metavar="NAMES",
+                        help="as plate40,plate60,press,shear,cone,repose,density")
+    parser.add_argument("--out", default=os.path.join(ROOT, "out", "bevameter"), help="folder of all results")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
+    parser.add_argument("--beds", type=int, help="beds of every test (default: 3; --quick: 1)")
+    parser.add_argument("--quick", action="store_true", help="one bed, two loads of the ring, half as many "
+                        "grains in heap and density: minutes")
+    parser.add_argument("--tool-friction", type=float, metavar="MU", help="of plate, wheel, ring and cone against "
+                        "grains (default: that of the grains)")
+    parser.add_argument("--depth", type=float, metavar="METRES",
+                        help="of the beds (default: 0.12, or 15 grains, or more for wide plates)")
+    parser.add_argument("--kind", default="sand", choices=("sand", "loam", "clay", "snow"),
+                        help="published soils that say what is typical (default: sand)")
+    parser.add_argument("--form", default="auto", choices=("auto", "bekker", "reece"),
+                        help="of pressure against sinkage")
+    parser.add_argument("--beside", action="append", default=[], metavar="DATA.yaml",
+                        help="measured tests: what they calibrate to stands beside")
+    parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    for option in ("jobs", "beds"):
+        value = getattr(arguments, option)
+        if value is not None and value < 1:
+            raise Refused(f"--{option} {value}: expected at least 1")
+    for path in arguments.beside:
+        if not os.path.exists(path):
+            raise Refused(f"--beside {path}: no such file")
+    if arguments.depth is not None and not arguments.depth > 0:
+        raise Refused(f"--depth {arguments.depth:g}: expected more than 0 m")
+    if arguments.tool_friction is not None and not 0 <= arguments.tool_friction <= 10:
+        raise Refused(f"--tool-friction {arguments.tool_friction:g}: expected 0 to 10")
+    arguments.beds = arguments.beds or (1 if arguments.quick else 3)
+    for name in ("out", "bin"):
+        setattr(arguments, name, os.path.abspath(getattr(arguments, name)))
+    return arguments
+
+
+def check(program, plans):
+    """The engine reads every kind of run before the first one starts."""
+    for plan in plans:
+        done = subprocess.run([program, "check", plan.file, *plan.options()], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
+        if done.returncode != 0:
+            raise Refused(f"run {plan.name}: {done.stderr.strip()}")
+
+
+def packing_of(result):
+    """Frictions with which the bed of a run settled, as keys of `preparation`; none where unknown."""
+    bed = result.record["bed"]
+    if not float(bed.get("preparation_friction", 0)) > 0:
+        return None
+    # As text: every digit, so that the same bed comes again.
+    return {"friction": repr(float(bed["preparation_friction"])),
+            "rolling_friction": repr(float(bed.get("preparation_rolling_friction", 0)))}
+
+
+def first_on(bench, seed, execution):
+    """The test that finds the preparation of a bed: one that has done so before, else the first."""
+    plans = [bench.on_bed(name, seed) for name in bench.bed_tests()]
+    return next((plan for plan in plans if execution.is_done(plan)), plans[0])
+
+
+def run_all(bench, execution, program):
+    """{(name, bed): Result}. One test of a bed finds its preparation, the others repeat it."""
+    names, seeds = list(bench.bed_tests()), range(1, bench.beds + 1)
+    check(program, [bench.on_bed(name, 1) for name in names] + [p for p in bench.off_bed() if p.name.endswith("_bed1")])
+    first = [first_on(bench, seed, execution) for seed in seeds] if names else []
+    results = execution.run(first + bench.off_bed())
+    later = []
+    for plan, seed in zip(first, seeds):
+        packing = None if bench.soil.grains.get("top_layer") else packing_of(results[plan.name])
+        others = [name for name in names if f"{name}_bed{seed}" != plan.name]
+        later += [bench.on_bed(name, seed, packing) for name in others]
+    if later:
+        results.update(execution.run(later))
+    keyed = {}
+    for name, result in results.items():
+        test, bed = name.rsplit("_bed", 1)
+        keyed[test, int(bed)] = result
+    return keyed
+
+
+def calibrate(arguments, processes, files, folder, form):
+    """Runs ./grouser calibrate soil; its calibration.json."""
+    command = [sys.executable, os.path.join(ROOT, "surrogate", "calibrate", "calibrate.py"), "--bin", arguments.bin,
+               "soil", *map(os.path.relpath, files), "--out", os.path.relpath(folder), "--form", form]
+    write_atomically(folder + ".txt", processes.run("calibrate", command))
+    with open(os.path.join(folder, "calibration.json"), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def report(arguments, bench, results, processes):
+    """Measures, calibrates, writes; whether every run ended."""
+    got = measurement.Measured(bench, results)
+    engine = next(iter(results.values())).numerics["engine_version"]
+    path = measurement.write_measurements(got, arguments.out, arguments.kind, engine)
+    found = beside = None
+    if path:
+        found = calibrate(arguments, processes, [path], os.path.join(arguments.out, "calibrated"), arguments.form)
+        if arguments.beside:
+            beside = calibrate(arguments, processes, arguments.beside, os.path.join(arguments.out, "beside"),
+                               arguments.form)
+    cone, curves = got.cone()
+    summary = {"soil": bench.soil.name, "soil_file": os.path.basename(arguments.soil), "engine_version": engine,
+               "grain_diameter_m": bench.soil.diameter, "quick": arguments.quick, "beds": bench.beds,
+               "tool_friction": bench.settings["interfaces"][1]["friction"],
+               "bed": {"length_m": bench.side, "width_m": bench.side, "depth_m": bench.depth},
+               "tests": bench.names, "bulk_density": got.density(), "cone_index": cone, "angle_of_repose": got.repose(),
+               "parameters": page.parameters_of(found), "beside": page.parameters_of(beside),
+               "form": found["form"] if found else None,
+               "large_overlaps": measurement.large_overlaps(results),
+               "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
+    write_atomically(os.path.join(arguments.out, "bevameter.json"), json.dumps(summary, indent=1) + "\n")
+    write_atomically(os.path.join(arguments.out, "report.html"),
+                     page.render(summary, bench, results, found, beside, curves,
+                                 ["./grouser", "bevameter", *sys.argv[1:]], os.path.join(arguments.bin, "grouser-dem")))
+    print(page.markdown(summary, bench, found, beside))
+    for run, overlap in summary["large_overlaps"].items():
+        say(f"run {run}: {page.overlap_words(overlap)}")
+    for one in summary["failed"]:
+        say(f"run {one['run']} FAILED: {one['reason']}")
+    say(os.path.join(arguments.out, "report.html"))
+    return not summary["failed"]
+
+
+def main():
+    raise_on_signals()
+    processes = None
+    try:
+        arguments = parse_arguments()
+        soil = GrainSoil(arguments.soil)
+        bench = benches.Bench(soil, benches.choose(arguments.tests, soil), arguments.beds, arguments.quick,
+                              arguments.tool_friction, arguments.depth)
+        arguments.beside = [os.path.abspath(path) for path in arguments.beside]
+        os.chdir(ROOT)  # where the table of published soils is looked for
+        lock = lock_of(arguments.out)
+        logs = os.path.join(arguments.out, "logs")
+        os.makedirs(logs, exist_ok=True)
+        processes = Processes(logs, inherited=[lock.fileno()])
+        program = os.path.join(arguments.bin, "grouser-dem")
+        execution = Execution(arguments.out, program, arguments.jobs, processes, say)
+        results = run_all(bench, execution, program)
+        return 0 if report(arguments, bench, results, processes) else 1
+    except Refused as error:
+        say(str(error))
+        return 2
+    except (ProgramFailed, OSError) as error:
+        say(f"FAILED: {error}")
+        return 1
+    except Interrupted as stop:
+        say("stopped; the same command goes on from here")
+        return 128 + stop.number
+    finally:
+        if processes:
+            processes.stop_all()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

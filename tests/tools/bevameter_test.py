@@ -1,0 +1,234 @@
+#!/usr/bin/python3
+"""./grouser bevameter: soil files and tests that it refuses, its measures, and one soil from grains to
+parameters, killed on its way.
+
+Usage: bevameter_test.py BIN"""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+import numpy
+import yaml
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROOT, "clients", "common")]
+
+import bench as benches  # noqa: E402
+import bevameter_page as page  # noqa: E402
+import measured as measurement  # noqa: E402
+from experiment_runs import Refused, record_of  # noqa: E402
+from grain_soil import GrainSoil  # noqa: E402
+
+LOOSE = os.path.join(ROOT, "dem_offline", "campaigns", "cmu_loose.soil.yaml")
+MEASURED = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_plates.yaml")
+TINY = {"name": "tiny", "bulk_density_kg_per_m3": 1450, "gravity_m_per_s2": 9.81, "source": "a test",
+        "grains": {"grain_density_kg_per_m3": 2500, "youngs_modulus_pa": 1e6, "poisson_ratio": 0.3,
+                   "restitution": 0.5, "friction": 0.5, "rolling_friction": 0.1, "solid_fraction": 0.58,
+                   "sizes": [{"diameter_m": 0.0108, "mass_fraction": 0.25}, {"diameter_m": 0.012, "mass_fraction": 0.5},
+                             {"diameter_m": 0.0132, "mass_fraction": 0.25}]}}
+
+
+def bench_of(soil, names, beds=1, **more):
+    return benches.Bench(soil, names, beds, False, **more)
+
+
+def result_of(series, **bed):
+    return types.SimpleNamespace(done=True, series={k: numpy.array(v, dtype=float) for k, v in series.items()},
+                                 record={"bed": {"solid_fraction": 0.5, **bed}})
+
+
+class InFolder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def soil_file(self, **changes):
+        path = os.path.join(self.folder, "tiny.soil.yaml")
+        with open(path, "w", encoding="utf-8") as file:
+            yaml.safe_dump({**TINY, "grains": {**TINY["grains"], **changes}}, file)
+        return path
+
+
+class Plans(InFolder):
+    def test_every_value_of_the_soil_reaches_every_experiment(self):
+        soil = GrainSoil(self.soil_file(contact={"rolling": "constant_torque", "wheel": {"rolling_friction": 0.02},
+                                                 "floor": {"friction": 0.9}}, top_layer={"thickness_m": 0.03,
+                                                                                         "solid_fraction": 0.56}))
+        bench = bench_of(soil, ["plate60", "press", "shear", "cone", "repose", "density"], tool_friction=0.3)
+        plans = [bench.on_bed(name, 2) for name in bench.bed_tests()] + bench.off_bed()
+        self.assertEqual([plan.name for plan in plans], [
+            "plate60_bed2", "press_bed2", "shear1_bed2", "shear2_bed2", "shear3_bed2", "cone_bed2", "repose_bed1",
+            "poured_bed1", "tapped_bed1"])
+        for plan in plans:
+            sets = dict(one.split("=", 1) for one in plan.sets)
+            value = {key: yaml.safe_load(text) for key, text in sets.items()}
+            self.assertEqual(float(value["materials"][0]["youngs_modulus_pa"]), 1e6)
+            self.assertEqual([(one["between"][1], one["friction"]) for one in value["interfaces"]],
+                             [("any", 0.5), ("tool", 0.3), ("steel", 0.9)])
+            self.assertEqual(value["interfaces"][1]["rolling_friction"], 0.02)
+            self.assertEqual(value["laws"], {"rolling": "constant_torque"})
+            self.assertEqual(value["grains"]["sizes"][2], {"diameter_m": 0.0132, "mass_fraction": 0.25})
+            if "_bed2" in plan.name:
+                self.assertEqual((value["grains"]["solid_fraction"], value["grains"]["top_layer"]["solid_fraction"]),
+                                 (0.58, 0.56))
+                self.assertEqual(value["bodies[0].material"], "tool")
+
+    def test_all_tests_of_a_bed_stand_on_the_same_grains(self):
+        bench = bench_of(GrainSoil(LOOSE), ["plate40", "plate100", "press", "shear", "cone"])
+        beds = {tuple(one for one in bench.on_bed(name, 1).sets if one.split("=")[0] in (
+            "seed", "grains", "box.length_m", "box.width_m", "materials", "interfaces")) for name in bench.bed_tests()}
+        self.assertEqual(len(beds), 1)
+        self.assertEqual((bench.side, bench.depth), (2.25 * 0.1, 1.25 * 0.1))
+
+    def test_sizes_go_with_the_grains(self):
+        self.assertEqual(benches.default_plates(0.008), [40, 60])
+        self.assertEqual(benches.default_plates(0.012), [60, 80])
+        self.assertEqual(benches.default_plates(0.002), [40, 60])
+        soil = GrainSoil(self.soil_file())
+        self.assertAlmostEqual(soil.diameter, 0.012)
+        bench = bench_of(soil, ["press", "shear"])
+        self.assertAlmostEqual(bench.depth, 0.18)
+        self.assertAlmostEqual(bench.wheel, 0.06)
+        self.assertAlmostEqual(bench.ring_radii[1] - bench.ring_radii[0], 3.5 * 0.012)
+        area = math.pi * (0.084**2 - 0.042**2)
+        self.assertAlmostEqual(bench.ring_area * bench.pressures[1], area * 0.16 * 1450 * 9.81)
+
+
+class Measures(InFolder):
+    def test_curves(self):
+        bench = bench_of(GrainSoil(LOOSE), ["plate40", "press", "shear", "cone"])
+        z = numpy.linspace(-0.005, 0.04, 2000)
+        turn = numpy.linspace(0, 0.7, 500)
+        tip = numpy.linspace(0, 0.08, 2000)
+        results = {("plate40", 1): result_of({"plate.sinkage_m": z, "plate.f_z_n": 1e3 * z}),
+                   ("plate40", 2): result_of({"plate.sinkage_m": z, "plate.f_z_n": 2e3 * z}),
+                   ("shear1", 1): result_of({"ring.turned_z_rad": turn, "ring.t_z_n_m": -0.2 * turn}),
+                   ("cone", 1): result_of({"cone.sinkage_m": tip, "cone.f_z_n": tip})}
+        got = measurement.Measured(bench, results)
+        rows = got.sinkage_rows("plate40", "plate", bench.plate_sinkage(40))
+        self.assertEqual([row[0] for row in rows], [1] * 15 + [2] * 15)
+        self.assertGreater(rows[0][1], 0.004)  # half a grain
+        self.assertLess(rows[-1][1], 0.03)
+        for bed, sinkage, force in rows:
+            self.assertAlmostEqual(force, bed * 1e3 * sinkage)
+        for _, angle, torque in got.shear_rows("shear1"):
+            self.assertAlmostEqual(torque, 0.2 * angle)
+        cone, _ = got.cone()
+        base = bench.cone_radius * math.sqrt(3)
+        self.assertAlmostEqual(cone["to_depth_m"], 0.08 - base)
+        self.assertAlmostEqual(cone["value"], 0.5 * (base + 0.08) / (math.pi * bench.cone_radius**2), delta=1)
+        self.assertAlmostEqual(got.density()["bed"]["value"], 0.5 * 2495.3)
+
+    def test_what_is_not_told_does_not_agree(self):
+        def told(low, high, identified=True):
+            return {"low90": low, "high90": high, "identified": identified}
+        self.assertEqual(page.meet(told(0, 1), told(0.5, 2)), "yes")
+        self.assertEqual(page.meet(told(0, 1), told(1.5, None)), "NO")
+        self.assertEqual(page.meet(told(0, 1), told(None, None, False)), "not told")
+
+    def test_overlaps_that_are_too_large_are_named(self):
+        runs = {name: types.SimpleNamespace(plan=types.SimpleNamespace(name=name),
+                                            numerics={"overlap_p99_over_radius": overlap})
+                for name, overlap in (("soft", 0.08), ("stiff", 0.03))}
+        self.assertEqual(measurement.large_overlaps(runs), {"soft": 0.08})
+
+    def test_independent_rows(self):
+        self.assertEqual(measurement.counts_as(0.024, 0.008, 1), 3)
+        self.assertEqual(measurement.counts_as(0.024, 0.008, 3), 9)
+        self.assertEqual(measurement.counts_as(0.001, 0.008, 1), 1)
+        self.assertEqual(measurement.counts_as(0.024, 0.0001, 2), 2 * measurement.BINS)
+
+
+class Refusals(InFolder):
+    def complaint(self, path):
+        with self.assertRaises(Refused) as caught:
+            GrainSoil(path)
+        return str(caught.exception)
+
+    def test_soil_files(self):
+        self.assertIn("grains: got none, expected a soil of DEM grains", self.complaint(MEASURED))
+        self.assertIn("no such file", self.complaint("nowhere.yaml"))
+        self.assertIn("got no mapping", self.complaint(os.path.join(ROOT, "surrogate", "soils", "bekker_soils.csv")))
+        self.assertIn("grains.frictoin: got an unknown key", self.complaint(self.soil_file(frictoin=1)))
+        self.assertIn("grains.friction: got 'much', expected a number", self.complaint(self.soil_file(friction="much")))
+        self.assertIn("grains.sizes: got []", self.complaint(self.soil_file(sizes=[])))
+        half = self.soil_file(sizes=[{"diameter_m": 1}])
+        self.assertIn("grains.sizes[0].mass_fraction: got none", self.complaint(half))
+
+    def test_tests(self):
+        soil = GrainSoil(LOOSE)
+        for text, said in (("plate", "unknown test 'plate', expected plateNN"), ("plate60,tilt", "unknown test 'tilt'"),
+                           ("plate30", "30 mm across, expected at least 40 mm, 5 grains of 8 mm"), (",", "none")):
+            with self.assertRaisesRegex(Refused, said):
+                benches.choose(text, soil)
+
+    def test_exit_code_2_before_anything_runs(self):
+        out = os.path.join(self.folder, "out")
+        for words, said in (([MEASURED], "grains: got none"), ([LOOSE, "--tests", "tilt"], "unknown test 'tilt'"),
+                            ([LOOSE, "--beds", "0"], "--beds 0: expected at least 1"),
+                            ([LOOSE, "--beside", "x.yaml"], "--beside x.yaml: no such file"),
+                            ([self.soil_file(poisson_ratio=0.7), "--tests", "plate60"], "poisson_ratio")):
+            done = subprocess.run(command(out, *words), capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertFalse(os.path.exists(os.path.join(out, "runs", "plate60_bed1.run.h5")))
+
+
+def command(out, *words):
+    return [sys.executable, os.path.join(ROOT, "dem_offline", "bevameter", "bevameter.py"), *words, "--bin", BIN,
+            "--out", out, "--jobs", "1"]
+
+
+class WholeWay(InFolder):
+    def test_from_grains_to_parameters_over_a_kill(self):
+        out = os.path.join(self.folder, "out")
+        words = command(out, self.soil_file(), "--tests", "plate60,press", "--beds", "1", "--depth", "0.06")
+        child = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        while "run press_bed1" not in child.stderr.readline():
+            self.assertIsNone(child.poll())
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        child.stderr.close()
+        self.assertFalse(os.path.exists(os.path.join(out, "bevameter.json")))
+        plate = os.path.join(out, "runs", "plate60_bed1.run.h5")
+        before = os.stat(plate).st_mtime_ns
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(os.stat(plate).st_mtime_ns, before)
+        self.assertIn("1 runs, 1 of them done before", done.stderr)
+        self.check_files(out)
+        first, second = (record_of(os.path.join(BIN, "grouser-dem"), os.path.join(out, "runs", name + ".run.h5"))
+                         for name in ("plate60_bed1", "press_bed1"))
+        for key in ("solid_fraction", "grains", "preparation_friction", "preparation_rolling_friction"):
+            self.assertEqual(first["bed"][key], second["bed"][key], key)  # the same bed, not searched again
+        found = f"friction: {first['bed']['preparation_friction']!r}"
+        self.assertIn(found, " ".join(second["experiment_spec"]["sets"]))
+
+    def check_files(self, out):
+        with open(os.path.join(out, "bevameter.json"), encoding="utf-8") as file:
+            summary = json.load(file)
+        self.assertEqual([one["name"] for one in summary["parameters"]],
+                         ["n", "k_c", "k_phi", "cohesion", "friction_angle", "shear_modulus"])
+        self.assertAlmostEqual(summary["bulk_density"]["bed"]["value"], 1450, delta=2500 * 0.008)
+        with open(os.path.join(out, "measurements.yaml"), encoding="utf-8") as file:
+            tests = yaml.safe_load(file)["tests"]
+        self.assertEqual([one["name"] for one in tests], ["plate60", "pressed wheel"])
+        with open(os.path.join(out, "calibrated", "soil.csv"), encoding="utf-8") as file:
+            self.assertIn("tiny, DEM", file.read())
+        with open(os.path.join(out, "report.html"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("data:image/png;base64,", text)
+        self.assertIn("mean grain diameters", text)
+
+
+if __name__ == "__main__":
+    BIN = os.path.abspath(sys.argv.pop())
+    unittest.main()
