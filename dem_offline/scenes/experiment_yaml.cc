@@ -151,6 +151,10 @@ class Reader {
     if (s.Has("surface_energy_j_per_m2")) {
       f.numbers.surface_energy_j_per_m2 = s.Number("surface_energy_j_per_m2");
     }
+    if (s.Has("normal")) f.normal = s.Text("normal");
+    if (s.Has("tangential")) f.tangential = s.Text("tangential");
+    if (s.Has("rolling")) f.rolling = s.Text("rolling");
+    if (s.Has("cohesion")) f.cohesion = s.Text("cohesion");
     f.numbers.settings = ReadSettings(s);
     s.Finish();
     return f;

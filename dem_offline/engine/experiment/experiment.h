@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,11 +32,12 @@ struct Material {
   double poisson_ratio = 0;      ///< [-]
 };
 
-/// Numbers of a pair of materials. The laws are one combination for the whole experiment.
+/// Numbers of a pair of materials, and the laws by name in which it differs from the experiment.
 struct PairProperties {
   std::string a, b;
   double restitution = 0.5, friction = 0.5, rolling_friction = 0;
   InterfaceChoice numbers;
+  std::optional<std::string> normal = {}, tangential = {}, rolling = {}, cohesion = {};
 };
 
 enum class Side {
@@ -129,7 +131,7 @@ struct Preparation {
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
   double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
   double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
-  double rolling_friction = -1;  ///< the same
+  double rolling_friction = -1;         ///< the same
   double surface_energy_j_per_m2 = -1;  ///< the same, of jkr laws
   /// settle: met within kFractionTolerance at the end of the whole preparation, which is repeated
   /// with other frictions until then; 0: as it falls
@@ -277,7 +279,7 @@ struct Experiment {
   std::string name;
   std::uint64_t seed = 1;
   double gravity_m_per_s2 = 9.81;
-  ContactChoice laws;  ///< wheel and floor of it: unused
+  ContactChoice laws;  ///< of interfaces without their own; its wheel and floor: unused
   std::vector<Material> materials;
   std::vector<PairProperties> interfaces;
   BoxSpec box;

@@ -172,6 +172,10 @@ void CheckBed(const Experiment& e, const std::string& at, const Grains& g,
   if (!e.preparation.empty()) {
     throw SpecError("preparation", "it with a bed, which is prepared by itself", "none");
   }
+  if (!ContactsOf(e).All(LawsOf(e.laws))) {
+    throw SpecError(at + ".kind", "bed with interfaces that have laws of their own",
+                    "one law combination, or grains that are poured: not possible yet");
+  }
   CheckPositive(at + ".solid_fraction", g.solid_fraction);
   CheckPositive(at + ".depth_m", g.depth_m);
   if (!(g.depth_m < e.box.height_m)) {
