@@ -248,24 +248,25 @@ struct Probe {
     kJoint,         ///< coordinates, rates, reaction and gap of a joint
     kSpring,        ///< force and length, or torque and angle
     kMixing,        ///< of fine and coarse grains (mixing.h)
+    kRuts,          ///< surface behind a wheel with treads, and its ruts (ruts.h)
   };
   Kind kind = Kind::kWrench;
   std::string name;       ///< of its table
-  std::string body;       ///< wrench, pose, velocity, treads, touching
+  std::string body;       ///< wrench, pose, velocity, treads, touching, ruts
   std::string of;         ///< joint, spring: its name
   double diameter_m = 0;  ///< mixing: grains below it are fine
   bool body_frame = false;
-  Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
-  int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
+  Region region;  ///< bins, surface, ruts, repose; repose, cylindrical bins: about its middle
+  int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface, ruts: x, y
   double every_s = 0;    ///< tables: between two; 0: at the end only. rings: over which a mean goes
   int rings = 1;         ///< rings: of equal width between the radii of the region
-  double from_s = 0;     ///< rings: the first mean begins
+  double from_s = 0;     ///< rings: the first mean begins; ruts: the trace begins at the body
 };
 
 /// Whether a probe writes a table of its own, beside the series.
 inline bool HasTable(const Probe& p) {
   using K = Probe::Kind;
-  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings ||
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRuts || p.kind == K::kRings ||
          p.kind == K::kGrains || p.kind == K::kBondForces || p.kind == K::kFragments;
 }
 
