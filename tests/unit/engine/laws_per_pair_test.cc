@@ -130,6 +130,7 @@ Experiment Drops(const std::string& first, const std::string& second) {
     e.bodies.push_back(plate);
     GrainState s = {plate.position_m[0], 0.5, 0.221, 0.01, 2500};
     s.v_z = -0.5;
+    s.v_y = 0.2;
     e.grains[0].listed.push_back(s);
     experiment::Probe probe;
     probe.kind = experiment::Probe::Kind::kWrench;
@@ -167,6 +168,27 @@ TEST(LawsPerPair, OneFileHoldsASpringAndHertz) {
   ASSERT_EQ(x.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
     if (x[k] < 0.8) EXPECT_NEAR(v_z[k] / 0.5, 0.7, x[k] < 0.5 ? 1e-3 : 5e-3) << x[k];
+  }
+}
+
+TEST(LawsPerPair, ARunGoesOnFromACheckpointInBothContacts) {
+  Experiment e = Drops("linear_spring", "hertz_restitution");
+  e.checkpoint_every_s = 0.003;  // both touch from 0.002 s on, for 0.002 s or more
+  experiment::RunExtras extras;
+  std::string saved;
+  extras.checkpoint = [&](const std::string& bytes) {
+    if (saved.empty()) saved = bytes;
+  };
+  experiment::Recorded whole, rest;
+  ASSERT_TRUE(RunExperiment(e, whole.Sink(), nullptr, {}, extras).done);
+  extras.checkpoint = nullptr;
+  extras.resume = saved;
+  ASSERT_TRUE(RunExperiment(e, rest.Sink(), nullptr, {}, extras).done);
+  EXPECT_NE(rest.Column("steel.f_z_n").front(), 0);
+  EXPECT_NE(rest.Column("rubber.f_y_n").front(), 0);
+  EXPECT_LT(rest.Column("time_s").size(), whole.Column("time_s").size());
+  for (const char* column : {"v_y_m_per_s", "v_z_m_per_s", "w_x_rad_per_s"}) {
+    EXPECT_EQ(rest.Column(column, "grains"), whole.Column(column, "grains")) << column;
   }
 }
 
