@@ -151,6 +151,10 @@ class Reader {
     if (s.Has("surface_energy_j_per_m2")) {
       f.numbers.surface_energy_j_per_m2 = s.Number("surface_energy_j_per_m2");
     }
+    if (s.Has("normal")) f.normal = s.Text("normal");
+    if (s.Has("tangential")) f.tangential = s.Text("tangential");
+    if (s.Has("rolling")) f.rolling = s.Text("rolling");
+    if (s.Has("cohesion")) f.cohesion = s.Text("cohesion");
     f.numbers.settings = ReadSettings(s);
     s.Finish();
     return f;
@@ -513,7 +517,7 @@ class Reader {
     dx::Probe p;
     p.kind = static_cast<K>(s.Choice("kind"));
     if (p.kind == K::kWrench || p.kind == K::kPose || p.kind == K::kVelocity ||
-        p.kind == K::kTreads || p.kind == K::kTouching) {
+        p.kind == K::kTreads || p.kind == K::kTouching || p.kind == K::kRuts) {
       p.body = s.Text("body");
     }
     if (p.kind == K::kJoint) p.of = s.Text("joint");
@@ -525,11 +529,9 @@ class Reader {
       p.name = s.Text("name");
       p.every_s = s.NumberOr("every_s", 0);
     }
-    if (p.kind == K::kRings) {
-      p.rings = static_cast<int>(s.Count("rings", 1000000));
-      p.from_s = s.NumberOr("from_s", 0);
-    }
-    if (p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kMixing) {
+    if (p.kind == K::kRings) p.rings = static_cast<int>(s.Count("rings", 1000000));
+    if (p.kind == K::kRings || p.kind == K::kRuts) p.from_s = s.NumberOr("from_s", 0);
+    if (p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kMixing || p.kind == K::kRuts) {
       const auto n = s.Counts("n", 1000000);
       for (int k = 0; k < 3; ++k) p.n[k] = static_cast<int>(n[static_cast<std::size_t>(k)]);
     }

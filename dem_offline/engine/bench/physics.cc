@@ -26,7 +26,7 @@ Physics Measure(const World& world, double volume_m3) {
     float copy[kMaxHistoryWords];
     std::copy(words, words + model.layout().words, copy);
     // A step of no length: springs as they are.
-    const Vec3f f = EvaluateGeneric(model.laws(), model.layout(), params, g, copy, 0.0f).force;
+    const Vec3f f = EvaluateGeneric(model.layout(), params, g, copy, 0.0f).force;
     const double distance = a.radius + b.radius - g.overlap;
     zz += f.z * distance * g.n.z;
     xz += f.x * distance * g.n.z;

@@ -111,7 +111,7 @@ GROUSER_HD ContactLoads EvaluateContact(const Law& law, const Side& i, const Sid
   const ContactResult r = law.Evaluate(i.kind, j.kind, g, words, dt);
   Vec3f moment = -1.0f * r.moment;
   float rolling = r.rolling;
-  if (law.OwnSides()) {
+  if (law.OwnSides(i.kind, j.kind)) {
     const ContactResult o = law.Evaluate(j.kind, i.kind, OtherSide(g, j.w, j.mass), other, dt);
     moment = o.moment;
     rolling += o.rolling;
@@ -135,7 +135,7 @@ struct OneCombination {
   static constexpr int kMostWords = R::kWords;
   typename R::Params params;
   GROUSER_HD static constexpr int Words() { return R::kWords; }
-  GROUSER_HD static constexpr bool OwnSides() { return R::kOwnSides; }
+  GROUSER_HD static constexpr bool OwnSides(std::int32_t, std::int32_t) { return R::kOwnSides; }
   GROUSER_HD ContactResult Evaluate(std::int32_t, std::int32_t, const ContactGeometry& g,
                                     float* words, float dt) const {
     return R::Evaluate(params, g, words, dt);
@@ -151,20 +151,23 @@ struct OneCombination {
 struct AnyLaws {
   static constexpr bool kRange = true;
   static constexpr int kMostWords = kMaxHistoryWords;
-  LawChoice laws;
   WordLayout layout;
   const PairParams* params;  ///< [materials x materials]
   int materials;
+  GROUSER_HD const PairParams& Of(std::int32_t kind_i, std::int32_t kind_j) const {
+    return params[(kind_i & 0xffff) * materials + (kind_j & 0xffff)];
+  }
   GROUSER_HD int Words() const { return layout.words; }
-  GROUSER_HD bool OwnSides() const { return layout.own_sides; }
+  GROUSER_HD bool OwnSides(std::int32_t kind_i, std::int32_t kind_j) const {
+    return OwnSidesOf(Of(kind_i, kind_j).laws);
+  }
   GROUSER_HD ContactResult Evaluate(std::int32_t kind_i, std::int32_t kind_j,
                                     const ContactGeometry& g, float* words, float dt) const {
-    const int i = kind_i & 0xffff, j = kind_j & 0xffff;
-    return EvaluateGeneric(laws, layout, params[i * materials + j], g, words, dt);
+    return EvaluateGeneric(layout, Of(kind_i, kind_j), g, words, dt);
   }
   GROUSER_HD ContactResult With(const PairParams& p, const ContactGeometry& g, float* words,
                                 float dt) const {
-    return EvaluateGeneric(laws, layout, p, g, words, dt);
+    return EvaluateGeneric(layout, p, g, words, dt);
   }
 };
 

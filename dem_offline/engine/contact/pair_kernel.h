@@ -34,7 +34,6 @@ struct PairView {
   float dt;                          ///< [s]
   const PairParams* params;          ///< [materials x materials]
   int materials;
-  LawChoice laws;
   WordLayout layout;
 };
 

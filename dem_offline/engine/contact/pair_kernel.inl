@@ -124,7 +124,7 @@ OneCombination<R> LawOf(const PairView& v, const OneCombination<R>*) {
   return {R::From(v.params[0])};
 }
 inline AnyLaws LawOf(const PairView& v, const AnyLaws*) {
-  return {v.laws, v.layout, v.params, v.materials};
+  return {v.layout, v.params, v.materials};
 }
 
 template <class Law, bool kEnergy>

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,12 @@ struct Material {
   double poisson_ratio = 0;      ///< [-]
 };
 
-/// Numbers of a pair of materials. The laws are one combination for the whole experiment.
+/// Numbers of a pair of materials, and the laws by name in which it differs from the experiment.
 struct PairProperties {
   std::string a, b;
   double restitution = 0.5, friction = 0.5, rolling_friction = 0;
   InterfaceChoice numbers;
+  std::optional<std::string> normal = {}, tangential = {}, rolling = {}, cohesion = {};
 };
 
 enum class Side {
@@ -130,7 +132,7 @@ struct Preparation {
   double rest = 1e-6;    ///< settle, relax: at rest below this kinetic energy over sum m g d
   double most_s = 0;     ///< settle, relax: given up and gone on after; 0: by rule
   double friction = -1;  ///< settle, relax, shake: between grains meanwhile; < 0: their own
-  double rolling_friction = -1;  ///< the same
+  double rolling_friction = -1;         ///< the same
   double surface_energy_j_per_m2 = -1;  ///< the same, of jkr laws
   /// settle: met within kFractionTolerance at the end of the whole preparation, which is repeated
   /// with other frictions until then; 0: as it falls
@@ -247,24 +249,25 @@ struct Probe {
     kJoint,         ///< coordinates, rates, reaction and gap of a joint
     kSpring,        ///< force and length, or torque and angle
     kMixing,        ///< of fine and coarse grains (mixing.h)
+    kRuts,          ///< surface behind a wheel with treads, and its ruts (ruts.h)
   };
   Kind kind = Kind::kWrench;
   std::string name;       ///< of its table
-  std::string body;       ///< wrench, pose, velocity, treads, touching
+  std::string body;       ///< wrench, pose, velocity, treads, touching, ruts
   std::string of;         ///< joint, spring: its name
   double diameter_m = 0;  ///< mixing: grains below it are fine
   bool body_frame = false;
-  Region region;         ///< bins, surface, repose; repose, cylindrical bins: about its middle
-  int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface: x, y
+  Region region;  ///< bins, surface, ruts, repose; repose, cylindrical bins: about its middle
+  int n[3] = {1, 1, 1};  ///< bins along x, y, z (cylindrical: radius, turn, z); surface, ruts: x, y
   double every_s = 0;    ///< tables: between two; 0: at the end only. rings: over which a mean goes
   int rings = 1;         ///< rings: of equal width between the radii of the region
-  double from_s = 0;     ///< rings: the first mean begins
+  double from_s = 0;     ///< rings: the first mean begins; ruts: the trace begins at the body
 };
 
 /// Whether a probe writes a table of its own, beside the series.
 inline bool HasTable(const Probe& p) {
   using K = Probe::Kind;
-  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRings ||
+  return p.kind == K::kBins || p.kind == K::kSurface || p.kind == K::kRuts || p.kind == K::kRings ||
          p.kind == K::kGrains || p.kind == K::kBondForces || p.kind == K::kFragments;
 }
 
@@ -278,7 +281,7 @@ struct Experiment {
   std::string name;
   std::uint64_t seed = 1;
   double gravity_m_per_s2 = 9.81;
-  ContactChoice laws;  ///< wheel and floor of it: unused
+  ContactChoice laws;  ///< of interfaces without their own; its wheel and floor: unused
   std::vector<Material> materials;
   std::vector<PairProperties> interfaces;
   BoxSpec box;

@@ -154,7 +154,7 @@ void Ground::FillTo(double solid_fraction, std::size_t step, const WorkLimits& l
   const GrainFriction own = FrictionOf(BedOf(e_, e_.grains[0]).soil);
   BedPreparation given;
   if (rolling >= 0) given.rolling_friction = rolling;
-  PackingSearch search(given, own, Rolls(e_.laws), 0.5);
+  PackingSearch search(given, own, Rolls(config_.contacts.laws(0, 0)), 0.5);
   double loosest = 1, densest = 0;
   expected_steps_ *= 0.5 * PackingSearch::kTries;
   for (bool more = true; more;) {

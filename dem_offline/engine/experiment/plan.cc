@@ -93,6 +93,12 @@ Choice WithoutFriction(Choice choice) {
   return choice;
 }
 
+/// The experiment's laws, but for those that the interface names. Throws as LawsByName.
+LawChoice LawsOfPair(const ContactChoice& all, const PairProperties& f) {
+  return LawsByName(f.normal.value_or(all.normal), f.tangential.value_or(all.tangential),
+                    f.rolling.value_or(all.rolling), f.cohesion.value_or(all.cohesion));
+}
+
 }  // namespace
 
 ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile,
@@ -119,7 +125,7 @@ ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile,
     for (std::size_t i = 0; i < e.interfaces.size(); ++i) {
       const PairProperties& f = e.interfaces[i];
       if ((f.a == kAny) + (f.b == kAny) != anys) continue;
-      const std::string at = "interfaces[" + std::to_string(i) + "].between";
+      const std::string entry = "interfaces[" + std::to_string(i) + "]", at = entry + ".between";
       ContactProperties p;
       p.restitution = f.restitution;
       PutInto(p, e.laws, f.numbers);
@@ -134,10 +140,17 @@ ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile,
                                        : f.rolling_friction;
           p.surface_energy_j_per_m2 =
               between ? surface_energy_j_per_m2.value_or(own_energy) : own_energy;
-          model.SetContactProperties(
-              a, b, p,
-              own ? SettingsOf(WithoutFriction(e.laws), WithoutFriction(f.numbers))
-                  : SettingsOf(e.laws, f.numbers));
+          try {
+            model.SetContactProperties(
+                a, b, p,
+                own ? SettingsOf(WithoutFriction(e.laws), WithoutFriction(f.numbers))
+                    : SettingsOf(e.laws, f.numbers),
+                LawsOfPair(e.laws, f));
+          } catch (const std::invalid_argument& error) {
+            if (!f.normal && !f.tangential && !f.rolling && !f.cohesion) throw;
+            throw SpecError(entry, names[a] + " and " + names[b] + ": " + error.what(),
+                            "laws and settings that `grouser-dem laws` lists");
+          }
         }
       }
     }
@@ -149,7 +162,7 @@ ContactModel ContactsOf(const Experiment& e, const BedPreparation& meanwhile,
         throw SpecError("interfaces", "none of " + names[a] + " and " + names[b],
                         "one that is between them, or between one of them and any");
       }
-      model.SetContactProperties(a, b, {});  // two bodies: never used
+      model.SetContactProperties(a, b, {}, {}, model.laws(0, 0));  // two bodies: never used
     }
   }
   return model;

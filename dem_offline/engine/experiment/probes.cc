@@ -35,6 +35,9 @@ Probes::Probes(const Experiment& e, const Ground& ground, const Mechanism* mecha
   MakeColumns(e);
   for (const Probe& p : e.probes) {
     if (p.kind == Probe::Kind::kRings) rings_.emplace_back(p, e.box);
+    if (p.kind == Probe::Kind::kRuts) {
+      trace_from_m_.assign(e.probes.size(), std::numeric_limits<double>::quiet_NaN());
+    }
   }
 }
 
@@ -104,6 +107,10 @@ void ProbeTables::MakeColumns(const Experiment& e_) {
       case Probe::Kind::kSurface:
         table = {p.name, {"time_s", "x_m", "y_m", "height_m"}};
         break;
+      case Probe::Kind::kRuts:
+        add(p.name + ".", {"count", "depth_m", "spacing_m", "spacing_error_m"});
+        table = {p.name, {"time_s", "x_m", "height_m", "depth_m"}};
+        break;
       case Probe::Kind::kRings:
         table = {p.name,
                  {"time_s", "low_m", "high_m", "grains", "areal_fraction", "v_t_m_per_s",
@@ -155,6 +162,7 @@ void Probes::Begin() {
     if (id >= start_m_.size()) start_m_.resize(id + 1, Vec3d{nan, nan, nan});
     start_m_[id] = {s.x_m, s.y_m, s.z_m};
   }
+  BeginTraces(0);
   WriteSeries(0);
 }
 
@@ -169,6 +177,7 @@ void Probes::AfterStep(std::int64_t steps) {
   ++summed_;
   if (steps == 1 && energy_) balance_0_ = ground_.world().Balance();
   if (time * (1 + 1e-9) < next_s_) return;
+  BeginTraces(time);
   WriteSeries(time);
   AddToRings(time);
   for (std::size_t k = 0; k < e_.probes.size(); ++k) {
@@ -233,6 +242,12 @@ void Probes::AddRow(const Probe& p, std::vector<double>* row) {
     case Probe::Kind::kRepose: {
       const Heap heap = MeasureHeap(States(), p, LargestDiameter(e_));
       row->insert(row->end(), {heap.angle_rad, heap.height_m, heap.foot_m});
+      return;
+    }
+    case Probe::Kind::kRuts: {
+      const Ruts ruts = RutsIn(p, TraceBehind(p));
+      row->insert(row->end(), {static_cast<double>(ruts.bottoms.size()), ruts.mean_depth_m,
+                               ruts.spacing_m, ruts.spacing_error_m});
       return;
     }
     case Probe::Kind::kBonds:
@@ -327,6 +342,7 @@ void Probes::WriteTable(const Probe& p, double time_s) {
   if (!sink_) return;
   if (p.kind == Probe::Kind::kRings) return WriteRings(p, time_s);
   if (p.kind == Probe::Kind::kGrains) return WriteGrains(p, time_s);
+  if (p.kind == Probe::Kind::kRuts) return WriteRuts(p, time_s);
   const Table& table = tables_[&p - e_.probes.data()];
   if (p.kind == Probe::Kind::kBondForces) return WriteBondForces(table, time_s);
   if (p.kind == Probe::Kind::kFragments) return WriteFragments(table, time_s);

@@ -6,6 +6,7 @@
 #include "dem_offline/engine/experiment/ground.h"
 #include "dem_offline/engine/experiment/joint_probes.h"
 #include "dem_offline/engine/experiment/rings.h"
+#include "dem_offline/engine/experiment/ruts.h"
 
 namespace grouser::dem::experiment {
 
@@ -79,6 +80,7 @@ class Probes : ProbeTables {
   template <class Archive>
   void Walk(Archive& a) {
     a(due_s_), a(sums_), a(turned_), a(summed_), a(next_s_), a(time_s_), a(balance_0_), a(start_m_);
+    if (!trace_from_m_.empty()) a(trace_from_m_);
   }
   /// Energy that the world counts no longer (checkpoints: what left with grains).
   void Forget(double frozen_j) { balance_0_.frozen -= frozen_j; }
@@ -101,6 +103,10 @@ class Probes : ProbeTables {
   void AddToRings(double time_s);
   void WriteRings(const Probe& p, double time_s);
   void WriteGrains(const Probe& p, double time_s);
+  void BeginTraces(double time_s);
+  Trace TraceBehind(const Probe& p) const;
+  Ruts RutsIn(const Probe& p, const Trace& trace) const;
+  void WriteRuts(const Probe& p, double time_s) const;
   std::size_t IndexOf(const std::string& body) const;
   std::vector<GrainState> States() const;
 
@@ -115,6 +121,8 @@ class Probes : ProbeTables {
   double next_s_ = 0, time_s_ = 0;
   EnergyBalance balance_0_;
   std::vector<Vec3d> start_m_;  ///< [id] where the program begins; empty: no bins
+  /// [probe] x of the body where a trace begins (NaN: not yet); empty: no ruts
+  std::vector<double> trace_from_m_;
 };
 
 }  // namespace grouser::dem::experiment

@@ -13,6 +13,7 @@
 #include "dem_offline/engine/experiment/mixing.h"
 #include "dem_offline/engine/experiment/plan.h"
 #include "dem_offline/engine/experiment/probes.h"
+#include "dem_offline/engine/experiment/ruts.h"
 #include "dem_offline/engine/experiment/shapes.h"
 #include "dem_offline/engine/experiment/treads.h"
 #include "dem_offline/engine/laws/material.h"
@@ -171,6 +172,10 @@ void CheckBed(const Experiment& e, const std::string& at, const Grains& g,
   }
   if (!e.preparation.empty()) {
     throw SpecError("preparation", "it with a bed, which is prepared by itself", "none");
+  }
+  if (!ContactsOf(e).All(LawsOf(e.laws))) {
+    throw SpecError(at + ".kind", "bed with interfaces that have laws of their own",
+                    "one law combination, or grains that are poured: not possible yet");
   }
   CheckPositive(at + ".solid_fraction", g.solid_fraction);
   CheckPositive(at + ".depth_m", g.depth_m);
@@ -456,7 +461,7 @@ void CheckProbes(const Experiment& e) {
     const std::string at = At("probes", i);
     const bool of_body = p.kind == Probe::Kind::kWrench || p.kind == Probe::Kind::kPose ||
                          p.kind == Probe::Kind::kVelocity || p.kind == Probe::Kind::kTreads ||
-                         p.kind == Probe::Kind::kTouching;
+                         p.kind == Probe::Kind::kTouching || p.kind == Probe::Kind::kRuts;
     if (of_body && std::none_of(e.bodies.begin(), e.bodies.end(),
                                 [&](const BodySpec& b) { return b.name == p.body; })) {
       throw SpecError(at + ".body", "'" + p.body + "'", "the name of a body");
@@ -490,6 +495,7 @@ void CheckProbes(const Experiment& e) {
       continue;
     }
     CheckWithin(at + ".n", 1.0 * p.n[0] * p.n[1] * p.n[2], 1, kMostBins);
+    if (p.kind == Probe::Kind::kRuts) CheckRuts(e, at, p);
   }
 }
 

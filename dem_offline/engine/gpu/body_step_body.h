@@ -42,7 +42,7 @@ struct CombinationOf {
 struct AnyOf {
   using Law = AnyLaws;
   static GROUSER_HD Law Of(const EnsembleView& v, std::int32_t world) {
-    return {v.laws, v.layout, v.ParamsOf(world), v.materials};
+    return {v.layout, v.ParamsOf(world), v.materials};
   }
 };
 

@@ -27,8 +27,7 @@ std::int32_t Grown(std::int32_t n) { return static_cast<std::int32_t>(std::ceil(
 void Ensemble::CheckWorld(std::size_t number) const {
   const SimulationState& w = worlds_[number]->state();
   const WorldConfig &c = w.config, &first = worlds_[0]->state().config;
-  if (!(c.contacts.laws() == first.contacts.laws()) ||
-      c.contacts.materials() != first.contacts.materials()) {
+  if (!c.contacts.SameLaws(first.contacts)) {
     Refuse(number, "laws or materials, expected those of world 0");
   }
   if (w.count == 0) Refuse(number, "no grain, expected one or more");

@@ -148,7 +148,6 @@ EnsembleView Ensemble::View() {
   v.params = m.params.data();
   const ContactModel& contacts = worlds_[0]->state().config.contacts;
   v.materials = contacts.materials();
-  v.laws = contacts.laws();
   v.layout = contacts.layout();
   v.clumps = m.clumps.now.data();
   v.clump_count = layout_.clumps;

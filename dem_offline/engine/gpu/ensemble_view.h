@@ -116,7 +116,6 @@ struct EnsembleView {
   std::int32_t inner_slots, words;
   const PairParams* params;  ///< [worlds x materials x materials]
   std::int32_t materials;
-  LawChoice laws;
   WordLayout layout;
   ContactEnergy* grain_energy;  ///< [grains] of contacts whose lower place it is, in this step
   EnergySums* tile_energy;      ///< [grains / kTile] since the world was sent

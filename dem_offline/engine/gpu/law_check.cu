@@ -27,11 +27,10 @@ struct Fixed {
   }
 };
 struct Any {
-  LawChoice laws;
   WordLayout at;
   PairParams params;
   __host__ __device__ ContactResult operator()(const ContactGeometry& g, float* words) const {
-    return EvaluateGeneric(laws, at, params, g, words, kDt);
+    return EvaluateGeneric(at, params, g, words, kDt);
   }
 };
 
@@ -133,7 +132,7 @@ bool GenericAgrees(const std::vector<ContactGeometry>& contacts, const ContactGe
         for (int c = 0; c < CohesionLaws::kSize; ++c) {
           const LawChoice laws = {n, t, r, c};
           if (!WhyIllegal(laws).empty()) continue;
-          const Any any = {laws, LayoutOf(laws), SomeParams(laws)};
+          const Any any = {LayoutOf(laws), SomeParams(laws)};
           ok = Agrees(Describe(laws), any, 1 << 12, contacts, in, out) && ok;
         }
       }

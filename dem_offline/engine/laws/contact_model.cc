@@ -38,6 +38,23 @@ void MakeInto(int index, const Elastic& a, const Elastic& b, const ContactProper
   });
 }
 
+/// Room for the histories of either.
+WordLayout Join(const WordLayout& a, const WordLayout& b) {
+  WordLayout out;
+  const auto slot = [&](int WordLayout::*at, int WordLayout::*next) {
+    for (const WordLayout* one : {&a, &b}) {
+      const int width = one->*next - one->*at;
+      out.vector_words |= (one->vector_words >> one->*at & ((1u << width) - 1)) << out.*at;
+      out.*next = std::max(out.*next, out.*at + width);
+    }
+  };
+  slot(&WordLayout::n, &WordLayout::t);
+  slot(&WordLayout::t, &WordLayout::r);
+  slot(&WordLayout::r, &WordLayout::c);
+  slot(&WordLayout::c, &WordLayout::words);
+  return out;
+}
+
 template <class... R>
 int CombinationOf(const LawChoice& laws, CombinationList<R...>) {
   int at = 0, found = -1;
@@ -95,13 +112,47 @@ std::string WhyIllegal(const LawChoice& laws) {
   return why;
 }
 
-ContactModel::ContactModel(LawChoice laws)
-    : laws_(laws),
-      layout_(LayoutOf(laws)),
-      combination_(CombinationOf(laws, CompiledCombinations{})) {
+const LawChoice& Legal(const LawChoice& laws) {
   const std::string why = WhyIllegal(laws);
   if (!why.empty()) throw std::invalid_argument("laws: " + why);
+  return laws;
+}
+
+ContactModel::ContactModel(LawChoice laws) : laws_(Legal(laws)) {
   table_.resize(kMostMaterials * kMostMaterials);
+  Arrange();
+}
+
+template <class F>
+void ContactModel::ForEachPair(F&& f) const {
+  for (const Entry& e : table_) {
+    if (e.set) f(e.params);
+  }
+}
+
+/// Words and path of the laws of all interfaces.
+void ContactModel::Arrange() {
+  std::optional<LawChoice> first;
+  ForEachPair([&](const PairParams& p) {
+    layout_ = first ? Join(layout_, LayoutOf(p.laws)) : LayoutOf(p.laws);
+    if (!first) first = p.laws;
+  });
+  if (!first) layout_ = LayoutOf(first.emplace(laws_));
+  combination_ = All(*first) ? CombinationOf(*first, CompiledCombinations{}) : -1;
+}
+
+bool ContactModel::All(const LawChoice& laws) const {
+  bool all = true;
+  ForEachPair([&](const PairParams& p) { all &= p.laws == laws; });
+  return all;
+}
+
+bool ContactModel::SameLaws(const ContactModel& other) const {
+  bool same = materials() == other.materials();
+  for (std::size_t k = 0; k < table_.size(); ++k) {
+    same &= table_[k].params.laws == other.table_[k].params.laws;
+  }
+  return same;
 }
 
 int ContactModel::AddMaterial(const Elastic& material) {
@@ -114,8 +165,10 @@ int ContactModel::AddMaterial(const Elastic& material) {
 }
 
 void ContactModel::SetContactProperties(int a, int b, const ContactProperties& f,
-                                        const LawSettings& settings) {
+                                        const LawSettings& settings,
+                                        const std::optional<LawChoice>& own) {
   Check(f);
+  const LawChoice laws = Legal(own.value_or(laws_));
   for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, a}}) {
     Entry& e = table_[i * kMostMaterials + j];
     const Elastic &mi = materials_.at(i), &mj = materials_.at(j);
@@ -123,12 +176,15 @@ void ContactModel::SetContactProperties(int a, int b, const ContactProperties& f
     if (mi.youngs_modulus_pa == kRigid && mj.youngs_modulus_pa == kRigid) {
       throw std::invalid_argument("interface: both materials are rigid, expected one elastic");
     }
-    MakeInto<NormalLaws>(laws_.normal, mi, mj, f, settings, e.params);
-    MakeInto<TangentialLaws>(laws_.tangential, mi, mj, f, settings, e.params);
-    MakeInto<RollingLaws>(laws_.rolling, mi, mj, f, settings, e.params);
-    MakeInto<CohesionLaws>(laws_.cohesion, mi, mj, f, settings, e.params);
+    e.params = {};
+    e.params.laws = laws;
+    MakeInto<NormalLaws>(laws.normal, mi, mj, f, settings, e.params);
+    MakeInto<TangentialLaws>(laws.tangential, mi, mj, f, settings, e.params);
+    MakeInto<RollingLaws>(laws.rolling, mi, mj, f, settings, e.params);
+    MakeInto<CohesionLaws>(laws.cohesion, mi, mj, f, settings, e.params);
     e.set = true;
   }
+  Arrange();
 }
 
 std::vector<PairParams> ContactModel::Table() const {
@@ -150,13 +206,12 @@ std::vector<PairParams> ContactModel::Table() const {
 
 double ContactModel::Range(double smallest, double largest) const {
   double range = 0;
-  for (const Entry& e : table_) {
-    if (!e.set) continue;
-    CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
+  ForEachPair([&](const PairParams& p) {
+    CohesionLaws::Visit(p.laws.cohesion, [&](auto law) {
       using Law = decltype(law);
-      range = std::max(range, Law::Range(ParamsOf<Law>(e.params), smallest, largest));
+      range = std::max(range, Law::Range(ParamsOf<Law>(p), smallest, largest));
     });
-  }
+  });
   return range;
 }
 
@@ -169,25 +224,26 @@ ContactSize AtBody(double overlap, double radius, double mass) {
 
 ContactBounds ContactModel::Bounds(int a, int b, const ContactSize& size) const {
   const PairParams& params = table_.at(a * kMostMaterials + b).params;
+  const LawChoice& laws = params.laws;
   ContactBounds out;
   double secant = 0;
-  NormalLaws::Visit(laws_.normal, [&](auto law) {
+  NormalLaws::Visit(laws.normal, [&](auto law) {
     using Law = decltype(law);
     const auto& p = ParamsOf<Law>(params);
     out.normal = {Law::Stiffness(p, size.overlap_m, size.r_eff_m, size.m_eff_kg),
                   Law::Damping(p, size.overlap_m, size.r_eff_m, size.m_eff_kg)};
     secant = Law::kSecantShare;
   });
-  CohesionLaws::Visit(laws_.cohesion, [&](auto law) {
+  CohesionLaws::Visit(laws.cohesion, [&](auto law) {
     using Law = decltype(law);
     out.normal.stiffness += Law::Stiffness(ParamsOf<Law>(params), size.overlap_m, size.r_eff_m);
   });
   secant *= out.normal.stiffness;
-  TangentialLaws::Visit(laws_.tangential, [&](auto law) {
+  TangentialLaws::Visit(laws.tangential, [&](auto law) {
     using Law = decltype(law);
     out.tangential = Law::Bounds(ParamsOf<Law>(params), secant, size.m_eff_kg);
   });
-  RollingLaws::Visit(laws_.rolling, [&](auto law) {
+  RollingLaws::Visit(laws.rolling, [&](auto law) {
     using Law = decltype(law);
     out.rolling = Law::Bounds(ParamsOf<Law>(params), secant, size.r_eff_m, size.roll_inertia_kg_m2);
   });
@@ -196,7 +252,10 @@ ContactBounds ContactModel::Bounds(int a, int b, const ContactSize& size) const 
 
 double ContactModel::StepShare() const {
   double share = 1;
-  RollingLaws::Visit(laws_.rolling, [&](auto law) { share = decltype(law)::kStepShare; });
+  ForEachPair([&](const PairParams& p) {
+    RollingLaws::Visit(p.laws.rolling,
+                       [&](auto law) { share = std::min(share, decltype(law)::kStepShare); });
+  });
   return share;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ LawChoice LawsByName(const std::string& normal, const std::string& tangential,
 std::string Describe(const LawChoice& laws);
 /// Empty if the laws may stand beside one another, else why not.
 std::string WhyIllegal(const LawChoice& laws);
+/// The same laws. Throws std::invalid_argument saying why they are illegal.
+const LawChoice& Legal(const LawChoice& laws);
 
 /// Name of a compiled law combination; "generic" for -1.
 const char* CombinationName(int combination);
@@ -38,16 +41,24 @@ struct ContactBounds {
 /// Materials, interfaces and laws of a world.
 class ContactModel {
  public:
-  /// Throws std::invalid_argument for an illegal choice, by name.
+  /// laws: of the interfaces that have none of their own. Throws std::invalid_argument for an
+  /// illegal choice, by name.
   explicit ContactModel(LawChoice laws = ChoiceOf<HertzMindlinEpsd>());
 
   /// Number of the new material (0, 1, ...). Throws as Check(Elastic) does.
   int AddMaterial(const Elastic& material);
-  /// Interface of two materials, both ways round. Throws as the laws' Make do.
+  /// Interface of two materials, both ways round; own: its laws. Throws as the constructor and
+  /// as the laws' Make do.
   void SetContactProperties(int a, int b, const ContactProperties& f,
-                            const LawSettings& settings = {});
+                            const LawSettings& settings = {},
+                            const std::optional<LawChoice>& own = {});
 
-  const LawChoice& laws() const { return laws_; }
+  /// Of a pair of materials whose interface is set.
+  const LawChoice& laws(int a, int b) const { return table_[a * kMostMaterials + b].params.laws; }
+  /// Have all interfaces these laws?
+  bool All(const LawChoice& laws) const;
+  /// Has the other as many materials, and each pair the same laws?
+  bool SameLaws(const ContactModel& other) const;
   const WordLayout& layout() const { return layout_; }
   int materials() const { return static_cast<int>(materials_.size()); }
   const Elastic& material(int m) const { return materials_.at(m); }
@@ -60,13 +71,18 @@ class ContactModel {
   ContactBounds Bounds(int a, int b, const ContactSize& size) const;
   /// The largest of any pair of materials, bound by bound.
   ContactBounds Bounds(const ContactSize& size) const;
-  /// kStepShare of the rolling law.
+  /// kStepShare of the rolling laws, the least of them.
   double StepShare() const;
   bool has_contact_properties(int a, int b) const { return table_[a * kMostMaterials + b].set; }
-  /// Number of the compiled combination of these laws; -1: the generic path.
+  /// Number of the compiled combination of these laws; -1: the generic path, as wherever two
+  /// pairs have different laws.
   int combination() const { return combination_; }
 
  private:
+  template <class F>
+  void ForEachPair(F&& f) const;  ///< f(params) of every interface that is set
+  void Arrange();
+
   LawChoice laws_;
   WordLayout layout_;
   int combination_ = -1;

@@ -4,11 +4,11 @@
 
 namespace grouser::dem {
 
-/// History words of a choice; the same layout as the combination of these laws.
+/// History words of a choice: the same layout as the combination of these laws. Of a world whose
+/// pairs of materials have different laws: each slot as wide as the widest of them.
 struct WordLayout {
   int n = 1, t = 1, r = 1, c = 1, words = 1;
   unsigned vector_words = 0;  ///< bit w: word w changes its sign where the two sides swap
-  bool own_sides = false;     ///< does the rolling law want each side evaluated by itself?
 };
 GROUSER_HD WordLayout LayoutOf(const LawChoice& laws) {
   WordLayout out;
@@ -29,7 +29,6 @@ GROUSER_HD WordLayout LayoutOf(const LawChoice& laws) {
   RollingLaws::Visit(laws.rolling, [&](auto law) {
     size = kWordsOf<decltype(law)>;
     odd = VectorWordsOf<decltype(law)>();
-    out.own_sides = decltype(law)::kOwnSides;
   });
   out.vector_words |= odd << out.r;
   out.c = out.r + size;
@@ -42,11 +41,18 @@ GROUSER_HD WordLayout LayoutOf(const LawChoice& laws) {
   return out;
 }
 
-/// Any legal combination, chosen at run time: the same steps in the same order
+/// Does the rolling law want each side evaluated by itself?
+GROUSER_HD bool OwnSidesOf(const LawChoice& laws) {
+  bool out = false;
+  RollingLaws::Visit(laws.rolling, [&](auto law) { out = decltype(law)::kOwnSides; });
+  return out;
+}
+
+/// Any legal combination, chosen at run time by the pair: the same steps in the same order
 /// as LawCombination::Evaluate (a test holds the two equal to the bit).
-GROUSER_HD ContactResult EvaluateGeneric(const LawChoice& laws, const WordLayout& at,
-                                         const PairParams& p, ContactGeometry g, float* words,
-                                         float dt) {
+GROUSER_HD ContactResult EvaluateGeneric(const WordLayout& at, const PairParams& p,
+                                         ContactGeometry g, float* words, float dt) {
+  const LawChoice& laws = p.laws;
   g.k_old = words[0];
   const float v_n = Dot(g.v_rel, g.n);
   const bool pressed = g.overlap > 0.0f;

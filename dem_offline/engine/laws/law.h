@@ -15,7 +15,8 @@
 //                      const Settings& s)
 //   struct History {...}                     floats and Vec3f only; zero: a new contact
 //   static constexpr unsigned kVectorWords   (unless History is empty) bit w: word w is of a
-//                                            Vec3f and changes its sign where i and j swap
+//                                            Vec3f and changes its sign where i and j swap; the
+//                                            same for a word w that another law of the slot has
 //   static constexpr bool kOwnSides          (rolling laws) true: the moments of the two sides
 //                                            are no mirror images: each is evaluated by itself
 //   static constexpr unsigned kProvides      (normal laws) bits of Trait

@@ -33,6 +33,12 @@ GROUSER_HD constexpr unsigned VectorWordsOf() {
   }
 }
 
+/// Bits of the words that keep theirs.
+template <class Law>
+constexpr unsigned ScalarWordsOf() {
+  return ((1u << kWordsOf<Law>)-1) & ~VectorWordsOf<Law>();
+}
+
 GROUSER_HD constexpr int Largest(int a) { return a; }
 template <class... More>
 GROUSER_HD constexpr int Largest(int a, int b, More... more) {
@@ -43,6 +49,10 @@ template <class... Laws>
 struct LawList {
   static constexpr int kSize = sizeof...(Laws);
   static constexpr int kMostWords = Largest(kWordsOf<Laws>...);
+  /// Is no word a vector's in one law and a scalar in another? Then one list of pairs may hold
+  /// histories of all of them.
+  static constexpr bool kWordsAgree =
+      ((VectorWordsOf<Laws>() | ...) & (ScalarWordsOf<Laws>() | ...)) == 0;
 
   struct Params : ParamsSlot<Laws>... {};
   struct Settings : SettingsSlot<Laws>... {};

@@ -66,12 +66,26 @@ using CompiledCombinations =
                     WheelTestbedJkr, AtvWheel, ShearCell, ShearCellDamper, ShearCellLinear,
                     GrouserWheel, HertzMindlinPeer>;
 
-/// Parameters of one pair of materials, for every law of the registry that the
-/// choice names (the others stay zero).
+static_assert(NormalLaws::kWordsAgree && TangentialLaws::kWordsAgree && RollingLaws::kWordsAgree &&
+                  CohesionLaws::kWordsAgree,
+              "pairs of materials have laws of their own and one layout of history words");
+
+/// Numbers of the chosen laws in their lists.
+struct LawChoice {
+  int normal = 0, tangential = 0, rolling = 0, cohesion = 0;
+  bool operator==(const LawChoice& o) const {
+    return normal == o.normal && tangential == o.tangential && rolling == o.rolling &&
+           cohesion == o.cohesion;
+  }
+};
+
+/// Laws of one pair of materials and their parameters (those of all other laws stay zero).
 struct PairParams : NormalLaws::Params,
                     TangentialLaws::Params,
                     RollingLaws::Params,
-                    CohesionLaws::Params {};
+                    CohesionLaws::Params {
+  LawChoice laws;
+};
 /// Settings that belong to single laws; defaults where not touched.
 struct LawSettings : NormalLaws::Settings,
                      TangentialLaws::Settings,
@@ -86,15 +100,6 @@ template <class Law>
 const typename Law::Settings& SettingsOf(const LawSettings& all) {
   return static_cast<const SettingsSlot<Law>&>(all).value;
 }
-
-/// Numbers of the chosen laws in their lists.
-struct LawChoice {
-  int normal = 0, tangential = 0, rolling = 0, cohesion = 0;
-  bool operator==(const LawChoice& o) const {
-    return normal == o.normal && tangential == o.tangential && rolling == o.rolling &&
-           cohesion == o.cohesion;
-  }
-};
 
 template <class R>
 constexpr LawChoice ChoiceOf() {

@@ -56,10 +56,7 @@ std::vector<LawEntry> LawRegistry() {
 }
 
 LawChoice LawsOf(const ContactChoice& c) {
-  const LawChoice laws = LawsByName(c.normal, c.tangential, c.rolling, c.cohesion);
-  const std::string why = WhyIllegal(laws);
-  if (!why.empty()) throw std::invalid_argument("laws: " + why);
-  return laws;
+  return Legal(LawsByName(c.normal, c.tangential, c.rolling, c.cohesion));
 }
 
 LawSettings SettingsOf(const ContactChoice& choice, const InterfaceChoice& here) {

@@ -82,8 +82,7 @@ double OverlapUnderForce(const ContactModel& contacts, int a, double force, doub
     const double middle = 0.5 * (low + high);
     g.overlap = static_cast<float>(middle * radius);
     float words[kMaxHistoryWords] = {};
-    const ContactResult r =
-        EvaluateGeneric(contacts.laws(), contacts.layout(), params, g, words, 1.0f);
+    const ContactResult r = EvaluateGeneric(contacts.layout(), params, g, words, 1.0f);
     (r.force.z < force ? low : high) = middle;
   }
   return high;

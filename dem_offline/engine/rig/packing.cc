@@ -60,6 +60,6 @@ double PackingSearch::NextLog() const {
   return last.log_friction - std::clamp(last.error / slope, -1.2, 1.2);
 }
 
-bool Rolls(const ContactChoice& laws) { return laws.rolling != "none"; }
+bool Rolls(const LawChoice& laws) { return laws.rolling != RollingLaws::IndexOf<RollingNone>(); }
 
 }  // namespace grouser::dem

@@ -49,6 +49,6 @@ class PackingSearch {
 };
 
 /// Whether the chosen laws use a rolling friction.
-bool Rolls(const ContactChoice& laws);
+bool Rolls(const LawChoice& laws);
 
 }  // namespace grouser::dem

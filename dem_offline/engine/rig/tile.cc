@@ -75,7 +75,7 @@ class Preparation {
     Layer best;
     if (!search_[layer]) {
       search_[layer].emplace(spec_.soil.preparation, FrictionOf(spec_.soil),
-                             Rolls(spec_.soil.contact),
+                             Rolls(LawsOf(spec_.soil.contact)),
                              2 * std::max(spec_.soil.friction, kLeastFriction));
     }
     PackingSearch& search = *search_[layer];

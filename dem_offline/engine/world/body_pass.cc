@@ -16,7 +16,7 @@ ContactResult EvaluateCombination(const WorldConfig&, const PairParams& p, const
 }
 ContactResult EvaluateAny(const WorldConfig& c, const PairParams& p, const ContactGeometry& g,
                           float* words, float dt) {
-  return EvaluateGeneric(c.contacts.laws(), c.contacts.layout(), p, g, words, dt);
+  return EvaluateGeneric(c.contacts.layout(), p, g, words, dt);
 }
 template <class... R>
 ContactFn Choose(int combination, CombinationList<R...>) {

@@ -25,7 +25,7 @@ std::vector<ContactMoment> World::ContactMoments() const {
   std::vector<ContactMoment> out(w.count, ContactMoment{});
   const auto q = w.config.frame.Quantum();
   const ContactModel& model = w.config.contacts;
-  const AnyLaws law{model.laws(), model.layout(), w.params.data(), model.materials()};
+  const AnyLaws law{model.layout(), w.params.data(), model.materials()};
   w.list.ForEachHistory([&](std::int32_t i, std::int32_t j, const float* words) {
     const Grain &a = w.grains[i], &b = w.grains[j];
     const Separation apart =

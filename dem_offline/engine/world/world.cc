@@ -228,7 +228,6 @@ PairView World::View(double dt_s) {
   v.dt = static_cast<float>(dt_s);
   v.params = state_.params.data();
   v.materials = state_.config.contacts.materials();
-  v.laws = state_.config.contacts.laws();
   v.layout = state_.config.contacts.layout();
   return v;
 }
@@ -269,8 +268,7 @@ void World::Forces() {
 }
 
 void World::SetContacts(const ContactModel& contacts) {
-  if (!(contacts.laws() == state_.config.contacts.laws()) ||
-      contacts.materials() != state_.config.contacts.materials()) {
+  if (!contacts.SameLaws(state_.config.contacts)) {
     throw std::invalid_argument("contacts: expected the laws and materials the world began with");
   }
   state_.config.contacts = contacts;

@@ -158,6 +158,7 @@ probes:
   - {kind: energy}
   - {kind: bins, name: rings, region: {low_m: [0, 0, 0], high_m: [0.2, 0.2, 0.1], radius_m: 0.1},
      n: [4, 1, 2], every_s: 0.05}
+  - {kind: ruts, name: trace, body: one, n: [60, 3, 1], from_s: 0.01}
 output: {sample_s: 0.005, frames: {times_s: [0, 0.01]},
          checkpoint_every_s: 0.02}
 numerics: {rayleigh_fraction: 0.1, overlap: 0.04}
@@ -264,6 +265,9 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_TRUE(e.bodies[0].motion[4].about_axle);
   EXPECT_EQ(e.bodies[0].motion[4].free_axes, (std::array<bool, 3>{true, false, true}));
   EXPECT_TRUE(e.bodies[0].motion[5].free_spin);
+  EXPECT_EQ(e.probes.back().kind, dem::experiment::Probe::Kind::kRuts);
+  EXPECT_EQ(e.probes.back().n[1], 3);
+  EXPECT_EQ(e.probes.back().from_s, 0.01);
   EXPECT_EQ(file.others.size(), 2u);
   EXPECT_NEAR(e.bodies[0].parts[2].mesh.vertices[3][1], 0.01, 1e-15);  // its z is the axle
   EXPECT_EQ(e.frames.times_s.size(), 2u);

@@ -1,5 +1,6 @@
 // Many worlds at once, on the emulated device: the bodies that a card runs.
 #include "tests/unit/engine/ensemble_testing.h"
+#include "tests/unit/engine/laws_per_pair.h"
 
 namespace grouser::dem::gpu {
 namespace {
@@ -59,6 +60,24 @@ TEST(Ensemble, EveryWorldHasItsOwnParameters) {
     ExpectSame(all.Grains(k), Of(*worlds[k]));
   }
   EXPECT_NE(all.Grains(0)[200].vx, all.Grains(2)[200].vx);
+}
+
+TEST(Ensemble, EveryPairOfMaterialsHasItsOwnLaws) {
+  std::vector<GrainState> grains = Sheared(4);
+  for (std::size_t k = 0; k < grains.size(); ++k) grains[k].material = static_cast<int>(k % 2);
+  Worlds worlds;
+  WorldConfig c = Config(2e-6);
+  c.contacts = TwoMaterials(ThreeLaws());
+  worlds.push_back(std::make_unique<World>(c, grains));
+  const auto device = EmulatedDevice();
+  Ensemble all = Together(worlds, *device);
+  all.Run(1500);
+  ASSERT_EQ(worlds[0]->Run(1500), StepFault::kNone);
+  EXPECT_GT(all.rebuilds(0), 1);
+  ExpectSame(all.Grains(0), Of(*worlds[0]));
+  c.contacts = TwoMaterials(ThreeLaws()[0]);
+  worlds.push_back(std::make_unique<World>(c, grains));
+  EXPECT_THROW(Together(worlds, *device), NotElsewhere);
 }
 
 TEST(Ensemble, ShortListsAreRegrownWithoutATrace) {

@@ -45,7 +45,7 @@ class Contact {
 
   /// Steps the contact as it stands in g.
   const ContactResult& Step(float dt) {
-    last = EvaluateGeneric(laws_, at_, params, g, words, dt);
+    last = EvaluateGeneric(at_, params, g, words, dt);
     lost += double(last.normal_damping) + last.tangent_damping + last.slip + last.rolling +
             last.plastic + last.cohesion;
     return last;

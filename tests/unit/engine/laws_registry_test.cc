@@ -103,7 +103,7 @@ void CombinationEqualsGeneric(int number) {
       walk.Next();
       if (!R::kHasRange) walk.g.overlap = std::max(walk.g.overlap, 1e-9f);
       const ContactResult x = R::Evaluate(own, walk.g, a, kDt);
-      const ContactResult y = EvaluateGeneric(laws, at, params, walk.g, b, kDt);
+      const ContactResult y = EvaluateGeneric(at, params, walk.g, b, kDt);
       ASSERT_TRUE(SameBits(x, y)) << CombinationName(number) << " seed " << seed << " step "
                                   << step;
       ASSERT_EQ(std::memcmp(a, b, sizeof(a)), 0) << CombinationName(number);
@@ -159,8 +159,8 @@ TEST(LawRegistry, BothSidesOfAContactAgreeToTheBit) {
       float mine[kMaxHistoryWords] = {}, theirs[kMaxHistoryWords] = {};
       for (int step = 0; step < 100; ++step) {
         walk.Next();
-        const ContactResult i = EvaluateGeneric(laws, at, table[1], walk.g, mine, kDt);
-        const ContactResult j = EvaluateGeneric(laws, at, table[2], walk.OtherSide(), theirs, kDt);
+        const ContactResult i = EvaluateGeneric(at, table[1], walk.g, mine, kDt);
+        const ContactResult j = EvaluateGeneric(at, table[2], walk.OtherSide(), theirs, kDt);
         ASSERT_EQ(i.active, j.active);
         ASSERT_TRUE(Mirrored(i.force, j.force)) << Describe(laws);
         ASSERT_EQ(i.stored, j.stored) << Describe(laws);
@@ -190,7 +190,7 @@ TEST(LawRegistry, FiniteFromAPicometreToNearTheRadius) {
         float words[kMaxHistoryWords] = {};
         for (const float share : {1.0f, 0.5f, 1e-3f, 1.0f, -1e-6f, 1.0f}) {
           walk.g.overlap = share > 0 ? std::max(share * start, 1e-12f) : share * 1e-3f;
-          const ContactResult r = EvaluateGeneric(laws, at, params, walk.g, words, kDt);
+          const ContactResult r = EvaluateGeneric(at, params, walk.g, words, kDt);
           const float sum = r.force.x + r.force.y + r.force.z + r.moment.x + r.moment.y +
                             r.moment.z + r.stored + r.normal_damping + r.tangent_damping + r.slip +
                             r.rolling + r.plastic + r.cohesion;

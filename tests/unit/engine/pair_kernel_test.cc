@@ -127,7 +127,6 @@ PairView ViewOf(World& world, PairList& list, const std::vector<PairParams>& par
   std::copy(q.begin(), q.end(), v.quantum);
   v.params = params.data();
   v.materials = Config().contacts.materials();
-  v.laws = Config().contacts.laws();
   v.layout = Config().contacts.layout();
   v.dt = 1e-5f;
   return v;

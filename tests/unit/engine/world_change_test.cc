@@ -10,6 +10,7 @@
 
 #include "dem_offline/engine/laws/contact_model.h"
 #include "dem_offline/engine/world/world.h"
+#include "tests/unit/engine/laws_per_pair.h"
 
 namespace grouser::dem {
 namespace {
@@ -281,13 +282,15 @@ TEST(Order, OfTheInputDoesNotMatter) {
 
 /// Nor does a sort of memory on the way, histories included: the order of a bed
 /// that was stirred changes, its motion does not.
-TEST(Order, ASortOnTheWayLeavesNoTrace) {
+void SortWithoutATrace(const WorldConfig& config, int materials) {
   std::vector<GrainState> stirred = Bed();
-  for (GrainState& g : stirred) {
+  for (std::size_t k = 0; k < stirred.size(); ++k) {
+    GrainState& g = stirred[k];
     g.v_x = 0.4 * std::sin(600 * g.z_m);
     g.v_y = 0.2 * std::cos(300 * g.x_m);
+    g.material = static_cast<int>(k) % materials;
   }
-  World a(ChangeConfig(), stirred), b(ChangeConfig(), stirred);
+  World a(config, stirred), b(config, stirred);
   a.AddBody(Floor());
   b.AddBody(Floor());
   const auto order = [](const World& w) {
@@ -314,6 +317,15 @@ TEST(Order, ASortOnTheWayLeavesNoTrace) {
   const auto before = order(b);
   b.Sort();
   EXPECT_EQ(order(b), before);
+}
+TEST(Order, ASortOnTheWayLeavesNoTrace) { SortWithoutATrace(ChangeConfig(), 1); }
+
+/// Histories of several laws turn with the sides, each in its own words.
+TEST(Order, ASortLeavesNoTraceInPairsWithTheirOwnLaws) {
+  WorldConfig config = ChangeConfig();
+  config.dt_s = 5e-6;  // own spin asks for a shorter one
+  config.contacts = TwoMaterials(ThreeLaws());
+  SortWithoutATrace(config, 2);
 }
 
 }  // namespace

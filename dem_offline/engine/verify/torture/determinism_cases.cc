@@ -65,7 +65,6 @@ std::vector<float> Sweep(World& world, const Kernels& kernels) {
   v.dt = static_cast<float>(world.config().dt_s);
   v.params = params.data();
   v.materials = world.config().contacts.materials();
-  v.laws = world.config().contacts.laws();
   v.layout = world.config().contacts.layout();
   kernels.pairs(v, 0, list.blocks(), nullptr);
   kernels.sum(v, nullptr, loads.data(), 0, static_cast<std::int64_t>(loads.size()) / kLanes);
