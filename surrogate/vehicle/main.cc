@@ -118,11 +118,17 @@ int PlanSpeeds(Arguments a) {
   SpeedPlanner planner(file.vehicle, file.grounds, path.size());
   std::vector<SpeedPoint> out(path.size());
   a.plan.trained_only = !a.untrained;
-  planner.Plan(path, a.plan, out);
+  const std::size_t not_held = planner.Plan(path, a.plan, out);
   std::cout << (a.json ? JsonOf(path, out) : TextOf(path, out));
-  const bool driven =
-      std::all_of(out.begin(), out.end(), [](const SpeedPoint& p) { return p.safe_m_per_s > 0; });
-  return driven ? kOk : kFailed;
+  if (not_held == 0) return kOk;
+  const auto first = std::find_if(out.begin(), out.end(), [](const auto& p) { return !p.holds; });
+  const auto undriven =
+      std::count_if(out.begin(), out.end(), [](const auto& p) { return !(p.safe_m_per_s > 0); });
+  std::cerr << "grouser-vehicle: the plan does not hold at " << not_held << " of " << out.size()
+            << " points, at " << undriven << " of them at no speed; first at s = "
+            << path[static_cast<std::size_t>(first - out.begin())].s_m << " m ("
+            << NameOf(first->binding) << ")\n";
+  return kFailed;
 }
 
 int Constants(const Arguments& a) {

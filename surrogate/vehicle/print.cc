@@ -162,13 +162,14 @@ std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
 
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
   std::string out =
-      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
-                  "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
+      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:5} {:15} {:15} {:>10}\n", "s m", "safe m/s",
+                  "plan m/s", "a m/s^2", "holds", "safe binds", "plan binds", "short by");
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
-    out += fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:15} {:15} {:10.2e}\n", path[i].s_m,
-                       p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
-                       NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
+    out +=
+        fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:5} {:15} {:15} {:10.2e}\n", path[i].s_m,
+                    p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
+                    p.holds ? "yes" : "NO", NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
   }
   return out;
 }
@@ -182,6 +183,7 @@ std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> 
                    {"safe_binding", NameOf(p.safe_binding)},
                    {"speed_m_per_s", p.speed_m_per_s},
                    {"acceleration_m_per_s2", p.acceleration_m_per_s2},
+                   {"holds", p.holds},
                    {"binding", NameOf(p.binding)},
                    {"shortfall", p.shortfall}});
   }

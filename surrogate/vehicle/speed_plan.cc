@@ -9,10 +9,21 @@
 namespace grouser::vehicle {
 namespace {
 
-constexpr int kBisections = 8;      // of the safe speed: to 0.4 % of the limit
-constexpr std::size_t kStride = 8;  // points between those whose reach is searched
-constexpr int kVerifications = 6;
-constexpr double kSlower = 0.96;  // where the plan does not hold
+constexpr int kBisections = 8;             // of the safe speed: to 0.4 % of the limit
+constexpr std::size_t kStride = 8;         // points between those whose reach is searched
+constexpr double kResolution = 1.0 / 256;  // of the safe speed, over the limit
+constexpr int kMostVerifications = 100;
+
+// Where the plan does not hold: shares of speed and acceleration that are left, by how many times
+// the point failed; in the end it stands still.
+struct Slowing {
+  double speed, acceleration;
+};
+constexpr Slowing SlowingOf(int failures) {
+  if (failures <= 6) return {0.96, 0.7};
+  if (failures <= 16) return {0.8, 0.4};
+  return {0, 0};
+}
 
 Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                 double acceleration) {
@@ -54,13 +65,17 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       solver_(vehicle, grounds),
       motions_(most),
       solutions_(most),
-      failed_(most),
       open_(most),
+      knots_(most),
       low_(most),
       high_(most),
+      cap_(most),
       faster_(most),
       slower_(most),
-      cap_(most) {}
+      tried_speed_(most),
+      tried_acceleration_(most),
+      failures_(most),
+      slowed_by_(most) {}
 
 bool SpeedPlanner::Good(const Solution& s, const SpeedOptions& o) const {
   if (!s.balanced || (s.reasons & kLimits) != 0) return false;
@@ -131,11 +146,30 @@ void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
   for (std::size_t i = 0; i < path.size(); ++i) out[i].safe_m_per_s = std::max(0.0, low_[i]);
 }
 
-// Acceleration and braking within comfort that hold at rest: by halves at some points, the least
+// Points whose reach is searched: both ends of every stretch of one soil that can be driven, and
+// every eighth point between. Returns how many.
+std::size_t SpeedPlanner::Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out) {
+  const std::size_t n = path.size();
+  const auto drives = [&](std::size_t i) { return out[i].safe_m_per_s > 0; };
+  const auto joined = [&](std::size_t i) {  // with the next point
+    return i + 1 < n && drives(i + 1) && path[i + 1].soil == path[i].soil;
+  };
+  std::size_t count = 0, since = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!drives(i)) continue;
+    const bool begins = i == 0 || !drives(i - 1) || !joined(i - 1);
+    if (!begins && joined(i) && ++since < kStride) continue;
+    knots_[count++] = i;
+    since = 0;
+  }
+  return count;
+}
+
+// Acceleration and braking within comfort that hold at rest: by halves at the knots, the least
 // of both neighbours between.
-void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o) {
-  const std::size_t n = path.size(), knots = (n + kStride - 2) / kStride + 1;
-  const auto point = [&](std::size_t k) { return std::min(k * kStride, n - 1); };
+void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
+                         std::span<const SpeedPoint> out) {
+  const std::size_t knots = Knots(path, out);
   for (const bool faster : {true, false}) {
     std::vector<double>& reach = faster ? faster_ : slower_;
     const double most = faster ? o.acceleration_m_per_s2 : o.braking_m_per_s2;
@@ -146,7 +180,7 @@ void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o)
     for (int round = 0; round < 6; ++round) {
       for (std::size_t k = 0; k < knots; ++k) {
         const double a = (low_[k] + high_[k]) / 2;
-        motions_[k] = MotionAt(path[point(k)], o, 0, faster ? a : -a);
+        motions_[k] = MotionAt(path[knots_[k]], o, 0, faster ? a : -a);
       }
       solver_.Solve(std::span(motions_).first(knots), std::span(solutions_).first(knots));
       for (std::size_t k = 0; k < knots; ++k) {
@@ -159,10 +193,16 @@ void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o)
         }
       }
     }
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t k = i / kStride;
-      reach[i] = std::min(low_[k], low_[std::min(k + 1, knots - 1)]);
+    // What cannot be driven bears all; a step has one acceleration, which both its ends must bear.
+    std::fill(reach.begin(), reach.begin() + static_cast<std::ptrdiff_t>(path.size()), most);
+    for (std::size_t k = 0; k < knots; ++k) {
+      reach[knots_[k]] = low_[k];
+      if (k + 1 == knots || knots_[k + 1] > knots_[k] + kStride) continue;
+      for (std::size_t i = knots_[k] + 1; i < knots_[k + 1]; ++i) {
+        reach[i] = std::min(low_[k], low_[k + 1]);
+      }
     }
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) reach[i] = std::min(reach[i], reach[i + 1]);
   }
 }
 
@@ -174,12 +214,13 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
     const Binding b = out[i].safe_binding;
     if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction)
       return 1.0;
-    const double share = out[i].safe_m_per_s > 0 ? v / out[i].safe_m_per_s : 1;
+    if (!(out[i].safe_m_per_s > 0)) return 1.0;  // at rest
+    const double share = v / out[i].safe_m_per_s;
     return std::sqrt(std::max(0.0, 1 - share * share * share * share));
   };
   for (std::size_t i = 0; i < n; ++i) {
     out[i].speed_m_per_s = cap_[i];
-    out[i].binding = out[i].safe_binding;
+    out[i].binding = failures_[i] > 0 ? slowed_by_[i] : out[i].safe_binding;
   }
   const auto cap = [&](std::size_t i, double v, Binding binding) {
     if (v >= out[i].speed_m_per_s) return;
@@ -194,7 +235,7 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
   for (std::size_t i = n - 1; i-- > 0;) {
     const double v = out[i + 1].speed_m_per_s, d = path[i + 1].s_m - path[i].s_m;
-    cap(i, std::sqrt(v * v + 2 * slower_[i + 1] * left(i + 1, v) * d), Binding::kBraking);
+    cap(i, std::sqrt(v * v + 2 * slower_[i] * left(i + 1, v) * d), Binding::kBraking);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t k = std::min(i, n - 2);
@@ -203,31 +244,62 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
-// Solves every point of the plan; slows those that do not hold. True: all hold.
+// Solves the points whose speed or acceleration is new, slows those that do not hold. False: none
+// was slowed.
 bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o,
                           std::span<SpeedPoint> out) {
-  const std::size_t n = path.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    motions_[i] = MotionAt(path[i], o, out[i].speed_m_per_s, out[i].acceleration_m_per_s2);
+  std::size_t open = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double v = out[i].speed_m_per_s, a = out[i].acceleration_m_per_s2;
+    if (v == tried_speed_[i] && a == tried_acceleration_[i]) continue;
+    tried_speed_[i] = v;
+    tried_acceleration_[i] = a;
+    motions_[open] = MotionAt(path[i], o, v, a);
+    open_[open++] = i;
   }
-  solver_.Solve(std::span(motions_).first(n), std::span(solutions_).first(n));
-  bool hold = true;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (Good(solutions_[i], o) || !(out[i].safe_m_per_s > 0)) continue;
-    hold = false;
-    // Of the two ends of this step, the faster is too fast.
-    const std::size_t at = out[i].acceleration_m_per_s2 > 0 && i + 1 < n ? i + 1 : i;
-    cap_[at] = std::min(cap_[at], kSlower * out[at].speed_m_per_s);
-    cap_[i] = std::min(cap_[i], kSlower * out[i].speed_m_per_s + 1e-3);
-    const double less = out[i].acceleration_m_per_s2 > 0 ? 1 : 0;
-    (less > 0 ? faster_ : slower_)[i] *= 0.7;
-    if (less == 0 && i + 1 < n) slower_[i + 1] *= 0.7;
+  solver_.Solve(std::span(motions_).first(open), std::span(solutions_).first(open));
+  bool slowed = false;
+  for (std::size_t k = 0; k < open; ++k) {
+    const std::size_t i = open_[k];
+    out[i].holds = Good(solutions_[k], o);
+    if (out[i].holds || !(out[i].safe_m_per_s > 0)) continue;
+    if (out[i].speed_m_per_s == 0 && out[i].acceleration_m_per_s2 == 0) continue;  // no slower
+    slowed = true;
+    slowed_by_[i] = BindingOf(motions_[k], solutions_[k], o);
+    Slow(i, out);
   }
-  return hold;
+  return slowed;
 }
 
-void SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-                        std::span<SpeedPoint> out) {
+// Point i bears less acceleration, and of the two ends of its step the faster is too fast.
+void SpeedPlanner::Slow(std::size_t i, std::span<const SpeedPoint> out) {
+  const Slowing left = SlowingOf(++failures_[i]);
+  const std::size_t last = out.size() - 1, step = std::min(i, last - 1);
+  const bool accelerates = out[i].acceleration_m_per_s2 > 0;
+  (accelerates ? faster_ : slower_)[step] *= left.acceleration;
+  cap_[i] = std::min(cap_[i], left.speed * out[i].speed_m_per_s);
+  if (!accelerates || i == last) return;
+  cap_[i + 1] = std::min(cap_[i + 1], left.speed * out[i + 1].speed_m_per_s);
+  if (failures_[i + 1]++ == 0) slowed_by_[i + 1] = slowed_by_[i];
+}
+
+// Points that do not hold. What stands still up to the next point is not driven either, nor is a
+// start that is faster than what the path ahead allows.
+std::size_t SpeedPlanner::NotHeld(const SpeedOptions& o, std::span<SpeedPoint> out) const {
+  if (o.start_m_per_s > out[0].speed_m_per_s + kResolution * o.speed_limit_m_per_s) {
+    out[0].holds = false;
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const bool moves = i + 1 == out.size() || out[i].speed_m_per_s + out[i + 1].speed_m_per_s > 0;
+    out[i].holds = out[i].holds && out[i].safe_m_per_s > 0 && moves;
+    count += !out[i].holds;
+  }
+  return count;
+}
+
+std::size_t SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+                               std::span<SpeedPoint> out) {
   const auto fail = [](std::size_t i, const std::string& what) {
     throw std::invalid_argument("path point " + std::to_string(i) + ": " + what);
   };
@@ -248,13 +320,17 @@ void SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptions& opt
     if (p.soil >= soils_) fail(i, "soil: expected one of the vehicle file");
   }
   Safe(path, options, out);
-  Reach(path, options);
-  for (std::size_t i = 0; i < path.size(); ++i) cap_[i] = out[i].safe_m_per_s;
-  for (int round = 0; round < kVerifications; ++round) {
-    Passes(path, options, out);
-    if (Verify(path, options, out)) return;
+  Reach(path, options, out);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    cap_[i] = out[i].safe_m_per_s;
+    failures_[i] = 0;
+    tried_speed_[i] = -1;
   }
-  Passes(path, options, out);
+  for (int round = 0; round < kMostVerifications; ++round) {
+    Passes(path, options, out);
+    if (!Verify(path, options, out)) break;
+  }
+  return NotHeld(options, out);
 }
 
 double SpeedPlanner::SteepestGrade(double speed, std::uint8_t soil, const SpeedOptions& o) {

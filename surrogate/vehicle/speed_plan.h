@@ -48,11 +48,14 @@ struct SpeedPoint {
   /// By how much the binding one is exceeded 1 % above the safe speed: residual over weight, or
   /// the margin that is missing. 0 for kSpeedLimit.
   double shortfall = 0;
+  /// The plan can be driven here: solved with its speed and acceleration, every margin left, and
+  /// not at rest up to the next point; at the first point also no slower than the start asks.
+  bool holds = false;
 };
 
 /// Highest safe speed at each point and a plan that can be driven: speeds by forward and backward
 /// passes over what the vehicle can accelerate and brake, every point solved once more with speed
-/// and acceleration, and slowed down where that does not hold.
+/// and acceleration, and slowed down, at last to rest, where that does not hold.
 class SpeedPlanner {
  public:
   /// Room for paths of so many points. Throws as Solver does.
@@ -60,9 +63,9 @@ class SpeedPlanner {
 
   /// Throws std::invalid_argument naming the point for fewer than two points, more than there is
   /// room for, numbers that are not finite, ways that do not ascend, unknown soils, options that
-  /// make no sense. Then no allocation.
-  void Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-            std::span<SpeedPoint> out);
+  /// make no sense. Then no allocation. Returns at how many points the plan does not hold.
+  std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+                   std::span<SpeedPoint> out);
 
   /// Steepest grade [rad] that is climbed straight at `speed`, to 1e-4; negative: not even level.
   double SteepestGrade(double speed, std::uint8_t soil, const SpeedOptions& options);
@@ -76,19 +79,28 @@ class SpeedPlanner {
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);
-  void Reach(std::span<const PathPoint> path, const SpeedOptions& options);
+  std::size_t Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
+  void Reach(std::span<const PathPoint> path, const SpeedOptions& options,
+             std::span<const SpeedPoint> out);
   void Passes(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
   bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
+  void Slow(std::size_t i, std::span<const SpeedPoint> out);
+  std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
 
   Vehicle vehicle_;
   std::size_t soils_;
   Solver solver_;
   std::vector<Motion> motions_;
-  std::vector<Solution> solutions_, failed_;
-  std::vector<std::size_t> open_;  // points that are still searched
-  std::vector<double> low_, high_, faster_, slower_, cap_;
+  std::vector<Solution> solutions_;
+  std::vector<std::size_t> open_;   // points that are still searched
+  std::vector<std::size_t> knots_;  // points whose reach is searched
+  std::vector<double> low_, high_, cap_;
+  std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
+  std::vector<double> tried_speed_, tried_acceleration_;  // as last verified
+  std::vector<int> failures_;
+  std::vector<Binding> slowed_by_;
 };
 
 }  // namespace grouser::vehicle
