@@ -23,6 +23,11 @@ struct SpeedOptions {
   bool trained_only = true;  ///< no faster than what the models' runs cover
 };
 
+/// Throws std::invalid_argument "FIELD: expected X" unless `good`.
+void Need(bool good, const char* field, const char* expected);
+/// The same for a risk or margins that make no sense.
+void CheckMargins(const SpeedOptions& options);
+
 /// What keeps a point from being driven faster.
 enum class Binding : std::uint8_t {
   kSpeedLimit,
@@ -53,6 +58,18 @@ struct SpeedPoint {
   bool holds = false;
 };
 
+/// The grades around the level that a vehicle drives, to 1e-4 rad, as far as 85 degrees.
+struct GradeRange {
+  bool any = false;                 ///< false: none is driven; binding_up says why not the level
+  double down_rad = 0, up_rad = 0;  ///< lowest and highest grade; both of one sign: not the level
+  Binding binding_down = Binding::kSpeedLimit, binding_up = Binding::kSpeedLimit;  ///< beyond them
+};
+
+/// Ground that the models' runs do not cover may go or not: `least` counts it as not.
+struct GoProbability {
+  double least = 0, most = 0;
+};
+
 /// Highest safe speed at each point and a plan that can be driven: speeds by forward and backward
 /// passes over what the vehicle can accelerate and brake, every point solved once more with speed
 /// and acceleration, and slowed down, at last to rest, where that does not hold.
@@ -67,13 +84,16 @@ class SpeedPlanner {
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out);
 
-  /// Steepest grade [rad] that is climbed straight at `speed`, to 1e-4; negative: not even level.
-  double SteepestGrade(double speed, std::uint8_t soil, const SpeedOptions& options);
+  /// Grades that are driven straight at `speed`; 0 is the limit of creeping. Throws
+  /// std::invalid_argument for speed, soil or margins that make no sense.
+  GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options);
   /// Probability that a motion is within every limit: by the largest worse_by_sd that is, from
   /// -4 to 4, one deviation for all wheels.
-  double GoProbability(const Motion& motion, const SpeedOptions& options);
+  GoProbability ProbabilityToGo(const Motion& motion, const SpeedOptions& options);
 
  private:
+  static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
+                         double acceleration);
   bool Good(const Solution& s, const SpeedOptions& options) const;
   Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;

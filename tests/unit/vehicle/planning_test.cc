@@ -234,7 +234,17 @@ TEST(SpeedPlan, SteepestGradeIsThatOfFriction) {
   SpeedOptions options;
   options.speed_limit_m_per_s = 1;
   options.tip_margin = 0;
-  EXPECT_NEAR(p.planner->SteepestGrade(0.3, 0, options), std::atan(0.5), 2e-3);
+  for (const double speed : {0.0, 0.3}) {
+    const GradeRange grades = p.planner->Grades(speed, 0, options);
+    ASSERT_TRUE(grades.any);
+    EXPECT_NEAR(grades.up_rad, std::atan(0.5), 2e-3);
+    EXPECT_NEAR(grades.down_rad, -std::atan(0.5), 2e-3);
+    EXPECT_EQ(grades.binding_up, Binding::kTraction);
+    EXPECT_EQ(grades.binding_down, Binding::kTraction);
+  }
+  options.torque_margin = 2;  // on no grade
+  EXPECT_FALSE(p.planner->Grades(0, 0, options).any);
+  EXPECT_THROW(p.planner->Grades(0, 1, options), std::invalid_argument);
 }
 
 TEST(SpeedPlan, ProbabilityToGoFallsWithTheSlope) {
@@ -247,8 +257,9 @@ TEST(SpeedPlan, ProbabilityToGoFallsWithTheSlope) {
   Motion m = Motion::OnPath(0.3, 0);
   for (const double sds : {-1.0, 0.0, 1.0}) {  // friction needed: mean + sds sd
     m.grade_rad = std::atan(0.5 + sds * 0.05);
-    EXPECT_NEAR(p.planner->GoProbability(m, options), 0.5 * std::erfc(sds / std::sqrt(2.0)), 0.02)
-        << sds;
+    const GoProbability go = p.planner->ProbabilityToGo(m, options);
+    EXPECT_NEAR(go.least, 0.5 * std::erfc(sds / std::sqrt(2.0)), 0.02) << sds;
+    EXPECT_EQ(go.most, go.least);
   }
 }
 
