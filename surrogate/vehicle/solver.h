@@ -40,7 +40,7 @@ struct Motion {
   double grade_rad = 0;  ///< the ground rises ahead (pitch of ISO 8855 is its negative)
   double bank_rad = 0;   ///< the ground rises to the left (roll of ISO 8855)
   /// Ground worse than the models' mean by so many standard deviations, at all wheels at once:
-  /// less pull, less lateral force, more torque. 1.645: as bad as one time in twenty.
+  /// less gross traction and lateral force, more torque. 1.645: as bad as one time in twenty.
   double worse_by_sd = 0;
   std::array<std::uint8_t, kMostWheels> soil{};  ///< index of the soil under each wheel
 
@@ -97,6 +97,15 @@ struct Solution {
   static constexpr double kTolerance = 1e-6;
 };
 
+/// How hard a solve tries before it says that nothing balances.
+struct Effort {
+  /// Balanced solutions that stand in `out`, of the same motions or of similar ones, are where the
+  /// search begins.
+  bool warm = false;
+  int attempts = 4;      ///< starts, 1 to 4
+  int evaluations = 40;  ///< of the wheels, most for a start
+};
+
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two
 /// controls (or v_x, v_y, yaw rate), the pitching moment of the wheels, the speeds of wheels that
 /// roll freely or behind a differential. With wheel forces F in the vehicle's axes, loads by
@@ -121,9 +130,11 @@ class Solver {
   Solver(Solver&&) noexcept;
 
   /// Solves all motions; no allocation, lock or system call. Not from two threads at once.
-  /// Precondition: as many solutions as motions. What stands in `out` may be of the same
-  /// motions or of similar ones: with `warm`, balanced ones are where the search begins.
-  void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept;
+  /// Precondition: as many solutions as motions.
+  void Solve(std::span<const Motion> motions, std::span<Solution> out, Effort effort) noexcept;
+  void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept {
+    Solve(motions, out, Effort{.warm = warm});
+  }
 
   const Vehicle& vehicle() const;
 

@@ -247,6 +247,21 @@ TEST(SpeedPlan, SteepestGradeIsThatOfFriction) {
   EXPECT_THROW(p.planner->Grades(0, 1, options), std::invalid_argument);
 }
 
+// Worse ground holds less both ways: driving up and braking down.
+TEST(SpeedPlan, WorseGroundBrakesLess) {
+  surrogate::HardGround ground = WithFriction(0.15);
+  ground.friction_sd = 0.05;
+  Planning p(Skid(0.25, 0.28, 0.1), {ground});
+  SpeedOptions options;
+  options.worse_by_sd = 0;
+  const GradeRange mean = p.planner->Grades(0.3, 0, options);
+  options.worse_by_sd = 1.645;
+  const GradeRange worse = p.planner->Grades(0.3, 0, options);
+  EXPECT_NEAR(mean.down_rad, -std::atan(0.15), 2e-3);
+  EXPECT_NEAR(worse.up_rad, -worse.down_rad, 0.02 * worse.up_rad);
+  EXPECT_LT(worse.up_rad, 0.7 * mean.up_rad);
+}
+
 TEST(SpeedPlan, ProbabilityToGoFallsWithTheSlope) {
   surrogate::HardGround ground = WithFriction(0.5);
   ground.friction_sd = 0.05;
