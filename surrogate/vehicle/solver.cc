@@ -17,7 +17,7 @@ using surrogate::kTwoSided90;
 constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostHalvings = 2;
+constexpr int kGuesses = 4, kMostHalvings = 2;
 constexpr int kMostStalls = 3;
 constexpr double kGain = 0.95;
 constexpr double kLeastCosine = 0.02;
@@ -40,16 +40,19 @@ double Lost(double force, double by) {
 // force, more torque; sds are in proportion to the load.
 void Worsen(double pull, double side, double torque, double load, double radius, Felt* f) {
   if (!(load > 0)) return;
-  const double traction = f->torque[0] / radius, size = std::hypot(traction, pull);
+  // Of a force f, f s/hypot(f, s) is lost: smooth, and what is left keeps its sign and grows with
+  // f.
+  const double traction = f->torque[0] / radius;
+  const double size = std::sqrt(traction * traction + pull * pull);
   if (size > 0) {
     const double a = pull / size, b = traction / size;
-    f->f_x[0] -= Lost(traction, pull);
+    f->f_x[0] -= traction * a;
     for (std::size_t k = 1; k < 5; ++k) f->f_x[k] -= a * a * a * f->torque[k] / radius;
     f->f_x[4] -= b * b * b * pull / load;
   }
   f->torque[0] += torque;
   f->torque[4] += torque / load;
-  const double size_y = std::hypot(f->f_y[0], side);  // smooth, keeps the sign
+  const double size_y = std::sqrt(f->f_y[0] * f->f_y[0] + side * side);
   if (!(size_y > 0)) return;
   const double share = 1 - side / size_y;
   for (double& part : f->f_y) part *= share;
@@ -341,7 +344,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     lane.best_residual = lane.residual;
   }
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
-      lane.attempt + 1 < effort.attempts) {
+      lane.attempt + 1 < std::min(effort.attempts, kGuesses + (lane.warm ? 1 : 0))) {
     ++lane.attempt;
     lane.stalls = 0;
     lane.first = true;

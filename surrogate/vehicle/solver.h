@@ -102,7 +102,7 @@ struct Effort {
   /// Balanced solutions that stand in `out`, of the same motions or of similar ones, are where the
   /// search begins.
   bool warm = false;
-  int attempts = 4;      ///< starts, 1 to 4
+  int attempts = 4;      ///< starts, the warm one among them; there are four others
   int evaluations = 40;  ///< of the wheels, most for a start
 };
 

@@ -14,6 +14,7 @@ namespace {
 constexpr double kGradeStep = 2.5 * std::numbers::pi / 180;  // of the first look at grades
 constexpr int kGradeSteps = 34;                              // to 85 degrees
 constexpr double kGradeResolution = 1e-4;
+constexpr double kStanding = 1e-9;  // [m/s]: at rest, about to follow the path
 constexpr double kMostSds = 4;
 constexpr int kSdHalvings = 12;
 
@@ -37,7 +38,7 @@ const char* NameOf(Binding binding) {
 
 Motion SpeedPlanner::MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                               double acceleration) {
-  Motion m = Motion::OnPath(speed, p.curvature_per_m);
+  Motion m = Motion::OnPath(std::max(speed, kStanding), p.curvature_per_m);
   m.acceleration_m_per_s2 = acceleration;
   m.yaw_acceleration_rad_per_s2 = acceleration * p.curvature_per_m;
   m.grade_rad = p.grade_rad;

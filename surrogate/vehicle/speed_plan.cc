@@ -40,10 +40,9 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       solver_(vehicle, grounds),
       motions_(most),
       solutions_(most),
+      tried_(most),
       open_(most),
       knots_(most),
-      low_(most),
-      high_(most),
       cap_(most),
       faster_(most),
       slower_(most),
@@ -90,6 +89,16 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
+// Solves the first motions from what stands in tried_; with all starts where that finds nothing.
+void SpeedPlanner::Try(std::size_t count) {
+  constexpr Effort kQuick{.warm = true, .attempts = 1, .evaluations = 12};
+  constexpr Effort kMore{.attempts = 2, .evaluations = 20};
+  solver_.Solve(std::span(motions_).first(count), std::span(tried_).first(count), kQuick);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!tried_[k].balanced) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1}, kMore);
+  }
+}
+
 // Solves the points whose speed or acceleration is new, slows those that do not hold. False: none
 // was slowed.
 bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o,
@@ -97,21 +106,25 @@ bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o
   std::size_t open = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const double v = out[i].speed_m_per_s, a = out[i].acceleration_m_per_s2;
-    if (v == tried_speed_[i] && a == tried_acceleration_[i]) continue;
+    out[i].holds = out[i].holds && out[i].safe_m_per_s > 0;
+    if (!(out[i].safe_m_per_s > 0) || (v == tried_speed_[i] && a == tried_acceleration_[i]))
+      continue;
     tried_speed_[i] = v;
     tried_acceleration_[i] = a;
     motions_[open] = MotionAt(path[i], o, v, a);
+    tried_[open] = solutions_[i];
     open_[open++] = i;
   }
-  solver_.Solve(std::span(motions_).first(open), std::span(solutions_).first(open));
+  Try(open);
   bool slowed = false;
   for (std::size_t k = 0; k < open; ++k) {
     const std::size_t i = open_[k];
-    out[i].holds = Good(solutions_[k], o);
-    if (out[i].holds || !(out[i].safe_m_per_s > 0)) continue;
+    out[i].holds = Good(tried_[k], o);
+    if (out[i].holds) solutions_[i] = tried_[k];
+    if (out[i].holds) continue;
     if (out[i].speed_m_per_s == 0 && out[i].acceleration_m_per_s2 == 0) continue;  // no slower
     slowed = true;
-    slowed_by_[i] = BindingOf(motions_[k], solutions_[k], o);
+    slowed_by_[i] = BindingOf(motions_[k], tried_[k], o);
     Slow(i, out);
   }
   return slowed;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "surrogate/vehicle/level_search.h"
 #include "surrogate/vehicle/solver.h"
 
 namespace grouser::vehicle {
@@ -106,6 +107,7 @@ class SpeedPlanner {
               std::span<SpeedPoint> out);
   bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
+  void Try(std::size_t count);
   void Slow(std::size_t i, std::span<const SpeedPoint> out);
   std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
 
@@ -113,10 +115,12 @@ class SpeedPlanner {
   std::size_t soils_;
   Solver solver_;
   std::vector<Motion> motions_;
-  std::vector<Solution> solutions_;
-  std::vector<std::size_t> open_;   // points that are still searched
+  std::vector<Solution> solutions_;  // the last good one of each point
+  std::vector<Solution> tried_;
+  LevelSearch search_;
+  std::vector<std::size_t> open_;   // points that are verified
   std::vector<std::size_t> knots_;  // points whose reach is searched
-  std::vector<double> low_, high_, cap_;
+  std::vector<double> cap_;
   std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
   std::vector<double> tried_speed_, tried_acceleration_;  // as last verified
   std::vector<int> failures_;

@@ -99,7 +99,7 @@ TEST_F(VehicleCli, SolveSaysTheProbabilityToGo) {
   EXPECT_NEAR(go["go_probability_least"].get<double>(), 0.5 * std::erfc(-0.854 / std::sqrt(2.0)),
               0.02);
   EXPECT_EQ(go["go_probability_least"], go["go_probability_most"]);
-  EXPECT_EQ(Run(call + "40"), 1);
+  EXPECT_EQ(Run(call + "60"), 1);
   EXPECT_NE(out_.find("probability to go: 0.000"), std::string::npos) << out_;
 }
 
