@@ -29,13 +29,6 @@ constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steer
 constexpr surrogate::Part kParts[5] = {surrogate::kValue, surrogate::kDvX, surrogate::kDvY,
                                        surrogate::kDRim, surrogate::kDLoad};
 
-// By how much less of a force is left where `by` is lost: f by/hypot(f, by), smooth, so that what
-// is left keeps its sign and grows with f.
-double Lost(double force, double by) {
-  const double size = std::hypot(force, by);
-  return size > 0 ? force * by / size : 0;
-}
-
 // Less gross traction (torque over radius: of driving wheels and of braking ones) and lateral
 // force, more torque; sds are in proportion to the load.
 void Worsen(double pull, double side, double torque, double load, double radius, Felt* f) {
@@ -261,7 +254,8 @@ void Solver::Work::Linearise(Lane* lane, std::span<const Felt> felt, const Colum
     return;
   }
   std::array<Column, kMostUnknowns>& gradients = lane->gradients;
-  const std::array<Column, kMostUnknowns> last = gradients;
+  std::array<Column, kMostUnknowns> last;
+  std::copy_n(gradients.begin(), n, last.begin());
   mechanics.Imbalance(*lane, felt, &residual, &gradients);
   double moved = 0;
   for (std::size_t k = 0; k < n; ++k) {
