@@ -41,8 +41,9 @@ class LevelSearch {
 
  private:
   static constexpr std::size_t kTracks = 16;
-  static constexpr Effort kAll{.warm = true, .attempts = 5};
-  static constexpr Effort kQuick{.warm = true, .attempts = 2, .evaluations = 12};
+  static constexpr Effort kAll{};
+  static constexpr Effort kQuick{
+      .warm = true, .attempts = 2, .evaluations = 12, .goal = Solution::kTolerance};
   static constexpr int kNear = 1;  // levels around the suggested one that are no surprise
 
   void Begin(Track* track) const;

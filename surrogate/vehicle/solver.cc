@@ -21,7 +21,6 @@ constexpr int kGuesses = 4, kMostHalvings = 2;
 constexpr int kMostStalls = 3;
 constexpr double kGain = 0.95;
 constexpr double kLeastCosine = 0.02;
-constexpr double kGoal = 1e-7;  // imbalance at which the search ends
 constexpr double kNoDamping = 1e-3;
 constexpr double kLeastDamping = 1e-2, kMostDamping = 1e4;
 constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steering
@@ -57,6 +56,25 @@ double Largest(const Column& r, std::size_t n) {
     if (!(std::fabs(r[k]) <= largest)) largest = std::fabs(r[k]);
   }
   return largest;
+}
+
+// What intervals add to the gradients, from and to a solution that has room for it.
+void RecallSlope(const Solution& from, Lane* lane) {
+  const std::size_t n = lane->layout->size, room = from.interval_slope.size();
+  const bool known = lane->warm && n <= room;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      lane->missing[i][k] = known ? from.interval_slope[i][k] : 0;
+    }
+  }
+}
+void KeepSlope(const Lane& lane, Solution* to) {
+  const std::size_t n = std::min(lane.layout->size, to->interval_slope.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      to->interval_slope[i][k] = static_cast<float>(lane.missing[i][k]);
+    }
+  }
 }
 
 }  // namespace
@@ -120,6 +138,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
   }
   lane->warm = effort.warm && mechanics.Recall(*solution, lane);
   if (!lane->warm) mechanics.Guess(lane);
+  RecallSlope(*solution, lane);
   lane->phase = Lane::Phase::kSearch;
   lane->first = true;
   lane->stalls = 0;
@@ -264,9 +283,7 @@ void Solver::Work::Linearise(Lane* lane, std::span<const Felt> felt, const Colum
   }
   for (std::size_t i = 0; i < n; ++i) {
     Column& missing = lane->missing[i];
-    if (begins) {
-      for (std::size_t k = 0; k < n; ++k) missing[k] = 0;
-    } else if (moved > 0) {
+    if (!begins && moved > 0) {
       double more = residual[i] - before[i];
       for (std::size_t k = 0; k < n; ++k) {
         more -= (missing[k] + (last[i][k] + gradients[i][k]) / 2) * lane->step[k];
@@ -315,7 +332,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     const Column before = lane.residual;
     lane.residual = residual;
     lane.last = lane.at;
-    if (Largest(residual, n) <= kGoal) {
+    if (Largest(residual, n) <= effort.goal) {
       Finish(&lane, felt[index]);
       return;
     }
@@ -340,6 +357,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
       lane.attempt + 1 < std::min(effort.attempts, kGuesses + (lane.warm ? 1 : 0))) {
     ++lane.attempt;
+    for (Column& row : lane.missing) row.fill(0);
     lane.stalls = 0;
     lane.first = true;
     lane.damping = 0;
@@ -356,6 +374,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
 void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
   Solution& s = *lane->solution;
   mechanics.Write(*lane, felt);
+  KeepSlope(*lane, &s);
   s.residual = Largest(lane->residual, lane->layout->size);
   s.balanced = s.residual <= Solution::kTolerance;
   // What does not balance inside of what the runs covered is a limit of the ground.

@@ -93,6 +93,8 @@ struct Solution {
   double torque_margin = 0;   ///< 1 - largest use of a motor's limit or of the steering
   double sinkage_margin = 0;  ///< 1 - largest sinkage over its limit
   std::array<WheelSolution, kMostWheels> wheel;  ///< as many as the vehicle has
+  /// What intervals add to the gradients of up to eight unknowns, for the next warm search.
+  std::array<std::array<float, 8>, 8> interval_slope{};
 
   static constexpr double kTolerance = 1e-6;
 };
@@ -104,6 +106,7 @@ struct Effort {
   bool warm = false;
   int attempts = 4;      ///< starts, the warm one among them; there are four others
   int evaluations = 40;  ///< of the wheels, most for a start
+  double goal = 1e-7;    ///< imbalance at which the search ends, at most Solution::kTolerance
 };
 
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two

@@ -89,13 +89,14 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
-// Solves the first motions from what stands in tried_; with all starts where that finds nothing.
-void SpeedPlanner::Try(std::size_t count) {
-  constexpr Effort kQuick{.warm = true, .attempts = 1, .evaluations = 12};
+// Solves the first motions from what stands in tried_; anew where that finds nothing that is good.
+void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
+  constexpr Effort kQuick{
+      .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance};
   constexpr Effort kMore{.attempts = 2, .evaluations = 20};
   solver_.Solve(std::span(motions_).first(count), std::span(tried_).first(count), kQuick);
   for (std::size_t k = 0; k < count; ++k) {
-    if (!tried_[k].balanced) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1}, kMore);
+    if (!Good(tried_[k], o)) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1}, kMore);
   }
 }
 
@@ -115,7 +116,7 @@ bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o
     tried_[open] = solutions_[i];
     open_[open++] = i;
   }
-  Try(open);
+  Try(open, o);
   bool slowed = false;
   for (std::size_t k = 0; k < open; ++k) {
     const std::size_t i = open_[k];

@@ -107,7 +107,7 @@ class SpeedPlanner {
               std::span<SpeedPoint> out);
   bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
-  void Try(std::size_t count);
+  void Try(std::size_t count, const SpeedOptions& options);
   void Slow(std::size_t i, std::span<const SpeedPoint> out);
   std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
 

@@ -52,14 +52,24 @@ class PlainSearch {
     if (near != nullptr && good) *near = s;
     return good;
   }
-  /// Whether it is good from some start: none, the neighbour's, or those at lower speeds.
-  bool Reached(const PathPoint& p, double speed, Solution* near) {
+  /// Whether it is good from some start: none, the neighbour's in twenty steps, or lower speeds.
+  bool Reached(const PathPoint& before, double speed_before, const PathPoint& p, double speed,
+               Solution* near) {
     if (Good(p, speed) || Good(p, speed, near)) return true;
-    Solution lower;
-    bool good = false;
-    for (int i = 20; i <= 60; ++i) good = Good(p, speed * i / 60, &lower);
-    if (good) *near = lower;
-    return good;
+    const auto along = [&](const PathPoint& from, double speed_from, Solution start) {
+      bool good = false;
+      for (int i = 1; i <= 20; ++i) {
+        const double share = i / 20.0;
+        PathPoint q = p;
+        q.curvature_per_m = std::lerp(from.curvature_per_m, p.curvature_per_m, share);
+        q.grade_rad = std::lerp(from.grade_rad, p.grade_rad, share);
+        q.bank_rad = std::lerp(from.bank_rad, p.bank_rad, share);
+        good = Good(q, std::lerp(speed_from, speed, share), &start);
+      }
+      if (good) *near = start;
+      return good;
+    };
+    return along(before, speed_before, *near) || along(p, speed / 3, Solution{});
   }
   double Safe(const PathPoint& p) {
     double low = 0, high = options_.speed_limit_m_per_s;
@@ -107,7 +117,11 @@ TEST(SpeedSearch, FindsWhatPlainHalvingFinds) {
           std::cout << "lower: " << where() << "\n";
         }
         // More than a step above: what was found balances, plain starts only did not find it.
-        if (got > 0) EXPECT_TRUE(plain.Reached(path[i], got, &near)) << where();
+        const std::size_t last = i > 0 ? i - 1 : i;
+        if (got > 0) {
+          EXPECT_TRUE(plain.Reached(path[last], out[last].safe_m_per_s, path[i], got, &near))
+              << where();
+        }
         higher += got > expected + 1.001 * step;
         ++points;
       }
