@@ -12,7 +12,7 @@ namespace grouser::vehicle {
 
 /// Finds for each item along a path the highest of the levels 0 to `levels` at which it is good,
 /// all levels below a good one taken to be good. An item begins at the level that those before it
-/// suggest, from their last solution, and goes on up or down by 1, 2, 4, ... levels, then by
+/// suggest, from their last solution, and goes on up or down by 1, 1, 2, 4, ... levels, then by
 /// halves; sixteen stretches of the path advance together. A solve from a neighbour's solution that
 /// does not balance within a few evaluations counts as not good; where the level found is far from
 /// the suggested one, that is asked again with all starts.
@@ -22,7 +22,7 @@ class LevelSearch {
   struct Track {
     std::size_t item = 0, end = 0;
     int low = -1, high = 0;  ///< highest good and lowest failed level until now
-    int level = 0, stride = 1, suggested = kNone;
+    int level = 0, stride = 0, suggested = kNone;
     int before = kNone;                     ///< level of the item before the last
     bool all_starts = false, sure = false;  ///< of this solve; of `high`
     Solution good;                          ///< the last that was good, of this item or one before
@@ -46,6 +46,7 @@ class LevelSearch {
       .warm = true, .attempts = 2, .evaluations = 12, .goal = Solution::kTolerance};
   static constexpr int kNear = 1;  // levels around the suggested one that are no surprise
 
+  static int Stride(Track* track);
   void Begin(Track* track) const;
   bool Next(Track* track) const;
   void Follow(Track* track) const;
@@ -61,10 +62,17 @@ class LevelSearch {
 inline void LevelSearch::Begin(Track* t) const {
   t->low = -1;
   t->high = levels_ + 1;
-  t->stride = 1;
+  t->stride = 0;
   t->level = t->suggested < 0 ? levels_ : std::min(t->suggested, levels_);
   t->all_starts = t->suggested == kNone;
   t->sure = false;
+}
+
+// Levels to go on by: 1, 1, 2, 4, ...
+inline int LevelSearch::Stride(Track* t) {
+  const int stride = std::max(1, t->stride);
+  t->stride += stride;
+  return stride;
 }
 
 // The next level to try; false: found.
@@ -79,12 +87,10 @@ inline bool LevelSearch::Next(Track* t) const {
     return true;
   }
   if (t->low < 0) {  // none is good yet
-    t->level = t->suggested < 0 ? 0 : std::max(0, t->high - t->stride);
+    t->level = t->suggested < 0 ? 0 : std::max(0, t->high - Stride(t));
     t->all_starts |= t->suggested < 0;
-    t->stride *= 2;
   } else if (t->high > levels_) {  // none has failed yet
-    t->level = std::min(levels_, t->low + t->stride);
-    t->stride *= 2;
+    t->level = std::min(levels_, t->low + Stride(t));
   } else {
     t->level = (t->low + t->high) / 2;
   }
@@ -118,7 +124,7 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     if (good(solutions_[k])) {
       if (t->level >= t->high) {  // it was not, from one start: all of them from here on
         t->high = levels_ + 1;
-        t->stride = 1;
+        t->stride = 0;
         t->suggested = kNone;
       }
       t->low = t->level;

@@ -93,10 +93,9 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
 void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
   constexpr Effort kQuick{
       .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance};
-  constexpr Effort kMore{.attempts = 2, .evaluations = 20};
   solver_.Solve(std::span(motions_).first(count), std::span(tried_).first(count), kQuick);
   for (std::size_t k = 0; k < count; ++k) {
-    if (!Good(tried_[k], o)) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1}, kMore);
+    if (!Good(tried_[k], o)) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1});
   }
 }
 
