@@ -54,11 +54,14 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
 void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o,
                           std::span<SpeedPoint> out) {
   const std::size_t n = path.size();
-  // What is left along the path where grip is used across it: an ellipse in speed^2.
-  const auto left = [&](std::size_t i, double v) {
+  // What is left along the path where grip is used across it, or a motor by the speed: an ellipse
+  // in speed^2.
+  const auto left = [&](std::size_t i, double v, bool faster) {
     const Binding b = out[i].safe_binding;
-    if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction)
+    if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction &&
+        !(faster && b == Binding::kTorque)) {
       return 1.0;
+    }
     if (!(out[i].safe_m_per_s > 0)) return 1.0;  // at rest
     const double share = v / out[i].safe_m_per_s;
     return std::sqrt(std::max(0.0, 1 - share * share * share * share));
@@ -76,11 +79,11 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   cap(n - 1, o.end_m_per_s, Binding::kSpeedLimit);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double v = out[i].speed_m_per_s, d = path[i + 1].s_m - path[i].s_m;
-    cap(i + 1, std::sqrt(v * v + 2 * faster_[i] * left(i, v) * d), Binding::kAcceleration);
+    cap(i + 1, std::sqrt(v * v + 2 * faster_[i] * left(i, v, true) * d), Binding::kAcceleration);
   }
   for (std::size_t i = n - 1; i-- > 0;) {
     const double v = out[i + 1].speed_m_per_s, d = path[i + 1].s_m - path[i].s_m;
-    cap(i, std::sqrt(v * v + 2 * slower_[i] * left(i + 1, v) * d), Binding::kBraking);
+    cap(i, std::sqrt(v * v + 2 * slower_[i] * left(i + 1, v, false) * d), Binding::kBraking);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t k = std::min(i, n - 2);
