@@ -146,8 +146,8 @@ void HardGroundModel::EvaluateOne(const WheelStatesView& in, const ResponsesView
 
   const double sd_grip = load * m.by_friction * ground_.friction_sd;
   const double sd_x = sd_grip * std::fabs(s_x), sd_y = sd_grip * std::fabs(s_y);
-  const double sd_torque =
-      std::hypot(r * sd_x, load * r * ground_.rolling_resistance_sd * std::fabs(sign.value));
+  const double sd_roll = load * ground_.rolling_resistance_sd * sign.value;
+  const double sd_torque = r * std::sqrt(sd_x * sd_x + sd_roll * sd_roll);
   const double sd_z = sd_grip * rho * std::fabs(s_z);
   Write(out.output[kFx], i, f_x, f_x.value / load, sd_x);
   Write(out.output[kFy], i, f_y, f_y.value / load, sd_y);

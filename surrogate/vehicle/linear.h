@@ -10,25 +10,36 @@
 namespace grouser::vehicle {
 
 /// x with a x = b for the first n rows, by elimination with partial pivots (a dozen unknowns: a
-/// library's call costs more). False: singular to 1e-10 of its largest entry.
-inline bool SolveLinear(std::array<Column, kMostUnknowns> a, Column b, std::size_t n,
-                        Column* x) noexcept {
-  double size = 0;
+/// library's call costs more). kSize: n where the compiler shall know it, else 0. False: singular
+/// to 1e-10 of its largest entry.
+template <std::size_t kSize>
+bool Eliminate(const std::array<Column, kMostUnknowns>& matrix, const Column& right,
+               std::size_t size, Column* x) noexcept {
+  const std::size_t n = kSize > 0 ? kSize : size;
+  constexpr std::size_t kMost = kSize > 0 ? kSize : kMostUnknowns;
+  double a[kMost][kMost], b[kMost];
+  double largest = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < n; ++k) size = std::fmax(size, std::fabs(a[i][k]));
+    b[i] = right[i];
+    for (std::size_t k = 0; k < n; ++k) {
+      a[i][k] = matrix[i][k];
+      const double entry = std::fabs(a[i][k]);
+      if (entry > largest) largest = entry;
+    }
   }
   for (std::size_t c = 0; c < n; ++c) {
     std::size_t pivot = c;
     for (std::size_t i = c + 1; i < n; ++i) {
       if (std::fabs(a[i][c]) > std::fabs(a[pivot][c])) pivot = i;
     }
-    if (!(std::fabs(a[pivot][c]) > 1e-10 * size)) return false;
+    if (!(std::fabs(a[pivot][c]) > 1e-10 * largest)) return false;
     if (pivot != c) {
       std::swap(a[c], a[pivot]);
       std::swap(b[c], b[pivot]);
     }
+    const double inverse = 1 / a[c][c];
     for (std::size_t i = c + 1; i < n; ++i) {
-      const double f = a[i][c] / a[c][c];
+      const double f = a[i][c] * inverse;
       for (std::size_t k = c + 1; k < n; ++k) a[i][k] -= f * a[c][k];
       b[i] -= f * b[c];
     }
@@ -39,6 +50,11 @@ inline bool SolveLinear(std::array<Column, kMostUnknowns> a, Column b, std::size
     (*x)[c] = sum / a[c][c];
   }
   return true;
+}
+
+inline bool SolveLinear(const std::array<Column, kMostUnknowns>& a, const Column& b, std::size_t n,
+                        Column* x) noexcept {
+  return n == 4 ? Eliminate<4>(a, b, n, x) : Eliminate<0>(a, b, n, x);
 }
 
 /// x of least |a x - b|^2 + damping |D x|^2, D^2 = diagonal of a^T a, or its mean where an unknown

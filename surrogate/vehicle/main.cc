@@ -25,6 +25,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle solve FILE --soil asphalt --speed 0.8 --radius 2\n"
     "  grouser-vehicle solve FILE --speed 0.5 --grade-deg 12 --json\n"
     "  grouser-vehicle solve FILE --rim 0.4 0.8\n"
+    "  grouser-vehicle climb FILE --soil asphalt --speed 0.5\n"
     "  grouser-vehicle speed FILE PATH.csv --limit 1.5\n"
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
@@ -100,7 +101,11 @@ int SolveOne(const Arguments& a) {
   Solver solver(file.vehicle, file.grounds);
   Solution solution;
   solver.Solve({&motion, 1}, {&solution, 1});
-  std::cout << (a.json ? JsonOf(file, solution) : TextOf(file, solution));
+  SpeedOptions limits;  // those of the vehicle alone
+  limits.tip_margin = 0;
+  const GoProbability go =
+      SpeedPlanner(file.vehicle, file.grounds, 1).ProbabilityToGo(motion, limits);
+  std::cout << (a.json ? JsonOf(file, solution, go) : TextOf(file, solution, go));
   return (solution.reasons & ~kUntrained) == 0 && solution.balanced ? kOk : kFailed;
 }
 
@@ -118,11 +123,35 @@ int PlanSpeeds(Arguments a) {
   SpeedPlanner planner(file.vehicle, file.grounds, path.size());
   std::vector<SpeedPoint> out(path.size());
   a.plan.trained_only = !a.untrained;
-  planner.Plan(path, a.plan, out);
+  const std::size_t not_held = planner.Plan(path, a.plan, out);
   std::cout << (a.json ? JsonOf(path, out) : TextOf(path, out));
-  const bool driven =
-      std::all_of(out.begin(), out.end(), [](const SpeedPoint& p) { return p.safe_m_per_s > 0; });
-  return driven ? kOk : kFailed;
+  if (not_held == 0) return kOk;
+  const auto first = std::find_if(out.begin(), out.end(), [](const auto& p) { return !p.holds; });
+  const auto undriven =
+      std::count_if(out.begin(), out.end(), [](const auto& p) { return !(p.safe_m_per_s > 0); });
+  std::cerr << "grouser-vehicle: the plan does not hold at " << not_held << " of " << out.size()
+            << " points, at " << undriven << " of them at no speed; first at s = "
+            << path[static_cast<std::size_t>(first - out.begin())].s_m << " m ("
+            << NameOf(first->binding) << ")\n";
+  return kFailed;
+}
+
+int ClimbGrades(Arguments a) {
+  const VehicleFile file = ReadVehicle(a.file);
+  SpeedPlanner planner(file.vehicle, file.grounds, 1);
+  a.plan.trained_only = !a.untrained;
+  std::vector<Climb> climbs;
+  for (const std::string& soil : file.grounds.soils) {
+    const std::uint8_t index = SoilIndex(file, a.soil.empty() ? soil : a.soil);
+    climbs.push_back(
+        {file.grounds.soils[index], planner.Grades(a.speed.value_or(0), index, a.plan)});
+    if (!a.soil.empty()) break;
+  }
+  std::cout << (a.json ? JsonOf(climbs) : TextOf(climbs));
+  const bool level = std::all_of(climbs.begin(), climbs.end(), [](const Climb& c) {
+    return c.grades.any && c.grades.down_rad <= 0 && c.grades.up_rad >= 0;
+  });
+  return level ? kOk : kFailed;
 }
 
 int Constants(const Arguments& a) {
@@ -132,21 +161,33 @@ int Constants(const Arguments& a) {
   return kOk;
 }
 
-void AddSpeed(CLI::App* app, Arguments* a) {
-  app->add_option("file", a->file, "Vehicle file")->required();
-  app->add_option("path", a->path, "CSV: s_m, curvature_per_m[, grade_deg, bank_deg, soil]")
-      ->required();
-  app->add_option("--limit", a->plan.speed_limit_m_per_s, "Never faster [m/s]")->required();
-  app->add_option("--worse-by-sd", a->plan.worse_by_sd, "Ground that the plan must stand")
+void AddLimits(CLI::App* app, Arguments* a) {
+  app->add_option("--worse-by-sd", a->plan.worse_by_sd, "Ground that must be stood")
       ->capture_default_str();
   app->add_option("--tip-margin", a->plan.tip_margin, "Least")->capture_default_str();
+  app->add_flag("--untrained", a->untrained, "Also where the models' runs do not reach");
+  app->add_flag("--json", a->json, "JSON on stdout");
+}
+
+void AddClimb(CLI::App* app, Arguments* a) {
+  app->add_option("file", a->file, "Vehicle file")->required();
+  app->add_option("--soil", a->soil, "Soil of all wheels; default: each of the file");
+  app->add_option("--speed", a->speed, "Forward [m/s]; default: creeping");
+  AddLimits(app, a);
+}
+
+void AddSpeed(CLI::App* app, Arguments* a) {
+  app->add_option("file", a->file, "Vehicle file")->required();
+  app->add_option("path", a->path,
+                  "CSV: s_m, curvature_per_m or x_m, y_m[, grade_deg, bank_deg, soil]")
+      ->required();
+  app->add_option("--limit", a->plan.speed_limit_m_per_s, "Never faster [m/s]")->required();
   app->add_option("--acceleration", a->plan.acceleration_m_per_s2, "Largest [m/s^2]")
       ->capture_default_str();
   app->add_option("--braking", a->plan.braking_m_per_s2, "Largest [m/s^2]")->capture_default_str();
   app->add_option("--start", a->plan.start_m_per_s, "Speed at the first point [m/s]");
   app->add_option("--end", a->plan.end_m_per_s, "Speed at the last point [m/s]");
-  app->add_flag("--untrained", a->untrained, "Also where the models' runs do not reach");
-  app->add_flag("--json", a->json, "JSON on stdout");
+  AddLimits(app, a);
 }
 
 void AddSolve(CLI::App* app, Arguments* a) {
@@ -177,6 +218,8 @@ int main(int argc, char** argv) {
   show->add_option("file", a.file, "Vehicle file")->required();
   auto* solve = app.add_subcommand("solve", "One steady motion");
   AddSolve(solve, &a);
+  auto* climb = app.add_subcommand("climb", "Steepest grades up and down, straight, on each soil");
+  AddClimb(climb, &a);
   auto* energy = app.add_subcommand("energy", "Power of one steady motion, and where it goes");
   AddSolve(energy, &a);
   auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");
@@ -190,6 +233,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(ReadVehicle(a.file));
+    if (*climb) return ClimbGrades(a);
     if (*energy) return Energy(a);
     if (*speed) return PlanSpeeds(a);
     if (*constants) return Constants(a);

@@ -109,9 +109,10 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   x.fill(0);
   double v_x = lane->v_x, yaw = lane->yaw;
   const double sense = v_x < 0 ? -1 : 1;
-  // Later attempts: slip in the sense of the pull that is asked for, and of the turn.
+  const auto guess = static_cast<std::size_t>(lane->attempt - (lane->warm ? 1 : 0));
+  // Later guesses: slip in the sense of the pull that is asked for, and of the turn.
   const double pull = m.acceleration_m_per_s2 + lane->gravity_x < 0 ? -1 : 1;
-  const double more = std::array{0.0, 0.3, 1.5, -0.4}[static_cast<std::size_t>(lane->attempt)];
+  const double more = std::array{0.0, 0.3, 1.5, -0.4}[guess];
   if (l.v_x >= 0) {
     double sum = 0, turn = 0, arm = 0, driven = 0;
     for (const Wheel& w : vehicle_.wheels) {
@@ -122,7 +123,7 @@ void Mechanics::Guess(Lane* lane) const noexcept {
       turn -= rim * w.y_m;
       arm += w.y_m * w.y_m;
     }
-    const double share = std::array{1.0, 0.5, 0.1, 0.8}[static_cast<std::size_t>(lane->attempt)];
+    const double share = std::array{1.0, 0.5, 0.1, 0.8}[guess];
     v_x = sum / driven * (1 - 0.3 * pull * more);
     yaw = vehicle_.steered() ? v_x * std::tan(m.steering_rad) / vehicle_.steering.length_m
                              : share * turn / arm;
@@ -144,13 +145,12 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   }
 }
 
-void Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
+bool Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
-  Guess(lane);
   // What was found for another speed, in proportion.
   const double before =
       std::max(std::fabs(from.v_x_m_per_s), std::fabs(from.yaw_rate_rad_per_s) * length_);
-  if (!from.balanced || !(before > 0) || l.v_x >= 0) return;
+  if (!from.balanced || !(before > 0) || l.v_x >= 0) return false;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
   lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;
@@ -163,6 +163,7 @@ void Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
     if (l.rim[i] < 0) continue;
     lane->at[static_cast<std::size_t>(l.rim[i])] = from.wheel[i].rim_speed_m_per_s * ratio;
   }
+  return true;
 }
 
 Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {

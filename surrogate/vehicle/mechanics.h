@@ -53,10 +53,13 @@ struct Lane {
   Column at{}, last{}, step{}, unit{};  ///< unknowns: tried, accepted, and their units
   Column residual{};                    ///< at `last`, scaled
   std::array<Column, kMostUnknowns> jacobian{};  ///< at `last`, scaled
-  Column best{}, best_residual{};                ///< of all attempts
-  double merit = 0, best_merit = 0, share = 1, damping = 0;
+  /// What the models' gradients leave out (those of their intervals), from the steps of this
+  /// attempt.
+  std::array<Column, kMostUnknowns> gradients{}, missing{};
+  Column best{}, best_residual{};  ///< of all attempts
+  double merit = 0, best_merit = 0, share = 1, damping = 0, growth = 4;
   int evaluations = 0, attempt = 0, halvings = 0, stalls = 0;
-  bool first = true;
+  bool first = true, warm = false;  ///< warm: the first attempt began at a solution
   double tip_margin = 0;
   double f_x = 0, f_y = 0, m_z = 0;  ///< that gravity and inertia ask for, at `at`
   std::array<Placed, kMostWheels> placed;
@@ -81,8 +84,8 @@ class Mechanics {
   bool Begin(Lane* lane) const noexcept;
   /// A first guess of the unknowns; a different one for each attempt.
   void Guess(Lane* lane) const noexcept;
-  /// Unknowns of a solution of such a motion.
-  void Recall(const Solution& from, Lane* lane) const noexcept;
+  /// Unknowns of a solution of such a motion; false: it is none to begin from.
+  bool Recall(const Solution& from, Lane* lane) const noexcept;
   /// Wheel states at lane->at.
   void Place(Lane* lane) const noexcept;
   /// Imbalance at lane->at, scaled; where `jacobian` is not null also its derivatives by scaled

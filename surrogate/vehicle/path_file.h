@@ -8,9 +8,11 @@
 
 namespace grouser::vehicle {
 
-/// A path as CSV with a header of s_m, curvature_per_m, grade_deg, bank_deg, soil in any order; all
-/// but s_m and curvature_per_m may be missing (0, the first soil). Lines from '#' on are comments.
-/// Throws InputError "FILE:LINE: COLUMN: got X, expected Y".
+/// A path as CSV with a header of s_m and curvature_per_m, or of x_m and y_m, and, if wanted,
+/// grade_deg, bank_deg, soil (0, 0, the first soil), in any order. Of places, s is the length of
+/// the line through them and the curvature that of the circle through a point and its neighbours,
+/// to the left; the ends have that of the point beside them. Lines from '#' on are comments. Throws
+/// InputError "FILE:LINE: COLUMN: got X, expected Y", also for a place given twice in a row.
 std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds);
 
 }  // namespace grouser::vehicle

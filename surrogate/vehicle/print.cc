@@ -19,6 +19,12 @@ std::string ReasonsOf(const Solution& s) {
   return names.empty() ? "none: within every limit" : names;
 }
 
+std::string ChanceOf(const GoProbability& go) {
+  if (go.most - go.least < 1e-3) return fmt::format("{:.3f}", go.least);
+  return fmt::format("{:.3f} to {:.3f}, as the models' runs do not cover all of it", go.least,
+                     go.most);
+}
+
 }  // namespace
 
 std::string TextOf(const VehicleFile& file) {
@@ -42,7 +48,7 @@ std::string TextOf(const VehicleFile& file) {
   return out;
 }
 
-std::string TextOf(const VehicleFile& file, const Solution& s) {
+std::string TextOf(const VehicleFile& file, const Solution& s, const GoProbability& go) {
   std::string out = fmt::format(
       "reasons: {}\nv_x {:.4g} m/s, v_y {:.4g} m/s, yaw rate {:.4g} rad/s, side slip {:.2f} deg\n",
       ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s, s.side_slip_rad * kDegrees);
@@ -56,11 +62,12 @@ std::string TextOf(const VehicleFile& file, const Solution& s) {
   out += fmt::format(
       "ground on vehicle: f_x {:.4g} N, f_y {:.4g} N, m_z {:.4g} N m\n"
       "power: {:.4g} W at the wheels, {:.4g} W electric\n"
-      "margins: tipping {:.3f}, torque {:.3f}, sinkage {:.3f}; residual {:.1e} of the weight\n\n"
+      "margins: tipping {:.3f}, torque {:.3f}, sinkage {:.3f}; residual {:.1e} of the weight\n"
+      "probability to go: {}\n\n"
       "{:14} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
       s.f_x_n, s.f_y_n, s.m_z_n_m, s.shaft_power_w, s.electric_power_w, s.tip_margin,
-      s.torque_margin, s.sinkage_margin, s.residual, "wheel", "load N", "rim m/s", "slip",
-      "angle deg", "f_x N", "f_y N", "T N m", "sink mm", "power W");
+      s.torque_margin, s.sinkage_margin, s.residual, ChanceOf(go), "wheel", "load N", "rim m/s",
+      "slip", "angle deg", "f_x N", "f_y N", "T N m", "sink mm", "power W");
   for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
     const WheelSolution& w = s.wheel[i];
     out += fmt::format(
@@ -72,7 +79,7 @@ std::string TextOf(const VehicleFile& file, const Solution& s) {
   return out;
 }
 
-std::string JsonOf(const VehicleFile& file, const Solution& s) {
+std::string JsonOf(const VehicleFile& file, const Solution& s, const GoProbability& go) {
   Json wheels = Json::array();
   for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
     const WheelSolution& w = s.wheel[i];
@@ -113,6 +120,8 @@ std::string JsonOf(const VehicleFile& file, const Solution& s) {
                     {"tip_margin", s.tip_margin},
                     {"torque_margin", s.torque_margin},
                     {"sinkage_margin", s.sinkage_margin},
+                    {"go_probability_least", go.least},
+                    {"go_probability_most", go.most},
                     {"wheels", wheels}};
   return out.dump(1) + "\n";
 }
@@ -162,13 +171,14 @@ std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
 
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
   std::string out =
-      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:15} {:15} {:>10}\n", "s m", "safe m/s",
-                  "plan m/s", "a m/s^2", "safe binds", "plan binds", "short by");
+      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:5} {:15} {:15} {:>10}\n", "s m", "safe m/s",
+                  "plan m/s", "a m/s^2", "holds", "safe binds", "plan binds", "short by");
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
-    out += fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:15} {:15} {:10.2e}\n", path[i].s_m,
-                       p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
-                       NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
+    out +=
+        fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:5} {:15} {:15} {:10.2e}\n", path[i].s_m,
+                    p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
+                    p.holds ? "yes" : "NO", NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
   }
   return out;
 }
@@ -178,12 +188,44 @@ std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> 
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
     out.push_back({{"s_m", path[i].s_m},
+                   {"curvature_per_m", path[i].curvature_per_m},
                    {"safe_m_per_s", p.safe_m_per_s},
                    {"safe_binding", NameOf(p.safe_binding)},
                    {"speed_m_per_s", p.speed_m_per_s},
                    {"acceleration_m_per_s2", p.acceleration_m_per_s2},
+                   {"holds", p.holds},
                    {"binding", NameOf(p.binding)},
                    {"shortfall", p.shortfall}});
+  }
+  return out.dump(1) + "\n";
+}
+
+std::string TextOf(std::span<const Climb> climbs) {
+  std::string out = fmt::format("{:16} {:>8}  {:15} {:>8}  {:15}\n", "soil", "up deg", "beyond it",
+                                "down deg", "beyond it");
+  for (const Climb& c : climbs) {
+    const GradeRange& g = c.grades;
+    if (g.any) {
+      out += fmt::format("{:16} {:8.2f}  {:15} {:8.2f}  {:15}\n", c.soil, g.up_rad * kDegrees,
+                         NameOf(g.binding_up), -g.down_rad * kDegrees, NameOf(g.binding_down));
+    } else {
+      out +=
+          fmt::format("{:16} {:>8}  {:15} {:>8}\n", c.soil, "none", NameOf(g.binding_up), "none");
+    }
+  }
+  return out;
+}
+
+std::string JsonOf(std::span<const Climb> climbs) {
+  Json out = Json::array();
+  for (const Climb& c : climbs) {
+    const GradeRange& g = c.grades;
+    const auto degrees = [&](double grade) { return g.any ? Json(grade * kDegrees) : Json(); };
+    out.push_back({{"soil", c.soil},
+                   {"up_deg", degrees(g.up_rad)},
+                   {"up_binding", NameOf(g.binding_up)},
+                   {"down_deg", degrees(-g.down_rad)},
+                   {"down_binding", g.any ? Json(NameOf(g.binding_down)) : Json()}});
   }
   return out.dump(1) + "\n";
 }

@@ -8,14 +8,22 @@
 
 namespace grouser::vehicle {
 
+/// Grades of one soil.
+struct Climb {
+  std::string soil;
+  GradeRange grades;
+};
+
 /// For people, with a line feed at the end.
 std::string TextOf(const VehicleFile& file);
-std::string TextOf(const VehicleFile& file, const Solution& solution);
+std::string TextOf(const VehicleFile& file, const Solution& solution, const GoProbability& go);
 std::string TextOf(const VehicleFile& file, const PowerInterval& power);
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
+std::string TextOf(std::span<const Climb> climbs);
 /// For programs; NaN as null.
-std::string JsonOf(const VehicleFile& file, const Solution& solution);
+std::string JsonOf(const VehicleFile& file, const Solution& solution, const GoProbability& go);
 std::string JsonOf(const VehicleFile& file, const PowerInterval& power);
 std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
+std::string JsonOf(std::span<const Climb> climbs);
 
 }  // namespace grouser::vehicle

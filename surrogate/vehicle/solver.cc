@@ -17,26 +17,36 @@ using surrogate::kTwoSided90;
 constexpr std::size_t kLanes = 16;  // motions that advance together
 constexpr std::size_t kSlots = kLanes * kMostWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostEvaluations = 40, kMostAttempts = 4, kMostHalvings = 5;
-constexpr int kMostStalls = 4;
-constexpr double kGain = 0.98;
-constexpr double kGoal = 1e-7;  // imbalance at which the search ends
-constexpr double kLeastDamping = 1e-4, kMostDamping = 1e8;
+constexpr int kGuesses = 4, kMostHalvings = 2;
+constexpr int kMostStalls = 3;
+constexpr double kGain = 0.95;
+constexpr double kLeastCosine = 0.02;
+constexpr double kNoDamping = 1e-3;
+constexpr double kLeastDamping = 1e-2, kMostDamping = 1e4;
 constexpr double kMostStep = 0.5;  // of the fastest speed, and radians of steering
 
 constexpr surrogate::Part kParts[5] = {surrogate::kValue, surrogate::kDvX, surrogate::kDvY,
                                        surrogate::kDRim, surrogate::kDLoad};
 
-// Less pull and lateral force, more torque; sds are in proportion to the load.
-void Worsen(double pull, double side, double torque, double load, Felt* f) {
+// Less gross traction (torque over radius: of driving wheels and of braking ones) and lateral
+// force, more torque; sds are in proportion to the load.
+void Worsen(double pull, double side, double torque, double load, double radius, Felt* f) {
   if (!(load > 0)) return;
-  f->f_x[0] -= pull;
-  f->f_x[4] -= pull / load;
+  // Of a force f, f s/hypot(f, s) is lost: smooth, and what is left keeps its sign and grows with
+  // f.
+  const double traction = f->torque[0] / radius;
+  const double size = std::sqrt(traction * traction + pull * pull);
+  if (size > 0) {
+    const double a = pull / size, b = traction / size;
+    f->f_x[0] -= traction * a;
+    for (std::size_t k = 1; k < 5; ++k) f->f_x[k] -= a * a * a * f->torque[k] / radius;
+    f->f_x[4] -= b * b * b * pull / load;
+  }
   f->torque[0] += torque;
   f->torque[4] += torque / load;
-  const double size = std::hypot(f->f_y[0], side);  // smooth, keeps the sign
-  if (!(size > 0)) return;
-  const double share = 1 - side / size;
+  const double size_y = std::sqrt(f->f_y[0] * f->f_y[0] + side * side);
+  if (!(size_y > 0)) return;
+  const double share = 1 - side / size_y;
   for (double& part : f->f_y) part *= share;
 }
 
@@ -46,6 +56,25 @@ double Largest(const Column& r, std::size_t n) {
     if (!(std::fabs(r[k]) <= largest)) largest = std::fabs(r[k]);
   }
   return largest;
+}
+
+// What intervals add to the gradients, from and to a solution that has room for it.
+void RecallSlope(const Solution& from, Lane* lane) {
+  const std::size_t n = lane->layout->size, room = from.interval_slope.size();
+  const bool known = lane->warm && n <= room;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      lane->missing[i][k] = known ? from.interval_slope[i][k] : 0;
+    }
+  }
+}
+void KeepSlope(const Lane& lane, Solution* to) {
+  const std::size_t n = std::min(lane.layout->size, to->interval_slope.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      to->interval_slope[i][k] = static_cast<float>(lane.missing[i][k]);
+    }
+  }
 }
 
 }  // namespace
@@ -65,13 +94,17 @@ struct Solver::Work {
     owner.resize(kSlots);
   }
 
-  void Run(std::span<const Motion> motions, std::span<Solution> out, bool warm) noexcept;
-  bool Start(const Motion& motion, Solution* solution, bool warm, Lane* lane) noexcept;
+  void Run(std::span<const Motion> motions, std::span<Solution> out, const Effort& e) noexcept;
+  bool Start(const Motion& motion, Solution* solution, Lane* lane) noexcept;
   void Evaluate() noexcept;
   void Advance(std::size_t lane) noexcept;
+  void Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
+                 bool begins) noexcept;
+  bool Least(const Lane& lane) const noexcept;
   void Step(Lane* lane) noexcept;
   void Try(Lane* lane) noexcept;
-  bool Retreat(Lane* lane) noexcept;
+  void Relax(Lane* lane) noexcept;
+  bool Retreat(Lane* lane, double tried) noexcept;
   void Finish(Lane* lane, std::span<const Felt> felt) noexcept;
 
   Mechanics mechanics;
@@ -85,10 +118,11 @@ struct Solver::Work {
   std::array<std::vector<double>, 3> high;  ///< ends of intervals of f_x, f_y, torque
   std::vector<std::uint32_t> flags;
   std::vector<std::size_t> owner;
+  Effort effort;
   bool risky = false;  ///< some motion asks for worse ground
 };
 
-bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm, Lane* lane) noexcept {
+bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) noexcept {
   lane->motion = &motion;
   lane->solution = solution;
   bool known = mechanics.Begin(lane);
@@ -102,7 +136,9 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, bool warm, La
     solution->residual = kNaN;
     return false;
   }
-  warm ? mechanics.Recall(*solution, lane) : mechanics.Guess(lane);
+  lane->warm = effort.warm && mechanics.Recall(*solution, lane);
+  if (!lane->warm) mechanics.Guess(lane);
+  RecallSlope(*solution, lane);
   lane->phase = Lane::Phase::kSearch;
   lane->first = true;
   lane->stalls = 0;
@@ -160,7 +196,8 @@ void Solver::Work::Evaluate() noexcept {
       const double sds = lanes[owner[s] / kMostWheels].motion->worse_by_sd;
       if (sds == 0) continue;
       const auto sd = [&](std::size_t o) { return (high[o][s] - answer[o][0][s]) / kTwoSided90; };
-      Worsen(sds * sd(0), sds * sd(1), sds * sd(2) * (rim[s] < 0 ? -1 : 1), load[s], &to);
+      Worsen(sds * sd(0), sds * sd(1), sds * sd(2) * (rim[s] < 0 ? -1 : 1), load[s],
+             mechanics.radius(owner[s] % kMostWheels), &to);
     }
   }
 }
@@ -195,21 +232,79 @@ void Solver::Work::Try(Lane* lane) noexcept {
   mechanics.Place(lane);
 }
 
+// After a damped step that was accepted: less damping, much less where it was the first try.
+void Solver::Work::Relax(Lane* lane) noexcept {
+  if (lane->damping == 0) return;
+  lane->damping *= lane->growth > 4 ? 0.5 : 0.1;
+  if (lane->damping < kNoDamping) lane->damping = 0;
+  lane->growth = 4;
+}
+
 // What to try after a step that made it worse; false: nothing is left.
-bool Solver::Work::Retreat(Lane* lane) noexcept {
+bool Solver::Work::Retreat(Lane* lane, double tried) noexcept {
   if (lane->damping == 0) {
     if (++lane->halvings <= kMostHalvings) {
-      lane->share *= 0.5;
+      // Where a parabola through both ends, with the slope of Newton's step, is least.
+      lane->share *= std::clamp(lane->merit / (lane->merit + tried), 0.1, 0.5);
       Try(lane);
       return true;
     }
     lane->damping = kLeastDamping;
+    lane->growth = 4;
   } else {
-    lane->damping *= 10;
+    lane->damping *= lane->growth;
+    lane->growth *= 2;
   }
   if (lane->damping > kMostDamping) return false;
   Step(lane);
   Try(lane);
+  return true;
+}
+
+// Derivatives at the accepted point. Models give no gradients of their intervals, on which worse
+// ground rests: what these add is taken from the steps (Broyden), against the mean of the gradients
+// at both ends of a step.
+void Solver::Work::Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
+                             bool begins) noexcept {
+  const std::size_t n = lane->layout->size;
+  Column residual;
+  if (lane->motion->worse_by_sd == 0) {
+    mechanics.Imbalance(*lane, felt, &residual, &lane->jacobian);
+    return;
+  }
+  std::array<Column, kMostUnknowns>& gradients = lane->gradients;
+  std::array<Column, kMostUnknowns> last;
+  std::copy_n(gradients.begin(), n, last.begin());
+  mechanics.Imbalance(*lane, felt, &residual, &gradients);
+  double moved = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    lane->step[k] *= -lane->share;
+    moved += lane->step[k] * lane->step[k];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    Column& missing = lane->missing[i];
+    if (!begins && moved > 0) {
+      double more = residual[i] - before[i];
+      for (std::size_t k = 0; k < n; ++k) {
+        more -= (missing[k] + (last[i][k] + gradients[i][k]) / 2) * lane->step[k];
+      }
+      for (std::size_t k = 0; k < n; ++k) missing[k] += more * lane->step[k] / moved;
+    }
+    for (std::size_t k = 0; k < n; ++k) lane->jacobian[i][k] = gradients[i][k] + missing[k];
+  }
+}
+
+// Whether the imbalance is least here: no unknown changes it along itself.
+bool Solver::Work::Least(const Lane& lane) const noexcept {
+  const std::size_t n = lane.layout->size;
+  for (std::size_t k = 0; k < n; ++k) {
+    double along = 0, size = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      along += lane.jacobian[i][k] * lane.residual[i];
+      size += lane.jacobian[i][k] * lane.jacobian[i][k];
+    }
+    if (along * along > kLeastCosine * kLeastCosine * size * lane.merit) return false;
+  }
   return true;
 }
 
@@ -231,23 +326,27 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     const bool gains = lane.first || lane.damping == 0 || merit < kGain * lane.merit;
     lane.stalls = gains ? 0 : lane.stalls + 1;
     const bool stalled = lane.stalls >= kMostStalls;
+    const bool begins = lane.first;
     lane.first = false;
     lane.merit = merit;
+    const Column before = lane.residual;
     lane.residual = residual;
     lane.last = lane.at;
-    if (Largest(residual, n) <= kGoal) {
+    if (Largest(residual, n) <= effort.goal) {
       Finish(&lane, felt[index]);
       return;
     }
-    if (!stalled && lane.evaluations < kMostEvaluations * (lane.attempt + 1)) {
-      mechanics.Imbalance(lane, felt[index], &residual, &lane.jacobian);
-      if (lane.damping > 0) lane.damping = lane.damping > 1e-3 ? lane.damping * 0.1 : 0;
-      Step(&lane);
-      Try(&lane);
-      return;
+    if (!stalled && lane.evaluations < effort.evaluations * (lane.attempt + 1)) {
+      Linearise(&lane, felt[index], before, begins);
+      Relax(&lane);
+      if (!Least(lane)) {
+        Step(&lane);
+        Try(&lane);
+        return;
+      }
     }
   } else if (Largest(lane.residual, n) > Solution::kTolerance / 2 &&
-             lane.evaluations < kMostEvaluations * (lane.attempt + 1) && Retreat(&lane)) {
+             lane.evaluations < effort.evaluations * (lane.attempt + 1) && Retreat(&lane, merit)) {
     return;
   }
   if (lane.attempt == 0 || lane.merit < lane.best_merit) {
@@ -256,8 +355,9 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     lane.best_residual = lane.residual;
   }
   if (Largest(lane.residual, n) > Solution::kTolerance && lane.tip_margin > 0 &&
-      lane.attempt + 1 < kMostAttempts) {
+      lane.attempt + 1 < std::min(effort.attempts, kGuesses + (lane.warm ? 1 : 0))) {
     ++lane.attempt;
+    for (Column& row : lane.missing) row.fill(0);
     lane.stalls = 0;
     lane.first = true;
     lane.damping = 0;
@@ -274,6 +374,7 @@ void Solver::Work::Advance(std::size_t index) noexcept {
 void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
   Solution& s = *lane->solution;
   mechanics.Write(*lane, felt);
+  KeepSlope(*lane, &s);
   s.residual = Largest(lane->residual, lane->layout->size);
   s.balanced = s.residual <= Solution::kTolerance;
   // What does not balance inside of what the runs covered is a limit of the ground.
@@ -282,13 +383,14 @@ void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
 }
 
 void Solver::Work::Run(std::span<const Motion> motions, std::span<Solution> out,
-                       bool warm) noexcept {
+                       const Effort& e) noexcept {
+  effort = e;
   std::size_t next = 0;
   risky = std::any_of(motions.begin(), motions.end(),
                       [](const Motion& m) { return m.worse_by_sd != 0; });
   const auto refill = [&](Lane* lane) {
     while (lane->phase == Lane::Phase::kIdle && next < motions.size()) {
-      if (Start(motions[next], &out[next], warm, lane)) mechanics.Place(lane);
+      if (Start(motions[next], &out[next], lane)) mechanics.Place(lane);
       ++next;
     }
   };
@@ -323,8 +425,9 @@ Solver::Solver(const Vehicle& vehicle, const Grounds& grounds) {
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
 
-void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm) noexcept {
-  work_->Run(motions, out, warm);
+void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out,
+                   Effort effort) noexcept {
+  work_->Run(motions, out, effort);
 }
 
 const Vehicle& Solver::vehicle() const { return work_->mechanics.vehicle(); }

@@ -40,7 +40,7 @@ struct Motion {
   double grade_rad = 0;  ///< the ground rises ahead (pitch of ISO 8855 is its negative)
   double bank_rad = 0;   ///< the ground rises to the left (roll of ISO 8855)
   /// Ground worse than the models' mean by so many standard deviations, at all wheels at once:
-  /// less pull, less lateral force, more torque. 1.645: as bad as one time in twenty.
+  /// less gross traction and lateral force, more torque. 1.645: as bad as one time in twenty.
   double worse_by_sd = 0;
   std::array<std::uint8_t, kMostWheels> soil{};  ///< index of the soil under each wheel
 
@@ -93,8 +93,20 @@ struct Solution {
   double torque_margin = 0;   ///< 1 - largest use of a motor's limit or of the steering
   double sinkage_margin = 0;  ///< 1 - largest sinkage over its limit
   std::array<WheelSolution, kMostWheels> wheel;  ///< as many as the vehicle has
+  /// What intervals add to the gradients of up to eight unknowns, for the next warm search.
+  std::array<std::array<float, 8>, 8> interval_slope{};
 
   static constexpr double kTolerance = 1e-6;
+};
+
+/// How hard a solve tries before it says that nothing balances.
+struct Effort {
+  /// Balanced solutions that stand in `out`, of the same motions or of similar ones, are where the
+  /// search begins.
+  bool warm = false;
+  int attempts = 4;      ///< starts, the warm one among them; there are four others
+  int evaluations = 40;  ///< of the wheels, most for a start
+  double goal = 1e-7;    ///< imbalance at which the search ends, at most Solution::kTolerance
 };
 
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two
@@ -121,9 +133,11 @@ class Solver {
   Solver(Solver&&) noexcept;
 
   /// Solves all motions; no allocation, lock or system call. Not from two threads at once.
-  /// Precondition: as many solutions as motions. What stands in `out` may be of the same
-  /// motions or of similar ones: with `warm`, balanced ones are where the search begins.
-  void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept;
+  /// Precondition: as many solutions as motions.
+  void Solve(std::span<const Motion> motions, std::span<Solution> out, Effort effort) noexcept;
+  void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept {
+    Solve(motions, out, Effort{.warm = warm});
+  }
 
   const Vehicle& vehicle() const;
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "surrogate/vehicle/level_search.h"
 #include "surrogate/vehicle/solver.h"
 
 namespace grouser::vehicle {
@@ -22,6 +23,11 @@ struct SpeedOptions {
   double start_m_per_s = 0, end_m_per_s = 0;
   bool trained_only = true;  ///< no faster than what the models' runs cover
 };
+
+/// Throws std::invalid_argument "FIELD: expected X" unless `good`.
+void Need(bool good, const char* field, const char* expected);
+/// The same for a risk or margins that make no sense.
+void CheckMargins(const SpeedOptions& options);
 
 /// What keeps a point from being driven faster.
 enum class Binding : std::uint8_t {
@@ -48,11 +54,26 @@ struct SpeedPoint {
   /// By how much the binding one is exceeded 1 % above the safe speed: residual over weight, or
   /// the margin that is missing. 0 for kSpeedLimit.
   double shortfall = 0;
+  /// The plan can be driven here: solved with its speed and acceleration, every margin left, and
+  /// not at rest up to the next point; at the first point also no slower than the start asks.
+  bool holds = false;
+};
+
+/// The grades around the level that a vehicle drives, to 1e-4 rad, as far as 85 degrees.
+struct GradeRange {
+  bool any = false;                 ///< false: none is driven; binding_up says why not the level
+  double down_rad = 0, up_rad = 0;  ///< lowest and highest grade; both of one sign: not the level
+  Binding binding_down = Binding::kSpeedLimit, binding_up = Binding::kSpeedLimit;  ///< beyond them
+};
+
+/// Ground that the models' runs do not cover may go or not: `least` counts it as not.
+struct GoProbability {
+  double least = 0, most = 0;
 };
 
 /// Highest safe speed at each point and a plan that can be driven: speeds by forward and backward
 /// passes over what the vehicle can accelerate and brake, every point solved once more with speed
-/// and acceleration, and slowed down where that does not hold.
+/// and acceleration, and slowed down, at last to rest, where that does not hold.
 class SpeedPlanner {
  public:
   /// Room for paths of so many points. Throws as Solver does.
@@ -60,35 +81,50 @@ class SpeedPlanner {
 
   /// Throws std::invalid_argument naming the point for fewer than two points, more than there is
   /// room for, numbers that are not finite, ways that do not ascend, unknown soils, options that
-  /// make no sense. Then no allocation.
-  void Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-            std::span<SpeedPoint> out);
+  /// make no sense. Then no allocation. Returns at how many points the plan does not hold.
+  std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+                   std::span<SpeedPoint> out);
 
-  /// Steepest grade [rad] that is climbed straight at `speed`, to 1e-4; negative: not even level.
-  double SteepestGrade(double speed, std::uint8_t soil, const SpeedOptions& options);
+  /// Grades that are driven straight at `speed`; 0 is the limit of creeping. Throws
+  /// std::invalid_argument for speed, soil or margins that make no sense.
+  GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options);
   /// Probability that a motion is within every limit: by the largest worse_by_sd that is, from
   /// -4 to 4, one deviation for all wheels.
-  double GoProbability(const Motion& motion, const SpeedOptions& options);
+  GoProbability ProbabilityToGo(const Motion& motion, const SpeedOptions& options);
 
  private:
+  static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
+                         double acceleration);
   bool Good(const Solution& s, const SpeedOptions& options) const;
   Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);
-  void Reach(std::span<const PathPoint> path, const SpeedOptions& options);
+  std::size_t Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
+  void Reach(std::span<const PathPoint> path, const SpeedOptions& options,
+             std::span<const SpeedPoint> out);
   void Passes(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
   bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
+  void Try(std::size_t count, const SpeedOptions& options);
+  void Slow(std::size_t i, std::span<const SpeedPoint> out);
+  std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
 
   Vehicle vehicle_;
   std::size_t soils_;
   Solver solver_;
   std::vector<Motion> motions_;
-  std::vector<Solution> solutions_, failed_;
-  std::vector<std::size_t> open_;  // points that are still searched
-  std::vector<double> low_, high_, faster_, slower_, cap_;
+  std::vector<Solution> solutions_;  // the last good one of each point
+  std::vector<Solution> tried_;
+  LevelSearch search_;
+  std::vector<std::size_t> open_;   // points that are verified
+  std::vector<std::size_t> knots_;  // points whose reach is searched
+  std::vector<double> cap_;
+  std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
+  std::vector<double> tried_speed_, tried_acceleration_;  // as last verified
+  std::vector<int> failures_;
+  std::vector<Binding> slowed_by_;
 };
 
 }  // namespace grouser::vehicle

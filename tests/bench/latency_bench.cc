@@ -125,12 +125,6 @@ void RunRound(std::vector<Cell>& cells, bool record) {
   }
 }
 
-/// Nearest-rank quantile of sorted values.
-double Quantile(const std::vector<double>& sorted, double q) {
-  const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
-  return sorted[std::max<std::size_t>(rank, 1) - 1];
-}
-
 LatencyRow Summarise(Cell cell) {
   LatencyRow row = cell.row;
   auto& values = cell.microseconds;
@@ -145,6 +139,11 @@ LatencyRow Summarise(Cell cell) {
 }
 
 }  // namespace
+
+double Quantile(const std::vector<double>& sorted, double q) {
+  const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
 
 std::vector<LatencyRow> MeasureLatency(const LatencyOptions& options) {
   const client::TerrainClient client(options.server);

@@ -30,4 +30,7 @@ struct LatencyRow {
 /// hits all alike. Throws ClientError or std::runtime_error.
 std::vector<LatencyRow> MeasureLatency(const LatencyOptions& options);
 
+/// Nearest-rank quantile of sorted values.
+double Quantile(const std::vector<double>& sorted, double q);
+
 }  // namespace grouser::bench

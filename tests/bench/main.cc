@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tests/bench/latency_bench.h"
+#include "tests/bench/planner_bench.h"
 #include "tests/bench/surrogate_bench.h"
 
 namespace {
@@ -14,6 +15,7 @@ constexpr const char* kExamples =
     "  grouser-bench latency --server 127.0.0.1:50151\n"
     "  grouser-bench latency --no-lcm --seconds 5 --json\n"
     "  grouser-bench surrogate --json\n"
+    "  grouser-bench planner\n"
     "Exit codes: 0 ok, 1 failed, 2 usage.";
 
 void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
@@ -62,6 +64,33 @@ void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
   fmt::print("\n]\n");
 }
 
+void PrintTable(const std::vector<grouser::bench::PlannerRow>& rows) {
+  fmt::print("{:8} {:9} {:>6} {:>11} {:>11} {:>11} {:>13} {:>13} {:>11} {:>8}\n", "vehicle", "path",
+             "wheels", "plan p50 ms", "plan p99 ms", "plan cpu ms", "solve cold us",
+             "solve warm us", "allocations", "not held");
+  for (const auto& r : rows) {
+    fmt::print("{:8} {:9} {:>6} {:>11.2f} {:>11.2f} {:>11.2f} {:>13.2f} {:>13.2f} {:>11} {:>8}\n",
+               r.vehicle, r.path, r.wheels, r.plan_p50_ms, r.plan_p99_ms, r.plan_cpu_ms,
+               r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held);
+  }
+}
+
+void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
+  fmt::print("[");
+  const char* separator = "\n";
+  for (const auto& r : rows) {
+    fmt::print(
+        "{}  {{\"vehicle\": \"{}\", \"path\": \"{}\", \"points\": {}, \"wheels\": {}, "
+        "\"plan_p50_ms\": {:.4f}, \"plan_p99_ms\": {:.4f}, \"plan_cpu_ms\": {:.4f}, "
+        "\"solve_cold_us\": {:.4f}, \"solve_warm_us\": {:.4f}, \"allocations\": {}, "
+        "\"not_held\": {}}}",
+        separator, r.vehicle, r.path, r.points, r.wheels, r.plan_p50_ms, r.plan_p99_ms,
+        r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held);
+    separator = ",\n";
+  }
+  fmt::print("\n]\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -101,6 +130,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   surrogate->add_option("--seed", in_process.seed, "Of the random states")->capture_default_str();
   surrogate->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::PlannerOptions plans;
+  auto* planner = app.add_subcommand(
+      "planner",
+      "Speed plans of 1,000 points and solves of vehicles in-process, one thread: straight, curvy, "
+      "hilly and mixed paths, interleaved; wall clock, and processor time where others run too");
+  planner->add_option("--repetitions", plans.repetitions, "Of every row")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  planner->add_flag("--json", json, "JSON on stdout");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -109,6 +147,11 @@ int main(int argc, char** argv) {
   try {
     if (surrogate->parsed()) {
       const auto rows = grouser::bench::MeasureSurrogate(in_process);
+      json ? PrintJson(rows) : PrintTable(rows);
+      return 0;
+    }
+    if (planner->parsed()) {
+      const auto rows = grouser::bench::MeasurePlanner(plans);
       json ? PrintJson(rows) : PrintTable(rows);
       return 0;
     }

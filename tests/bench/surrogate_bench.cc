@@ -158,22 +158,24 @@ class Bench {
 
 }  // namespace
 
-std::string ShippedModel() {
+std::string FindShipped(const std::string& name) {
   namespace fs = std::filesystem;
-  const fs::path name = "surrogate/shipped/cmu-smooth-62.5.model";
   if (const char* root = std::getenv("GROUSER_ROOT")) {
-    if (fs::exists(root / name)) return root / name;
+    if (fs::exists(fs::path(root) / name)) return fs::path(root) / name;
   }
   for (fs::path at = fs::read_symlink("/proc/self/exe"); at.has_relative_path();
        at = at.parent_path()) {
     if (fs::exists(at.parent_path() / name)) return at.parent_path() / name;
   }
-  throw std::runtime_error("no " + name.string() +
-                           " in $GROUSER_ROOT or above this program; give one with --model");
+  throw std::runtime_error("no " + name + " in $GROUSER_ROOT or above this program");
 }
 
+long Allocations() { return g_allocations; }
+
 std::vector<SurrogateRow> MeasureSurrogate(const SurrogateOptions& options) {
-  const std::string path = options.model.empty() ? ShippedModel() : options.model;
+  const std::string path = options.model.empty()
+                               ? FindShipped("surrogate/shipped/cmu-smooth-62.5.model")
+                               : options.model;
   Bench bench(surrogate::ReadModel(path).model, options.seed);
   return bench.Run(options.repetitions);
 }

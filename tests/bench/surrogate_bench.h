@@ -23,9 +23,12 @@ struct SurrogateRow {
   long allocations = 0;     ///< in one pass over all states
 };
 
-/// The model file that stands in $GROUSER_ROOT or above this program. Throws
+/// A file or folder of the project, in $GROUSER_ROOT or above this program. Throws
 /// std::runtime_error where there is none.
-std::string ShippedModel();
+std::string FindShipped(const std::string& name);
+
+/// Allocations of this program until now.
+long Allocations();
 
 /// Throws std::runtime_error as ReadModelFile and MakeModel do.
 std::vector<SurrogateRow> MeasureSurrogate(const SurrogateOptions& options);

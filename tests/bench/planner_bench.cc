@@ -1,0 +1,158 @@
+#include "tests/bench/planner_bench.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <memory>
+#include <numbers>
+
+#include "surrogate/vehicle/speed_plan.h"
+#include "surrogate/vehicle/vehicle_file.h"
+#include "tests/bench/latency_bench.h"
+#include "tests/bench/surrogate_bench.h"
+
+namespace grouser::bench {
+namespace {
+
+using namespace vehicle;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kPoints = 1000;
+constexpr double kStep = 0.1;     // [m]
+constexpr double kFaster = 1.01;  // of a motion near one that is solved
+
+struct Case {
+  const char* vehicle;
+  double limit_m_per_s, curvature_per_m;  // of the tightest curves
+};
+constexpr Case kCases[] = {
+    {"husky", 1.5, 0.8}, {"cart", 6, 0.3}, {"atv", 3, 0.25}, {"rover", 0.1, 1}};
+
+std::vector<PathPoint> PathOf(const std::string& name, double curvature, std::size_t soils) {
+  std::vector<PathPoint> path(kPoints);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    PathPoint& p = path[i];
+    p.s_m = kStep * static_cast<double>(i);
+    if (name == "straight") continue;
+    const auto wave = [&](double length) {
+      return std::sin(2 * std::numbers::pi * p.s_m / length);
+    };
+    p.curvature_per_m = curvature * wave(31) * wave(47);
+    if (name == "curvy") continue;
+    p.grade_rad = 0.12 * wave(53);
+    p.bank_rad = 0.06 * wave(23);
+    if (name == "mixed") p.soil = static_cast<std::uint8_t>(i / 125 % soils);
+  }
+  return path;
+}
+
+// Processor time of this thread [ms].
+double ProcessorMs() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/// One row and what it runs.
+class PlanCell {
+ public:
+  PlanCell(const Case& c, const std::string& path)
+      : file_(ReadVehicle(
+            FindShipped("surrogate/vehicle/shipped/" + std::string(c.vehicle) + ".vehicle.yaml"))),
+        path_(PathOf(path, c.curvature_per_m, file_.grounds.soils.size())),
+        planner_(file_.vehicle, file_.grounds, kPoints),
+        solver_(file_.vehicle, file_.grounds),
+        plan_(kPoints),
+        motions_(kPoints),
+        near_(kPoints),
+        solutions_(kPoints) {
+    options_.speed_limit_m_per_s = c.limit_m_per_s;
+    row_.vehicle = c.vehicle;
+    row_.path = path;
+    row_.points = kPoints;
+    row_.wheels = file_.vehicle.wheels.size();
+    row_.not_held = planner_.Plan(path_, options_, plan_);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      Motion& m = motions_[i];
+      m = Motion::OnPath(plan_[i].speed_m_per_s, path_[i].curvature_per_m);
+      m.acceleration_m_per_s2 = plan_[i].acceleration_m_per_s2;
+      m.grade_rad = path_[i].grade_rad;
+      m.bank_rad = path_[i].bank_rad;
+      m.soil.fill(path_[i].soil);
+      near_[i] = m;
+      near_[i].v_x_m_per_s *= kFaster;
+      near_[i].yaw_rate_rad_per_s *= kFaster;
+    }
+    const long before = Allocations();
+    Pass(nullptr);
+    row_.allocations = Allocations() - before;
+  }
+
+  void Run() { Pass(&times_); }
+
+  PlannerRow Row() {
+    for (auto* times : {&times_.plan, &times_.cpu, &times_.cold, &times_.warm}) {
+      std::sort(times->begin(), times->end());
+    }
+    PlannerRow row = row_;
+    row.plan_p50_ms = Quantile(times_.plan, 0.5);
+    row.plan_p99_ms = Quantile(times_.plan, 0.99);
+    row.plan_cpu_ms = Quantile(times_.cpu, 0.5);
+    row.solve_cold_us = 1e3 / kPoints * Quantile(times_.cold, 0.5);
+    row.solve_warm_us = 1e3 / kPoints * Quantile(times_.warm, 0.5);
+    return row;
+  }
+
+ private:
+  struct Times {
+    std::vector<double> plan, cpu, cold, warm;  // [ms]
+  };
+
+  void Pass(Times* times) {
+    const auto start = Clock::now();
+    const double t0 = ProcessorMs();
+    planner_.Plan(path_, options_, plan_);
+    const double t1 = ProcessorMs();
+    const std::chrono::duration<double, std::milli> wall = Clock::now() - start;
+    solver_.Solve(motions_, solutions_, false);
+    const double t2 = ProcessorMs();
+    solver_.Solve(near_, solutions_, true);
+    const double t3 = ProcessorMs();
+    if (times == nullptr) return;
+    times->plan.push_back(wall.count());
+    times->cpu.push_back(t1 - t0);
+    times->cold.push_back(t2 - t1);
+    times->warm.push_back(t3 - t2);
+  }
+
+  VehicleFile file_;
+  std::vector<PathPoint> path_;
+  SpeedOptions options_;
+  SpeedPlanner planner_;
+  Solver solver_;
+  std::vector<SpeedPoint> plan_;
+  std::vector<Motion> motions_, near_;
+  std::vector<Solution> solutions_;
+  PlannerRow row_;
+  Times times_;
+};
+
+}  // namespace
+
+std::vector<PlannerRow> MeasurePlanner(const PlannerOptions& options) {
+  std::vector<std::unique_ptr<PlanCell>> cells;
+  for (const Case& c : kCases) {
+    for (const char* path : {"straight", "curvy", "hilly", "mixed"}) {
+      cells.push_back(std::make_unique<PlanCell>(c, path));
+    }
+  }
+  for (int repetition = 0; repetition < options.repetitions; ++repetition) {
+    for (auto& cell : cells) cell->Run();
+  }
+  std::vector<PlannerRow> rows;
+  for (const auto& cell : cells) rows.push_back(cell->Row());
+  return rows;
+}
+
+}  // namespace grouser::bench

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace grouser::bench {
+
+struct PlannerOptions {
+  int repetitions = 100;  ///< plans of every row, interleaved
+};
+
+/// A vehicle along a path of 1,000 points, in this process on one thread.
+struct PlannerRow {
+  std::string vehicle, path;  ///< path: "straight", "curvy", "hilly", "mixed"
+  std::size_t points = 0, wheels = 0;
+  double plan_p50_ms = 0, plan_p99_ms = 0;  ///< wall clock
+  double plan_cpu_ms = 0;                   ///< processor time, median
+  /// One solve, amortised over those of all points with the speeds of the plan: from nothing, and
+  /// from the solutions at 1 % less speed. Processor time, medians.
+  double solve_cold_us = 0, solve_warm_us = 0;
+  long allocations = 0;      ///< of a plan and both solves
+  std::size_t not_held = 0;  ///< points at which the plan does not hold
+};
+
+/// Throws what ReadVehicle does, and std::runtime_error where the shipped files are not found.
+std::vector<PlannerRow> MeasurePlanner(const PlannerOptions& options);
+
+}  // namespace grouser::bench

@@ -1,0 +1,148 @@
+// grouser-vehicle from the command line: exit codes, tables, JSON, refusals.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace {
+
+const std::string kHusky = std::string(GROUSER_VEHICLES) + "/husky.vehicle.yaml";
+
+class VehicleCli : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("vehicle_cli_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string Read(const char* name) const {
+    std::stringstream text;
+    text << std::ifstream(folder_ / name).rdbuf();
+    return text.str();
+  }
+  /// Exit code; what was said is in `out_` and `error_`.
+  int Run(const std::string& arguments) {
+    const std::string in = folder_.string();
+    const int status = std::system(
+        (std::string(GROUSER_VEHICLE) + " " + arguments + " >" + in + "/out 2>" + in + "/error")
+            .c_str());
+    out_ = Read("out");
+    error_ = Read("error");
+    return WEXITSTATUS(status);
+  }
+  std::string Path(const std::string& text) const {
+    const std::string file = folder_ / "path.csv";
+    std::ofstream(file) << text;
+    return file;
+  }
+
+  std::filesystem::path folder_;
+  std::string out_, error_;
+};
+
+TEST_F(VehicleCli, SpeedSaysWhereThePlanDoesNotHold) {
+  std::string text = "s_m,curvature_per_m,bank_deg,soil\n";
+  for (int i = 0; i < 20; ++i) {
+    text += std::to_string(0.5 * i) + ",0," + (i > 9 && i < 13 ? "12" : "0") + ",ice\n";
+  }
+  const std::string call = "speed " + kHusky + " " + Path(text) + " --limit 1";
+  EXPECT_EQ(Run(call), 1);
+  EXPECT_NE(error_.find("does not hold at 3 of 20 points, at 3 of them at no speed; first at s = 5 "
+                        "m (LATERAL_GRIP)"),
+            std::string::npos)
+      << error_;
+  EXPECT_NE(out_.find("  NO  "), std::string::npos) << out_;
+  EXPECT_EQ(Run(call + " --json"), 1);
+  const auto plan = nlohmann::json::parse(out_);
+  for (std::size_t i = 0; i < 20; ++i) EXPECT_EQ(plan[i]["holds"], i < 10 || i > 12) << i;
+
+  EXPECT_EQ(
+      Run("speed " + kHusky + " " + Path("s_m,curvature_per_m\n0,0\n1,0\n2,0\n") + " --limit 0.8"),
+      0);
+  EXPECT_EQ(error_, "");
+  EXPECT_EQ(out_.find("NO"), std::string::npos) << out_;
+}
+
+TEST_F(VehicleCli, ClimbSaysTheSteepestGrades) {
+  ASSERT_EQ(Run("climb " + kHusky + " --json"), 0) << error_;
+  const auto all = nlohmann::json::parse(out_);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[2]["soil"], "ice");
+  EXPECT_EQ(all[2]["up_binding"], "TRACTION");
+  ASSERT_EQ(Run("climb " + kHusky + " --soil ice --worse-by-sd 0 --speed 0.3 --json"), 0);
+  const auto mean = nlohmann::json::parse(out_)[0];
+  for (const char* way : {"up_deg", "down_deg"}) {
+    EXPECT_NEAR(mean[way].get<double>(), std::atan(0.15) * 57.2958, 0.1) << way;
+  }
+  EXPECT_LT(all[2]["up_deg"], mean["up_deg"]);
+  ASSERT_EQ(Run("climb " + kHusky + " --soil ice"), 0);
+  EXPECT_NE(out_.find("ice "), std::string::npos) << out_;
+  EXPECT_EQ(Run("climb " + kHusky + " --tip-margin 0.999"), 1);
+  EXPECT_NE(out_.find("none"), std::string::npos) << out_;
+  EXPECT_EQ(Run("climb " + kHusky + " --soil icy"), 2);
+  EXPECT_NE(error_.find("such as ice"), std::string::npos) << error_;
+  EXPECT_EQ(Run("climb " + kHusky + " --tip-margin 2"), 2);
+  EXPECT_NE(error_.find("tip_margin"), std::string::npos) << error_;
+}
+
+TEST_F(VehicleCli, SolveSaysTheProbabilityToGo) {
+  const std::string call = "solve " + kHusky + " --soil floor --speed 0.3 --grade-deg ";
+  ASSERT_EQ(Run(call + "28 --json"), 0) << error_;
+  const auto go = nlohmann::json::parse(out_);
+  // Friction needed: tan 28 deg = 0.5317, by 0.854 of 0.08 less than the mean 0.6.
+  EXPECT_NEAR(go["go_probability_least"].get<double>(), 0.5 * std::erfc(-0.854 / std::sqrt(2.0)),
+              0.02);
+  EXPECT_EQ(go["go_probability_least"], go["go_probability_most"]);
+  EXPECT_EQ(Run(call + "60"), 1);
+  EXPECT_NE(out_.find("probability to go: 0.000"), std::string::npos) << out_;
+}
+
+TEST_F(VehicleCli, SpeedTakesPlaces) {
+  // A circle of radius 4 m to the right, and the same by length and curvature.
+  std::string places = "x_m,y_m\n", lengths = "s_m,curvature_per_m\n";
+  constexpr int kPoints = 40;
+  for (int i = 0; i < kPoints; ++i) {
+    const double turn = 0.1 * i;
+    places += std::to_string(4 * std::sin(turn)) + "," + std::to_string(4 * std::cos(turn)) + "\n";
+    lengths += std::to_string(4 * turn) + ",-0.25\n";
+  }
+  const auto plan = [&](const std::string& path) {
+    EXPECT_EQ(Run("speed " + kHusky + " " + Path(path) + " --limit 3 --json"), 0) << error_;
+    return nlohmann::json::parse(out_);
+  };
+  const auto by_place = plan(places), by_length = plan(lengths);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    EXPECT_NEAR(by_place[i]["curvature_per_m"], -0.25, 0.0025) << i;
+    EXPECT_EQ(by_length[i]["curvature_per_m"], -0.25) << i;
+    EXPECT_NEAR(by_place[i]["s_m"], by_length[i]["s_m"], 0.01 * 0.4 * (i + 1)) << i;
+    EXPECT_NEAR(by_place[i]["safe_m_per_s"], by_length[i]["safe_m_per_s"], 0.012) << i;
+  }
+}
+
+TEST_F(VehicleCli, RefusesPathsByLine) {
+  const auto refusal = [&](const std::string& path) {
+    EXPECT_EQ(Run("speed " + kHusky + " " + Path(path) + " --limit 3"), 2) << path;
+    return error_;
+  };
+  const auto expect = [&](const std::string& path, const std::string& what) {
+    EXPECT_NE(refusal(path).find(what), std::string::npos) << path << error_;
+  };
+  expect("x_m,y_m\n0,0\n1,0\n1,0\n2,0\n", "path.csv:4: x_m, y_m: got the place of the line before");
+  expect("x_m,y_m\n0,0\n1,0\n0,0\n", "path.csv:4: x_m, y_m: got a way straight back");
+  expect("x_m,y_m\n0,0\n1,nan\n", "path.csv:3: y_m: got 'nan'");
+  expect("x_m,y_m\n0,0\n", "fewer than two points");
+  expect("x_m\n0\n1\n", "path.csv:1: no column y_m");
+  expect("x_m,y_m,s_m\n0,0,0\n1,0,1\n", "path.csv:1: got places besides s_m");
+  expect("x_m,y_m,z_m\n0,0,0\n1,0,1\n", "path.csv:1: column z_m: expected s_m");
+  expect("x_m,y_m,x_m\n0,0,0\n1,0,1\n", "path.csv:1: column x_m");
+  expect("s_m,curvature_per_m\n0,0\n0,0\n", "path.csv:3: s_m");
+  expect("x_m,y_m\n0,0,1\n1,0\n", "path.csv:2: got 3 cells, expected 2");
+}
+
+}  // namespace
