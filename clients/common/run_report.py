@@ -2,9 +2,12 @@
 
 import html
 import math
+import os
 import shlex
 
 from html_page import table
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 def run_table(results):
@@ -21,9 +24,9 @@ def run_table(results):
                   "overlap p99/r", "energy residual/work", "reason"), rows)
 
 
-def command_list(program, results, command):
+def command_list(results, command):
+    """As typed in the top folder of the project."""
     lines = [shlex.join(command)]
-    for r in results.values():
-        lines.append(shlex.join([program, "run", r.plan.file, *r.plan.options(), "--out",
-                                 r.stem + ".run.h5"]))
+    lines += [shlex.join(["./grouser", "dem", "run", os.path.relpath(r.plan.file, ROOT), *r.plan.options(), "--out",
+                          r.plan.name + ".run.h5"]) for r in results.values()]
     return "<pre style='white-space:pre-wrap;font-size:12px'>" + html.escape("\n".join(lines)) + "</pre>"

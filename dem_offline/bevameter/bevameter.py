@@ -166,7 +166,7 @@ def report(arguments, bench, results, processes):
     write_atomically(os.path.join(arguments.out, "bevameter.json"), json.dumps(summary, indent=1) + "\n")
     write_atomically(os.path.join(arguments.out, "report.html"),
                      page.render(summary, bench, results, found, beside, curves,
-                                 ["./grouser", "bevameter", *sys.argv[1:]], os.path.join(arguments.bin, "grouser-dem")))
+                                 ["./grouser", "bevameter", *sys.argv[1:]]))
     print(page.markdown(summary, bench, found, beside))
     for run, overlap in summary["large_overlaps"].items():
         say(f"run {run}: {page.overlap_words(overlap)}")

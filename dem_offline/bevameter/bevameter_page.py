@@ -156,7 +156,7 @@ def overlap_words(overlap):
             f"{100 * OVERLAP:.0f} %: these grains are too soft for its pressure")
 
 
-def render(summary, bench, results, found, beside, cone, command, program):
+def render(summary, bench, results, found, beside, cone, command):
     lead = reading(f"Soil file {summary['soil_file']}, grains of {1e3 * summary['grain_diameter_m']:.3g} mm, beds: "
                    f"{summary['beds']}, engine {summary['engine_version']}. Friction of the tools: "
                    f"{summary['tool_friction']:g}. Parameters belong to this grain size.")
@@ -179,5 +179,5 @@ def render(summary, bench, results, found, beside, cone, command, program):
               section("Sizes", sizes(bench)), section("Runs", run_table(results),
                                                *(reading(f"{run}: {overlap_words(overlap)}.")
                                                  for run, overlap in summary["large_overlaps"].items())),
-              section("Commands", command_list(program, results, command))]
+              section("Commands", command_list(results, command))]
     return document(f"Virtual bevameter: {summary['soil']}", lead, "".join(parts))

@@ -42,7 +42,7 @@ def row_table(rows):
             + f"</tr>\n{body}</table></div>")
 
 
-def render(system, level, rows, results, command, program):
+def render(system, level, rows, results, command):
     """`system`: the module of a system, with TITLE and ABOUT, perhaps changed() and figures()."""
     failing = sum(r.passed is False for r in rows)
     held = sum(r.passed is True for r in rows)
@@ -57,5 +57,5 @@ def render(system, level, rows, results, command, program):
             parts.append(section(title, picture(figure, title), reading(text)))
     engines = sorted({r.numerics["engine_version"] for r in results.values()})
     parts.append(section("Runs", run_table(results), reading("Engine version " + ", ".join(engines) + ".")))
-    parts.append(section("Commands", command_list(program, results, command)))
+    parts.append(section("Commands", command_list(results, command)))
     return document(f"{system.TITLE}: reproduction", lead, "".join(parts))

@@ -110,7 +110,7 @@ def reproduce(name, module, arguments, processes):
     write_atomically(os.path.join(folder, "rows.md"), page.markdown(name, arguments.level, rows))
     command = ["./grouser", "reproduce", name, "--" + arguments.level]
     report = os.path.join(folder, "report.html")
-    write_atomically(report, page.render(module, arguments.level, rows, results, command, program))
+    write_atomically(report, page.render(module, arguments.level, rows, results, command))
     for row in rows:
         word = {True: "holds", False: "FAILS", None: "printed"}[row.passed]
         print(f"{name}: {word:8} {row.row}: {page.show(row.got)} (expected {page.show(row.expected)}; "
