@@ -136,19 +136,19 @@ int PlanSpeeds(Arguments a) {
   return kFailed;
 }
 
-int ClimbGrades(Arguments a) {
+int SteepestGrades(Arguments a) {
   const VehicleFile file = ReadVehicle(a.file);
   SpeedPlanner planner(file.vehicle, file.grounds, 1);
   a.plan.trained_only = !a.untrained;
-  std::vector<Climb> climbs;
+  std::vector<SoilGrades> soils;
   for (const std::string& soil : file.grounds.soils) {
     const std::uint8_t index = SoilIndex(file, a.soil.empty() ? soil : a.soil);
-    climbs.push_back(
+    soils.push_back(
         {file.grounds.soils[index], planner.Grades(a.speed.value_or(0), index, a.plan)});
     if (!a.soil.empty()) break;
   }
-  std::cout << (a.json ? JsonOf(climbs) : TextOf(climbs));
-  const bool level = std::all_of(climbs.begin(), climbs.end(), [](const Climb& c) {
+  std::cout << (a.json ? JsonOf(soils) : TextOf(soils));
+  const bool level = std::all_of(soils.begin(), soils.end(), [](const SoilGrades& c) {
     return c.grades.any && c.grades.down_rad <= 0 && c.grades.up_rad >= 0;
   });
   return level ? kOk : kFailed;
@@ -169,7 +169,7 @@ void AddLimits(CLI::App* app, Arguments* a) {
   app->add_flag("--json", a->json, "JSON on stdout");
 }
 
-void AddClimb(CLI::App* app, Arguments* a) {
+void AddGrades(CLI::App* app, Arguments* a) {
   app->add_option("file", a->file, "Vehicle file")->required();
   app->add_option("--soil", a->soil, "Soil of all wheels; default: each of the file");
   app->add_option("--speed", a->speed, "Forward [m/s]; default: creeping");
@@ -218,8 +218,8 @@ int main(int argc, char** argv) {
   show->add_option("file", a.file, "Vehicle file")->required();
   auto* solve = app.add_subcommand("solve", "One steady motion");
   AddSolve(solve, &a);
-  auto* climb = app.add_subcommand("climb", "Steepest grades up and down, straight, on each soil");
-  AddClimb(climb, &a);
+  auto* grades = app.add_subcommand("climb", "Steepest grades up and down, straight, on each soil");
+  AddGrades(grades, &a);
   auto* energy = app.add_subcommand("energy", "Power of one steady motion, and where it goes");
   AddSolve(energy, &a);
   auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(ReadVehicle(a.file));
-    if (*climb) return ClimbGrades(a);
+    if (*grades) return SteepestGrades(a);
     if (*energy) return Energy(a);
     if (*speed) return PlanSpeeds(a);
     if (*constants) return Constants(a);

@@ -26,7 +26,7 @@ const std::vector<std::string> kColumns = {"s_m",       "curvature_per_m", "x_m"
 constexpr std::ptrdiff_t kFirstAngle = 4, kSoil = 6;  // in kColumns
 
 /// A point as it stands in the file.
-struct Row {
+struct Line {
   PathPoint point;
   double x_m = 0, y_m = 0;
   std::string at;  ///< "FILE:LINE: "
@@ -67,15 +67,15 @@ double NumberOf(const std::string& at, const std::string& column, const std::str
   return value;
 }
 
-Row RowOf(const std::string& at, const std::vector<std::string>& columns,
-          const std::vector<std::string>& cells, const Grounds& grounds) {
+Line LineOf(const std::string& at, const std::vector<std::string>& columns,
+            const std::vector<std::string>& cells, const Grounds& grounds) {
   if (cells.size() != columns.size()) {
     throw yaml::InputError(at + "got " + std::to_string(cells.size()) + " cells, expected " +
                            std::to_string(columns.size()));
   }
-  Row row;
-  row.at = at;
-  PathPoint& p = row.point;
+  Line line;
+  line.at = at;
+  PathPoint& p = line.point;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const auto which = std::find(kColumns.begin(), kColumns.end(), columns[c]) - kColumns.begin();
     if (which == kSoil) {
@@ -90,16 +90,16 @@ Row RowOf(const std::string& at, const std::vector<std::string>& columns,
     }
     double value = NumberOf(at, columns[c], cells[c]);
     if (which >= kFirstAngle) value *= std::numbers::pi / 180;
-    double* const to[] = {&p.s_m,   &p.curvature_per_m, &row.x_m,
-                          &row.y_m, &p.grade_rad,       &p.bank_rad};
+    double* const to[] = {&p.s_m,    &p.curvature_per_m, &line.x_m,
+                          &line.y_m, &p.grade_rad,       &p.bank_rad};
     *to[which] = value;
   }
-  return row;
+  return line;
 }
 
 // Length and curvature from places: 2 sin(turn)/chord of the circle through three points.
-void Measure(std::vector<Row>* rows) {
-  auto& r = *rows;
+void Measure(std::vector<Line>* lines) {
+  auto& r = *lines;
   for (std::size_t i = 1; i < r.size(); ++i) {
     const double way = std::hypot(r[i].x_m - r[i - 1].x_m, r[i].y_m - r[i - 1].y_m);
     r[i].point.s_m = r[i - 1].point.s_m + way;
@@ -127,7 +127,7 @@ void Measure(std::vector<Row>* rows) {
 std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds) {
   std::istringstream in(yaml::ReadYamlText(file));
   std::vector<std::string> columns;
-  std::vector<Row> rows;
+  std::vector<Line> lines;
   bool places = false;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
@@ -140,18 +140,18 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
       columns = cells;
       continue;
     }
-    rows.push_back(RowOf(at, columns, cells, grounds));
-    const auto last = rows.end() - 1;
-    if (!places && rows.size() > 1 && !(last->point.s_m > (last - 1)->point.s_m)) {
+    lines.push_back(LineOf(at, columns, cells, grounds));
+    const auto last = lines.end() - 1;
+    if (!places && lines.size() > 1 && !(last->point.s_m > (last - 1)->point.s_m)) {
       throw yaml::InputError(at + "s_m: expected more than in the line before");
     }
   }
-  if (rows.size() < 2) {
+  if (lines.size() < 2) {
     throw yaml::InputError(file + ": got fewer than two points, expected a path");
   }
-  if (places) Measure(&rows);
+  if (places) Measure(&lines);
   std::vector<PathPoint> path;
-  for (const Row& row : rows) path.push_back(row.point);
+  for (const Line& line : lines) path.push_back(line.point);
   return path;
 }
 

@@ -200,10 +200,10 @@ std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> 
   return out.dump(1) + "\n";
 }
 
-std::string TextOf(std::span<const Climb> climbs) {
+std::string TextOf(std::span<const SoilGrades> soils) {
   std::string out = fmt::format("{:16} {:>8}  {:15} {:>8}  {:15}\n", "soil", "up deg", "beyond it",
                                 "down deg", "beyond it");
-  for (const Climb& c : climbs) {
+  for (const SoilGrades& c : soils) {
     const GradeRange& g = c.grades;
     if (g.any) {
       out += fmt::format("{:16} {:8.2f}  {:15} {:8.2f}  {:15}\n", c.soil, g.up_rad * kDegrees,
@@ -216,9 +216,9 @@ std::string TextOf(std::span<const Climb> climbs) {
   return out;
 }
 
-std::string JsonOf(std::span<const Climb> climbs) {
+std::string JsonOf(std::span<const SoilGrades> soils) {
   Json out = Json::array();
-  for (const Climb& c : climbs) {
+  for (const SoilGrades& c : soils) {
     const GradeRange& g = c.grades;
     const auto degrees = [&](double grade) { return g.any ? Json(grade * kDegrees) : Json(); };
     out.push_back({{"soil", c.soil},

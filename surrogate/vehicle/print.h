@@ -9,7 +9,7 @@
 namespace grouser::vehicle {
 
 /// Grades of one soil.
-struct Climb {
+struct SoilGrades {
   std::string soil;
   GradeRange grades;
 };
@@ -19,11 +19,11 @@ std::string TextOf(const VehicleFile& file);
 std::string TextOf(const VehicleFile& file, const Solution& solution, const GoProbability& go);
 std::string TextOf(const VehicleFile& file, const PowerInterval& power);
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
-std::string TextOf(std::span<const Climb> climbs);
+std::string TextOf(std::span<const SoilGrades> soils);
 /// For programs; NaN as null.
 std::string JsonOf(const VehicleFile& file, const Solution& solution, const GoProbability& go);
 std::string JsonOf(const VehicleFile& file, const PowerInterval& power);
 std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
-std::string JsonOf(std::span<const Climb> climbs);
+std::string JsonOf(std::span<const SoilGrades> soils);
 
 }  // namespace grouser::vehicle

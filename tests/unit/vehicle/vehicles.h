@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "surrogate/models/hard_ground.h"
-#include "surrogate/vehicle/solver.h"
+#include "surrogate/vehicle/speed_plan.h"
 
 /// Vehicles and grounds of the tests.
 namespace grouser::vehicle::testing {
@@ -104,6 +104,18 @@ struct OnHard {
 
   std::vector<std::unique_ptr<surrogate::WheelModel>> models;
   std::unique_ptr<Solver> solver;
+};
+
+/// A planner on hard grounds.
+struct Planning {
+  Planning(const Vehicle& v, const std::vector<surrogate::HardGround>& grounds) : on(v, grounds) {
+    for (std::size_t s = 0; s < grounds.size(); ++s) table.soils.push_back(std::to_string(s));
+    for (const auto& model : on.models) table.models.push_back(model.get());
+    planner = std::make_unique<SpeedPlanner>(v, table, 500);
+  }
+  OnHard on;
+  Grounds table;
+  std::unique_ptr<SpeedPlanner> planner;
 };
 
 }  // namespace grouser::vehicle::testing
