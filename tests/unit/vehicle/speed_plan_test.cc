@@ -98,8 +98,8 @@ bool Stands(Planning* p, const PathPoint& at, const SpeedPoint& plan, double wor
   return s.balanced && (s.reasons & kLimits) == 0;
 }
 
-// Patches of ice, as short as a point, in curves and on slopes: what rounds of slowing by 4 % did
-// not come to the end of.
+// Patches of ice, as short as a point, in curves and on slopes: shorter than the distance of the
+// points whose acceleration is searched.
 TEST(SpeedPlan, SlowsDownUntilItHoldsOnPatchesOfIce) {
   Planning p(Skid(), {Asphalt(), WithFriction(0.15)});
   std::vector<PathPoint> path(300);
