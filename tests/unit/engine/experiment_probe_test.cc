@@ -310,8 +310,10 @@ void ExpectWeightCarried(Experiment e) {
   double above = 0, sum = 0, moment = 0;
   for (int k = 5; k >= 0; --k) {
     above += 0.5 * solid[k] * layer;
-    if (k < 3) EXPECT_NEAR(zz[k], above, 0.04 * above) << k;  // layers under the surface
-    if (k < 3) EXPECT_LT(std::abs(xz[k]), 0.1 * above) << k;
+    if (k < 3) {  // layers under the surface
+      EXPECT_NEAR(zz[k], above, 0.04 * above) << k;
+      EXPECT_LT(std::abs(xz[k]), 0.1 * above) << k;
+    }
     above += 0.5 * solid[k] * layer;
     sum += zz[k];
     moment += solid[k] * layer * (k + 0.5);

@@ -167,7 +167,8 @@ TEST(LawsPerPair, OneFileHoldsASpringAndHertz) {
   const auto x = mixed.Column("x_m", "grains"), v_z = mixed.Column("v_z_m_per_s", "grains");
   ASSERT_EQ(x.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
-    if (x[k] < 0.8) EXPECT_NEAR(v_z[k] / 0.5, 0.7, x[k] < 0.5 ? 1e-3 : 5e-3) << x[k];
+    if (x[k] >= 0.8) continue;
+    EXPECT_NEAR(v_z[k] / 0.5, 0.7, x[k] < 0.5 ? 1e-3 : 5e-3) << x[k];
   }
 }
 

@@ -92,7 +92,7 @@ TEST(ListModels, RefusesWhatNoPageGave) {
   ListModelsRequest request;
   ListModelsResponse response;
   const std::string digest(64, 'd');
-  for (const std::string bad :
+  for (const std::string& bad :
        {std::string("page 2"), std::string("@sha256:"), std::string("m0000@sha256:dddddddddddd"),
         "m0000@sha256:" + digest + "d", "m0000@sha256:x" + digest.substr(1),
         std::string(100'000, 'x')}) {
