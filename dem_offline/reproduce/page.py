@@ -2,6 +2,8 @@
 
 import html
 import math
+import os
+import re
 
 from html_page import document, picture, reading, section
 from run_report import command_list, run_table
@@ -42,13 +44,24 @@ def row_table(rows):
             + f"</tr>\n{body}</table></div>")
 
 
+def known(system):
+    """What is known of the rows that fail: known.md beside the system, as a section; empty without one."""
+    path = os.path.join(os.path.dirname(system.__file__), "known.md")
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as file:
+        text = html.escape(file.read())
+    paragraphs = re.sub(r"`([^`]*)`", r"<code>\1</code>", text).split("\n\n")
+    return [section("What is known of the coarse form", "".join(f"<p>{one}</p>" for one in paragraphs))]
+
+
 def render(system, level, rows, results, command):
     """`system`: the module of a system, with TITLE and ABOUT, perhaps changed() and figures()."""
     failing = sum(r.passed is False for r in rows)
     held = sum(r.passed is True for r in rows)
     lead = reading(f"Level {level}: {held} rows hold, {failing} fail, "
                    f"{sum(r.passed is None for r in rows)} are printed only.") + reading(system.ABOUT)
-    parts = [section("Rows", row_table(rows))]
+    parts = [section("Rows", row_table(rows)), *known(system)]
     if hasattr(system, "changed"):
         items = "".join(f"<li>{html.escape(text)}</li>" for text in system.changed(level))
         parts.append(section("Changed against the paper", f"<ul>{items}</ul>"))
