@@ -26,6 +26,22 @@ def raise_on_signals():
         signal.signal(number, handler)
 
 
+def exit_code_of(work, bad_input, say):
+    """What a driver ends with: 0 or 1 as work() is true or not, 2 for the exception of bad input,
+    1 for a program that failed, 128 and its number after a signal; errors are said."""
+    try:
+        return 0 if work() else 1
+    except bad_input as error:
+        say(str(error))
+        return 2
+    except (ProgramFailed, OSError) as error:
+        say(f"FAILED: {error}")
+        return 1
+    except Interrupted as stop:
+        say(f"ended by {stop}; the same command goes on from here")
+        return 128 + stop.number
+
+
 class Processes:
     """Starts programs and ends them. A child also gets SIGTERM from the kernel
     when this process dies (setpriv --pdeathsig), so that not even kill -9
@@ -36,6 +52,12 @@ class Processes:
         self._log_folder = log_folder
         self._inherited = inherited
         self._running = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop_all()
 
     def start(self, name, argv, stdout=subprocess.DEVNULL, show=False):
         """Starts a program; its stderr goes to logs/NAME.log, or where ours goes."""
@@ -79,12 +101,14 @@ class Processes:
 
     def stop_all(self):
         """Ends everything; signals that come meanwhile are ignored."""
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)
+        before = {number: signal.signal(number, signal.SIG_IGN)
+                  for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
         for child in self._running:
             self._signal_group(child, signal.SIGTERM)
         for child in list(self._running):
             self.stop(child)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
     def log_path(self, name):
         return os.path.join(self._log_folder, name + ".log")

@@ -38,8 +38,7 @@ import html_page  # noqa: E402
 import measured as measurement  # noqa: E402
 from experiment_runs import Execution, Refused, lock_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
-from processes import (Interrupted, Processes, ProgramFailed, raise_on_signals,  # noqa: E402
-                       write_atomically)
+from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 
@@ -176,37 +175,22 @@ def report(arguments, bench, results, processes):
     return not summary["failed"]
 
 
-def main():
-    raise_on_signals()
-    processes = None
-    try:
-        arguments = parse_arguments()
-        soil = GrainSoil(arguments.soil)
-        bench = benches.Bench(soil, benches.choose(arguments.tests, soil), arguments.beds, arguments.quick,
-                              arguments.tool_friction, arguments.depth)
-        arguments.beside = [os.path.abspath(path) for path in arguments.beside]
-        os.chdir(ROOT)  # where the table of published soils is looked for
-        lock = lock_of(arguments.out)
-        logs = os.path.join(arguments.out, "logs")
-        os.makedirs(logs, exist_ok=True)
-        processes = Processes(logs, inherited=[lock.fileno()])
+def work():
+    arguments = parse_arguments()
+    soil = GrainSoil(arguments.soil)
+    bench = benches.Bench(soil, benches.choose(arguments.tests, soil), arguments.beds, arguments.quick,
+                          arguments.tool_friction, arguments.depth)
+    arguments.beside = [os.path.abspath(path) for path in arguments.beside]
+    os.chdir(ROOT)  # where the table of published soils is looked for
+    lock = lock_of(arguments.out)
+    logs = os.path.join(arguments.out, "logs")
+    os.makedirs(logs, exist_ok=True)
+    with Processes(logs, inherited=[lock.fileno()]) as processes:
         program = os.path.join(arguments.bin, "grouser-dem")
         execution = Execution(arguments.out, program, arguments.jobs, processes, say)
-        results = run_all(bench, execution, program)
-        return 0 if report(arguments, bench, results, processes) else 1
-    except Refused as error:
-        say(str(error))
-        return 2
-    except (ProgramFailed, OSError) as error:
-        say(f"FAILED: {error}")
-        return 1
-    except Interrupted as stop:
-        say("stopped; the same command goes on from here")
-        return 128 + stop.number
-    finally:
-        if processes:
-            processes.stop_all()
+        return report(arguments, bench, run_all(bench, execution, program), processes)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    raise_on_signals()
+    sys.exit(exit_code_of(work, Refused, say))

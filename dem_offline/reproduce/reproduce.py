@@ -32,8 +32,7 @@ matplotlib.use("Agg")
 import html_page  # noqa: E402
 import page  # noqa: E402
 from experiment_runs import Execution, Plan, Refused, lock_of  # noqa: E402
-from processes import (Interrupted, Processes, ProgramFailed, raise_on_signals,  # noqa: E402
-                       write_atomically)
+from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 SYSTEMS = ("shin2020", "atv", "mccarthy2010", "ono", "hpt")
@@ -119,39 +118,24 @@ def reproduce(name, module, arguments, processes):
     return all(row.passed is not False for row in rows) and all(r.done for r in results.values())
 
 
-def main():
+def work():
+    """Whether all systems are there and every row holds."""
     arguments = parse_arguments()
     arguments.out = os.path.abspath(arguments.out)
     arguments.systems = os.path.abspath(arguments.systems)
-    raise_on_signals()
-    processes, code = None, 0
-    try:
-        modules, missing = choose(arguments)
-        lock = lock_of(arguments.out)
-        for name in missing:
-            say(f"{name}: not there yet")
-            code = 1
-        for name, module in modules.items():
-            logs = os.path.join(arguments.out, name, "logs")
-            os.makedirs(logs, exist_ok=True)
-            processes = Processes(logs, inherited=[lock.fileno()])
-            if not reproduce(name, module, arguments, processes):
-                code = 1
-        lock.close()
-    except Refused as error:
-        say(str(error))
-        code = 2
-    except Interrupted as signal_:
-        say(f"ended by {signal_}")
-        code = 128 + signal_.number
-    except (ProgramFailed, OSError) as error:
-        say(f"FAILED: {error}")
-        code = 1
-    finally:
-        if processes:
-            processes.stop_all()
-    return code
+    modules, missing = choose(arguments)
+    lock = lock_of(arguments.out)
+    for name in missing:
+        say(f"{name}: not there yet")
+    good = not missing
+    for name, module in modules.items():
+        logs = os.path.join(arguments.out, name, "logs")
+        os.makedirs(logs, exist_ok=True)
+        with Processes(logs, inherited=[lock.fileno()]) as processes:
+            good &= reproduce(name, module, arguments, processes)
+    return good
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    raise_on_signals()
+    sys.exit(exit_code_of(work, Refused, say))

@@ -40,7 +40,7 @@ matplotlib.use("Agg")
 import html_page  # noqa: E402
 import measured_table as measured  # noqa: E402
 import validate_page as page  # noqa: E402
-from processes import Interrupted, Processes, ProgramFailed, raise_on_signals, write_atomically  # noqa: E402
+from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 FAILED = "RUN_STATUS_FAILED"
@@ -230,28 +230,15 @@ def validate(arguments, processes):
     return all(one["dem"]["outputs"] for one in compared)
 
 
-def main():
-    raise_on_signals()
-    processes = None
-    try:
-        arguments = parse_arguments()
-        arguments.out = os.path.abspath(arguments.out)
-        os.makedirs(os.path.join(arguments.out, "logs"), exist_ok=True)
-        processes = Processes(os.path.join(arguments.out, "logs"))
-        return 0 if validate(arguments, processes) else 1
-    except measured.TableError as error:
-        say(str(error))
-        return 2
-    except ProgramFailed as error:
-        say(str(error))
-        return 1
-    except Interrupted as stop:
-        say("stopped; the same command goes on from here")
-        return 128 + stop.number
-    finally:
-        if processes:
-            processes.stop_all()
+def work():
+    arguments = parse_arguments()
+    arguments.out = os.path.abspath(arguments.out)
+    logs = os.path.join(arguments.out, "logs")
+    os.makedirs(logs, exist_ok=True)
+    with Processes(logs) as processes:
+        return validate(arguments, processes)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    raise_on_signals()
+    sys.exit(exit_code_of(work, measured.TableError, say))
