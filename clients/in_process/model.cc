@@ -33,8 +33,7 @@ static_assert(SameBit(kInvalid, surrogate::kInvalid) && SameBit(kClamped, surrog
               SameBit(kVirginAssumed, surrogate::kVirginAssumed) &&
               SameBit(kFormUnknown, surrogate::kFormUnknown) &&
               SameBit(kToleranceUnmet, surrogate::kToleranceUnmet) &&
-              SameBit(kAirborne, surrogate::kAirborne) &&
-              SameBit(kUntuned, surrogate::kUntuned) &&
+              SameBit(kAirborne, surrogate::kAirborne) && SameBit(kUntuned, surrogate::kUntuned) &&
               SameBit(kUntuned, std::end(surrogate::kFlagFields)[-1].flag));
 
 // Spans of length 1 into `answer`.

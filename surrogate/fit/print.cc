@@ -44,8 +44,9 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
       "Froude number to {:.2g}\n",
       m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
       m.soil().name(),
-      m.untuned() ? "none, UNTUNED (" + m.provenance().reason() + ")" : RunsText(m), d.slip_min(), d.slip_max(),
-      d.attack_angle_max_rad() * kDegPerRad, d.load_min_n(), d.load_max_n(), d.froude_max());
+      m.untuned() ? "none, UNTUNED (" + m.provenance().reason() + ")" : RunsText(m), d.slip_min(),
+      d.slip_max(), d.attack_angle_max_rad() * kDegPerRad, d.load_min_n(), d.load_max_n(),
+      d.froude_max());
   text += fmt::format("\n{:<10}{:>12}{:>12}{:>12}{:>10}{:>10}{:>12}\n", "output", "sd_fit in",
                       "growth", "sd_patch", "bulldozing", "factor", "sd_form");
   for (int o = 0; o < kOutputs; ++o) {

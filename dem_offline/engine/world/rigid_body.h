@@ -118,8 +118,9 @@ GROUSER_HD void BookWork(const RigidBody& b, double dt_s, const Wrench& before, 
   if (b.motion == BodyMotion::kPrescribed) {
     Wrench f = t->wrench;
     f.Add(before);
-    t->work_j -= 0.5 * dt_s *
-                 (f.fx * v[0] + f.fy * v[1] + f.fz * v[2] + f.tx * o[0] + f.ty * o[1] + f.tz * o[2]);
+    t->work_j -=
+        0.5 * dt_s *
+        (f.fx * v[0] + f.fy * v[1] + f.fz * v[2] + f.tx * o[0] + f.ty * o[1] + f.tz * o[2]);
   } else if (b.motion == BodyMotion::kFree) {
     t->work_j += dt_s * (DotD(b.outer_force_n, v) + DotD(b.outer_moment_n_m, o));
   }
