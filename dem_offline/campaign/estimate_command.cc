@@ -1,6 +1,7 @@
 // What a campaign takes, and one that fits a budget.
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -55,14 +56,14 @@ int Design(const Arguments& arguments, const StopSignals& signals) {
   std::filesystem::create_directories(arguments.out);
   const std::string stem = arguments.out + "/" + proposal.name;
   const std::string campaign_file = stem + ".campaign.yaml";
-  for (const auto& [path, text] : {std::pair{stem + ".soil.yaml", proposal.soil},
-                                   std::pair{stem + ".scene.yaml", proposal.scene},
-                                   std::pair{campaign_file, proposal.campaign}}) {
-    if (std::filesystem::exists(path)) {
-      throw InputError(path + ": stands there, expected another --out or --name");
-    }
-    records::WriteFileDurably(path, text);
+  const std::array files = {std::pair{stem + ".soil.yaml", proposal.soil},
+                            std::pair{stem + ".scene.yaml", proposal.scene},
+                            std::pair{campaign_file, proposal.campaign}};
+  for (const auto& [path, text] : files) {
+    if (!std::filesystem::exists(path)) continue;
+    throw InputError(path + ": stands there, expected another --out or --name");
   }
+  for (const auto& [path, text] : files) records::WriteFileDurably(path, text);
   const v1alpha1::Campaign campaign = LoadCampaign(campaign_file, backend.engine_version);
   for (const std::string& note : proposal.notes) fmt::print("note         {}\n", note);
   fmt::print("mean grain   {:.3g} mm\n", 1e3 * proposal.diameter_m);
