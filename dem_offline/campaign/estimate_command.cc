@@ -1,7 +1,6 @@
 // What a campaign takes, and one that fits a budget.
 #include <fmt/format.h>
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -47,6 +46,13 @@ int Estimate(const Arguments& arguments, const StopSignals& signals) {
 
 int Design(const Arguments& arguments, const StopSignals& signals) {
   const Backend backend = EngineBackend("cpu", arguments.limits);
+  const std::string stem = arguments.out + "/" + NameOf(arguments.request);
+  const std::string soil_file = stem + ".soil.yaml", scene_file = stem + ".scene.yaml",
+                    campaign_file = stem + ".campaign.yaml";
+  for (const std::string& path : {soil_file, scene_file, campaign_file}) {
+    if (!std::filesystem::exists(path)) continue;
+    throw InputError(path + ": stands there, expected another --out or --name");
+  }
   Pace pace;
   const Proposal proposal = Propose(arguments.request, [&](const v1alpha1::WheelTestSpec& spec) {
     PutText(stderr, "measuring the speed of this machine\n");
@@ -54,16 +60,9 @@ int Design(const Arguments& arguments, const StopSignals& signals) {
     return pace;
   });
   std::filesystem::create_directories(arguments.out);
-  const std::string stem = arguments.out + "/" + proposal.name;
-  const std::string campaign_file = stem + ".campaign.yaml";
-  const std::array files = {std::pair{stem + ".soil.yaml", proposal.soil},
-                            std::pair{stem + ".scene.yaml", proposal.scene},
-                            std::pair{campaign_file, proposal.campaign}};
-  for (const auto& [path, text] : files) {
-    if (!std::filesystem::exists(path)) continue;
-    throw InputError(path + ": stands there, expected another --out or --name");
-  }
-  for (const auto& [path, text] : files) records::WriteFileDurably(path, text);
+  records::WriteFileDurably(soil_file, proposal.soil);
+  records::WriteFileDurably(scene_file, proposal.scene);
+  records::WriteFileDurably(campaign_file, proposal.campaign);
   const v1alpha1::Campaign campaign = LoadCampaign(campaign_file, backend.engine_version);
   for (const std::string& note : proposal.notes) fmt::print("note         {}\n", note);
   fmt::print("mean grain   {:.3g} mm\n", 1e3 * proposal.diameter_m);

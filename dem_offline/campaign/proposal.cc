@@ -159,6 +159,12 @@ v1alpha1::Scene ReadProposed(const std::string& text, const std::string& soil) {
 
 }  // namespace
 
+std::string NameOf(const ProposalRequest& request) {
+  if (!request.name.empty()) return request.name;
+  return records::LoadWheel(request.wheel_file).name() + "-" +
+         ReadSoil(YamlSection::Load(request.soil_file)).name();
+}
+
 Proposal Propose(const ProposalRequest& request,
                  const std::function<Pace(const v1alpha1::WheelTestSpec&)>& measure) {
   if (!(request.load_n[0] > 0 && request.load_n[1] >= request.load_n[0])) {
@@ -168,7 +174,7 @@ Proposal Propose(const ProposalRequest& request,
   v1alpha1::Wheel wheel = records::LoadWheel(request.wheel_file);
   const v1alpha1::Soil soil = ReadSoil(YamlSection::Load(request.soil_file));
   Proposal out;
-  out.name = request.name.empty() ? wheel.name() + "-" + soil.name() : request.name;
+  out.name = NameOf(request);
   TakeContact(soil, &wheel, &out.notes);
   v1alpha1::WheelTestSpec spec;
   *spec.mutable_soil() = soil;

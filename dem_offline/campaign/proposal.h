@@ -19,6 +19,9 @@ struct ProposalRequest {
   int cores = 1;
 };
 
+/// As the request has it, or of wheel and soil.
+std::string NameOf(const ProposalRequest& request);
+
 /// Files of a campaign folder, and what is to be known of them.
 struct Proposal {
   std::string name, soil, scene, campaign;  ///< texts of NAME.soil.yaml, ...

@@ -1,0 +1,39 @@
+// `grouser-dem campaign estimate` and `design` from the command line.
+#include <gmock/gmock.h>
+
+#include "tests/unit/campaign/dem_cli.h"
+
+namespace grouser::campaign {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+using CampaignCli = DemCli;
+
+TEST_F(CampaignCli, EstimateSaysWhatACampaignTakes) {
+  ASSERT_EQ(Run("campaign estimate " GROUSER_CAMPAIGNS "/smoke.campaign.yaml --seconds 0.2"), 0)
+      << said_;
+  EXPECT_THAT(said_, AllOf(HasSubstr("campaign     smoke"), HasSubstr("1 of them held out"),
+                           HasSubstr("grain-steps/s, a tile in"), HasSubstr("at most")));
+  EXPECT_EQ(Run("campaign estimate " + In("none.campaign.yaml")), 2);
+}
+
+TEST_F(CampaignCli, DesignRefusesBeforeItMeasures) {
+  Write("wheel.yaml", "radius_m: 0.06\nwidth_m: 0.06\n");
+  const std::string asked = "campaign design --wheel " + In("wheel.yaml") +
+                            " --soil " GROUSER_CAMPAIGNS "/cmu_loose.soil.yaml --out " + In("out");
+  EXPECT_EQ(Run(asked + " --load 1 3 --budget 2"), 2);  // hours, minutes?
+  EXPECT_THAT(said_, HasSubstr("--budget"));
+  EXPECT_EQ(Run(asked + " --load 3 1 --budget 2h"), 2);
+  EXPECT_THAT(said_, HasSubstr("load: got 3 to 1 N, expected a range above 0"));
+  std::filesystem::create_directories(In("out"));
+  Write("out/wheel-cmu-dry-sand-loose-8mm.campaign.yaml", "mine");
+  EXPECT_EQ(Run(asked + " --load 1 3 --budget 2h"), 2);
+  EXPECT_THAT(said_, HasSubstr(".campaign.yaml: stands there, expected another --out or --name"));
+  EXPECT_EQ(Read("out/wheel-cmu-dry-sand-loose-8mm.campaign.yaml"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(In("out/wheel-cmu-dry-sand-loose-8mm.soil.yaml")));
+}
+
+}  // namespace
+}  // namespace grouser::campaign
