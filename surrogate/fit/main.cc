@@ -16,6 +16,7 @@
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
+#include "surrogate/fit/hard_model.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/fit/migrate.h"
 #include "surrogate/fit/plausible.h"
@@ -26,6 +27,7 @@
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/soils/hard_table.h"
 #include "surrogate/soils/soil_library.h"
 
 namespace {
@@ -39,9 +41,10 @@ struct Arguments {
   std::vector<std::string> run_dirs, files;
   std::string name, out, measured, base, run, candidate, model, kind = "hybrid", reason,
                                                                 role = "test";
-  std::string wheel, soil;
+  std::string wheel, soil, ground;
   double slip = 0, angle_deg = 0, load = 0, speed = 0, gravity = 9.81;
   std::optional<double> load_min, load_max;
+  std::array<std::optional<double>, 8> hard;  // by HardGroundFields
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
   bool json = false, accept_unusual = false;
@@ -78,15 +81,18 @@ void LogNotes(const std::vector<std::string>& notes) {
   if (notes.size() > kShown) Say(fmt::format("and {} more such", notes.size() - kShown));
 }
 
-int FitAndWrite(FitRequest request, const Arguments& a) {
-  LogNotes(request.set.notes);
-  request.progress = Say;
-  request.command = a.command;
-  const v1alpha1::Model model = FitModel(request);
+int Write(const Arguments& a, const v1alpha1::Model& model) {
   const std::string digest = WriteUninterrupted(a.out, model);
   Say("wrote " + a.out);
   Print(a.json ? ModelJson(model, digest) : ModelText(model, digest));
   return kOk;
+}
+
+int FitAndWrite(FitRequest request, const Arguments& a) {
+  LogNotes(request.set.notes);
+  request.progress = Say;
+  request.command = a.command;
+  return Write(a, FitModel(request));
 }
 
 TrainingSet ReadAll(const std::vector<std::string>& paths) {
@@ -141,9 +147,9 @@ int Weigh(const Arguments& a) {
 }
 
 // "My rover", "LETE sand" -> "my-rover-lete-sand".
-std::string NameOf(const v1alpha1::Wheel& wheel, const Soil& soil) {
+std::string NameOf(const v1alpha1::Wheel& wheel, const std::string& soil) {
   std::string name;
-  for (const char c : wheel.name() + " " + soil.name) {
+  for (const char c : wheel.name() + " " + soil) {
     const bool kept = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_';
     if (kept) name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     if (!kept && !name.empty() && name.back() != '-') name += '-';
@@ -152,7 +158,62 @@ std::string NameOf(const v1alpha1::Wheel& wheel, const Soil& soil) {
   return name.substr(0, 100);
 }
 
+// "friction_sd" -> "--friction-sd".
+std::string OptionOf(const HardGroundField& field) {
+  std::string name = std::string("--") + field.name;
+  for (char& c : name) c = c == '_' ? '-' : c;
+  if (name.ends_with("-m")) name.resize(name.size() - 2);
+  return name;
+}
+
+// A published ground, of which numbers may be given otherwise, or one by numbers alone.
+HardModelRequest HardRequest(const Arguments& a) {
+  HardModelRequest request{a.name,   a.ground,  "",         records::LoadWheel(a.wheel),
+                           {},       a.gravity, a.load_min, a.load_max,
+                           a.command};
+  SetUsualContact(request.wheel.radius_m(), request.wheel.width_m(), &request.parameters);
+  if (!a.ground.empty()) {
+    const auto grounds = PublishedHardGrounds();
+    const PublishedHardGround& found = FindHardGround(grounds, a.ground);
+    const HardGround patch = request.parameters;
+    request.ground = found.name;
+    request.source = found.source;
+    request.parameters = found.ground;
+    request.parameters.contact_length_m = patch.contact_length_m;
+    request.parameters.contact_width_m = patch.contact_width_m;
+  }
+  std::string given;
+  const auto fields = HardGroundFields();
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string option = OptionOf(fields[i]);
+    if (a.hard[i]) {
+      request.parameters.*fields[i].member = *a.hard[i];
+      given += (given.empty() ? "" : ", ") + option.substr(2);
+    } else if (a.ground.empty() && fields[i].required && !option.starts_with("--contact")) {
+      throw CLI::RequiredError(option + " (or --ground)");
+    }
+  }
+  if (a.ground.empty()) request.ground = "hard ground";
+  if (!given.empty()) {
+    request.source += (request.source.empty() ? "" : "; ") + ("as given: " + given);
+  }
+  return request;
+}
+
+int MakeHard(const Arguments& a) {
+  HardModelRequest request = HardRequest(a);
+  if (request.name.empty()) request.name = NameOf(request.wheel, request.ground);
+  return Write(a, MakeHardModel(request));
+}
+
 int Make(const Arguments& a) {
+  const bool numbers = std::ranges::any_of(a.hard, [](const auto& n) { return n.has_value(); });
+  const bool hard = numbers || !a.ground.empty();
+  if (hard == !a.soil.empty()) {
+    throw CLI::ValidationError("--soil", hard ? "not with --ground or numbers of hard ground"
+                                              : "or --ground or --friction: expected one of them");
+  }
+  if (hard) return MakeHard(a);
   SoilLibrary library;
   library.Add(PublishedSoilsFile());
   for (const std::string& file : a.files) library.Add(file);
@@ -162,13 +223,10 @@ int Make(const Arguments& a) {
   }
   UntunedRequest request{
       a.name, records::LoadWheel(a.wheel), soil.soil, a.gravity, a.load_min, a.load_max, a.command};
-  if (request.name.empty()) request.name = NameOf(request.wheel, soil.soil);
+  if (request.name.empty()) request.name = NameOf(request.wheel, soil.soil.name);
   const v1alpha1::Model model = MakeUntuned(
       request, ErrorsOfUntuned(FindPairs(SurrogateFile("pairs"), PublishedSoilsFile())));
-  const std::string digest = WriteUninterrupted(a.out, model);
-  Say("wrote " + a.out);
-  Print(a.json ? ModelJson(model, digest) : ModelText(model, digest));
-  return kOk;
+  return Write(a, model);
 }
 
 int Refit(const Arguments& a) {
@@ -187,7 +245,7 @@ int Show(const Arguments& a) {
 
 int Eval(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
-  const auto model = MakeScalar(loaded.model);
+  const auto model = MakeLaw(loaded.model);
   const double trained = loaded.model.domain().speed_m_per_s();
   const Query query{a.slip, a.angle_deg * std::numbers::pi / 180, a.load,
                     a.speed > 0 ? a.speed : trained};
@@ -286,10 +344,19 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   weigh->add_option("--weights", a->weights, "weights to try")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  CLI::App* make = add("make", "A model of a wheel on a known soil, nothing fitted", Make);
+  CLI::App* make =
+      add("make", "A model of a wheel on a known soil or hard ground, nothing fitted", Make);
   make->add_option("--wheel", a->wheel, "wheel file (.yaml), or a scene that has one")->required();
-  make->add_option("--soil", a->soil, "name (grouser soil list), or a file with one (soil.csv)")
-      ->required();
+  make->add_option("--soil", a->soil, "name (grouser soil list), or a file with one (soil.csv)");
+  make->add_option("--ground", a->ground,
+                   "instead: hard ground, such as asphalt, concrete, floor, ice "
+                   "(surrogate/soils/hard_grounds.csv)");
+  const auto hard_fields = HardGroundFields();
+  for (std::size_t i = 0; i < hard_fields.size(); ++i) {
+    make->add_option(OptionOf(hard_fields[i]), a->hard[i],
+                     std::string("of hard ground: ") + hard_fields[i].what)
+        ->group("Hard ground, alone or instead of the table's");
+  }
   make->add_option("--soils", a->files, "further tables of soils")->delimiter(',');
   make->add_option("--name", a->name, "name of the model (default: of wheel and soil)");
   make->add_option("--out", a->out, "model file to write")->required();

@@ -33,9 +33,26 @@ std::string RunsText(const v1alpha1::Model& model) {
          fmt::format("{} of no use (overload, failed)", model.provenance().runs_size() - used);
 }
 
+// What hard ground has: a law and the spread of its parameters.
+std::string HardText(const v1alpha1::Model& m, const std::string& digest) {
+  std::string text = fmt::format(
+      "{}@sha256:{}\nwheel {} (radius {} m, width {} m) on {}, hard ground\nsource: {}\n"
+      "domain: every slip, attack angle and speed, load {:.3g} to {:.3g} N\n"
+      "intervals: {:.0f} %, of the standard deviations below\n\nparameters:",
+      m.name(), digest, m.wheel().name(), m.wheel().radius_m(), m.wheel().width_m(),
+      m.soil().name(), m.soil().source(), m.domain().load_min_n(), m.domain().load_max_n(),
+      100 * m.interval_level());
+  const HardGround ground = ReadHard(m.hard());
+  for (const HardGroundField& field : HardGroundFields()) {
+    text += fmt::format(" {}={:.4g}", field.name, ground.*field.member);
+  }
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
+  if (m.kind() == v1alpha1::MODEL_KIND_HARD) return HardText(m, digest);
   const v1alpha1::Domain& d = m.domain();
   std::string text = fmt::format(
       "{}@sha256:{}\nwheel {} (radius {} m, width {} m) on {}\n"
@@ -74,7 +91,7 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
 
 std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
   v1alpha1::Model slim = model;
-  slim.mutable_residual()->clear_coefficients();
+  if (slim.has_residual()) slim.mutable_residual()->clear_coefficients();
   return Text({{"digest", digest}, {"model", Json::parse(records::ToJson(slim))}});
 }
 

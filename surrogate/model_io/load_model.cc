@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/models/hard_ground.h"
 #include "surrogate/models/lookup.h"
 
 namespace grouser::surrogate {
@@ -97,6 +98,12 @@ ResidualTable MakeTable(const v1alpha1::Model& model) {
   });
 }
 
+bool FormUnknown(const v1alpha1::Model& model) {
+  bool unknown = model.sd_form_size() != kOutputs;
+  for (const double sd : model.sd_form()) unknown |= std::isnan(sd);
+  return unknown;
+}
+
 Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   Uncertainty u;
   u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
@@ -106,9 +113,8 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   if (!model.sd_bulldozing().empty()) {
     u.bulldozing = Six(model, "sd_bulldozing", model.sd_bulldozing());
   }
-  u.form_unknown = model.sd_form_size() != kOutputs;
+  u.form_unknown = FormUnknown(model);
   u.untuned = model.untuned();
-  for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
   return u;
 }
 
@@ -178,6 +184,22 @@ void CheckHead(const v1alpha1::Model& model) {
   if (!v1alpha1::ModelKind_IsValid(model.kind())) Fail(model, "kind: not known to this version");
 }
 
+std::unique_ptr<const WheelModel> MakeHard(const v1alpha1::Model& model) {
+  CheckHead(model);
+  if (!model.has_hard()) Fail(model, "hard: expected parameters");
+  if (model.has_bekker() || model.has_residual()) {
+    Fail(model, "kind: hard, expected neither bekker nor residual");
+  }
+  const bool form_unknown = FormUnknown(model);
+  try {
+    return std::make_unique<HardGroundModel>(
+        ReadHard(model.hard()), model.wheel().radius_m(),
+        (model.untuned() ? kUntuned : 0u) | (form_unknown ? kFormUnknown : 0u));
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
+}
+
 std::unique_ptr<TabulatedModel> MakeLookup(const v1alpha1::Model& model) {
   CheckHead(model);
   if (model.residual().coefficients().empty()) Fail(model, "residual: expected a table");
@@ -200,6 +222,9 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
   CheckHead(model);
   if (model.kind() == v1alpha1::MODEL_KIND_LOOKUP)
     Fail(model, "kind: lookup, expected one with physics");
+  if (model.kind() == v1alpha1::MODEL_KIND_HARD) {
+    Fail(model, "kind: hard, expected a model of a soil");
+  }
   try {
     const BekkerModel physics(ReadBekker(model.bekker()),
                               {model.wheel().radius_m(), model.wheel().width_m()});
@@ -222,7 +247,20 @@ std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model) {
   return std::make_unique<HybridModel>(MakeHybrid(model));
 }
 
+std::unique_ptr<const WheelModel> MakeLaw(const v1alpha1::Model& model) {
+  if (model.kind() == v1alpha1::MODEL_KIND_HARD) return MakeHard(model);
+  return MakeScalar(model);
+}
+
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
+  if (model.kind() == v1alpha1::MODEL_KIND_HARD) {
+    std::unique_ptr<const WheelModel> hard = MakeHard(model);
+    CheckGolden(
+        "model " + model.name(), model,
+        [&](const VelocityState& v, double load) { return AnswerOf(*hard, v, load); },
+        [](double value, double scale) { return 1e-9 * std::fmax(std::fabs(value), scale); });
+    return hard;
+  }
   std::unique_ptr<TabulatedModel> made = MakeScalar(model);
   // Tables answer in single precision.
   const double share = model.kind() == v1alpha1::MODEL_KIND_LOOKUP ? 1e-5 : 1e-9;

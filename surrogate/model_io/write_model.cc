@@ -40,7 +40,7 @@ void SetSpeed(const SpeedAxis& speed, const TableCoefficients& rates, v1alpha1::
 void SetGoldenVectors(v1alpha1::Model* model) {
   constexpr double kGoldenSinkage = 0.5;  // of the radius
   model->clear_golden();
-  const std::unique_ptr<TabulatedModel> made = MakeScalar(*model);
+  const std::unique_ptr<const WheelModel> made = MakeLaw(*model);
   const v1alpha1::Domain& domain = model->domain();
   const double speed = domain.speed_m_per_s() > 0 ? domain.speed_m_per_s() : 0.1;
   constexpr std::array kSlips = {-1.0, -0.4, 0.0, 0.15, 0.5, 0.9};
@@ -56,10 +56,10 @@ void SetGoldenVectors(v1alpha1::Model* model) {
       const VelocityState v = FromSlip(slip, angle, faster * speed);
       const double most = kGoldenSinkage * model->wheel().radius_m();
       double load = domain.load_min_n() + mix * (domain.load_max_n() - domain.load_min_n());
-      WheelAnswer answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+      WheelAnswer answer = AnswerOf(*made, v, load);
       for (int halved = 0; halved < 10 && answer.value[kSinkage] > most; ++halved) {
         load /= 2;
-        answer = made->EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
+        answer = AnswerOf(*made, v, load);
       }
       v1alpha1::GoldenVector* g = model->add_golden();
       g->set_v_x_m_per_s(v.v_x);

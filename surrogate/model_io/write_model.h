@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/hard_ground.h"
 #include "surrogate/models/hybrid.h"
 
 namespace grouser::surrogate {
@@ -15,6 +16,7 @@ namespace grouser::surrogate {
 using TableCoefficients = std::array<std::vector<double>, ResidualTable::kChannels>;
 
 void SetBekker(const BekkerParameters& parameters, v1alpha1::Model* model);
+void SetHard(const HardGround& ground, v1alpha1::Model* model);
 void SetResidual(const TableAxes& axes, const TableCoefficients& coefficients,
                  v1alpha1::Model* model);
 /// The speed axis: coefficients per unit of Froude number on the axes of SetResidual,
@@ -29,11 +31,15 @@ void SetGoldenVectors(v1alpha1::Model* model);
 /// Throws std::invalid_argument naming the parameter that is missing, or saying that one is
 /// unknown.
 BekkerParameters ReadBekker(const v1alpha1::BekkerParameters& message);
+HardGround ReadHard(const v1alpha1::HardGround& message);
 
 /// The evaluator without its self-test. Throws as MakeModel; MakeHybrid also for
-/// a model that has no physics.
+/// a model without physics of a soil.
 HybridModel MakeHybrid(const v1alpha1::Model& model);
-/// That of any model; a hybrid or Bekker one answers by its exact law, untabulated.
+/// That of any model of a soil; a hybrid or Bekker one answers by its exact law, untabulated.
+/// Throws also for hard ground.
 std::unique_ptr<TabulatedModel> MakeScalar(const v1alpha1::Model& model);
+/// That of any model.
+std::unique_ptr<const WheelModel> MakeLaw(const v1alpha1::Model& model);
 
 }  // namespace grouser::surrogate

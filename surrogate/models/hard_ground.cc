@@ -10,6 +10,19 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using G = HardGround;
+constexpr HardGroundField kFields[] = {
+    {"friction", &G::friction, false, true, "Coulomb's mu"},
+    {"slip_stiffness", &G::slip_stiffness, false, true, "force over load and slip at slip 0"},
+    {"rolling_resistance", &G::rolling_resistance, true, true, "force over load"},
+    {"contact_length_m", &G::contact_length_m, false, true,
+     "of the contact patch, along the wheel"},
+    {"contact_width_m", &G::contact_width_m, false, true, "across"},
+    {"friction_sd", &G::friction_sd, true, false, "standard deviation of mu (0)"},
+    {"slip_stiffness_sd", &G::slip_stiffness_sd, true, false, "(0)"},
+    {"rolling_resistance_sd", &G::rolling_resistance_sd, true, false, "(0)"},
+};
+
 constexpr double kRollingBand = 0.02;  // |r w| over max(|r w|, V) below which sgn is smoothed
 
 void Check(const char* field, double value, bool zero_allowed) {
@@ -52,29 +65,29 @@ struct Mobilised {
   double over_slide;        // g/S
   double by_slide, by_rim;  // its derivatives by S and by |r w|
   double by_friction;       // d(mu g)/d mu, over S
+  double by_stiffness;      // C dg/dC, over S
   double rest;              // 1 - x, 0 where all slides
 };
 Mobilised Mobilise(double k, double slide, double rolling) {
   if (k * slide >= rolling) {
-    if (slide == 0) return {0, 0, 0, 0, 0};
-    return {1 / slide, -1 / (slide * slide), 0, 1 / slide, 0};
+    if (slide == 0) return {0, 0, 0, 0, 0, 0};
+    return {1 / slide, -1 / (slide * slide), 0, 1 / slide, 0, 0};
   }
   const double per = k / rolling, x = per * slide;
   const double h = per * (3 - 3 * x + x * x), steep = per * (2 * x - 3);
-  return {h, steep * per, -(h + steep * x) / rolling, per * x * (3 - 2 * x), 1 - x};
+  const double rest = 1 - x;
+  return {
+      h,   steep * per, -(h + steep * x) / rolling, per * x * (3 - 2 * x), 3 * per * rest * rest,
+      rest};
 }
 
 }  // namespace
 
-HardGroundModel::HardGroundModel(const HardGround& ground, double radius_m)
-    : ground_(ground), radius_m_(radius_m) {
-  Check("friction", ground.friction, false);
-  Check("slip_stiffness", ground.slip_stiffness, false);
-  Check("rolling_resistance", ground.rolling_resistance, true);
-  Check("contact_length_m", ground.contact_length_m, false);
-  Check("contact_width_m", ground.contact_width_m, false);
-  Check("friction_sd", ground.friction_sd, true);
-  Check("rolling_resistance_sd", ground.rolling_resistance_sd, true);
+std::span<const HardGroundField> HardGroundFields() noexcept { return kFields; }
+
+HardGroundModel::HardGroundModel(const HardGround& ground, double radius_m, std::uint32_t flags)
+    : ground_(ground), radius_m_(radius_m), flags_(flags) {
+  for (const HardGroundField& f : kFields) Check(f.name, ground.*f.member, f.zero_allowed);
   Check("radius_m", radius_m, false);
   scrub_radius_m_ = MeanRadius(ground.contact_length_m / 2, ground.contact_width_m / 2);
 }
@@ -105,7 +118,7 @@ void HardGroundModel::EvaluateOne(const WheelStatesView& in, const ResponsesView
     WriteAirborne(out, i);
     return;
   }
-  out.flags[i] = hub2 == 0 && rim == 0 && yaw == 0 ? kStatic : 0u;
+  out.flags[i] = flags_ | (hub2 == 0 && rim == 0 && yaw == 0 ? kStatic : 0u);
 
   const double mu = ground_.friction, rho = scrub_radius_m_, r = radius_m_;
   const double s_x = v_x - rim, s_y = v_y, s_z = rho * yaw;
@@ -144,7 +157,9 @@ void HardGroundModel::EvaluateOne(const WheelStatesView& in, const ResponsesView
   const Term torque{r * f_x.value + resist * sign.value, r * f_x.d_x + resist * sign.d_x,
                     r * f_x.d_y + resist * sign.d_y, r * f_x.d_rim + resist * sign.d_rim};
 
-  const double sd_grip = load * m.by_friction * ground_.friction_sd;
+  const double sd_grip =
+      load * std::hypot(m.by_friction * ground_.friction_sd,
+                        mu * m.by_stiffness / ground_.slip_stiffness * ground_.slip_stiffness_sd);
   const double sd_x = sd_grip * std::fabs(s_x), sd_y = sd_grip * std::fabs(s_y);
   const double sd_roll = load * ground_.rolling_resistance_sd * sign.value;
   const double sd_torque = r * std::sqrt(sd_x * sd_x + sd_roll * sd_roll);

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
@@ -12,8 +15,19 @@ struct HardGround {
   double contact_length_m = 0;    ///< 2 a, of the contact patch along the wheel, > 0
   double contact_width_m = 0;     ///< 2 b, across, > 0
   double friction_sd = 0;         ///< standard deviation of mu [-], >= 0
+  double slip_stiffness_sd = 0;   ///< of C
   double rolling_resistance_sd = 0;
 };
+
+/// A field of HardGround, as files, messages and checks know it.
+struct HardGroundField {
+  const char* name;
+  double HardGround::*member;
+  bool zero_allowed, required;
+  const char* what;
+};
+/// All of them, once.
+std::span<const HardGroundField> HardGroundFields() noexcept;
 
 /// Isotropic brush with Coulomb friction, combined slip, rolling resistance and scrub moment.
 /// With the sliding velocity of the patch s = (v_x - r w, v_y, rho w_z), S = |s|, the mean
@@ -32,13 +46,16 @@ struct HardGround {
 /// resistance and all is continuous.
 ///
 /// Every load, slip, slip angle and speed is inside its range; sinkage is 0. sd_fit is that of
-/// friction and rolling resistance, sd_patch 0, the interval value +- 1.645 sd_fit. Forces are
-/// proportional to the load. Where a yaw rate is given it is used, not flagged. Gradients are
-/// analytic; a slope or a pass number changes nothing and sets no flag.
+/// friction, slip stiffness and rolling resistance, by the derivatives of the answer with respect
+/// to each, their squares summed; the aligning part of m_z has none of its own. sd_patch is 0, the
+/// interval value +- 1.645 sd_fit. Forces are proportional to the load. Where a yaw rate is given
+/// it is used, not flagged. Gradients are analytic; a slope or a pass number changes nothing and
+/// sets no flag.
 class HardGroundModel final : public WheelModel {
  public:
-  /// Throws std::invalid_argument "hard: FIELD: got X, expected Y".
-  HardGroundModel(const HardGround& ground, double radius_m);
+  /// `flags`: set on every answer of a wheel on the ground (of a model file: UNTUNED,
+  /// FORM_UNKNOWN). Throws std::invalid_argument "hard: FIELD: got X, expected Y".
+  HardGroundModel(const HardGround& ground, double radius_m, std::uint32_t flags = 0);
 
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
   bool UsesYawRate() const noexcept override { return true; }
@@ -54,6 +71,7 @@ class HardGroundModel final : public WheelModel {
 
   HardGround ground_;
   double radius_m_, scrub_radius_m_;
+  std::uint32_t flags_;
 };
 
 }  // namespace grouser::surrogate

@@ -1,5 +1,7 @@
 #include "surrogate/vehicle/vehicle_keys.h"
 
+#include <vector>
+
 namespace grouser::vehicle {
 namespace {
 
@@ -49,20 +51,6 @@ constexpr NumberKey<Steering> kSteering[] = {
     {"limit_rad", &Steering::limit_rad, Range<Steering>::kPositive, false,
      "largest steering angle (pi/2)"},
 };
-constexpr NumberKey<HardGround> kHard[] = {
-    {"friction", &HardGround::friction, Range<HardGround>::kPositive, true, "Coulomb's mu"},
-    {"slip_stiffness", &HardGround::slip_stiffness, Range<HardGround>::kPositive, true,
-     "force over load and slip at slip 0"},
-    {"rolling_resistance", &HardGround::rolling_resistance, Range<HardGround>::kNonNegative, true,
-     "force over load"},
-    {"contact_length_m", &HardGround::contact_length_m, Range<HardGround>::kPositive, true,
-     "of the contact patch, along the wheel"},
-    {"contact_width_m", &HardGround::contact_width_m, Range<HardGround>::kPositive, true, "across"},
-    {"friction_sd", &HardGround::friction_sd, Range<HardGround>::kNonNegative, false,
-     "standard deviation of mu (0)"},
-    {"rolling_resistance_sd", &HardGround::rolling_resistance_sd, Range<HardGround>::kNonNegative,
-     false, "(0)"},
-};
 
 }  // namespace
 
@@ -71,6 +59,17 @@ std::span<const NumberKey<WheelType>> WheelTypeKeys() { return kWheelType; }
 std::span<const NumberKey<Wheel>> WheelKeys() { return kWheel; }
 std::span<const NumberKey<Motor>> MotorKeys() { return kMotor; }
 std::span<const NumberKey<Steering>> SteeringKeys() { return kSteering; }
-std::span<const NumberKey<HardGround>> HardKeys() { return kHard; }
+std::span<const NumberKey<HardGround>> HardKeys() {
+  static const std::vector<NumberKey<HardGround>> keys = [] {
+    std::vector<NumberKey<HardGround>> of_fields;
+    for (const surrogate::HardGroundField& f : surrogate::HardGroundFields()) {
+      const auto range =
+          f.zero_allowed ? Range<HardGround>::kNonNegative : Range<HardGround>::kPositive;
+      of_fields.push_back({f.name, f.member, range, f.required, f.what});
+    }
+    return of_fields;
+  }();
+  return keys;
+}
 
 }  // namespace grouser::vehicle

@@ -8,6 +8,9 @@
 #include <functional>
 #include <sstream>
 
+#include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/write_model.h"
+
 namespace grouser::vehicle {
 namespace {
 
@@ -41,7 +44,7 @@ std::string Refusal(const std::string& name, const std::string& from, const std:
 }
 
 TEST(VehicleFile, ReadsWhatIsShipped) {
-  for (const char* name : {"husky", "atv", "rover", "cart"}) {
+  for (const char* name : {"husky", "warthog", "atv", "rover", "cart"}) {
     const VehicleFile file = ReadVehicle(kFolder + "/" + name + ".vehicle.yaml");
     EXPECT_EQ(file.vehicle.name, name);
     EXPECT_EQ(file.models.size(), file.sources.size());
@@ -52,6 +55,38 @@ TEST(VehicleFile, ReadsWhatIsShipped) {
 TEST(VehicleFile, ShippedSchemaIsThatOfTheReader) {
   EXPECT_EQ(TextOfFile(kFolder + "/../vehicle.schema.json"), VehicleSchema())
       << "grouser-vehicle schema > surrogate/vehicle/vehicle.schema.json";
+}
+
+// A hard ground from a model file is the one that the vehicle file spells out.
+TEST(VehicleFile, TakesHardGroundAsAModelFile) {
+  const std::string folder = ::testing::TempDir();
+  const VehicleFile spelled = ReadVehicle(kFolder + "/husky.vehicle.yaml");
+  v1alpha1::Model message;
+  message.set_name("tyre-asphalt");
+  message.set_kind(v1alpha1::MODEL_KIND_HARD);
+  message.mutable_wheel()->set_radius_m(0.165);
+  message.mutable_wheel()->set_width_m(0.114);
+  message.mutable_soil()->set_gravity_m_per_s2(9.81);
+  message.mutable_domain()->set_load_min_n(1);
+  message.mutable_domain()->set_load_max_n(1000);
+  const auto* asphalt = dynamic_cast<const surrogate::HardGroundModel*>(spelled.grounds.At(0, 0));
+  ASSERT_NE(asphalt, nullptr);
+  surrogate::SetHard(asphalt->ground(), &message);
+  surrogate::SetGoldenVectors(&message);
+  surrogate::WriteTestedModel(folder + "/grouser_hard.model", message);
+  std::string text = TextOfFile(kFolder + "/husky.vehicle.yaml");
+  text.replace(text.find("grounds:\n"), std::string::npos,
+               "grounds:\n  - {soil: asphalt, wheel: tyre, model: grouser_hard.model}\n");
+  std::ofstream(folder + "/grouser_hard.vehicle.yaml") << text;
+  const VehicleFile file = ReadVehicle(folder + "/grouser_hard.vehicle.yaml");
+  const Motion motion = Motion::OnPath(0.5, 0.4);
+  Solution a, b;
+  Solver(spelled.vehicle, spelled.grounds).Solve({&motion, 1}, {&a, 1});
+  Solver(file.vehicle, file.grounds).Solve({&motion, 1}, {&b, 1});
+  EXPECT_TRUE(b.balanced);
+  EXPECT_EQ(b.reasons, a.reasons);
+  EXPECT_EQ(b.electric_power_w, a.electric_power_w);
+  EXPECT_EQ(b.v_y_m_per_s, a.v_y_m_per_s);
 }
 
 TEST(VehicleFile, NamesWhatIsWrong) {
