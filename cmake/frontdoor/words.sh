@@ -134,6 +134,14 @@ HELP
   esac
 }
 
+word_vehicle() {
+  if [ "${1:-}" = measured ]; then
+    shift
+    run_program grouser-measured-vehicles "$@"
+  fi
+  run_program grouser-vehicle "$@"
+}
+
 word_jobs() {
   local verb="${1:-}"
   case "$verb" in

@@ -30,6 +30,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
     "  grouser-vehicle schema\n"
+    "  grouser vehicle measured: measured vehicles beside the solver (grouser-measured-vehicles)\n"
     "Exit codes: 0 ok, 1 no solution within every limit, 2 usage or a bad file.";
 
 struct Arguments {

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "surrogate/measured_vehicles/comparison.h"
+
+namespace grouser::measured {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON has no NaN.
+Json NumberOf(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+Json JsonOf(const Range& r) { return {NumberOf(r.low), NumberOf(r.middle), NumberOf(r.high)}; }
+
+Json JsonOf(const YawComparison& y) {
+  Json points = Json::array();
+  for (const YawPoint& p : y.points) {
+    points.push_back({{"left_m_per_s", p.left_m_per_s},
+                      {"right_m_per_s", p.right_m_per_s},
+                      {"without_slip", p.without_slip},
+                      {"measured", p.measured},
+                      {"predicted", p.predicted},
+                      {"half_width", p.half_width},
+                      {"fitted", p.fitted}});
+  }
+  return {{"ground", y.ground},
+          {"windows", y.windows},
+          {"left_out", y.left_out},
+          {"friction", y.friction},
+          {"rms", y.rms},
+          {"rms_fitted", y.rms_fitted},
+          {"rms_moving", y.rms_moving},
+          {"stuck", y.stuck},
+          {"unbalanced", y.unbalanced},
+          {"factor", y.factor},
+          {"factor_rms", y.factor_rms},
+          {"factor_rms_all", y.factor_rms_all},
+          {"pairs", y.pairs},
+          {"repeat_rms", y.repeat_rms},
+          {"held_back", y.held_back},
+          {"covered", y.covered},
+          {"band", {y.band_low, y.band_high}},
+          {"points", points}};
+}
+
+Json JsonOf(const PowerComparison& c) {
+  Json points = Json::array();
+  for (const PowerPoint& p : c.points) {
+    points.push_back({{"terrain", p.terrain},
+                      {"motion", p.motion},
+                      {"fitted", p.fitted},
+                      {"windows", p.windows},
+                      {"rim_m_per_s", {p.rim_in_m_per_s, p.rim_out_m_per_s}},
+                      {"measured_current_a", {p.measured_in_a, p.measured_out_a}},
+                      {"current_in_a", JsonOf(p.in_a)},
+                      {"current_out_a", JsonOf(p.out_a)},
+                      {"measured_power_w", p.measured_w},
+                      {"power_w", JsonOf(p.power_w)},
+                      {"measured_yaw_ratio", NumberOf(p.measured_yaw_ratio)},
+                      {"yaw_ratio", JsonOf(p.yaw_ratio)}});
+  }
+  return {{"rim_scale", c.rim_scale},
+          {"no_load_current_a", c.no_load_current_a},
+          {"fit_rms", c.fit_rms},
+          {"points", points}};
+}
+
+std::string TextOf(const RobotYaw& r) {
+  const YawComparison& h = r.hard;
+  std::string text = fmt::format(
+      "\n{}: {} steady windows, {} faster than without slip left out, {} fitted, {} held back\n",
+      r.robot, h.windows, h.left_out, h.points.size() - static_cast<std::size_t>(h.held_back),
+      h.held_back);
+  text += fmt::format(
+      "  one factor on the yaw rate without slip: {:.3f}, rms held back {:.3f} rad/s "
+      "(fitted on all, over all: {:.3f})\n",
+      h.factor, h.factor_rms, h.factor_rms_all);
+  text += fmt::format("  {} pairs of windows of the same rim speeds differ by {:.3f} rad/s\n",
+                      h.pairs, h.repeat_rms);
+  for (const YawComparison* y : {&h, &r.soil}) {
+    text += fmt::format(
+        "  {:<16} friction {:.2f}: rms fitted {:.3f}, held back {:.3f}, of these without {} that "
+        "hardly "
+        "turn {:.3f}; intervals hold {} of {} (band {} to {})\n",
+        y->ground, y->friction, y->rms_fitted, y->rms, y->stuck, y->rms_moving, y->covered,
+        y->held_back, y->band_low, y->band_high);
+  }
+  return text;
+}
+
+std::string TextOf(const PowerComparison& c) {
+  std::string text = fmt::format(
+      "\nhusky, power: no-load current {:.2f} A a side fitted to straight driving on hard ground "
+      "(rms of power {:.2f})\n{:<11}{:<9}{:>14}{:>16}{:>16}{:>10}{:>24}{:>8}{:>12}\n",
+      c.no_load_current_a, c.fit_rms, "terrain", "motion", "rims m/s", "currents A", "predicted",
+      "power W", "predicted", "yaw", "predicted");
+  for (const PowerPoint& p : c.points) {
+    text += fmt::format(
+        "{:<11}{:<9}{:>7.2f}{:>7.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>8.1f}{:>10.0f}{:>8.0f} "
+        "{:<15}{:>8.2f}"
+        "{:>12.2f}{}\n",
+        p.terrain, p.motion, p.rim_in_m_per_s, p.rim_out_m_per_s, p.measured_in_a, p.measured_out_a,
+        p.in_a.middle, p.out_a.middle, p.measured_w, p.power_w.middle,
+        p.grounds > 1 ? fmt::format("({:.0f} to {:.0f})", p.power_w.low, p.power_w.high) : "",
+        p.measured_yaw_ratio, p.yaw_ratio.middle, p.fitted ? "  fitted" : "");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string TextOf(const Comparison& c) {
+  std::string text =
+      fmt::format("{:<54}{:>8}{:>8}  {:<6}{}\n", "row", "target", "value", "held", "");
+  for (const Verdict& v : VerdictsOf(c)) {
+    text += fmt::format("{:<54}{:>8.3f}{:>8.3f}  {:<6}{}\n", v.row, v.target, v.value,
+                        v.held ? "yes" : "NO", v.note);
+  }
+  if (!c.ploughed) text += "straight current, ploughed over concrete: not without --currents\n";
+  for (const RobotYaw& r : c.robots) text += TextOf(r);
+  return text + TextOf(c.power);
+}
+
+std::string JsonOf(const Comparison& c) {
+  Json verdicts = Json::array(), robots;
+  for (const Verdict& v : VerdictsOf(c)) {
+    verdicts.push_back({{"row", v.row},
+                        {"target", v.target},
+                        {"value", NumberOf(v.value)},
+                        {"held", v.held},
+                        {"note", v.note}});
+  }
+  for (const RobotYaw& r : c.robots) {
+    robots[r.robot] = {{"hard", JsonOf(r.hard)}, {"soil", JsonOf(r.soil)}};
+  }
+  return Json{{"rows", verdicts},
+              {"yaw", robots},
+              {"power", JsonOf(c.power)},
+              {"power_rescaled", JsonOf(c.rescaled)},
+              {"power_rigid", JsonOf(c.rigid)}}
+             .dump() +
+         "\n";
+}
+
+}  // namespace grouser::measured
