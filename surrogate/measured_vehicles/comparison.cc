@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "surrogate/soils/soil_library.h"
 #include "surrogate/vehicle/vehicle_file.h"
 
 namespace grouser::measured {
@@ -17,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCurrentTarget = 0.15;
-constexpr const char* kSoil = "Sandy loam 15 %";  // a soft ground, chosen beforehand
+constexpr const char* kSoil =
+    "Sandy loam 15 %";  // the soft ground of both robots, chosen beforehand
 
 struct Robot {
   const char* name;
@@ -43,24 +45,34 @@ PublishedGrounds Published() {
   return {surrogate::PublishedHardGrounds(), surrogate::ReadSoils(soils, path)};
 }
 
+// Of the soils of each terrain only the one that is suggested for its words.
+PublishedGrounds SuggestedOf(const PublishedGrounds& all) {
+  surrogate::SoilLibrary library;
+  library.Add(surrogate::PublishedSoilsFile());
+  PublishedGrounds suggested{all.hard, {}};
+  for (const Terrain& terrain : Terrains()) {
+    if (terrain.soils.empty()) continue;
+    suggested.soils.push_back(SuggestSoils(library, terrain.soils, {}).at(0).entry->soil);
+  }
+  return suggested;
+}
+
 RobotYaw CompareRobot(const Robot& robot, const std::vector<DriveWindow>& windows,
-                      const PublishedGrounds& grounds) {
+                      const PublishedGrounds& suggested) {
   const vehicle::Vehicle v = Shipped(robot.name);
-  const surrogate::HardGround& hard = FindHardGround(grounds.hard, "asphalt").ground;
-  const auto soil = std::ranges::find(grounds.soils, kSoil, &surrogate::Soil::name);
-  if (soil == grounds.soils.end())
-    throw std::invalid_argument(std::string(kSoil) + ": no such soil");
+  const surrogate::HardGround& hard = FindHardGround(suggested.hard, "asphalt").ground;
+  const surrogate::Soil& soil = suggested.soils.front();  // the sandy loam
   const auto on_hard = [&](double friction) {
     surrogate::HardGround ground = hard;
     ground.friction = friction;
     return OnGround(v, ground);
   };
   const auto on_soil = [&](double friction) {
-    return OnGround(v, WithFriction(*soil, friction), Wheels::kTyres);
+    return OnGround(v, WithFriction(soil, friction), Wheels::kTyres);
   };
   return {robot.name, robot.target,
           CompareYaw(windows, robot.name, robot.track_m, "hard ground", on_hard),
-          CompareYaw(windows, robot.name, robot.track_m, kSoil, on_soil)};
+          CompareYaw(windows, robot.name, robot.track_m, soil.name, on_soil)};
 }
 
 // All samples of the files of a folder whose names begin so.
@@ -88,50 +100,78 @@ std::string Percent(double share) { return fmt::format("{:+.0f} %", 100 * share)
 void AddYaw(const RobotYaw& r, std::vector<Verdict>* out) {
   const YawComparison& h = r.hard;
   out->push_back(
-      {r.robot + ": yaw rate, rms of the rows held back", r.target, h.rms, "rad/s",
+      {r.robot + ": yaw rate, rad/s, rows held back (hard ground)", r.target, h.rms,
        h.rms <= r.target,
        fmt::format("friction {:.2f}; a constant factor {:.3f}; windows alike differ by {:.3f}",
                    h.friction, h.factor_rms, h.repeat_rms)});
-  out->push_back({r.robot + ": 90 % intervals that hold, of " + std::to_string(h.held_back), 0.9,
-                  static_cast<double>(h.covered) / h.held_back, "",
+  out->push_back({fmt::format("{}: 90 % intervals that hold, of {}", r.robot, h.held_back), 0.9,
+                  static_cast<double>(h.covered) / h.held_back,
                   h.covered >= h.band_low && h.covered <= h.band_high,
                   fmt::format("band {} to {}", h.band_low, h.band_high)});
+  const YawComparison& s = r.soil;
+  out->push_back({fmt::format("{}: yaw rate, rad/s, rows held back ({})", r.robot, s.ground),
+                  r.target, s.rms, s.rms <= r.target,
+                  fmt::format("friction {:.2f}; without rows that hardly turn {:.3f}", s.friction,
+                              s.rms_moving)});
+}
+
+Verdict PowerVerdict(const PowerSummary& s, const std::string& note) {
+  const bool answered = s.unanswered == 0;
+  return {fmt::format("power on {} ({})", s.terrain, s.ground), s.target, s.rms,
+          answered && s.rms <= s.target,
+          answered ? fmt::format("mean {}{}", Percent(s.mean), note)
+                   : fmt::format("no answer for {} rows: wheels sink in", s.unanswered)};
 }
 
 void AddPower(const Comparison& c, std::vector<Verdict>* out) {
   for (std::size_t i = 0; i < c.power.terrains.size(); ++i) {
-    const PowerSummary &s = c.power.terrains[i], &wide = c.rescaled.terrains[i],
-                       &rigid = c.rigid.terrains[i];
-    std::string note =
-        s.unanswered > 0 ? fmt::format("no answer for {} rows: wheels sink in", s.unanswered)
-                         : fmt::format("mean {}, rescaled rims {:.3f}", Percent(s.mean), wide.rms);
-    if (s.unanswered == 0 && rigid.rms != s.rms)
-      note += fmt::format(", rigid wheels {:.3f}", rigid.rms);
-    out->push_back({"power on " + s.terrain + ", rms of the rows not fitted", s.target, s.rms, "",
-                    s.unanswered == 0 && s.rms <= s.target, note});
+    const PowerSummary &s = c.power.terrains[i], &all = c.all_soils.terrains[i];
+    std::string note = fmt::format(", rescaled rims {:.3f}", c.rescaled.terrains[i].rms);
+    const bool soil = all.ground != s.ground;
+    if (soil) note += fmt::format(", rigid wheels {:.3f}", c.rigid.terrains[i].rms);
+    out->push_back(PowerVerdict(s, note));
+    if (soil) out->push_back(PowerVerdict(all, ""));
   }
   for (const PowerComparison* p : {&c.power, &c.rescaled}) {
     for (const PowerSummary& s : p->terrains) {
       if (s.yaw_rows == 0) continue;
-      out->push_back(
-          {fmt::format("yaw ratio on {}, rms{}", s.terrain, p == &c.power ? "" : ", rescaled rims"),
-           s.yaw_target, s.yaw_rms, "", s.yaw_rms <= s.yaw_target,
-           fmt::format("means {:.3f} measured, {:.3f} predicted", s.yaw_measured,
-                       s.yaw_predicted)});
+      out->push_back({fmt::format("yaw ratio on {} ({}){}", s.terrain, s.ground,
+                                  p == &c.power ? "" : ", rescaled rims"),
+                      s.yaw_target, s.yaw_rms, s.yaw_rms <= s.yaw_target,
+                      fmt::format("means {:.3f} measured, {:.3f} predicted", s.yaw_measured,
+                                  s.yaw_predicted)});
     }
   }
 }
 
-Verdict CurrentVerdict(const std::string& row, double measured, const Range& predicted,
+Verdict CurrentVerdict(const std::string& what, double measured, const Range& predicted,
                        double rigid) {
   const double miss = predicted.middle / measured - 1;
-  return {row,
+  std::string note = fmt::format("{:.2f} measured, {:.2f} predicted", measured, predicted.middle);
+  if (predicted.low < predicted.high) {
+    note += fmt::format(" ({:.2f} to {:.2f})", predicted.low, predicted.high);
+  }
+  if (std::isfinite(rigid)) note += fmt::format(", rigid wheels {:.2f}", rigid);
+  return {"current, straight: " + what,
           kCurrentTarget,
           std::fabs(miss),
-          "",
           std::fabs(miss) <= kCurrentTarget,
-          fmt::format("{:.2f} measured, {:.2f} predicted ({:.2f} to {:.2f}), rigid wheels {:.2f}",
-                      measured, predicted.middle, predicted.low, predicted.high, rigid)};
+          note};
+}
+
+void AddCurrents(const Comparison& c, std::vector<Verdict>* out) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const double loam = c.power.measured_current_ratio;
+  out->push_back(CurrentVerdict("loam over asphalt", loam, c.power.current_ratio,
+                                c.rigid.current_ratio.middle));
+  out->push_back(
+      CurrentVerdict("loam over asphalt, all soils", loam, c.all_soils.current_ratio, none));
+  if (!c.ploughed) return;
+  const double ploughed = c.ploughed->ploughed.current_a / c.ploughed->concrete.current_a;
+  out->push_back(CurrentVerdict("ploughed over concrete", ploughed, c.ploughed->ratio,
+                                c.ploughed_rigid->ratio.middle));
+  out->push_back(CurrentVerdict("ploughed over concrete, all soils", ploughed,
+                                c.ploughed_all_soils->ratio, none));
 }
 
 }  // namespace
@@ -140,19 +180,24 @@ Comparison Compare(const Tables& tables) {
   std::ifstream windows_file = Open(tables.windows), power_file = Open(tables.power);
   const std::vector<DriveWindow> windows = ReadDriveWindows(windows_file, tables.windows);
   const std::vector<PowerRow> rows = ReadPowerRows(power_file, tables.power);
-  const PublishedGrounds grounds = Published();
-  Comparison c;
+  const PublishedGrounds all = Published(), suggested = SuggestedOf(all);
   const vehicle::Vehicle husky = Shipped("husky");
-  c.power = ComparePower(rows, husky, grounds, 1, Wheels::kTyres);
-  c.rescaled = ComparePower(rows, husky, grounds, kRimScale, Wheels::kTyres);
-  c.rigid = ComparePower(rows, husky, grounds, 1, Wheels::kRigid);
+  Comparison c;
+  c.power = ComparePower(rows, husky, suggested, 1, Wheels::kTyres);
+  c.rescaled = ComparePower(rows, husky, suggested, kRimScale, Wheels::kTyres);
+  c.rigid = ComparePower(rows, husky, suggested, 1, Wheels::kRigid);
+  c.all_soils = ComparePower(rows, husky, all, 1, Wheels::kTyres);
   if (!tables.currents.empty()) {
     const StraightCurrent concrete = Recorded(tables.currents, "CONCRETE_"),
                           ploughed = Recorded(tables.currents, "PLOUGHED_");
-    c.ploughed = ComparePloughed(concrete, ploughed, husky, grounds, Wheels::kTyres);
-    c.ploughed_rigid = ComparePloughed(concrete, ploughed, husky, grounds, Wheels::kRigid);
+    const auto compare = [&](const PublishedGrounds& grounds, Wheels wheels) {
+      return ComparePloughed(concrete, ploughed, husky, grounds, wheels);
+    };
+    c.ploughed = compare(suggested, Wheels::kTyres);
+    c.ploughed_rigid = compare(suggested, Wheels::kRigid);
+    c.ploughed_all_soils = compare(all, Wheels::kTyres);
   }
-  for (const Robot& robot : kRobots) c.robots.push_back(CompareRobot(robot, windows, grounds));
+  for (const Robot& robot : kRobots) c.robots.push_back(CompareRobot(robot, windows, suggested));
   return c;
 }
 
@@ -160,14 +205,7 @@ std::vector<Verdict> VerdictsOf(const Comparison& c) {
   std::vector<Verdict> all;
   for (const RobotYaw& robot : c.robots) AddYaw(robot, &all);
   AddPower(c, &all);
-  all.push_back(CurrentVerdict("straight current, loam over asphalt, miss",
-                               c.power.measured_current_ratio, c.power.current_ratio,
-                               c.rigid.current_ratio.middle));
-  if (c.ploughed) {
-    all.push_back(CurrentVerdict("straight current, ploughed over concrete, miss",
-                                 c.ploughed->ploughed.current_a / c.ploughed->concrete.current_a,
-                                 c.ploughed->ratio, c.ploughed_rigid->ratio.middle));
-  }
+  AddCurrents(c, &all);
   return all;
 }
 

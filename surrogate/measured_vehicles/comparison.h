@@ -20,12 +20,15 @@ struct RobotYaw {
   YawComparison hard, soil;
 };
 
+/// Nobody says which loam or snow was driven on. A soil stands for a terrain: the first that
+/// `grouser soil suggest --like` names for its words; beside it the median of all of that name.
 struct Comparison {
   std::vector<RobotYaw> robots;
-  PowerComparison power;     ///< rim speeds as recorded, tyres
-  PowerComparison rescaled;  ///< rim speeds times kRimScale
-  PowerComparison rigid;     ///< as recorded, soils under rigid wheels
-  std::optional<PloughedComparison> ploughed, ploughed_rigid;
+  PowerComparison power;      ///< suggested soils, tyres, rim speeds as recorded
+  PowerComparison rescaled;   ///< the same, rim speeds times kRimScale
+  PowerComparison rigid;      ///< as `power`, rigid wheels
+  PowerComparison all_soils;  ///< as `power`, medians
+  std::optional<PloughedComparison> ploughed, ploughed_rigid, ploughed_all_soils;
 };
 
 /// Where the tables are: those of this checkout, unless said otherwise.
@@ -41,7 +44,6 @@ Comparison Compare(const Tables& tables);
 struct Verdict {
   std::string row;
   double target, value;  ///< NaN: no prediction
-  std::string unit;
   bool held;
   std::string note;
 };

@@ -12,7 +12,7 @@ import sys
 import matplotlib
 
 matplotlib.use("agg")
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot, ticker  # noqa: E402
 
 COLORS = {"ASPHALT": "#444444", "FLOORING": "#b8860b", "ICE": "#1f77b4", "SANDY_LOAM": "#8b4513",
           "SNOW": "#6a5acd"}
@@ -25,7 +25,7 @@ def yaw_panel(axes, name, fit, ground):
     axes.plot([-reach, reach], [-reach, reach], color="0.6", linewidth=0.8, zorder=0)
     axes.errorbar([p["measured"] for p in held], [p["predicted"] for p in held],
                   [p["half_width"] for p in held], fmt=".", markersize=5, linewidth=0.5, color="#1f77b4")
-    axes.set_title(f"{name}, {ground}: friction {fit['friction']:.2f}\n"
+    axes.set_title(f"{name}, windows held back, {ground}: friction {fit['friction']:.2f}\n"
                    f"rms {fit['rms']:.3f}; windows alike differ by {fit['repeat_rms']:.3f} rad/s", fontsize=9)
     axes.set_xlabel("measured yaw rate [rad/s]")
     axes.set_ylabel("predicted, 90 % interval [rad/s]")
@@ -42,8 +42,9 @@ def draw_yaw(data, path):
 
 def draw_power(data, path):
     figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 4.8), layout="constrained")
-    for p in data["power"]["points"]:
-        low, middle, high = p["power_w"]
+    for p, ranged in zip(data["power"]["points"], data["power_all_soils"]["points"]):
+        low, _, high = ranged["power_w"]
+        middle = p["power_w"][1]
         if middle is None:
             left.plot([p["measured_power_w"]], [25], "x", color=COLORS[p["terrain"]])
             continue
@@ -57,8 +58,12 @@ def draw_power(data, path):
     left.fill_between([20, 400], [16, 320], [24, 480], color="0.9", zorder=-1, label="20 %")
     left.set_xscale("log")
     left.set_yscale("log")
+    for axis in (left.xaxis, left.yaxis):
+        axis.set_major_locator(ticker.FixedLocator([20, 50, 100, 200, 400]))
+        axis.set_major_formatter(ticker.ScalarFormatter())
+        axis.set_minor_locator(ticker.NullLocator())
     left.set_xlabel("measured power [W] (estimated from currents)")
-    left.set_ylabel("predicted [W]; bars: all published soils")
+    left.set_ylabel("predicted [W]; bars: all published soils of the name")
     left.set_title("straight o, turn ^, pivot square; open: fitted;\nx: snow, no answer (wheels sink in)",
                    fontsize=9)
     left.legend(fontsize=8)

@@ -12,39 +12,6 @@ namespace {
 
 using vehicle::Motor, vehicle::Solution, vehicle::Vehicle;
 
-const Terrain& TerrainOf(const std::string& name) {
-  for (const Terrain& t : Terrains()) {
-    if (t.name == name) return t;
-  }
-  throw std::invalid_argument("terrain: got " + name +
-                              ", expected ASPHALT, FLOORING, ICE, SANDY_LOAM or SNOW");
-}
-
-// The grounds that stand for a terrain, and the tyre's own rolling resistance that they leave out.
-struct Candidates {
-  std::vector<OnGround> grounds;
-  double tyre_rolling;
-  std::string said;
-};
-Candidates CandidatesOf(const Terrain& terrain, const Vehicle& vehicle, const PublishedGrounds& all,
-                        Wheels wheels) {
-  Candidates found{{}, 0, terrain.hard};
-  if (!terrain.hard.empty()) {
-    found.grounds.emplace_back(vehicle, FindHardGround(all.hard, terrain.hard).ground);
-    return found;
-  }
-  for (const surrogate::Soil& soil : all.soils) {
-    if (soil.name.find(terrain.soils) == std::string::npos) continue;
-    found.grounds.emplace_back(vehicle, soil, wheels);
-  }
-  if (found.grounds.empty())
-    throw std::invalid_argument("no published soil '" + terrain.soils + "'");
-  found.tyre_rolling = FindHardGround(all.hard, "asphalt").ground.rolling_resistance;
-  found.said =
-      "median of " + std::to_string(found.grounds.size()) + " soils '" + terrain.soils + "'";
-  return found;
-}
-
 Range RangeOf(std::vector<double> values) {
   std::erase_if(values, [](double x) { return !std::isfinite(x); });
   if (values.empty()) {
@@ -230,15 +197,6 @@ void AddCurrentRatio(PowerComparison* result) {
 }
 
 }  // namespace
-
-const std::vector<Terrain>& Terrains() {
-  static const std::vector<Terrain> terrains = {{"ASPHALT", "asphalt", "", 0.20, 0.05},
-                                                {"FLOORING", "floor", "", 0.20, 0.05},
-                                                {"ICE", "ice", "", 0.20, 0.05},
-                                                {"SANDY_LOAM", "", "andy loam", 0.15, 0.08},
-                                                {"SNOW", "", "Snow", 0.30, 0.08}};
-  return terrains;
-}
 
 PowerComparison ComparePower(const std::vector<PowerRow>& rows, const Vehicle& vehicle,
                              const PublishedGrounds& grounds, double rim_scale, Wheels wheels) {

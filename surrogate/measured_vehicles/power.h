@@ -3,27 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "surrogate/measured_vehicles/grounds.h"
 #include "surrogate/measured_vehicles/rows.h"
+#include "surrogate/measured_vehicles/terrains.h"
 
 namespace grouser::measured {
-
-/// What is published of the grounds that were driven on, none of it fitted.
-struct PublishedGrounds {
-  std::vector<surrogate::PublishedHardGround> hard;
-  std::vector<surrogate::Soil> soils;
-};
-
-/// The grounds that may stand for a terrain: one of the hard ones, or all published soils of that
-/// kind, as nobody says which it was; the prediction is their median.
-struct Terrain {
-  std::string name;   ///< of the rows
-  std::string hard;   ///< of PublishedGrounds, or empty
-  std::string soils;  ///< what the names of its soils begin with
-  double power_target, yaw_target;
-};
-/// ASPHALT, FLOORING, ICE, SANDY_LOAM, SNOW; ploughed soil counts as sandy loam.
-const std::vector<Terrain>& Terrains();
 
 struct Range {
   double low, middle, high;  ///< least, median and largest of the grounds; NaN where all sink in

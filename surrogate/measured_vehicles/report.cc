@@ -33,6 +33,8 @@ Json JsonOf(const YawComparison& y) {
           {"rms_fitted", y.rms_fitted},
           {"rms_moving", y.rms_moving},
           {"stuck", y.stuck},
+          {"speed_ratio", y.speed_ratio},
+          {"predicted_speed_ratio", y.predicted_speed_ratio},
           {"unbalanced", y.unbalanced},
           {"factor", y.factor},
           {"factor_rms", y.factor_rms},
@@ -79,32 +81,41 @@ std::string TextOf(const RobotYaw& r) {
       h.factor, h.factor_rms, h.factor_rms_all);
   text += fmt::format("  {} pairs of windows of the same rim speeds differ by {:.3f} rad/s\n",
                       h.pairs, h.repeat_rms);
+  text += fmt::format("  forward speed over mean rim speed: {:.2f} measured\n", h.speed_ratio);
   for (const YawComparison* y : {&h, &r.soil}) {
     text += fmt::format(
-        "  {:<16} friction {:.2f}: rms fitted {:.3f}, held back {:.3f}, of these without {} that "
+        "  {:<16} friction {:.2f}: rms fitted {:.3f}, held back {:.3f}, without {} rows that "
         "hardly "
-        "turn {:.3f}; intervals hold {} of {} (band {} to {})\n",
-        y->ground, y->friction, y->rms_fitted, y->rms, y->stuck, y->rms_moving, y->covered,
-        y->held_back, y->band_low, y->band_high);
+        "turn {:.3f};\n  {:<16} forward speed {:.2f} of the rims'; intervals hold {} of {} (band "
+        "{} to "
+        "{})\n",
+        y->ground, y->friction, y->rms_fitted, y->rms, y->stuck, y->rms_moving, "",
+        y->predicted_speed_ratio, y->covered, y->held_back, y->band_low, y->band_high);
   }
   return text;
 }
 
-std::string TextOf(const PowerComparison& c) {
+std::string Shown(double x, int decimals) {
+  return std::isfinite(x) ? fmt::format("{:.{}f}", x, decimals) : "-";
+}
+
+// Ranges in parentheses: of all soils of the terrain's name.
+std::string TextOf(const PowerComparison& c, const PowerComparison& all) {
   std::string text = fmt::format(
       "\nhusky, power: no-load current {:.2f} A a side fitted to straight driving on hard ground "
-      "(rms of power {:.2f})\n{:<11}{:<9}{:>14}{:>16}{:>16}{:>10}{:>24}{:>8}{:>12}\n",
+      "(rms of power {:.2f})\n{:<11}{:<9}{:>13}{:>14}{:>12}{:>9}{:>11}{:<14}{:>8}{:>11}\n",
       c.no_load_current_a, c.fit_rms, "terrain", "motion", "rims m/s", "currents A", "predicted",
-      "power W", "predicted", "yaw", "predicted");
-  for (const PowerPoint& p : c.points) {
+      "power W", "predicted", " (all soils)", "yaw", "predicted");
+  for (std::size_t i = 0; i < c.points.size(); ++i) {
+    const PowerPoint& p = c.points[i];
+    const Range& of = all.points[i].power_w;
     text += fmt::format(
-        "{:<11}{:<9}{:>7.2f}{:>7.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>8.1f}{:>10.0f}{:>8.0f} "
-        "{:<15}{:>8.2f}"
-        "{:>12.2f}{}\n",
+        "{:<11}{:<9}{:>6.2f}{:>7.2f}{:>7.1f}{:>7.1f}{:>6}{:>6}{:>9.0f}{:>11}{:<14}{:>8}"
+        "{:>11}{}\n",
         p.terrain, p.motion, p.rim_in_m_per_s, p.rim_out_m_per_s, p.measured_in_a, p.measured_out_a,
-        p.in_a.middle, p.out_a.middle, p.measured_w, p.power_w.middle,
-        p.grounds > 1 ? fmt::format("({:.0f} to {:.0f})", p.power_w.low, p.power_w.high) : "",
-        p.measured_yaw_ratio, p.yaw_ratio.middle, p.fitted ? "  fitted" : "");
+        Shown(p.in_a.middle, 1), Shown(p.out_a.middle, 1), p.measured_w, Shown(p.power_w.middle, 0),
+        of.low < of.high ? fmt::format(" ({:.0f} to {:.0f})", of.low, of.high) : "",
+        Shown(p.measured_yaw_ratio, 2), Shown(p.yaw_ratio.middle, 2), p.fitted ? "  fitted" : "");
   }
   return text;
 }
@@ -113,14 +124,14 @@ std::string TextOf(const PowerComparison& c) {
 
 std::string TextOf(const Comparison& c) {
   std::string text =
-      fmt::format("{:<54}{:>8}{:>8}  {:<6}{}\n", "row", "target", "value", "held", "");
+      fmt::format("{:<60}{:>8}{:>8}  {:<6}{}\n", "row", "target", "value", "held", "");
   for (const Verdict& v : VerdictsOf(c)) {
-    text += fmt::format("{:<54}{:>8.3f}{:>8.3f}  {:<6}{}\n", v.row, v.target, v.value,
+    text += fmt::format("{:<60}{:>8.3f}{:>8}  {:<6}{}\n", v.row, v.target, Shown(v.value, 3),
                         v.held ? "yes" : "NO", v.note);
   }
   if (!c.ploughed) text += "straight current, ploughed over concrete: not without --currents\n";
   for (const RobotYaw& r : c.robots) text += TextOf(r);
-  return text + TextOf(c.power);
+  return text + TextOf(c.power, c.all_soils);
 }
 
 std::string JsonOf(const Comparison& c) {
@@ -139,7 +150,8 @@ std::string JsonOf(const Comparison& c) {
               {"yaw", robots},
               {"power", JsonOf(c.power)},
               {"power_rescaled", JsonOf(c.rescaled)},
-              {"power_rigid", JsonOf(c.rigid)}}
+              {"power_rigid", JsonOf(c.rigid)},
+              {"power_all_soils", JsonOf(c.all_soils)}}
              .dump() +
          "\n";
 }

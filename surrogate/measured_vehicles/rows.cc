@@ -134,8 +134,7 @@ std::vector<CurrentSample> ReadCurrents(std::istream& in, const std::string& nam
   std::vector<CurrentSample> rows;
   while (t.Next()) {
     rows.push_back({t.Number("velL", -kMostSpeed, kMostSpeed),
-                    t.Number("velR", -kMostSpeed, kMostSpeed),
-                    t.Number("curL", 0, kMostCurrent),
+                    t.Number("velR", -kMostSpeed, kMostSpeed), t.Number("curL", 0, kMostCurrent),
                     t.Number("curR", 0, kMostCurrent)});
   }
   return t.Some(std::move(rows));

@@ -40,6 +40,7 @@ int Predict(const GroundOf& ground, double friction, std::vector<YawPoint>* poin
   int unbalanced = 0;
   for (std::size_t i = 0; i < solved.size(); ++i) {
     (*points)[i].predicted = solved[i].yaw_rate_rad_per_s;
+    (*points)[i].predicted_v_x = solved[i].v_x_m_per_s;
     unbalanced += !solved[i].balanced;
   }
   return unbalanced;
@@ -150,6 +151,19 @@ void AddRepeats(YawComparison* result) {
   if (result->pairs > 0) result->repeat_rms = std::sqrt(sum / (2 * result->pairs));
 }
 
+void AddSpeeds(YawComparison* result) {
+  double rims = 0, measured = 0, predicted = 0;
+  for (const YawPoint& p : result->points) {
+    const double rim = (p.left_m_per_s + p.right_m_per_s) / 2;
+    const double sense = rim < 0 ? -1 : 1;
+    rims += rim * sense;
+    measured += p.v_x * sense;
+    predicted += p.predicted_v_x * sense;
+  }
+  result->speed_ratio = measured / rims;
+  result->predicted_speed_ratio = predicted / rims;
+}
+
 }  // namespace
 
 std::pair<int, int> BinomialBand(int n, double p) {
@@ -182,7 +196,7 @@ YawComparison CompareYaw(const std::vector<DriveWindow>& windows, const std::str
       continue;
     }
     result.points.push_back({w.left_m_per_s, w.right_m_per_s, free, w.yaw_rate_rad_per_s, 0, 0,
-                             result.points.size() % 2 == 0});
+                             w.v_x_m_per_s, 0, result.points.size() % 2 == 0});
   }
   if (result.points.size() < 20) {
     throw std::invalid_argument(robot + ": " + std::to_string(result.points.size()) +
@@ -203,6 +217,7 @@ YawComparison CompareYaw(const std::vector<DriveWindow>& windows, const std::str
     if (!stuck) moving.push_back(p);
   }
   result.rms_moving = Rms(moving, false, miss);
+  AddSpeeds(&result);
   AddIntervals(&result);
   return result;
 }

@@ -17,6 +17,7 @@ struct YawPoint {
   double left_m_per_s, right_m_per_s;
   double without_slip, measured, predicted;  ///< yaw rates [rad/s]
   double half_width;                         ///< of the 90 % interval
+  double v_x, predicted_v_x;                 ///< forward [m/s]
   bool fitted;                               ///< the friction level was fitted to it
 };
 
@@ -31,7 +32,9 @@ struct YawComparison {
   int stuck = 0;                      ///< rows held back that do not
   int pairs = 0;                      ///< of windows of the same rim speeds, mirrored where needed
   double repeat_rms = 0;              ///< of their difference, over sqrt(2): no law does better
-  int unbalanced = 0;                 ///< rows for which the solver found no balance
+  /// Forward speed over the mean rim speed, of all rows together: how much of it slip takes.
+  double speed_ratio = 0, predicted_speed_ratio = 0;
+  int unbalanced = 0;  ///< rows for which the solver found no balance
   int held_back = 0, covered = 0, band_low = 0, band_high = 0;  ///< of 90 % intervals
   std::vector<YawPoint> points;
 };

@@ -41,6 +41,9 @@ TEST(MeasuredVehicles, YawRatesAreThoseCommitted) {
   const RobotYaw &husky = Shipped().robots[0], &warthog = Shipped().robots[1];
   ASSERT_EQ(husky.robot, "husky");
   EXPECT_EQ(husky.hard.windows, 201);
+  EXPECT_NEAR(husky.hard.speed_ratio, 0.77, 0.01);
+  EXPECT_NEAR(husky.hard.predicted_speed_ratio, 0.98, 0.02);
+  EXPECT_NEAR(husky.soil.predicted_speed_ratio, 0.77, 0.02);
   EXPECT_EQ(husky.hard.left_out, 0);
   EXPECT_NEAR(husky.hard.factor_rms_all, 0.156, 0.001);  // the issue's own baseline
   EXPECT_NEAR(warthog.hard.factor_rms_all, 0.083, 0.001);
@@ -64,14 +67,18 @@ TEST(MeasuredVehicles, PowerIsThatCommitted) {
   EXPECT_NEAR(On(c, "ICE").rms, 0.134, 0.003);
   EXPECT_NEAR(On(c, "ASPHALT").rms, 0.210, 0.003);
   EXPECT_NEAR(On(c, "FLOORING").rms, 0.518, 0.01);
-  EXPECT_NEAR(On(c, "SANDY_LOAM").rms, 0.386, 0.01);
+  EXPECT_EQ(On(c, "SANDY_LOAM").ground, "Sandy loam 15 %");
+  EXPECT_NEAR(On(c, "SANDY_LOAM").rms, 0.055, 0.005);
+  EXPECT_NEAR(On(Shipped().rigid, "SANDY_LOAM").rms, 0.305, 0.01);
+  EXPECT_NEAR(On(Shipped().all_soils, "SANDY_LOAM").rms, 0.386, 0.01);
   EXPECT_EQ(On(c, "SNOW").unanswered, 3);
   EXPECT_EQ(On(c, "ICE").rows, 17);
   EXPECT_NEAR(On(Shipped().rescaled, "SANDY_LOAM").yaw_rms, 0.015, 0.005);
   EXPECT_NEAR(On(Shipped().rescaled, "FLOORING").yaw_predicted -
                   On(Shipped().rescaled, "FLOORING").yaw_measured,
               0.020, 0.005);
-  EXPECT_NEAR(c.current_ratio.middle, 1.92, 0.03);
+  EXPECT_NEAR(c.current_ratio.middle, 1.59, 0.02);
+  EXPECT_NEAR(Shipped().all_soils.current_ratio.middle, 1.92, 0.03);
   EXPECT_NEAR(c.measured_current_ratio, 1.448, 0.001);
   for (const PowerPoint& p : c.points) EXPECT_TRUE(p.motion != "stuck" && p.motion != "still");
 }
