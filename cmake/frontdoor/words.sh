@@ -117,12 +117,13 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
-  make      a model of a wheel on a known soil at once, nothing fitted
+  make      a model of a wheel on a known soil or hard ground at once, nothing fitted
   compare   DEM, surrogate with interval, and measurement
   gate      may this candidate replace that model?
 Examples:
   ./grouser model list --json
   ./grouser model make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model
+  ./grouser model make --wheel my-wheel.yaml --ground asphalt --out asphalt.model
   ./grouser model show surrogate/shipped/NAME.model
   ./grouser model eval out/demo/model/demo.model --slip 0.2 --angle-deg 30 --load 24
 HELP

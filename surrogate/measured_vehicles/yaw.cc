@@ -13,7 +13,7 @@ constexpr double kLevel = 0.9, kBand = 0.95;
 constexpr double kStuck = 0.2;  // of the yaw rate without slip
 constexpr double kLeastFriction = 0.05, kMostFriction = 2;
 constexpr double kSame = 0.04;  // of the fastest rim
-constexpr int kGrid = 24, kRefinements = 24;
+constexpr int kGrid = 20, kRefinements = 14;
 
 double Scale(const YawPoint& p) { return std::max(std::fabs(p.without_slip), kLeastScale); }
 

@@ -49,7 +49,7 @@ struct Term {
 };
 
 void Write(const OutputView& to, std::size_t i, const Term& t, double by_load, double sd) {
-  Put(to.value, i, t.value);
+  Put(to.value, i, t.value + 0.0);  // never -0
   Put(to.sd_fit, i, sd);
   Put(to.sd_patch, i, 0);
   Put(to.low, i, t.value - kTwoSided90 * sd);

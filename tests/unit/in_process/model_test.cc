@@ -14,6 +14,8 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/write_model.h"
 #include "tests/unit/count_allocations.h"
 #include "tests/unit/in_process/batch.h"
 
@@ -56,6 +58,35 @@ TEST(Model, NamesTheKind) {
   for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   ASSERT_TRUE(v1alpha1::ModelKind_Parse("MODEL_KIND_" + name, &model)) << name;
   EXPECT_EQ(model, expected);
+}
+
+TEST(Model, OpensHardGroundAsAnyOther) {
+  v1alpha1::Model message;
+  message.set_name("tyre-ice");
+  message.set_kind(v1alpha1::MODEL_KIND_HARD);
+  message.mutable_wheel()->set_radius_m(0.165);
+  message.mutable_wheel()->set_width_m(0.114);
+  message.mutable_soil()->set_name("ice");
+  message.mutable_domain()->set_load_min_n(1);
+  message.mutable_domain()->set_load_max_n(1000);
+  const surrogate::HardGround ice{.friction = 0.1,
+                                  .slip_stiffness = 9,
+                                  .rolling_resistance = 0.02,
+                                  .contact_length_m = 0.08,
+                                  .contact_width_m = 0.1,
+                                  .friction_sd = 0.03};
+  surrogate::SetHard(ice, &message);
+  surrogate::SetGoldenVectors(&message);
+  const std::string file = ::testing::TempDir() + "/grouser_in_process_ice.model";
+  surrogate::WriteTestedModel(file, message);
+  const Model model = Model::Open(file);
+  EXPECT_EQ(model.kind(), "hard");
+  EXPECT_EQ(model.soil(), "ice");
+  EXPECT_TRUE(model.has_gradients());
+  const Answer sliding = model.Evaluate(State{0.2, 0, 0.5, 300});
+  EXPECT_DOUBLE_EQ(sliding.output[kFx].value, 0.1 * 300);
+  EXPECT_NEAR(sliding.output[kFx].high, (0.1 + 1.645 * 0.03) * 300, 1e-2);
+  EXPECT_EQ(sliding.flags & ~std::uint32_t{kFormUnknown}, 0u);
 }
 
 TEST(Model, AnswersAsTheEvaluatorBitByBit) {
