@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/soils/hard_table.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -16,6 +17,41 @@ constexpr double kSpeed = 0.5;                      // [m/s]
 constexpr double kLevel = 0.9;                      // of +- 1.645 sd
 
 }  // namespace
+
+std::string OptionOf(const HardGroundField& field) {
+  std::string name = std::string("--") + field.name;
+  for (char& c : name) c = c == '_' ? '-' : c;
+  if (name.ends_with("-m")) name.resize(name.size() - 2);
+  return name;
+}
+
+void SetGround(const std::string& ground, std::span<const std::optional<double>> given,
+               HardModelRequest* request) {
+  HardGround& parameters = request->parameters;
+  request->ground = "hard ground";
+  request->source.clear();
+  if (!ground.empty()) {
+    const auto published = PublishedHardGrounds();
+    const PublishedHardGround& found = FindHardGround(published, ground);
+    request->ground = found.name;
+    request->source = found.source;
+    parameters = found.ground;
+  }
+  SetUsualContact(request->wheel.radius_m(), request->wheel.width_m(), &parameters);
+  std::string said;
+  const auto fields = HardGroundFields();
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string option = OptionOf(fields[i]);
+    if (given[i]) {
+      parameters.*fields[i].member = *given[i];
+      said += (said.empty() ? "" : ", ") + option.substr(2);
+    } else if (ground.empty() && fields[i].required && !option.starts_with("--contact")) {
+      throw std::invalid_argument(option + ": not given, expected a number (or --ground)");
+    }
+  }
+  if (!said.empty())
+    request->source += (request->source.empty() ? "" : "; ") + ("as given: " + said);
+}
 
 v1alpha1::Model MakeHardModel(const HardModelRequest& request) {
   const double least = request.load_min_n.value_or(kLeastLoad);

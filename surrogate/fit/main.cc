@@ -27,7 +27,6 @@
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
-#include "surrogate/soils/hard_table.h"
 #include "surrogate/soils/soil_library.h"
 
 namespace {
@@ -158,50 +157,15 @@ std::string NameOf(const v1alpha1::Wheel& wheel, const std::string& soil) {
   return name.substr(0, 100);
 }
 
-// "friction_sd" -> "--friction-sd".
-std::string OptionOf(const HardGroundField& field) {
-  std::string name = std::string("--") + field.name;
-  for (char& c : name) c = c == '_' ? '-' : c;
-  if (name.ends_with("-m")) name.resize(name.size() - 2);
-  return name;
-}
-
-// A published ground, of which numbers may be given otherwise, or one by numbers alone.
-HardModelRequest HardRequest(const Arguments& a) {
-  HardModelRequest request{a.name,   a.ground,  "",         records::LoadWheel(a.wheel),
-                           {},       a.gravity, a.load_min, a.load_max,
-                           a.command};
-  SetUsualContact(request.wheel.radius_m(), request.wheel.width_m(), &request.parameters);
-  if (!a.ground.empty()) {
-    const auto grounds = PublishedHardGrounds();
-    const PublishedHardGround& found = FindHardGround(grounds, a.ground);
-    const HardGround patch = request.parameters;
-    request.ground = found.name;
-    request.source = found.source;
-    request.parameters = found.ground;
-    request.parameters.contact_length_m = patch.contact_length_m;
-    request.parameters.contact_width_m = patch.contact_width_m;
-  }
-  std::string given;
-  const auto fields = HardGroundFields();
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::string option = OptionOf(fields[i]);
-    if (a.hard[i]) {
-      request.parameters.*fields[i].member = *a.hard[i];
-      given += (given.empty() ? "" : ", ") + option.substr(2);
-    } else if (a.ground.empty() && fields[i].required && !option.starts_with("--contact")) {
-      throw CLI::RequiredError(option + " (or --ground)");
-    }
-  }
-  if (a.ground.empty()) request.ground = "hard ground";
-  if (!given.empty()) {
-    request.source += (request.source.empty() ? "" : "; ") + ("as given: " + given);
-  }
-  return request;
-}
-
 int MakeHard(const Arguments& a) {
-  HardModelRequest request = HardRequest(a);
+  HardModelRequest request;
+  request.name = a.name;
+  request.wheel = records::LoadWheel(a.wheel);
+  request.gravity_m_per_s2 = a.gravity;
+  request.load_min_n = a.load_min;
+  request.load_max_n = a.load_max;
+  request.command = a.command;
+  SetGround(a.ground, a.hard, &request);
   if (request.name.empty()) request.name = NameOf(request.wheel, request.ground);
   return Write(a, MakeHardModel(request));
 }

@@ -152,11 +152,8 @@ Verdict CurrentVerdict(const std::string& what, double measured, const Range& pr
     note += fmt::format(" ({:.2f} to {:.2f})", predicted.low, predicted.high);
   }
   if (std::isfinite(rigid)) note += fmt::format(", rigid wheels {:.2f}", rigid);
-  return {"current, straight: " + what,
-          kCurrentTarget,
-          std::fabs(miss),
-          std::fabs(miss) <= kCurrentTarget,
-          note};
+  return {"current, straight: " + what, kCurrentTarget, std::fabs(miss),
+          std::fabs(miss) <= kCurrentTarget, note};
 }
 
 void AddCurrents(const Comparison& c, std::vector<Verdict>* out) {

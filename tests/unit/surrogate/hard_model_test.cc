@@ -102,6 +102,24 @@ TEST(HardModel, RefusesLoadsAndNumbersThatAreNone) {
   EXPECT_THAT(Refusal([&] { MakeHardModel(request); }), HasSubstr("slip_stiffness: got 0"));
 }
 
+TEST(HardModel, TakesATablesGroundAndNumbersInsteadOfItsOwn) {
+  HardModelRequest request;
+  request.wheel.set_radius_m(0.2);
+  request.wheel.set_width_m(0.1);
+  std::array<std::optional<double>, 8> given;
+  SetGround("Ice", given, &request);
+  EXPECT_EQ(request.ground, "ice");
+  EXPECT_NEAR(request.parameters.friction, 0.1, 1e-12);
+  EXPECT_DOUBLE_EQ(request.parameters.contact_length_m, 0.1);
+  given[0] = 0.07;
+  SetGround("ice", given, &request);
+  EXPECT_DOUBLE_EQ(request.parameters.friction, 0.07);
+  EXPECT_THAT(request.source, HasSubstr("as given: friction"));
+  EXPECT_THAT(Refusal([&] { SetGround("", given, &request); }),
+              HasSubstr("--slip-stiffness: not given"));
+  EXPECT_THAT(Refusal([&] { SetGround("mud", given, &request); }), HasSubstr("ground 'mud'"));
+}
+
 // sd_fit^2 = sum of (d answer/d parameter sd)^2, here by differences.
 TEST(HardModel, IntervalsAreThoseOfTheParametersSpread) {
   const HardGround ground = Ground();
