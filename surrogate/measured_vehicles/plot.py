@@ -25,8 +25,8 @@ def yaw_panel(axes, name, fit, ground):
     axes.plot([-reach, reach], [-reach, reach], color="0.6", linewidth=0.8, zorder=0)
     axes.errorbar([p["measured"] for p in held], [p["predicted"] for p in held],
                   [p["half_width"] for p in held], fmt=".", markersize=5, linewidth=0.5, color="#1f77b4")
-    axes.set_title(f"{name}, windows held back, {ground}: friction {fit['friction']:.2f}\n"
-                   f"rms {fit['rms']:.3f}; windows alike differ by {fit['repeat_rms']:.3f} rad/s", fontsize=9)
+    axes.set_title(f"{name}, {ground}: friction {fit['friction']:.2f}; windows held back\n"
+                   f"rms {fit['rms']:.3f}; windows alike differ by {fit['repeat_rms']:.3f} rad/s", fontsize=8)
     axes.set_xlabel("measured yaw rate [rad/s]")
     axes.set_ylabel("predicted, 90 % interval [rad/s]")
     axes.set_xlim(-reach, reach)
