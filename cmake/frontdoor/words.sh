@@ -103,6 +103,12 @@ word_bevameter() {
 
 word_calibrate() {
   require_packages run
+  if [ "${1:-}" = grains ]; then
+    shift
+    wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-calibrate
+    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/calibrate_grains/calibrate_grains.py" \
+      --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  fi
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-calibrate
   exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }

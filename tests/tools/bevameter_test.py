@@ -72,8 +72,8 @@ class Plans(InFolder):
             value = {key: yaml.safe_load(text) for key, text in sets.items()}
             self.assertEqual(float(value["materials"][0]["youngs_modulus_pa"]), 1e6)
             self.assertEqual([(one["between"][1], one["friction"]) for one in value["interfaces"]],
-                             [("any", 0.5), ("tool", 0.3), ("steel", 0.9)])
-            self.assertEqual(value["interfaces"][1]["rolling_friction"], 0.02)
+                             [("sand", 0.5), ("any", 0.5), ("tool", 0.3), ("steel", 0.9)])
+            self.assertEqual(value["interfaces"][2]["rolling_friction"], 0.02)
             self.assertEqual(value["laws"], {"rolling": "constant_torque"})
             self.assertEqual(value["grains"]["sizes"][2], {"diameter_m": 0.0132, "mass_fraction": 0.25})
             if "_bed2" in plan.name:
@@ -96,7 +96,7 @@ class Plans(InFolder):
         self.assertAlmostEqual(soil.diameter, 0.012)
         bench = bench_of(soil, ["press", "shear"])
         self.assertAlmostEqual(bench.depth, 0.18)
-        self.assertAlmostEqual(bench.wheel, 0.06)
+        self.assertAlmostEqual(bench.wheel_radius, 0.06)
         self.assertAlmostEqual(bench.ring_radii[1] - bench.ring_radii[0], 3.5 * 0.012)
         area = math.pi * (0.084**2 - 0.042**2)
         self.assertAlmostEqual(bench.ring_area * bench.pressures[1], area * 0.16 * 1450 * 9.81)
