@@ -182,14 +182,15 @@ class Bench:
 
 
 def packing_of(result):
-    """Frictions with which the bed of a run settled, as keys of `preparation`; none where unknown, or of two
-    layers, which have their own."""
+    """Frictions with which the bed of a run settled and, where there is one, its top layer: for each the keys of
+    `preparation`; none where unknown."""
     bed = result.record["bed"]
-    if float(bed.get("top_solid_fraction", 0)) > 0 or not float(bed.get("preparation_friction", 0)) > 0:
+
+    def layer(prefix):  # as text: every digit, so that the same bed comes again
+        return {key: repr(float(bed.get(f"{prefix}preparation_{key}", 0))) for key in ("friction", "rolling_friction")}
+    if not float(bed.get("preparation_friction", 0)) > 0:
         return None
-    # As text: every digit, so that the same bed comes again.
-    return {"friction": repr(float(bed["preparation_friction"])),
-            "rolling_friction": repr(float(bed.get("preparation_rolling_friction", 0)))}
+    return [layer(""), layer("top_")] if float(bed.get("top_solid_fraction", 0)) > 0 else [layer("")]
 
 
 def first_on(bench, seed, execution):

@@ -115,14 +115,15 @@ class GrainSoil:
         return result
 
     def bed(self, depth, packed_with=None):
-        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed before."""
+        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed, and its top layer, before."""
         grains = {"kind": "bed", "material": "sand", "depth_m": depth, "sizes": self.sizes,
                   "solid_fraction": self.grains["solid_fraction"]}
-        preparation = packed_with or self.grains.get("preparation")
+        preparation = packed_with[0] if packed_with else self.grains.get("preparation")
         if preparation:
             grains["preparation"] = preparation
         if self.grains.get("top_layer"):
-            grains["top_layer"] = self.grains["top_layer"]
+            again = {"preparation": packed_with[1]} if packed_with else {}
+            grains["top_layer"] = {**self.grains["top_layer"], **again}
         return grains
 
     def poured(self, count, **more):

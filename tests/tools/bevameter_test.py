@@ -13,6 +13,7 @@ import sys
 import tempfile
 import types
 import unittest
+from types import SimpleNamespace
 
 import numpy
 import yaml
@@ -87,6 +88,17 @@ class Plans(InFolder):
             "seed", "grains", "box.length_m", "box.width_m", "materials", "interfaces")) for name in bench.bed_tests()}
         self.assertEqual(len(beds), 1)
         self.assertEqual((bench.side, bench.depth), (2.25 * 0.1, 1.25 * 0.1))
+
+    def test_frictions_that_made_two_layers_make_them_again(self):
+        soil = GrainSoil(self.soil_file(top_layer={"thickness_m": 0.04, "solid_fraction": 0.56}))
+        record = {"preparation_friction": 0.25, "preparation_rolling_friction": 0.5, "top_solid_fraction": 0.56,
+                  "top_preparation_friction": 0.75, "top_preparation_rolling_friction": 1}
+        packing = benches.packing_of(SimpleNamespace(record={"bed": record}))
+        bed = soil.bed(0.2, packing)
+        self.assertEqual(bed["preparation"], {"friction": "0.25", "rolling_friction": "0.5"})
+        self.assertEqual(bed["top_layer"]["preparation"], {"friction": "0.75", "rolling_friction": "1.0"})
+        self.assertEqual(len(benches.packing_of(SimpleNamespace(record={"bed": {**record, "top_solid_fraction": 0}}))), 1)
+        self.assertIsNone(benches.packing_of(SimpleNamespace(record={"bed": {}})))
 
     def test_sizes_go_with_the_grains(self):
         self.assertEqual(benches.default_plates(0.008), [40, 60])
