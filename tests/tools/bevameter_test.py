@@ -97,7 +97,8 @@ class Plans(InFolder):
         bed = soil.bed(0.2, packing)
         self.assertEqual(bed["preparation"], {"friction": "0.25", "rolling_friction": "0.5"})
         self.assertEqual(bed["top_layer"]["preparation"], {"friction": "0.75", "rolling_friction": "1.0"})
-        self.assertEqual(len(benches.packing_of(SimpleNamespace(record={"bed": {**record, "top_solid_fraction": 0}}))), 1)
+        one = SimpleNamespace(record={"bed": {**record, "top_solid_fraction": 0}})
+        self.assertEqual(len(benches.packing_of(one)), 1)
         self.assertIsNone(benches.packing_of(SimpleNamespace(record={"bed": {}})))
 
     def test_sizes_go_with_the_grains(self):
