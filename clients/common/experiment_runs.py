@@ -83,6 +83,15 @@ def hashes_of_others(texts, folder):
     return found
 
 
+def check_plans(program, plans):
+    """The engine reads every plan before the first one starts. Raises Refused with what it says."""
+    for plan in plans:
+        done = subprocess.run([program, "check", plan.file, *plan.options()], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
+        if done.returncode != 0:
+            raise Refused(f"run {plan.name}: {done.stderr.strip()}")
+
+
 def record_of(program, path):
     """The record of a run file; None where there is none that can be read."""
     if not os.path.exists(path):

@@ -101,8 +101,32 @@ word_bevameter() {
   exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_campaign() {
+  if [ "${1:-}" = adapt ]; then
+    shift
+    require_packages run
+    wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit
+    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/adaptive/adapt.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  fi
+  build_if_missing grouser-dem
+  case "${1:-}" in
+    '' | -h | --help)
+      local code=0
+      "$(program_path grouser-dem)" campaign "$@" || code=$?
+      say "campaign adapt: goes on where its model is least sure; see ./grouser campaign adapt --help"
+      exit "$code" ;;
+  esac
+  run_program grouser-dem campaign "$@"
+}
+
 word_calibrate() {
   require_packages run
+  if [ "${1:-}" = grains ]; then
+    shift
+    wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-calibrate
+    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/calibrate_grains/calibrate_grains.py" \
+      --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  fi
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-calibrate
   exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }

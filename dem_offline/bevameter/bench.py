@@ -18,6 +18,8 @@ EXAMPLE_DIAMETER = 0.008  # [m] of the grains that the examples' sizes are for
 TAPS, TAP_OVER_GRAVITY, TAP_DIAMETERS = 30, 3.0, 0.05  # number, acceleration, amplitude
 SHEAR_DEPTHS = (0.08, 0.16, 0.32)  # [m] of soil whose weight is the pressure on the ring
 SINKAGE = 0.03          # [m] of plates and wheel; plates from 60 mm: half their diameter
+SIDE = 2.25             # of the box over the widest plate
+CHORDS = 2.0            # of the box over the chord of a given wheel at its greatest sinkage
 TEST_NAMES = "plateNN (NN: its diameter in mm), press, shear, cone, repose, density"
 
 
@@ -28,35 +30,49 @@ def default_plates(diameter):
 
 
 class Bench:
-    """Plans of all chosen tests. chosen: names; beds: seeds 1 to that."""
+    """Plans of all chosen tests. chosen: names; beds: seeds 1 to that. As another bench had them: wheel, radius
+    and width [m] of the pressed wheel, with a box for its chord; sinkages [m] by the name of a test;
+    wheel_friction, where the pressed wheel is of another material than the other tools."""
 
-    def __init__(self, soil, chosen, beds, quick, tool_friction=None, depth=None):
+    def __init__(self, soil, chosen, beds, quick, tool_friction=None, depth=None, wheel=None, sinkages=None,
+                 wheel_friction=None):
         self.soil, self.beds, self.quick = soil, beds, quick
         d = soil.diameter
-        self.plates = [int(name[5:]) for name in chosen if name.startswith("plate")]
+        self.plates = [float(name[5:]) for name in chosen if name.startswith("plate")]
+        self.plates = [int(mm) if mm.is_integer() else mm for mm in self.plates]
+        self.sinkages = sinkages or {}
         self.names = chosen
         self.grain_scale = max(1.0, d / EXAMPLE_DIAMETER)
-        self.wheel = max(0.05, LEAST_GRAINS * d)  # radius and width
+        self.wheel_radius, self.wheel_width = wheel or (max(0.05, LEAST_GRAINS * d),) * 2
         self.ring = max(1.0, RING_GRAINS * d / 0.03)  # scale of the example's
         self.cone_radius = max(0.016, 2 * d)
         widest = 1e-3 * max(self.plates, default=0)
-        self.side = max(0.18 if depth is None else 0, 2.25 * widest, 0.18 * self.ring if "shear" in chosen else 0)
-        self.depth = depth or max(0.12 * self.grain_scale, 1.25 * widest)
+        self.depth = depth or max(0.12 * self.grain_scale, 1.25 * widest, 3 * max(self.sinkages.values(), default=0))
+        self.side = max(0.18 if depth is None else 0, SIDE * widest, 0.18 * self.ring if "shear" in chosen else 0,
+                        CHORDS * self.chord if wheel and "press" in chosen else 0)
         self.speed = math.sqrt(soil.gravity * d / (9.81 * EXAMPLE_DIAMETER))  # over the examples'
         if "cone" in chosen and self.cone_travel < self.cone_height + soil.largest:
             least = self.cone_height + 5 * soil.largest
             raise Refused(f"--depth {self.depth:g}: a bed for the cone, expected at least {least:.3g} m")
         self.settings = soil.settings(tool_friction)
+        self.tool_friction = soil.grains["friction"] if tool_friction is None else tool_friction
+        self.wheel_settings = self.settings if wheel_friction is None else soil.settings(wheel_friction)
         self.pressures = [soil.bulk_density * soil.gravity * h
                           for h in (SHEAR_DEPTHS[::2] if quick else SHEAR_DEPTHS)]
 
     # What is pressed and turned.
     def plate_sinkage(self, mm):
-        return min(max(SINKAGE, 0.5e-3 * mm), self.depth / 3)
+        return min(self.sinkages.get(f"plate{mm}", max(SINKAGE, 0.5e-3 * mm)), self.depth / 3)
 
     @property
     def wheel_sinkage(self):
-        return min(max(SINKAGE, 0.5 * self.wheel), self.depth / 3)
+        return min(self.sinkages.get("press", max(SINKAGE, 0.5 * self.wheel_radius)), self.depth / 3)
+
+    @property
+    def chord(self):
+        """Of the pressed wheel in the plane of the bed, at its greatest sinkage [m]."""
+        z = min(self.wheel_sinkage, self.wheel_radius)
+        return 2 * math.sqrt(z * (2 * self.wheel_radius - z))
 
     @property
     def cone_travel(self):
@@ -81,8 +97,9 @@ class Bench:
         return {"do": "lower", "speed_m_per_s": speed * self.speed, "ramp_s": 0.05, "distance_m": way}
 
     def _on_bed(self, name, file, seed, body, packed_with):
-        scale = max(self.grain_scale, self.ring, self.wheel / 0.05, self.cone_radius / 0.016)
-        sets = {"seed": seed, **self.settings, "grains": self.soil.bed(self.depth, packed_with),
+        scale = max(self.grain_scale, self.ring, self.wheel_radius / 0.05, self.cone_radius / 0.016)
+        settings = self.wheel_settings if name == "press" else self.settings
+        sets = {"seed": seed, **settings, "grains": self.soil.bed(self.depth, packed_with),
                 "box.length_m": self.side, "box.width_m": self.side, "box.height_m": self.depth + 0.2 * scale,
                 "bodies[0].position_m": [self.side / 2, self.side / 2, 0], "bodies[0].material": "tool",
                 "output": {"sample_s": 0.01 / self.speed}}
@@ -94,7 +111,8 @@ class Bench:
                               "motion": [self._lower(self.plate_sinkage(mm), 0.03)]}
 
     def _press(self):
-        return "wheel_press.yaml", {"parts": {"shape": "wheel", "radius_m": self.wheel, "width_m": self.wheel},
+        return "wheel_press.yaml", {"parts": {"shape": "wheel", "radius_m": self.wheel_radius,
+                                              "width_m": self.wheel_width},
                                     "motion": [self._lower(self.wheel_sinkage, 0.03)]}
 
     def _cone(self):
@@ -161,6 +179,24 @@ class Bench:
         if "density" in self.names:
             plans += [self._density(seed, tapped) for seed in seeds for tapped in (False, True)]
         return plans
+
+
+def packing_of(result):
+    """Frictions with which the bed of a run settled and, where there is one, its top layer: for each the keys of
+    `preparation`; none where unknown."""
+    bed = result.record["bed"]
+
+    def layer(prefix):  # as text: every digit, so that the same bed comes again
+        return {key: repr(float(bed.get(f"{prefix}preparation_{key}", 0))) for key in ("friction", "rolling_friction")}
+    if not float(bed.get("preparation_friction", 0)) > 0:
+        return None
+    return [layer(""), layer("top_")] if float(bed.get("top_solid_fraction", 0)) > 0 else [layer("")]
+
+
+def first_on(bench, seed, execution):
+    """The test that finds the preparation of a bed: one that has done so before, else the first."""
+    plans = [bench.on_bed(name, seed) for name in bench.bed_tests()]
+    return next((plan for plan in plans if execution.is_done(plan)), plans[0])
 
 
 def choose(text, soil):

@@ -21,7 +21,6 @@ Examples:
 import argparse
 import json
 import os
-import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -36,7 +35,7 @@ import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
 import html_page  # noqa: E402
 import measured as measurement  # noqa: E402
-from experiment_runs import Execution, Refused, lock_of  # noqa: E402
+from experiment_runs import Execution, Refused, check_plans, lock_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
@@ -87,40 +86,15 @@ def parse_arguments():
     return arguments
 
 
-def check(program, plans):
-    """The engine reads every kind of run before the first one starts."""
-    for plan in plans:
-        done = subprocess.run([program, "check", plan.file, *plan.options()], stdout=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
-        if done.returncode != 0:
-            raise Refused(f"run {plan.name}: {done.stderr.strip()}")
-
-
-def packing_of(result):
-    """Frictions with which the bed of a run settled, as keys of `preparation`; none where unknown."""
-    bed = result.record["bed"]
-    if not float(bed.get("preparation_friction", 0)) > 0:
-        return None
-    # As text: every digit, so that the same bed comes again.
-    return {"friction": repr(float(bed["preparation_friction"])),
-            "rolling_friction": repr(float(bed.get("preparation_rolling_friction", 0)))}
-
-
-def first_on(bench, seed, execution):
-    """The test that finds the preparation of a bed: one that has done so before, else the first."""
-    plans = [bench.on_bed(name, seed) for name in bench.bed_tests()]
-    return next((plan for plan in plans if execution.is_done(plan)), plans[0])
-
-
 def run_all(bench, execution, program):
     """{(name, bed): Result}. One test of a bed finds its preparation, the others repeat it."""
     names, seeds = list(bench.bed_tests()), range(1, bench.beds + 1)
-    check(program, [bench.on_bed(name, 1) for name in names] + [p for p in bench.off_bed() if p.name.endswith("_bed1")])
-    first = [first_on(bench, seed, execution) for seed in seeds] if names else []
+    check_plans(program, [bench.on_bed(name, 1) for name in names] + [p for p in bench.off_bed() if p.name.endswith("_bed1")])
+    first = [benches.first_on(bench, seed, execution) for seed in seeds] if names else []
     results = execution.run(first + bench.off_bed())
     later = []
     for plan, seed in zip(first, seeds):
-        packing = None if bench.soil.grains.get("top_layer") else packing_of(results[plan.name])
+        packing = benches.packing_of(results[plan.name])
         others = [name for name in names if f"{name}_bed{seed}" != plan.name]
         later += [bench.on_bed(name, seed, packing) for name in others]
     if later:
@@ -155,7 +129,7 @@ def report(arguments, bench, results, processes):
     cone, curves = got.cone()
     summary = {"soil": bench.soil.name, "soil_file": os.path.basename(arguments.soil), "engine_version": engine,
                "grain_diameter_m": bench.soil.diameter, "quick": arguments.quick, "beds": bench.beds,
-               "tool_friction": bench.settings["interfaces"][1]["friction"],
+               "tool_friction": bench.tool_friction,
                "bed": {"length_m": bench.side, "width_m": bench.side, "depth_m": bench.depth},
                "tests": bench.names, "bulk_density": got.density(), "cone_index": cone, "angle_of_repose": got.repose(),
                "parameters": page.parameters_of(found), "beside": page.parameters_of(beside),

@@ -101,7 +101,8 @@ class GrainSoil:
         at_wheel, at_floor = contact.pop("wheel", None) or {}, contact.pop("floor", None) or {}
         base = {key: grains[key] for key in ("restitution", "friction", "rolling_friction")}
         friction = grains["friction"] if tool_friction is None else tool_friction
-        interfaces = [{"between": ["sand", "any"], **base},
+        # By name: a bed is prepared and comes to rest with what stands for the grains' own pair alone.
+        interfaces = [{"between": ["sand", "sand"], **base}, {"between": ["sand", "any"], **base},
                       {"between": ["sand", "tool"], **base, "friction": friction, **at_wheel}]
         if at_floor:
             interfaces.append({"between": ["sand", "steel"], **base, **at_floor})
@@ -114,14 +115,15 @@ class GrainSoil:
         return result
 
     def bed(self, depth, packed_with=None):
-        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed before."""
+        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed, and its top layer, before."""
         grains = {"kind": "bed", "material": "sand", "depth_m": depth, "sizes": self.sizes,
                   "solid_fraction": self.grains["solid_fraction"]}
-        preparation = packed_with or self.grains.get("preparation")
+        preparation = packed_with[0] if packed_with else self.grains.get("preparation")
         if preparation:
             grains["preparation"] = preparation
         if self.grains.get("top_layer"):
-            grains["top_layer"] = self.grains["top_layer"]
+            again = {"preparation": packed_with[1]} if packed_with else {}
+            grains["top_layer"] = {**self.grains["top_layer"], **again}
         return grains
 
     def poured(self, count, **more):

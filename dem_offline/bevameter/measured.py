@@ -127,8 +127,8 @@ def write_measurements(measured, folder, kind, engine):
         rows = measured.sinkage_rows(f"plate{mm}", "plate", bench.plate_sinkage(mm))
         add(f"plate{mm}", "plate", sunk, rows, by_sinkage, {"diameter": f"{mm} mm"}, bench.plate_sinkage(mm) - d / 2)
     rows = measured.sinkage_rows("press", "wheel", bench.wheel_sinkage)
-    size = f"{1e3 * bench.wheel:.6g} mm"
-    add("press", "press", sunk, rows, by_sinkage, {"radius": size, "width": size}, bench.wheel_sinkage - d / 2)
+    radius, width = (f"{1e3 * size:.6g} mm" for size in (bench.wheel_radius, bench.wheel_width))
+    add("press", "press", sunk, rows, by_sinkage, {"radius": radius, "width": width}, bench.wheel_sinkage - d / 2)
     inner, outer = bench.ring_radii
     for k, pressure in enumerate(bench.pressures):
         rows = measured.shear_rows(f"shear{k + 1}")

@@ -139,9 +139,13 @@ void FillRecord(const ExperimentFile& file, const dx::Result& result, v1alpha1::
   auto* bed = r->mutable_bed();
   bed->set_grains(result.grains);
   bed->set_solid_fraction(result.solid_fraction);
+  bed->set_top_solid_fraction(result.top_solid_fraction);
   bed->set_coordination(result.coordination);
-  bed->set_preparation_friction(result.packed_with.friction);
-  bed->set_preparation_rolling_friction(result.packed_with.rolling_friction);
+  const auto& [under, top] = result.packed_with;
+  bed->set_preparation_friction(under.friction);
+  bed->set_preparation_rolling_friction(under.rolling_friction);
+  bed->set_top_preparation_friction(top.friction);
+  bed->set_top_preparation_rolling_friction(top.rolling_friction);
   auto* n = r->mutable_numerics();
   n->set_dt_s(result.dt_s);
   n->set_steps(result.steps);

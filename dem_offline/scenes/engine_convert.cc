@@ -37,6 +37,13 @@ void ConvertContact(const v1alpha1::ContactLaws& laws, dem::ContactChoice* out) 
 
 namespace {
 
+dem::BedPreparation Converted(const v1alpha1::BedPreparation& preparation) {
+  dem::BedPreparation out;
+  if (preparation.has_friction()) out.friction = preparation.friction();
+  if (preparation.has_rolling_friction()) out.rolling_friction = preparation.rolling_friction();
+  return out;
+}
+
 void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
   const auto& grains = soil.grains();
   out->density_kg_per_m3 = grains.grain_density_kg_per_m3();
@@ -46,13 +53,9 @@ void ConvertSoil(const v1alpha1::Soil& soil, dem::GrainSoil* out) {
   out->friction = grains.friction();
   out->rolling_friction = grains.rolling_friction();
   out->solid_fraction = grains.solid_fraction();
-  out->preparation = {};
-  const auto& preparation = grains.preparation();
-  if (preparation.has_friction()) out->preparation.friction = preparation.friction();
-  if (preparation.has_rolling_friction()) {
-    out->preparation.rolling_friction = preparation.rolling_friction();
-  }
-  out->top = {grains.top_layer().thickness_m(), grains.top_layer().solid_fraction()};
+  out->preparation = Converted(grains.preparation());
+  const auto& top = grains.top_layer();
+  out->top = {top.thickness_m(), top.solid_fraction(), Converted(top.preparation())};
   out->gravity_m_per_s2 = soil.gravity_m_per_s2();
   if (grains.has_contact()) ConvertContact(grains.contact(), &out->contact);
   out->sizes.clear();

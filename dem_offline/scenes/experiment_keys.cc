@@ -151,6 +151,8 @@ const std::vector<Key>& ExperimentKeys() {
 
       {"top_layer", "thickness_m", K::kNumber, "", "!", "", ""},
       {"top_layer", "solid_fraction", K::kNumber, "", "!", "", "met within 0.004 as well"},
+      {"top_layer", "preparation", K::kSection, "packing", "searched until solid_fraction is met",
+       "", "its own"},
 
       {"preparation", "do", K::kChoice, "settle|relax|shake|cut|turn", "!", "",
        "settle: with drag; relax: without"},

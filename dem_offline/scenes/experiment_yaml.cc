@@ -239,6 +239,16 @@ class Reader {
     return out;
   }
 
+  static dem::BedPreparation ReadPacking(KeyedSection& s) {
+    dem::BedPreparation out;
+    if (!s.Has("preparation")) return out;
+    KeyedSection p = s.Section("preparation");
+    if (p.Has("friction")) out.friction = p.Number("friction");
+    if (p.Has("rolling_friction")) out.rolling_friction = p.Number("rolling_friction");
+    p.Finish();
+    return out;
+  }
+
   dx::Grains ReadGrains(KeyedSection& s) {
     dx::Grains g;
     g.filling = static_cast<dx::Filling>(s.Choice("kind"));
@@ -262,16 +272,10 @@ class Reader {
     if (g.filling == dx::Filling::kBed) {
       g.depth_m = s.Number("depth_m");
       g.solid_fraction = s.Number("solid_fraction");
-      if (s.Has("preparation")) {
-        KeyedSection p = s.Section("preparation");
-        if (p.Has("friction")) g.preparation.friction = p.Number("friction");
-        if (p.Has("rolling_friction"))
-          g.preparation.rolling_friction = p.Number("rolling_friction");
-        p.Finish();
-      }
+      g.preparation = ReadPacking(s);
       if (s.Has("top_layer")) {
         KeyedSection top = s.Section("top_layer");
-        g.top = {top.Number("thickness_m"), top.Number("solid_fraction")};
+        g.top = {top.Number("thickness_m"), top.Number("solid_fraction"), ReadPacking(top)};
         top.Finish();
       }
       s.Finish();

@@ -75,20 +75,26 @@ void ReadContact(YamlSection contact, v1alpha1::ContactLaws* out) {
   contact.Finish();
 }
 
+/// Of a section that has it.
+void ReadPreparation(YamlSection& section, v1alpha1::BedPreparation* out) {
+  YamlSection preparation = section.Section("preparation");
+  ReadOptional(preparation, {"friction", "rolling_friction"}, out);
+  preparation.Finish();
+}
+
 void ReadGrains(YamlSection grains, double bulk_density, v1alpha1::GrainSoil* out) {
   ReadNumbers(grains,
               {"grain_density_kg_per_m3", "youngs_modulus_pa", "poisson_ratio", "restitution",
                "friction", "rolling_friction", "solid_fraction"},
               out);
   ReadSizes(grains, out);
-  if (grains.Has("preparation")) {
-    YamlSection preparation = grains.Section("preparation");
-    ReadOptional(preparation, {"friction", "rolling_friction"}, out->mutable_preparation());
-    preparation.Finish();
-  }
+  if (grains.Has("preparation")) ReadPreparation(grains, out->mutable_preparation());
   if (grains.Has("top_layer")) {
     YamlSection top = grains.Section("top_layer");
     ReadNumbers(top, {"thickness_m", "solid_fraction"}, out->mutable_top_layer());
+    if (top.Has("preparation")) {
+      ReadPreparation(top, out->mutable_top_layer()->mutable_preparation());
+    }
     top.Finish();
   }
   if (grains.Has("contact")) ReadContact(grains.Section("contact"), out->mutable_contact());

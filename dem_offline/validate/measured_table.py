@@ -19,6 +19,7 @@ class Row:
     def __init__(self, line, slip, angle, load):
         self.line, self.slip, self.angle, self.load = line, slip, angle, load
         self.value, self.standard_error = {}, {}
+        self.held_out = False
 
     @property
     def rim_over_hub(self):
@@ -65,13 +66,19 @@ def read(program, path, wheel, columns=()):
                           check=False, text=True)
     if done.returncode != 0:
         raise TableError(done.stderr.strip().removeprefix(os.path.basename(program) + ": "))
+    return rows_of(json.loads(done.stdout)["observations"])
+
+
+def rows_of(observations):
+    """A row for each line of the wheel tests among the observations of `grouser-calibrate rows`."""
     rows = {}
-    for one in json.loads(done.stdout)["observations"]:
-        if one["measured"] not in OUTPUTS:
+    for one in observations:
+        if one["kind"] != "wheel" or one["measured"] not in OUTPUTS:
             continue
-        line = one["line"]
+        line = one["test_index"], one["line"]
         if line not in rows:
-            rows[line] = Row(line, one["slip"], math.radians(one["attack_angle_deg"]), one["load_n"])
+            rows[line] = Row(one["line"], one["slip"], math.radians(one["attack_angle_deg"]), one["load_n"])
+            rows[line].held_out = one["held_out"]
         rows[line].value[one["measured"]] = one["value"]
         if one["sd"] is not None:
             rows[line].standard_error[one["measured"]] = one["sd"]

@@ -25,7 +25,6 @@ import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -40,10 +39,10 @@ matplotlib.use("Agg")
 import html_page  # noqa: E402
 import measured_table as measured  # noqa: E402
 import validate_page as page  # noqa: E402
-from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
+import wheel_campaign as campaigns  # noqa: E402
+from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
-FAILED = "RUN_STATUS_FAILED"
 
 
 def say(text):
@@ -76,80 +75,21 @@ def parse_arguments():
     return arguments
 
 
-def state_of(row):
-    """As the campaign file has it, rounded alike wherever it is looked up."""
-    return (round(row.slip, 6), round(math.degrees(row.angle), 4), round(row.load, 3))
-
-
-def campaign_text(arguments, rows, folder):
-    """Every state once; paths from the folder of the file."""
-    lines = ["# Written by ./grouser validate.", "name: validate",
-             "scene: " + json.dumps(os.path.relpath(arguments.scene, folder)),
-             "soil: " + json.dumps(os.path.relpath(arguments.soil, folder)),
-             f"seeds: [{', '.join(str(k + 1) for k in range(arguments.beds))}]", "extra:"]
-    lines += [f"  - {{slip: {slip!r}, attack_angle_deg: {angle!r}, load_n: {load!r}}}"
-              for slip, angle, load in dict.fromkeys(state_of(row) for row in rows)]
-    return "\n".join(lines) + "\n"
-
-
-def capture(command):
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
-                          check=False, text=True)
-    if done.returncode != 0:
-        raise ProgramFailed(f"{' '.join(command)}\nended with {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout)
-
-
 def run_campaign(arguments, rows, processes):
     """Records of all runs of the campaign, by state."""
     path = os.path.join(arguments.out, "validate.campaign.yaml")
     folder = os.path.join(arguments.out, "campaign")
-    write_atomically(path, campaign_text(arguments, rows, arguments.out))
+    write_atomically(path, campaigns.text_of("./grouser validate", "validate", arguments.scene, arguments.soil, rows,
+                                             arguments.beds, arguments.out))
     program = os.path.join(arguments.bin, "grouser-dem")
-    command = [program, "campaign", "run", path, "--out", folder, "--jobs", str(arguments.jobs), "--device",
-               arguments.device, "--json"]
-    child = processes.start_with_output("campaign", command, show=True)
+    child = processes.start_with_output("campaign", campaigns.command(program, path, folder, arguments.jobs,
+                                                                      arguments.device), show=True)
     processes.finish("campaign", child)
-    with open(os.path.join(folder, "campaign.json"), encoding="utf-8") as file:
-        planned = json.load(file)["runs"]
-    files = [os.path.join(folder, "runs", one["run_id"] + ".run.h5") for one in planned]
-    records = {}
-    for record in capture([program, "show", "--json", *files]):
-        state = record["spec"]["state"]
-        key = (round(float(state.get("slip", 0)), 6), round(math.degrees(float(state.get("attack_angle_rad", 0))), 4),
-               round(float(state["load_n"]), 3))
-        records.setdefault(key, []).append(record)
-    return records
-
-
-def outputs_of(record):
-    """({output: (mean, standard error)}, whether it is the stretch of equal travel)."""
-    equal = record.get("equal_travel", {}).get("outputs")
-    source = equal or record.get("outputs", [])
-    return ({one["name"]: (float(one.get("mean", 0)), float(one.get("standard_error", 0))) for one in source},
-            bool(equal))
-
-
-def over_beds(records):
-    """Means over beds, with their standard errors: of the spread between beds where there are two or
-    more, but not less than the runs' own."""
-    each = [outputs_of(record) for record in records if record["status"] != FAILED]
-    each = [one for one in each if one[0]]
-    result = {}
-    for output in measured.OUTPUTS:
-        values = [one[0][output] for one in each if output in one[0]]
-        if not values:
-            continue
-        own = math.sqrt(sum(v[1] ** 2 for v in values)) / len(values)
-        spread = statistics.stdev(v[0] for v in values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
-        result[output] = {"value": statistics.fmean(v[0] for v in values), "standard_error": max(own, spread)}
-    return {"outputs": result, "beds": len(each), "equal_travel": bool(each) and all(one[1] for one in each),
-            "statuses": [record["status"].replace("RUN_STATUS_", "") for record in records],
-            "reasons": sorted({record.get("reason", "") for record in records} - {""})}
+    return campaigns.records_in(program, folder)
 
 
 def model_answer(arguments, row):
-    answer = capture([os.path.join(arguments.bin, "grouser-fit"), "eval", arguments.model, "--json",
+    answer = campaigns.capture([os.path.join(arguments.bin, "grouser-fit"), "eval", arguments.model, "--json",
                       f"--slip={row.slip!r}", f"--angle-deg={math.degrees(row.angle)!r}", f"--load={row.load!r}"])
     return page.model_outputs(answer)
 
@@ -162,7 +102,7 @@ def compare(arguments, rows, records):
                "load_n": row.load, "regions": row.regions,
                "measured": {name: {"value": row.value[name], "standard_error": none_of(row.error(name))}
                             for name in measured.OUTPUTS if name in row.value},
-               "dem": over_beds(records.get(state_of(row), []))}
+               "dem": campaigns.over_beds(records.get(campaigns.state_of(row), []))}
         if arguments.model:
             one["model"] = model_answer(arguments, row)
         out.append(one)

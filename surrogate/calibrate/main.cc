@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
       "  grouser-calibrate soil my-sand.yaml --out out/my-sand\n"
       "  grouser-calibrate soil plate.csv --kind plate --constant 'diameter=60 mm' \\\n"
       "    --columns z_mm=sinkage,F=force:N\n"
-      "Measurement files (.yaml): docs/calibration.md.\n"
+      "Measurement files (.yaml): docs/calibration.md. DEM grains: ./grouser calibrate grains.\n"
       "Exit codes: 0 ok, 1 failed, 2 usage or bad input.");
   Request request;
   request.command = "grouser-calibrate";

@@ -41,6 +41,7 @@ struct MeasuredTest {
   /// How many independent observations the fitted ones count as (neighbours on one curve share
   /// their grains and their rig); none: each for itself.
   std::optional<double> counts_as;
+  bool disc = true;  ///< of a plate: else a rectangle
 };
 
 /// All that was measured on one soil.

@@ -111,6 +111,24 @@ json ObservationJson(const MeasuredTest& test, const Observation& at) {
   return o;
 }
 
+json TestJson(const MeasuredTest& test) {
+  json o = {{"name", test.name},
+            {"kind", NameOf(test.kind)},
+            {"counts_as", test.counts_as ? json(*test.counts_as) : json(nullptr)}};
+  if (test.kind == TestKind::kPlate) o["shape"] = test.disc ? "disc" : "rectangle";
+  if (test.kind == TestKind::kPress || test.kind == TestKind::kWheel) {
+    o["radius_m"] = test.wheel.radius_m;
+    o["width_m"] = test.wheel.width_m;
+  }
+  return o;
+}
+
+json FilesJson(const MeasuredSoil& soil) {
+  json files = json::array();
+  for (const auto& [file, hash] : soil.files) files.push_back({{"file", file}, {"sha256", hash}});
+  return files;
+}
+
 json ObservationsJson(const SoilCalibration& c) {
   json list = json::array();
   for (std::size_t i = 0; i < c.soil.observations.size(); ++i) {
@@ -128,11 +146,17 @@ json ObservationsJson(const SoilCalibration& c) {
 }  // namespace
 
 std::string RowsJson(const MeasuredSoil& soil) {
-  json list = json::array();
+  json list = json::array(), tests = json::array();
   for (const Observation& at : soil.observations) {
     list.push_back(ObservationJson(soil.tests[at.test], at));
+    list.back()["test_index"] = at.test;
   }
-  return json{{"soil", soil.name}, {"observations", list}, {"notes", soil.notes}}.dump(1) + "\n";
+  for (const MeasuredTest& test : soil.tests) tests.push_back(TestJson(test));
+  return json{{"soil", soil.name},         {"source", soil.source}, {"files", FilesJson(soil)},
+              {"gravity", soil.gravity},   {"tests", tests},        {"observations", list},
+              {"notes", soil.notes}}
+             .dump(1) +
+         "\n";
 }
 
 std::string CalibrationText(const SoilCalibration& c) {
@@ -169,7 +193,7 @@ std::string CalibrationJson(const SoilCalibration& c, const std::string& command
     correlation.push_back(line);
   }
   json errors = json::array(), misfits = json::array(), directions = json::array(),
-       next = json::array(), files = json::array(), model = json::object();
+       next = json::array(), model = json::object();
   for (const ErrorSummary& e : c.errors) {
     const MeasuredTest& test = c.soil.tests[e.test];
     errors.push_back(
@@ -190,14 +214,13 @@ std::string CalibrationJson(const SoilCalibration& c, const std::string& command
                     {"gains", t.gains},
                     {"interval_left", t.interval_left}});
   }
-  for (const auto& [file, hash] : c.soil.files) files.push_back({{"file", file}, {"sha256", hash}});
   const BekkerParameters p = c.fit->Parameters();
   for (const BekkerField& field : BekkerFields()) model[field.name] = p.*field.member;
   const json all = {
       {"soil", c.soil.name},
       {"source", c.soil.source},
       {"command", command},
-      {"files", files},
+      {"files", FilesJson(c.soil)},
       {"form", c.fit->law->form() == kReeceForm ? "reece" : "bekker"},
       {"why_form", c.why_form},
       {"deviance", {{"bekker", c.bekker_deviance}, {"reece", Number(c.reece_deviance)}}},

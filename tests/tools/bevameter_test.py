@@ -13,6 +13,7 @@ import sys
 import tempfile
 import types
 import unittest
+from types import SimpleNamespace
 
 import numpy
 import yaml
@@ -72,8 +73,8 @@ class Plans(InFolder):
             value = {key: yaml.safe_load(text) for key, text in sets.items()}
             self.assertEqual(float(value["materials"][0]["youngs_modulus_pa"]), 1e6)
             self.assertEqual([(one["between"][1], one["friction"]) for one in value["interfaces"]],
-                             [("any", 0.5), ("tool", 0.3), ("steel", 0.9)])
-            self.assertEqual(value["interfaces"][1]["rolling_friction"], 0.02)
+                             [("sand", 0.5), ("any", 0.5), ("tool", 0.3), ("steel", 0.9)])
+            self.assertEqual(value["interfaces"][2]["rolling_friction"], 0.02)
             self.assertEqual(value["laws"], {"rolling": "constant_torque"})
             self.assertEqual(value["grains"]["sizes"][2], {"diameter_m": 0.0132, "mass_fraction": 0.25})
             if "_bed2" in plan.name:
@@ -88,6 +89,18 @@ class Plans(InFolder):
         self.assertEqual(len(beds), 1)
         self.assertEqual((bench.side, bench.depth), (2.25 * 0.1, 1.25 * 0.1))
 
+    def test_frictions_that_made_two_layers_make_them_again(self):
+        soil = GrainSoil(self.soil_file(top_layer={"thickness_m": 0.04, "solid_fraction": 0.56}))
+        record = {"preparation_friction": 0.25, "preparation_rolling_friction": 0.5, "top_solid_fraction": 0.56,
+                  "top_preparation_friction": 0.75, "top_preparation_rolling_friction": 1}
+        packing = benches.packing_of(SimpleNamespace(record={"bed": record}))
+        bed = soil.bed(0.2, packing)
+        self.assertEqual(bed["preparation"], {"friction": "0.25", "rolling_friction": "0.5"})
+        self.assertEqual(bed["top_layer"]["preparation"], {"friction": "0.75", "rolling_friction": "1.0"})
+        one = SimpleNamespace(record={"bed": {**record, "top_solid_fraction": 0}})
+        self.assertEqual(len(benches.packing_of(one)), 1)
+        self.assertIsNone(benches.packing_of(SimpleNamespace(record={"bed": {}})))
+
     def test_sizes_go_with_the_grains(self):
         self.assertEqual(benches.default_plates(0.008), [40, 60])
         self.assertEqual(benches.default_plates(0.012), [60, 80])
@@ -96,7 +109,7 @@ class Plans(InFolder):
         self.assertAlmostEqual(soil.diameter, 0.012)
         bench = bench_of(soil, ["press", "shear"])
         self.assertAlmostEqual(bench.depth, 0.18)
-        self.assertAlmostEqual(bench.wheel, 0.06)
+        self.assertAlmostEqual(bench.wheel_radius, 0.06)
         self.assertAlmostEqual(bench.ring_radii[1] - bench.ring_radii[0], 3.5 * 0.012)
         area = math.pi * (0.084**2 - 0.042**2)
         self.assertAlmostEqual(bench.ring_area * bench.pressures[1], area * 0.16 * 1450 * 9.81)

@@ -16,6 +16,7 @@ sys.path[:0] = [os.path.join(ROOT, "dem_offline", "validate"), os.path.join(ROOT
 
 import measured_table as measured  # noqa: E402
 import validate  # noqa: E402
+import wheel_campaign as campaigns  # noqa: E402
 
 TABLE = os.path.join(ROOT, "dem_offline", "campaigns", "measured", "cmu_smooth_wheel.csv")
 SMOKE = os.path.join(ROOT, "dem_offline", "campaigns", "smoke.scene.yaml")
@@ -90,12 +91,12 @@ class Tables(unittest.TestCase):
         def record(value, error):
             return {"status": "RUN_STATUS_STEADY", "equal_travel": {"outputs": [
                 {"name": "f_x", "mean": value, "standard_error": error}]}}
-        mean = validate.over_beds([record(1.0, 0.1), record(3.0, 0.1)])
+        mean = campaigns.over_beds([record(1.0, 0.1), record(3.0, 0.1)])
         self.assertAlmostEqual(mean["outputs"]["f_x"]["value"], 2.0)
         self.assertAlmostEqual(mean["outputs"]["f_x"]["standard_error"], 1.0)
         self.assertTrue(mean["equal_travel"])
         own = {"status": "RUN_STATUS_OVERLOAD", "outputs": [{"name": "f_x", "mean": 5.0, "standard_error": 0.2}]}
-        self.assertFalse(validate.over_beds([record(1.0, 0.1), own])["equal_travel"])
+        self.assertFalse(campaigns.over_beds([record(1.0, 0.1), own])["equal_travel"])
 
 
 class WholeWay(unittest.TestCase):

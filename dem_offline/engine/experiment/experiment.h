@@ -334,9 +334,10 @@ struct Result {
   double prepared_s = 0, run_s = 0;  ///< simulated
   double solid_fraction = 0;         ///< of the prepared grains, below the surface
   double top_solid_fraction = 0;     ///< of a bed's top layer; 0: there is none
-  GrainFriction packed_with;         ///< friction that a bed settled with; 0: none, or resumed
-  double surface_m = 0;              ///< height of the prepared surface
-  double level_m = 0;                ///< from which sinkage counts: Ground::level_m
+  /// Frictions that a bed and its top layer settled with; 0: none, or resumed.
+  std::array<GrainFriction, 2> packed_with = {};
+  double surface_m = 0;  ///< height of the prepared surface
+  double level_m = 0;    ///< from which sinkage counts: Ground::level_m
   double coordination = 0, overlap_p99 = 0, overlap_max = 0, quantum_m = 0;
   double energy_residual_j = 0, energy_input_j = 0;  ///< where the energy is probed
 };

@@ -195,7 +195,10 @@ void Ground::OpenOnTile(const WorkLimits& limits) {
   }();
   level_ = g.depth_m + tile.surface_m;
   top_solid_fraction_ = tile.top_solid_fraction;
-  packed_with_ = {tile.preparation_friction[0], tile.preparation_rolling_friction[0]};
+  for (int layer = 0; layer < 2; ++layer) {
+    packed_with_[layer] = {tile.preparation_friction[layer],
+                           tile.preparation_rolling_friction[layer]};
+  }
   PlaceAsTile();
   const BedFeed feed(tile, bed.soil.density_kg_per_m3, config_.contacts.layout().words);
   BedPiece piece = feed.Between(0, tile.length_m);

@@ -53,8 +53,8 @@ class Ground {
   double level_m() const { return level_; }
   double solid_fraction() const { return solid_fraction_; }
   double top_solid_fraction() const { return top_solid_fraction_; }
-  /// Of a bed that was settled here, under its top layer (Tile::preparation_friction).
-  const GrainFriction& packed_with() const { return packed_with_; }
+  /// Of a bed that was settled here and of its top layer (Tile::preparation_friction).
+  const std::array<GrainFriction, 2>& packed_with() const { return packed_with_; }
   /// The share of a sphere's volume that counts: spheres of a clump overlap.
   double SolidShare(std::int64_t i) const {
     return share_of_id_.empty() ? 1 : share_of_id_[world_->grains()[i].id];
@@ -120,7 +120,7 @@ class Ground {
   const Grains* opened_with_ = nullptr;  ///< rain whose first layer opened the world
   double surface_ = 0, level_ = 0, solid_fraction_ = 0, top_solid_fraction_ = 0,
          expected_steps_ = 1;
-  GrainFriction packed_with_;
+  std::array<GrainFriction, 2> packed_with_ = {};
   bool thin_ = false;  ///< hardly a layer lies between floor and surface
   std::unique_ptr<Follower> follower_;
   std::size_t followed_ = 0;  ///< body of the file

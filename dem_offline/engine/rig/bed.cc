@@ -83,6 +83,11 @@ void CheckContact(const GrainSoil& s) {
   }
 }
 
+void CheckPreparation(const std::string& at, const BedPreparation& p) {
+  CheckWithin(at + ".friction", p.friction.value_or(0), 0, 10);
+  CheckWithin(at + ".rolling_friction", p.rolling_friction.value_or(0), 0, 10);
+}
+
 void CheckSoil(const GrainSoil& s) {
   CheckPositive("soil.grains.grain_density_kg_per_m3", s.density_kg_per_m3);
   CheckPositive("soil.grains.youngs_modulus_pa", s.youngs_modulus_pa);
@@ -92,9 +97,8 @@ void CheckSoil(const GrainSoil& s) {
   CheckWithin("soil.grains.rolling_friction", s.rolling_friction, 0, 10);
   CheckWithin("soil.grains.solid_fraction", s.solid_fraction, kLoosest, kDensest);
   CheckPositive("soil.gravity_m_per_s2", s.gravity_m_per_s2);
-  const BedPreparation& p = s.preparation;
-  CheckWithin("soil.grains.preparation.friction", p.friction.value_or(0), 0, 10);
-  CheckWithin("soil.grains.preparation.rolling_friction", p.rolling_friction.value_or(0), 0, 10);
+  CheckPreparation("soil.grains.preparation", s.preparation);
+  CheckPreparation("soil.grains.top_layer.preparation", s.top.preparation);
   CheckSizes(s);
   CheckContact(s);
 }

@@ -20,7 +20,7 @@ struct SizeBin {
   double mass_fraction = 1.0;  ///< [-]; the bins sum to 1
 };
 
-/// How a bed is packed: between its grains while they settle. What is left out is searched for
+/// How a layer is packed: between its grains while they settle. What is left out is searched for
 /// until the solid fraction is met: the friction, from kLeastFriction on; where the largest still
 /// packs too densely, the rolling friction beside it.
 struct BedPreparation {
@@ -32,6 +32,7 @@ struct BedPreparation {
 struct TopLayer {
   double thickness_m = 0;     ///< 0: none
   double solid_fraction = 0;  ///< target [-]
+  BedPreparation preparation;
 };
 
 /// Grain-scale description of a soil. `contact` names the laws, of grains
@@ -45,7 +46,7 @@ struct GrainSoil {
   double rolling_friction = 0.1;  ///< mu_r [-]
   ContactChoice contact;
   double solid_fraction = 0.58;  ///< target of the settled tile, under its top layer [-]
-  BedPreparation preparation;
+  BedPreparation preparation;    ///< of what lies under the top layer
   TopLayer top;
   double gravity_m_per_s2 = 9.81;  ///< magnitude, along -z
   std::vector<SizeBin> sizes;      ///< at least one

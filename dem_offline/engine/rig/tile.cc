@@ -74,7 +74,8 @@ class Preparation {
   Layer Pack(double aim, const std::vector<GrainState>& under, int layer) {
     Layer best;
     if (!search_[layer]) {
-      search_[layer].emplace(spec_.soil.preparation, FrictionOf(spec_.soil),
+      const GrainSoil& soil = spec_.soil;
+      search_[layer].emplace(layer == 0 ? soil.preparation : soil.top.preparation, FrictionOf(soil),
                              Rolls(LawsOf(spec_.soil.contact)),
                              2 * std::max(spec_.soil.friction, kLeastFriction));
     }

@@ -117,6 +117,8 @@ TEST(SpecConvert, EveryFieldArrives) {
   rig->mutable_travel()->set_least_hub_m(40);
   rig->mutable_travel()->set_compare_from_hub_m(41);
   rig->mutable_travel()->set_compare_to_hub_m(42);
+  grains->mutable_top_layer()->mutable_preparation()->set_friction(43);
+  grains->mutable_top_layer()->mutable_preparation()->set_rolling_friction(44);
   const dem::WheelTestSpec out = ToEngine(spec);
   ASSERT_EQ(out.soil.sizes.size(), 1u);
   const std::vector<double> got = {out.soil.gravity_m_per_s2,
@@ -160,7 +162,9 @@ TEST(SpecConvert, EveryFieldArrives) {
                                    out.rig.most_sinkage_m,
                                    out.rig.travel.least_hub_m,
                                    out.rig.travel.compare_from_hub_m,
-                                   out.rig.travel.compare_to_hub_m};
+                                   out.rig.travel.compare_to_hub_m,
+                                   out.soil.top.preparation.friction.value_or(0),
+                                   out.soil.top.preparation.rolling_friction.value_or(0)};
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i], static_cast<double>(i + 1));
   EXPECT_EQ(out.state.mode, dem::RigMode::kFreeSlip);
   EXPECT_EQ(out.rig.scene.bed, dem::SceneBed::kWindow);

@@ -87,7 +87,7 @@ interfaces: {between: [any, any], restitution: 0.5, friction: 0.5, rolling_frict
 box: {length_m: 0.2, width_m: 0.1, height_m: 0.3, material: sand}
 grains: {kind: bed, material: sand, diameter_m: 0.01, depth_m: 0.1, solid_fraction: 0.60,
          preparation: {friction: 0.3, rolling_friction: 0.1},
-         top_layer: {thickness_m: 0.04, solid_fraction: 0.54}}
+         top_layer: {thickness_m: 0.04, solid_fraction: 0.54, preparation: {friction: 0.8}}}
 duration_s: 0.1
 )";
 
@@ -284,6 +284,8 @@ TEST_F(ExperimentYaml, ReadsEveryKey) {
   EXPECT_EQ(bed.preparation.rolling_friction, 0.1);
   EXPECT_EQ(bed.top.thickness_m, 0.04);
   EXPECT_EQ(bed.top.solid_fraction, 0.54);
+  EXPECT_EQ(bed.top.preparation.friction, 0.8);
+  EXPECT_FALSE(bed.top.preparation.rolling_friction);
   EXPECT_THROW(Read(kLayers, {"grains[0].top_layer.thickness_m=0.09"}), InputError);
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (entry.path().extension() == ".yaml") all += records::ReadFileBytes(entry.path());

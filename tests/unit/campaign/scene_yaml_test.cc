@@ -50,7 +50,7 @@ TEST(SceneYaml, ReadsPreparationTopLayerAndTravel) {
   };
   put("solid_fraction: 0.58\n",
       "    preparation: {friction: 0.3, rolling_friction: 0.1}\n"
-      "    top_layer: {thickness_m: 0.035, solid_fraction: 0.55}\n");
+      "    top_layer: {thickness_m: 0.035, solid_fraction: 0.55, preparation: {friction: 0.7}}\n");
   put("width_bins: 5\n",
       "  most_sinkage_m: 0.03\n"
       "  travel: {least_hub_m: 0.05, compare_from_hub_m: 0.02, compare_to_hub_m: 0.04}\n");
@@ -61,6 +61,9 @@ TEST(SceneYaml, ReadsPreparationTopLayerAndTravel) {
   EXPECT_EQ(scene.soil().grains().preparation().rolling_friction(), 0.1);
   EXPECT_EQ(scene.soil().grains().top_layer().thickness_m(), 0.035);
   EXPECT_EQ(scene.soil().grains().top_layer().solid_fraction(), 0.55);
+  const auto& top = scene.soil().grains().top_layer().preparation();
+  EXPECT_EQ(top.friction(), 0.7);
+  EXPECT_FALSE(top.has_rolling_friction());
   EXPECT_EQ(scene.rig().most_sinkage_m(), 0.03);
   EXPECT_EQ(scene.rig().travel().compare_from_hub_m(), 0.02);
   EXPECT_EQ(scene.rig().travel().compare_to_hub_m(), 0.04);

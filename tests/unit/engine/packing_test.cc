@@ -146,7 +146,7 @@ TEST(PrepareBed, SurfaceIsThePlaneOfEqualMass) {
 TEST(PrepareBed, ALooseLayerOnADenseBed) {
   BedSpec bed = Bed(0.60);
   bed.depth_m = 0.10;
-  bed.soil.top = {0.045, 0.545};
+  bed.soil.top = {0.045, 0.545, {}};
   const Tile t = PrepareBed(bed, nullptr);
   EXPECT_NEAR(t.solid_fraction, 0.60, kFractionTolerance);
   EXPECT_NEAR(t.top_solid_fraction, 0.545, kFractionTolerance);
@@ -157,13 +157,17 @@ TEST(PrepareBed, ALooseLayerOnADenseBed) {
   };
   EXPECT_NEAR(between(-0.045 + grain, -grain), t.top_solid_fraction, 1e-4);
   EXPECT_NEAR(between(-0.10 + grain, -0.045 - grain), t.solid_fraction, 1e-4);
+  // With the frictions that were found the same bed comes again, and nothing is searched.
+  bed.soil.preparation = {t.preparation_friction[0], t.preparation_rolling_friction[0]};
+  bed.soil.top.preparation = {t.preparation_friction[1], t.preparation_rolling_friction[1]};
+  EXPECT_EQ(PrepareBed(bed, nullptr).position, t.position);
 }
 
 TEST(ValidateBed, RefusesTopLayersWithoutASolidFraction) {
   const auto complaint = [](double thickness_m, double solid_fraction) -> std::string {
     BedSpec bed = Bed(0.58);
     bed.depth_m = 0.10;
-    bed.soil.top = {thickness_m, solid_fraction};
+    bed.soil.top = {thickness_m, solid_fraction, {}};
     try {
       ValidateBed(bed);
       return "";

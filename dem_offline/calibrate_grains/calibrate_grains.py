@@ -1,0 +1,146 @@
+#!/usr/bin/python3
+"""Grains from measured plates, pressed wheel and wheel tests: a design of DEM runs, an emulator, a posterior.
+
+DATA.yaml: a measurement file (docs/calibration.md). START.soil.yaml: the grains that the design changes; SCENE.yaml:
+the measured wheel and its rig. VARY.yaml: what is varied, PARAMETER: [LOW, HIGH], or held, PARAMETER: VALUE, of
+  {known}
+(left out: {usual}).
+
+Every point of the design presses plates and wheel to the measured sinkages and drives the wheel states that are
+fitted, at their own loads, on the same beds. OUT gets points/, design.json (all that the inference needs: --design
+FILE repeats it without a run) and, unless --design-only, calibration.json, report.html, calibrated.soil.yaml and
+calibrated.scene.yaml. What is done is not run again: kill it at any time, start it again. More points can be asked
+for later: those of before stay.
+
+Exit codes: 0 done, 1 failed, 2 bad usage or input, 130 Ctrl-C.
+
+Example:
+  ./grouser calibrate grains surrogate/calibrate/measured/cmu_wheel.yaml \\
+    --soil dem_offline/campaigns/cmu_loose.soil.yaml --scene dem_offline/campaigns/cmu_validate.scene.yaml \\
+    --vary dem_offline/campaigns/cmu_grains.vary.yaml --budget 1.5 --out out/grains
+"""
+
+import argparse
+import hashlib
+import os
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE] + [os.path.join(ROOT, *folder) for folder in (
+    ("dem_offline", "bevameter"), ("dem_offline", "validate"), ("clients", "common"))]
+
+import design  # noqa: E402
+import targets as measured  # noqa: E402
+import vary as varied  # noqa: E402
+from experiment_runs import Refused, lock_of  # noqa: E402
+from grain_soil import GrainSoil  # noqa: E402
+from measured_table import TableError  # noqa: E402
+from point import Setting  # noqa: E402
+from processes import exit_code_of, raise_on_signals  # noqa: E402
+
+PER_PARAMETER = 10  # points, by a rule of thumb for kriging
+
+
+def say(text):
+    print(f"calibrate grains: {text}", file=sys.stderr, flush=True)
+
+
+def parse_arguments():
+    text = __doc__.format(known=", ".join(varied.KNOWN), usual=", ".join(
+        f"{name} {one.usual[0]:g} to {one.usual[1]:g}" for name, one in varied.KNOWN.items() if one.usual))
+    parser = argparse.ArgumentParser(prog="./grouser calibrate grains", description=text,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", metavar="DATA.yaml")
+    parser.add_argument("--soil", required=True, metavar="START.soil.yaml")
+    parser.add_argument("--scene", required=True, metavar="SCENE.yaml")
+    parser.add_argument("--vary", metavar="VARY.yaml", help="parameters and their ranges")
+    parser.add_argument("--out", default=os.path.join(ROOT, "out", "grains"), help="folder of all results")
+    parser.add_argument("--points", type=int, metavar="N",
+                        help=f"that fill the space (default: {PER_PARAMETER} for each parameter that is varied)")
+    parser.add_argument("--budget", type=float, metavar="HOURS",
+                        help="of wall time for the runs of the design, earlier calls counted: then no new point starts")
+    parser.add_argument("--beds", type=int, default=1, metavar="N",
+                        help="of every test, the same at every point (default: 1)")
+    parser.add_argument("--predict", default="plates", choices=list(measured.PREDICT),
+                        help="rows that are held out and are run as well: plates (default); tests: the pressed wheel, "
+                        "too, for which beds grow with its sinkage; all: wheel states, too")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="points at once (default: cores)")
+    parser.add_argument("--design-only", action="store_true", help="run the design and stop before the inference")
+    parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    for option, least in (("points", 2), ("beds", 1), ("jobs", 1)):
+        value = getattr(arguments, option)
+        if value is not None and value < least:
+            raise Refused(f"--{option} {value}: expected at least {least}")
+    if arguments.budget is not None and not arguments.budget > 0:
+        raise Refused(f"--budget {arguments.budget:g}: expected more than 0 hours")
+    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary):
+        if path and not os.path.exists(path):
+            raise Refused(f"{path}: no such file")
+    for name in ("out", "bin", "soil", "scene"):
+        setattr(arguments, name, os.path.abspath(getattr(arguments, name)))
+    return arguments
+
+
+def scene_of(path):
+    """The document of a scene, checked as far as it is changed here."""
+    scene = varied.load(path)
+    wheel = scene.get("wheel") if isinstance(scene, dict) else None
+    if not isinstance(wheel, dict) or not {"radius_m", "width_m", "friction"} <= set(wheel):
+        raise Refused(f"{path}: wheel: expected a mapping with radius_m, width_m and friction")
+    return scene
+
+
+def check_match(arguments, targets, soil, scene):
+    """The measured wheel is the scene's, the gravity the soil's."""
+    wheel = float(scene["wheel"]["radius_m"]), float(scene["wheel"]["width_m"])
+    if targets.wheel and any(abs(a - b) > 1e-6 for a, b in zip(targets.wheel, wheel)):
+        raise Refused(f"{arguments.scene}: wheel of {wheel[0]:g} m by {wheel[1]:g} m, expected the measured one of "
+                      f"{targets.wheel[0]:g} m by {targets.wheel[1]:g} m ({arguments.data})")
+    if abs(soil.gravity - targets.gravity) > 0.01 * targets.gravity:
+        raise Refused(f"{arguments.soil}: gravity_m_per_s2: got {soil.gravity:g}, expected the measured "
+                      f"{targets.gravity:g} ({arguments.data})")
+
+
+def hash_of(path):
+    with open(path, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()
+
+
+def table_head(arguments, vary):
+    files = {name: {"file": os.path.basename(path), "sha256": hash_of(path)} for name, path in (
+        ("soil", arguments.soil), ("scene", arguments.scene))}
+    return {**files, "beds": arguments.beds, "fixed": vary.fixed,
+            "ranges": {name: list(ends) for name, ends in vary.ranges.items()}}
+
+
+def run_design(arguments, vary, start, targets, lock):
+    """The table; whether every point was run."""
+    program = os.path.join(arguments.bin, "grouser-dem")
+    setting = Setting(start, targets, arguments.predict, arguments.beds, program,
+                      os.path.join(arguments.out, "points"), lock.fileno(), say)
+    table = design.Table(os.path.join(arguments.out, "design.json"), table_head(arguments, vary))
+    count = arguments.points or PER_PARAMETER * len(vary.names)
+    points = [{**vary.fixed, **values} for values in vary.points(count)]
+    runner = design.Runner(setting, table, arguments.jobs, arguments.budget, say)
+    runner.run(design.labelled("s", points))
+    return table
+
+
+def work():
+    arguments = parse_arguments()
+    vary = varied.read(arguments.vary)
+    soil, scene = GrainSoil(arguments.soil), scene_of(arguments.scene)
+    targets = measured.read(os.path.join(arguments.bin, "grouser-calibrate"), arguments.data, soil.diameter)
+    check_match(arguments, targets, soil, scene)
+    for note in targets.notes:
+        say(note)
+    lock = lock_of(arguments.out)
+    table = run_design(arguments, vary, varied.Start(varied.load(arguments.soil), scene), targets, lock)
+    return any(one["status"] != "failed" for one in table.points)
+
+
+if __name__ == "__main__":
+    raise_on_signals()
+    sys.exit(exit_code_of(work, (Refused, TableError), say))

@@ -1,0 +1,212 @@
+"""One point of the design: its soil and scene files, its runs one after the other, what they measured."""
+
+import hashlib
+import json
+import os
+import time
+
+import numpy
+import wheel_campaign
+from bench import Bench, first_on, packing_of
+from experiment_runs import ENDING, Execution, Result, check_plans, record_of
+from grain_soil import GrainSoil
+from processes import Processes, ProgramFailed, write_atomically
+from targets import wheel_key
+from vary import text_of
+
+WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force is fitted by a line
+
+
+class Setting:
+    """What all points share. start: vary.Start; targets; predict; beds; program: grouser-dem; folder: of the
+    points; lock: a descriptor that children keep; say."""
+
+    def __init__(self, start, targets, predict, beds, program, folder, lock, say):
+        self.start, self.targets, self.predict, self.beds = start, targets, predict, beds
+        self.program, self.folder, self.lock, self.say = program, folder, lock, say
+
+
+class Point:
+    """label: s001 of the sequence, m001 of those chosen by the emulator; values: {parameter: value}, fixed ones too."""
+
+    def __init__(self, label, values, setting):
+        self.label, self.values, self.setting = label, values, setting
+        self.folder = os.path.join(setting.folder, label)
+        self.stored = os.path.join(self.folder, "point.json")
+        os.makedirs(os.path.join(self.folder, "logs"), exist_ok=True)
+        soil, scene, tool, wheel = setting.start.made(values, f"point {label}")
+        scene["soil"] = "point.soil.yaml"
+        self.soil_file, self.scene_file = (os.path.join(self.folder, f"point.{what}.yaml") for what in ("soil", "scene"))
+        texts = [text_of(one) for one in (soil, scene)]
+        for path, text in zip((self.soil_file, self.scene_file), texts):
+            write_atomically(path, text)
+        self.bench = bench_of(GrainSoil(self.soil_file), setting.targets, setting.predict, setting.beds, tool, wheel)
+        asked = [*texts, repr(tool), str(setting.beds), *sorted(row.key for row in setting.targets.chosen(setting.predict))]
+        self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
+        self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
+        self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
+        self.seconds, self.reasons = {"tests": 0.0, "wheels": 0.0}, []
+
+    def finished(self):
+        """What an earlier call has kept of the same point, else none."""
+        if not os.path.exists(self.stored):
+            return None
+        with open(self.stored, encoding="utf-8") as file:
+            kept = json.load(file)
+        return kept if kept["asked"] == self.asked else None
+
+    def check(self):
+        """The engine reads the experiments before the first run starts. Raises Refused."""
+        check_plans(self.setting.program, [self.bench.on_bed(name, 1) for name in self.bench.bed_tests()])
+
+    def work(self):
+        """Yields every child that is to be waited for; at the end point.json is there."""
+        began = time.monotonic()
+        results = yield from self._tests()
+        self.seconds["tests"] = time.monotonic() - began
+        packed = results or not self.bench.bed_tests()
+        records = (yield from self._wheels()) if packed and self._states() else {}
+        self.seconds["wheels"] = time.monotonic() - began - self.seconds["tests"]
+        write_atomically(self.stored, json.dumps(self._summary(results, records), indent=1) + "\n")
+
+    def _states(self):
+        return self.setting.targets.wheel_states(self.setting.predict)
+
+    def _tests(self):
+        """{(test, bed): Result} of those that ended well; a bed that cannot be packed is passed over."""
+        results = {}
+        for seed in range(1, self.setting.beds + 1):
+            if not self.bench.bed_tests():
+                break
+            first = first_on(self.bench, seed, self.execution)
+            result = yield from self._run(first)
+            if not result:
+                continue
+            results[first.name.rsplit("_bed", 1)[0], seed] = result
+            for name in self.bench.bed_tests():
+                if (name, seed) in results:
+                    continue
+                later = yield from self._run(self.bench.on_bed(name, seed, packing_of(result)))
+                if later:
+                    results[name, seed] = later
+        return results
+
+    def _run(self, plan):
+        """A Result, or none with the reason kept."""
+        path = self.execution.stem(plan) + ENDING
+        if not self.execution.is_done(plan):
+            child = self.execution.start(plan)
+            yield child
+            if child.returncode != 0:
+                self.reasons.append(f"{plan.name}: {last_line(self.processes.log_tail(plan.name))}")
+                return None
+        record = record_of(self.setting.program, path)
+        result = Result(plan, self.execution.stem(plan), record) if record else None
+        if not result or not result.done:
+            self.reasons.append(f"{plan.name}: {result.reason if result else 'left no record'}")
+            return None
+        return result
+
+    def _wheels(self):
+        """{state: records}."""
+        path = os.path.join(self.folder, "wheels.campaign.yaml")
+        folder = os.path.join(self.folder, "wheels")
+        write_atomically(path, wheel_campaign.text_of("./grouser calibrate grains", f"point-{self.label}",
+                                                      self.scene_file, self.soil_file, self._states(),
+                                                      self.setting.beds, self.folder))
+        child = self.processes.start("wheels", wheel_campaign.command(self.setting.program, path, folder, 1, "cpu"))
+        yield child
+        if child.returncode != 0:
+            self.reasons.append(f"wheels: {last_line(self.processes.log_tail('wheels'))}")
+        try:
+            records = wheel_campaign.records_in(self.setting.program, folder)
+        except (OSError, ProgramFailed) as error:
+            self.reasons.append(f"wheels: {last_line(str(error))}")
+            return {}
+        for state, each in records.items():
+            for record in each:
+                if not record.get("equal_travel", {}).get("outputs"):
+                    status = record["status"].replace("RUN_STATUS_", "")
+                    self.reasons.append(f"wheel slip {state[0]:g} angle {state[1]:g} bed {record['spec'].get('seed')}: "
+                                        f"{status} {record.get('reason', '')}".rstrip())
+        return records
+
+    def _summary(self, results, records):
+        outputs = {**self._curves(results), **self._wheel_outputs(records)}
+        wanted = {row.key for row in self.setting.targets.chosen(self.setting.predict)}
+        outputs = {key: value for key, value in outputs.items() if key in wanted}
+        by_seed = {seed: float(r.record["bed"]["solid_fraction"]) for (_, seed), r in results.items()}
+        reached = {"tests": list(by_seed.values()),
+                   "wheels": sorted({float(r["bed"]["solid_fraction"]) for each in records.values() for r in each
+                                     if float(r.get("bed", {}).get("solid_fraction", 0)) > 0})}
+        missing = sorted(wanted - set(outputs))
+        return {"label": self.label, "values": self.values, "asked": self.asked,
+                "status": "failed" if not outputs else "part" if missing else "done",
+                "seconds": {name: round(value, 1) for name, value in self.seconds.items()},
+                "solid_fraction": {name: mean(each) for name, each in reached.items() if each},
+                "outputs": outputs, "reasons": self.reasons}
+
+    def _curves(self, results):
+        found = {}
+        for row in self.setting.targets.chosen(self.setting.predict):
+            if row.kind == "wheel":
+                continue
+            name, body = (f"plate{row.at['mm']:g}", "plate") if row.kind == "plate" else ("press", "wheel")
+            each = {seed: force_at(result.series, body, row.at["sinkage"], WINDOW * self.bench.soil.diameter)
+                    for (one, seed), result in results.items() if one == name}
+            found[row.key] = over_beds({seed: (value, None) for seed, value in each.items() if value is not None})
+        return {key: value for key, value in found.items() if value}
+
+    def _wheel_outputs(self, records):
+        found = {}
+        for state, each in records.items():
+            by_seed = {int(r["spec"].get("seed", 0)): wheel_campaign.outputs_of(r)[0] for r in each
+                       if r.get("equal_travel", {}).get("outputs")}
+            for output in {name for one in by_seed.values() for name in one}:
+                found[wheel_key(state, output)] = over_beds({seed: one[output] for seed, one in by_seed.items()})
+        return found
+
+
+def bench_of(soil, targets, predict, beds, tool_friction, wheel_friction):
+    plates = targets.plates(predict)
+    names = [f"plate{mm:g}" for mm in plates]
+    sinkages = {f"plate{mm:g}": z + WINDOW * soil.diameter for mm, z in plates.items()}
+    press = targets.press_sinkage(predict)
+    if press:
+        names.append("press")
+        sinkages["press"] = press + WINDOW * soil.diameter
+    return Bench(soil, names, beds, False, tool_friction, wheel=targets.press_wheel, sinkages=sinkages,
+                 wheel_friction=wheel_friction)
+
+
+def force_at(series, body, sinkage, half_width):
+    """Of a line through what was recorded within half_width [m] of a sinkage; none: not reached, or no force."""
+    z, f = series[f"{body}.sinkage_m"], series[f"{body}.f_z_n"]
+    near = numpy.abs(z - sinkage) <= half_width
+    if near.sum() < 3 or z.max() < sinkage:
+        return None
+    value = float(numpy.polyval(numpy.polyfit(z[near] - sinkage, f[near], 1), 0.0))
+    return value if value > 0 else None
+
+
+def over_beds(by_seed):
+    """by_seed: {seed: (value, own standard error or none)}. The mean; its standard error: by the beds where there are
+    two or more, not less than the runs' own; none: not known."""
+    if not by_seed:
+        return None
+    values = numpy.array([value for value, _ in by_seed.values()])
+    own = [error for _, error in by_seed.values()]
+    error = None if None in own else float(numpy.sqrt(numpy.sum(numpy.square(own))) / len(own))
+    if len(values) > 1:
+        error = max(error or 0.0, float(values.std(ddof=1) / numpy.sqrt(len(values))))
+    return {"value": float(values.mean()), "standard_error": error,
+            "beds": {str(seed): float(value) for seed, (value, _) in sorted(by_seed.items())}}
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+def last_line(text):
+    lines = [line for line in text.strip().splitlines() if line.strip()]
+    return lines[-1].strip() if lines else "no word"

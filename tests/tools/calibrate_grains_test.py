@@ -1,0 +1,256 @@
+#!/usr/bin/python3
+"""./grouser calibrate grains: what it refuses, its design, and how it resumes.
+
+Usage: calibrate_grains_test.py BIN"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+import yaml
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
+    ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"), ("clients", "common"))]
+
+import point as points  # noqa: E402
+import targets as measured  # noqa: E402
+import vary as varied  # noqa: E402
+from experiment_runs import Refused  # noqa: E402
+
+PROGRAM = os.path.join(ROOT, "dem_offline", "calibrate_grains", "calibrate_grains.py")
+CAMPAIGNS = os.path.join(ROOT, "dem_offline", "campaigns")
+SOIL = os.path.join(CAMPAIGNS, "cmu_loose.soil.yaml")
+SCENE = os.path.join(CAMPAIGNS, "cmu_validate.scene.yaml")
+WHEEL = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_wheel.yaml")
+DATA = """soil: a test
+tests:
+  - {name: plate, kind: plate, file: p.csv, columns: {sinkage: z_mm, force: F_N}, constants: {diameter: 60 mm}, \
+counts_as: 2}
+  - {name: pressed, kind: press, file: p.csv, columns: {sinkage: z_mm, force: F_N}, constants: {radius: 62.5 mm, \
+width: 50 mm}, fitted: {z_mm: [6]}}
+  - {name: wheel, kind: wheel, file: w.csv, columns: {slip: slip, attack_angle: attack_angle_deg, load: load_n, \
+f_x: f_x_n, sinkage: sinkage_mm}, constants: {radius: 62.5 mm, width: 50 mm}, held_out: {lines: [3]}}
+"""
+
+
+class InFolder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def file(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+
+class Vary(InFolder):
+    def complaint(self, text):
+        with self.assertRaises(Refused) as caught:
+            varied.read(self.file("v.yaml", text))
+        return str(caught.exception)
+
+    def test_says_what_is_wrong_and_what_was_expected(self):
+        self.assertIn("unknown parameter 'fricton', expected one of friction,", self.complaint("fricton: [0.3, 0.8]"))
+        self.assertIn("the nearest: friction", self.complaint("fricton: [0.3, 0.8]"))
+        self.assertIn("friction: got [0.8, 0.3], expected [LOW, HIGH] with LOW < HIGH",
+                      self.complaint("friction: [0.8, 0.3]"))
+        self.assertIn("solid_fraction: got 0.9, expected a number from 0.4 to 0.66",
+                      self.complaint("solid_fraction: [0.5, 0.9]"))
+        self.assertIn("every parameter is fixed", self.complaint("friction: 0.5"))
+        self.assertIn("denser_below without top_layer_m", self.complaint("denser_below: [0, 0.02]"))
+        self.assertIn("got no mapping", self.complaint("- 1"))
+
+    def test_the_design_stays_when_more_points_are_asked_for(self):
+        vary = varied.read(os.path.join(CAMPAIGNS, "cmu_grains.vary.yaml"))
+        many = vary.points(64)
+        self.assertEqual(vary.points(17), many[:17])
+        for name, (low, high) in vary.ranges.items():  # in each eighth about eight
+            cells = [min(7, int(8 * (one[name] - low) / (high - low) + 0.01)) for one in many]
+            self.assertTrue(all(7 <= cells.count(k) <= 9 for k in range(8)), name)
+
+    def test_logarithmic_ranges_and_back(self):
+        vary = varied.Vary({"youngs_modulus_pa": (1e6, 1e8), "friction": (0.2, 0.6)}, {})
+        at = vary.at([0.5, 0.25])
+        self.assertEqual(at, {"youngs_modulus_pa": 1e7, "friction": 0.3})
+        numpy.testing.assert_allclose(vary.to_unit(at), [0.5, 0.25])
+
+
+class Made(unittest.TestCase):
+    def setUp(self):
+        self.start = varied.Start(varied.load(SOIL), varied.load(SCENE))
+
+    def test_the_start_is_untouched_and_the_bulk_stays(self):
+        before = varied.text_of(self.start.soil), varied.text_of(self.start.scene)
+        values = {"friction": 0.4, "rolling_friction": 0.2, "wheel_friction": 0.6, "solid_fraction": 0.55,
+                  "grain_diameter_m": 0.006, "surface_energy_j_per_m2": 0.5}
+        soil, scene, tool, wheel = self.start.made(values, "one")
+        self.assertEqual((varied.text_of(self.start.soil), varied.text_of(self.start.scene)), before)
+        grains = soil["grains"]
+        self.assertAlmostEqual(grains["grain_density_kg_per_m3"] * 0.55, 1330, delta=0.02)
+        self.assertEqual((grains["friction"], scene["wheel"]["friction"], tool, wheel), (0.4, 0.6, None, 0.6))
+        self.assertEqual(scene["wheel"]["rolling_friction"], 0.2)
+        self.assertEqual(grains["sizes"][0]["diameter_m"], 0.0054)
+        self.assertEqual(grains["contact"], {"surface_energy_j_per_m2": 0.5, "cohesion": "jkr"})
+
+    def test_two_layers(self):
+        soil, *_ = self.start.made({"solid_fraction": 0.53, "denser_below": 0.03, "top_layer_m": 0.04}, "two")
+        grains = soil["grains"]
+        self.assertAlmostEqual(grains["grain_density_kg_per_m3"] * 0.53, 1330, delta=0.02)  # of what is tested
+        self.assertEqual((grains["solid_fraction"], grains["top_layer"]), (0.56, {"thickness_m": 0.04, "solid_fraction": 0.53}))
+        self.assertAlmostEqual(soil["bulk_density_kg_per_m3"] / grains["grain_density_kg_per_m3"], 0.56, places=4)
+        thin, *_ = self.start.made({"solid_fraction": 0.53, "denser_below": 0.03, "top_layer_m": 0.004}, "thin")
+        self.assertNotIn("top_layer", thin["grains"])
+
+    def test_words_of_yaml_come_out_as_they_stood(self):
+        text = varied.text_of(self.start.scene)
+        self.assertIn("freeze: on", text)
+        with open(SCENE, encoding="utf-8") as file:
+            self.assertEqual(yaml.safe_load(text), yaml.safe_load(file))
+
+
+class Targets(InFolder):
+    def test_of_the_measured_sand(self):
+        targets = measured.read(os.path.join(BIN, "grouser-calibrate"), WHEEL, 0.008)
+        self.assertEqual(targets.plates("none"), {60: 0.027})
+        self.assertEqual(targets.plates("plates"), {60: 0.027, 80: 0.021})
+        self.assertEqual((targets.press_wheel, targets.press_sinkage("plates")), ((0.0625, 0.05), 0.02))
+        self.assertAlmostEqual(targets.press_sinkage("tests"), 0.036)
+        self.assertEqual([len(targets.wheel_states(one)) for one in ("plates", "all")], [3, 27])
+        row = next(one for one in targets.rows if one.key == "plate 60 mm @ 10 mm")
+        self.assertAlmostEqual(row.value, 22.5)
+        self.assertAlmostEqual(row.sd, 1.2)
+        self.assertIn("wheel slip -0.5 angle 0 load 23.24 f_x", [one.key for one in targets.chosen("none")])
+        self.assertFalse(any(one.at.get("sinkage", 1) < 0.004 for one in targets.rows))
+
+    def test_a_force_is_read_from_a_line(self):
+        z = numpy.linspace(0, 0.03, 300)
+        series = {"plate.sinkage_m": z, "plate.f_z_n": 1000 * z + 0.1 * (-1.0)**numpy.arange(300)}
+        self.assertAlmostEqual(points.force_at(series, "plate", 0.01, 0.002), 10.0, delta=0.02)
+        self.assertIsNone(points.force_at(series, "plate", 0.031, 0.002))
+
+    def test_means_over_beds(self):
+        both = points.over_beds({1: (2.0, 0.1), 2: (4.0, 0.1)})
+        self.assertAlmostEqual(both["value"], 3.0)
+        self.assertAlmostEqual(both["standard_error"], 1.0)
+        self.assertIsNone(points.over_beds({1: (2.0, None)})["standard_error"])
+
+
+class Runs(InFolder):
+    """With a script in place of grouser-dem: it counts its calls and knows no physics."""
+
+    def setUp(self):
+        super().setUp()
+        self.bin = os.path.join(self.folder, "bin")
+        os.makedirs(self.bin)
+        os.symlink(os.path.join(BIN, "grouser-calibrate"), os.path.join(self.bin, "grouser-calibrate"))
+        shutil.copy(os.path.join(HERE, "calibrate_grains_runs.py"), os.path.join(self.bin, "grouser-dem"))
+        os.chmod(os.path.join(self.bin, "grouser-dem"), 0o755)
+        self.data = self.file("data.yaml", DATA)
+        self.file("p.csv", "z_mm,F_N\n5,5\n6,6\n8,9\n")
+        self.file("w.csv", "slip,attack_angle_deg,load_n,f_x_n,sinkage_mm\n0.3,0,15,1,20\n-1,0,15,-1,\n")
+        self.vary = self.file("vary.yaml", "friction: [0.3, 0.8]\nsolid_fraction: [0.53, 0.57]\n")
+        self.out = os.path.join(self.folder, "out")
+
+    def run_it(self, *more):
+        return subprocess.run([sys.executable, PROGRAM, "--bin", self.bin, self.data, "--soil", SOIL, "--scene", SCENE,
+                               "--vary", self.vary, "--out", self.out, "--design-only", *more],
+                              capture_output=True, text=True, check=False)
+
+    def calls(self):
+        path = os.path.join(self.bin, "calls")
+        if not os.path.exists(path):
+            return []
+        with open(path, encoding="utf-8") as file:
+            found = file.read().splitlines()
+        os.unlink(path)
+        return found
+
+    def table(self):
+        with open(os.path.join(self.out, "design.json"), encoding="utf-8") as file:
+            return json.load(file)
+
+    def test_runs_once_and_goes_on(self):
+        done = self.run_it("--points", "2", "--jobs", "1", "--beds", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        each = ["run plate60_bed1.run.h5", "run press_bed1.run.h5", "run plate60_bed2.run.h5", "run press_bed2.run.h5",
+                "wheel 0.3 seed 1", "wheel 0.3 seed 2"]
+        self.assertEqual(self.calls(), 2 * each)  # cheap tests of a point first; the state that is held out never
+        table = self.table()
+        self.assertEqual([one["status"] for one in table["points"]], ["done", "done"])
+        outputs = table["points"][0]["outputs"]
+        self.assertEqual(sorted(outputs), ["plate 60 mm @ 5 mm", "plate 60 mm @ 6 mm", "plate 60 mm @ 8 mm",
+                                           "press 62.5 x 50 mm @ 6 mm", "wheel slip 0.3 angle 0 load 15 f_x",
+                                           "wheel slip 0.3 angle 0 load 15 sinkage"])
+        self.assertAlmostEqual(outputs["plate 60 mm @ 8 mm"]["value"], 1.6)
+        self.assertEqual(outputs["wheel slip 0.3 angle 0 load 15 f_x"]["beds"], {"1": 2.0, "2": 3.0})
+        self.assertEqual(table["points"][0]["solid_fraction"], {"tests": 0.55, "wheels": 0.551})
+        again = self.run_it("--points", "2", "--jobs", "1", "--beds", "2")
+        self.assertEqual((again.returncode, self.calls()), (0, []))
+        self.assertEqual(self.table(), table)
+        more = self.run_it("--points", "3", "--jobs", "2", "--beds", "2")
+        self.assertEqual((more.returncode, self.calls()), (0, each))
+        self.assertEqual(self.table()["points"][:2], table["points"])
+
+    def test_a_point_that_was_cut_short_goes_on_where_it_stood(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        self.calls()
+        point = os.path.join(self.out, "points", "s002")
+        os.unlink(os.path.join(point, "point.json"))
+        os.unlink(os.path.join(point, "runs", "press_bed1.run.h5"))
+        done = self.run_it("--points", "2", "--jobs", "1")
+        self.assertEqual((done.returncode, self.calls()), (0, ["run press_bed1.run.h5"]))
+
+    def test_another_soil_is_another_design(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        self.calls()
+        self.file("vary.yaml", "friction: [0.3, 0.8]\nsolid_fraction: [0.53, 0.57]\nrolling_friction: 0.2\n")
+        self.run_it("--points", "2", "--jobs", "1")
+        self.assertEqual(sum(one.startswith("run") for one in self.calls()), 4)
+
+    def test_survives_runs_that_fail(self):
+        with open(os.path.join(self.bin, "refuse"), "w", encoding="utf-8") as file:
+            file.write("friction: 0.675")  # the second point's
+        done = self.run_it("--points", "3", "--jobs", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        table = self.table()
+        self.assertEqual([one["status"] for one in table["points"]], ["done", "failed", "done"])
+        self.assertEqual(table["points"][1]["reasons"], ["plate60_bed1: grouser-dem: the bed cannot be packed"])
+        self.assertIn("3/3 points, 1 failed", done.stderr)
+
+    def test_the_budget_ends_it_and_counts_each_point_once(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        spent = sum(sum(one["seconds"].values()) for one in self.table()["points"])
+        self.calls()
+        done = self.run_it("--points", "9", "--jobs", "1", "--budget", repr(max(spent, 0.01) / 3600 * 0.9))
+        self.assertIn("the budget is used up: 7 points were not run", done.stderr)
+        self.assertEqual(self.calls(), [])
+        self.assertEqual(len(self.table()["points"]), 2)
+
+    def test_refuses(self):
+        def said(*more):
+            done = self.run_it(*more)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            return done.stderr
+        self.assertIn("--beds 0: expected at least 1", said("--beds", "0"))
+        self.assertIn("--budget -1: expected more than 0 hours", said("--budget", "-1"))
+        self.assertIn("nowhere.yaml: no such file", said("--soil", "nowhere.yaml"))
+        self.file("data.yaml", DATA.replace("62.5 mm", "58 mm"))
+        self.assertIn("wheel of 0.0625 m by 0.05 m, expected the measured one of 0.058 m by 0.05 m", said())
+        self.file("data.yaml", DATA.replace("diameter:", "diametr:"))
+        self.assertIn("data.yaml", said())
+        self.assertEqual(self.calls(), [])
+
+
+if __name__ == "__main__":
+    BIN = os.path.abspath(sys.argv.pop())
+    unittest.main()
