@@ -77,7 +77,8 @@ class Runner:
                 waiting.append(point)
         self.table.write()
         self.total = len(labelled_points)
-        self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes of a core)")
+        self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
+                 "of a core)")
         if waiting:
             waiting[0].check()
         with contextlib.ExitStack() as children:
@@ -122,8 +123,9 @@ class Runner:
         self.table.write()
         failed = sum(one["status"] == "failed" for one in self.table.points)
         parts = sum(one["status"] == "part" for one in self.table.points)
-        self.say(f"point {result['label']}: {result['status']} (plates and press {result['seconds']['tests']:.0f} s, wheels "
-                 f"{result['seconds']['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
+        took = result["seconds"]
+        self.say(f"point {result['label']}: {result['status']} (plates and press {took['tests']:.0f} s, wheels "
+                 f"{took['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
                  f"{parts} in part; {self._usual() / 60:.1f} minutes of a core each; ETA {self._eta(left)}")
         for reason in result["reasons"]:
             self.say(f"point {result['label']}: {reason}")

@@ -36,12 +36,14 @@ class Point:
         os.makedirs(os.path.join(self.folder, "logs"), exist_ok=True)
         soil, scene, tool, wheel = setting.start.made(values, f"point {label}")
         scene["soil"] = "point.soil.yaml"
-        self.soil_file, self.scene_file = (os.path.join(self.folder, f"point.{what}.yaml") for what in ("soil", "scene"))
+        self.soil_file = os.path.join(self.folder, "point.soil.yaml")
+        self.scene_file = os.path.join(self.folder, "point.scene.yaml")
         texts = [text_of(one) for one in (soil, scene)]
         for path, text in zip((self.soil_file, self.scene_file), texts):
             write_atomically(path, text)
         self.bench = bench_of(GrainSoil(self.soil_file), setting.targets, setting.predict, setting.beds, tool, wheel)
-        asked = [*texts, repr(tool), str(setting.beds), *sorted(row.key for row in setting.targets.chosen(setting.predict))]
+        keys = sorted(row.key for row in setting.targets.chosen(setting.predict))
+        asked = [*texts, repr(tool), str(setting.beds), *keys]
         self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
         self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
         self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
