@@ -181,11 +181,11 @@ class Bench:
         return plans
 
 
-def packing_of(result):
+def packing_of(bench, result):
     """Frictions with which the bed of a run settled, as keys of `preparation`; none where unknown, or of two
-    layers, which have their own."""
+    layers, which have their own each."""
     bed = result.record["bed"]
-    if float(bed.get("top_solid_fraction", 0)) > 0 or not float(bed.get("preparation_friction", 0)) > 0:
+    if bench.soil.grains.get("top_layer") or not float(bed.get("preparation_friction", 0)) > 0:
         return None
     # As text: every digit, so that the same bed comes again.
     return {"friction": repr(float(bed["preparation_friction"])),

@@ -95,7 +95,7 @@ def run_all(bench, execution, program):
     results = execution.run(first + bench.off_bed())
     later = []
     for plan, seed in zip(first, seeds):
-        packing = benches.packing_of(results[plan.name])
+        packing = benches.packing_of(bench, results[plan.name])
         others = [name for name in names if f"{name}_bed{seed}" != plan.name]
         later += [bench.on_bed(name, seed, packing) for name in others]
     if later:

@@ -171,7 +171,12 @@ def work():
     start = varied.Start(varied.load(arguments.soil), scene)
     lock = lock_of(arguments.out)
     if arguments.design:
-        infer(arguments, design.read_table(arguments.design), targets, start)
+        table = design.read_table(arguments.design)
+        for what, path in (("soil", arguments.soil), ("scene", arguments.scene)):
+            if table[what]["sha256"] != hash_of(path):
+                targets.notes.append(f"{os.path.basename(path)} is not the {what} file that the design changed "
+                                     f"({table[what]['file']} {table[what]['sha256'][:12]})")
+        infer(arguments, table, targets, start)
         return True
     for note in targets.notes:
         say(note)

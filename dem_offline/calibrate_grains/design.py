@@ -21,7 +21,9 @@ class Table:
 
     def write(self):
         points = sorted(self.points, key=lambda one: (one["label"][0] != "s", one["label"]))
-        write_atomically(self.path, json.dumps({"version": VERSION, **self.head, "points": points}, indent=1) + "\n")
+        lines = [json.dumps(key) + ": " + json.dumps(value) for key, value in {"version": VERSION, **self.head}.items()]
+        lines.append('"points": [' + ",".join("\n" + json.dumps(one) for one in points) + "\n]")
+        write_atomically(self.path, "{" + ",\n".join(lines) + "}\n")
 
 
 def read_table(path):

@@ -82,8 +82,12 @@ class Runs:
 
     def _reached(self, point, what):
         values = dict(point["values"])
-        if "solid_fraction" in values and "denser_below" not in values:
-            values["solid_fraction"] = point["solid_fraction"].get(what, values["solid_fraction"])
+        whole, top = (point.get(key, {}).get(what) for key in ("solid_fraction", "top_solid_fraction"))
+        upper = top if "denser_below" in values else whole
+        if upper and "solid_fraction" in values:
+            values["solid_fraction"] = upper
+            if whole and values.get("denser_below"):
+                values["denser_below"] = whole - upper
         return values
 
     def process(self, block):
