@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 import time
 
 from experiment_runs import Refused

@@ -67,11 +67,22 @@ class Process:
         return 0.5 * log_determinant - 0.5 * float(residual @ self.weights) if sign > 0 else -numpy.inf
 
 
+def straight(x, y):
+    """A process where no likelihood has a maximum: what a plane leaves over is half surface, half noise."""
+    f = trend(x)
+    left = y - f @ numpy.linalg.lstsq(f, y, rcond=None)[0]
+    least = 1e-6 * float(numpy.abs(y).max() or 1.0)
+    variance = max(float(left @ left) / max(1, len(y) - f.shape[1]), least**2) / 2
+    return Process(x, y, numpy.ones(x.shape[1]), variance, variance)
+
+
 def fit(x, y):
     """The process of greatest likelihood. x: (n, p) in the unit cube, y: (n); at least p + 3 runs."""
     import openturns
     openturns.Log.Show(openturns.Log.NONE)
-    centre, spread = float(numpy.mean(y)), float(numpy.std(y)) or 1.0
+    centre, spread = float(numpy.mean(y)), float(numpy.std(y))
+    if spread < 1e-9 * abs(centre):
+        return straight(x, y)
     p = x.shape[1]
     best = None
     for share in NUGGETS:
@@ -87,9 +98,9 @@ def fit(x, y):
             continue  # no optimum for this share
         found = algorithm.getResult().getCovarianceModel()
         variance = float(found.getAmplitude()[0])**2 * spread**2
+        if not variance > 1e-12 * spread**2:
+            continue  # a plane alone
         one = Process(x, y, numpy.array(found.getScale()), variance, share * variance)
         if best is None or one.log_likelihood() > best.log_likelihood():
             best = one
-    if best is None:
-        raise ArithmeticError("no likelihood of a process could be maximised")
-    return best
+    return best or straight(x, y)
