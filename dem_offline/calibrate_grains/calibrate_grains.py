@@ -73,6 +73,8 @@ def parse_arguments():
                         help="points in all that the emulators choose, where runs tell most, beside those that fill "
                         "the space")
     parser.add_argument("--design", metavar="FILE", help="infer from this design.json; nothing is run")
+    parser.add_argument("--check", action="store_true", help="calibrate every point of the design from its own runs by "
+                        "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
     parser.add_argument("--design-only", action="store_true", help="run the design and stop before the inference")
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -157,7 +159,8 @@ class Design:
 
 def infer(arguments, table, targets, start):
     found = outcome.Inference(table, targets, start, say)
-    done = outcome.write(found, "./grouser calibrate grains " + shlex.join(sys.argv[1:]), arguments.out)
+    command = "./grouser calibrate grains " + shlex.join(sys.argv[1:])
+    done = outcome.write(found, command, arguments.out, arguments.check)
     sys.stdout.write(outcome.summary(done))
     say(os.path.join(arguments.out, "report.html"))
     return found

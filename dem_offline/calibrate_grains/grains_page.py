@@ -182,6 +182,12 @@ def runs_part(found):
             hp.table(("next DEM point", "takes of the emulators' variance, one after the other"), points)]
 
 
+def truth_words(checked):
+    inside = sum(one["distance"] is not None and one["distance"] <= 1 for one in checked)
+    return (f"DEM as truth: of {len(checked)} points of the design, each calibrated from its own runs by the emulators "
+            f"of the others, {inside} lie in their 90 % region")
+
+
 def page_of(found, inference):
     import matplotlib
     matplotlib.use("Agg")
@@ -199,7 +205,8 @@ def page_of(found, inference):
             + hp.section("What was fitted and what was predicted", errors_table(found),
                          hp.table(("error of the form", "fitted blocks", "median", "90 % from", "to", "typical"), form,
                                   "Share of the value (curves), of load, load x radius or radius (wheels)."))
-            + hp.section("The runs and their emulators", *runs_part(found))
+            + hp.section("The runs and their emulators", *runs_part(found), *(
+                [hp.reading(truth_words(found["dem_as_truth"]) + ".")] if "dem_as_truth" in found else []))
             + hp.section("Made from", hp.reading(found["command"]), hp.reading(found["source"]),
                          hp.table(("file", "SHA-256"), files), *map(hp.reading, found["notes"])))
     return hp.document(f"Grains: {found['soil']}", "", body)

@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 
+import check
 import grains_page
 import identify
 import numpy
@@ -98,9 +99,11 @@ class Inference:
         return notes
 
 
-def write(inference, command, out):
+def write(inference, command, out, checked=False):
     """calibration.json, calibrated.soil.yaml, calibrated.scene.yaml and report.html in a folder; what was found."""
     found = inference.found(command)
+    if checked:
+        found["dem_as_truth"] = check.dem_as_truth(inference)
     design = hashlib.sha256(json.dumps(inference.table["points"], sort_keys=True).encode()).hexdigest()
     found["design"]["sha256_of_points"] = design
     write_atomically(os.path.join(out, "calibration.json"), json.dumps(found, indent=1) + "\n")
@@ -151,6 +154,8 @@ def summary(found):
     for one in found["next_points"][:1]:
         lines.append("next DEM point: " + ", ".join(f"{name} {value:g}" for name, value in one["values"].items())
                      + f" takes {100 * one['takes']:.0f} % of the emulators' variance (--more 1)")
+    if "dem_as_truth" in found:
+        lines.append(grains_page.truth_words(found["dem_as_truth"]))
     lines += [f"note: {text}" for text in found["notes"]]
     return "\n".join(lines) + "\n"
 

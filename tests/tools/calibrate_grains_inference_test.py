@@ -20,6 +20,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"),
     ("clients", "common"))]
 
+import check  # noqa: E402
 import emulator  # noqa: E402
 import evidence as evidences  # noqa: E402
 import identify  # noqa: E402
@@ -216,6 +217,11 @@ class WholeWay(unittest.TestCase):
             self.assertTrue(0 < gain < 1)
         again = identify.next_points(self.vary, self.evidence, got, 1)
         self.assertEqual(again[0], chosen[0])
+
+    def test_points_of_the_design_come_back_from_their_own_runs(self):
+        checked = check.dem_as_truth(types.SimpleNamespace(runs=self.runs, evidence=self.evidence), 4)
+        self.assertEqual([one["label"] for one in checked], ["s001", "s002", "s003", "s004"])
+        self.assertGreaterEqual(sum(one["distance"] <= 1 for one in checked), 3)
 
     def test_refuses_a_design_that_is_too_small(self):
         small = {**self.table, "points": self.table["points"][:8]}
