@@ -89,7 +89,8 @@ def parse_arguments():
 def run_all(bench, execution, program):
     """{(name, bed): Result}. One test of a bed finds its preparation, the others repeat it."""
     names, seeds = list(bench.bed_tests()), range(1, bench.beds + 1)
-    check_plans(program, [bench.on_bed(name, 1) for name in names] + [p for p in bench.off_bed() if p.name.endswith("_bed1")])
+    off_bed = [plan for plan in bench.off_bed() if plan.name.endswith("_bed1")]
+    check_plans(program, [bench.on_bed(name, 1) for name in names] + off_bed)
     first = [benches.first_on(bench, seed, execution) for seed in seeds] if names else []
     results = execution.run(first + bench.off_bed())
     later = []

@@ -145,7 +145,8 @@ def sizes(bench):
     rows = [("bed, length = width x depth", f"{1e3 * bench.side:.4g} x {1e3 * bench.depth:.4g}",
              f"{1e3 * bench.depth / d:.1f} (depth)")]
     rows += [(f"plate{mm}, diameter", mm, f"{mm / d:.1f}") for mm in bench.plates]
-    rows += [("pressed wheel, radius = width", f"{1e3 * bench.wheel_radius:.4g}", f"{1e3 * bench.wheel_radius / d:.1f}"),
+    wheel = bench.wheel_radius
+    rows += [("pressed wheel, radius = width", f"{1e3 * wheel:.4g}", f"{wheel / d:.1f}"),
              ("ring, inner to outer radius", f"{inner:.4g} to {outer:.4g}", f"{(outer - inner) / d:.1f} (width)"),
              ("cone, radius of its base", f"{1e3 * bench.cone_radius:.4g}", f"{1e3 * bench.cone_radius / d:.1f}")]
     return table(("what", "mm", "mean grain diameters"), rows)

@@ -22,7 +22,9 @@ Example:
 
 import argparse
 import hashlib
+import json
 import os
+import shlex
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -31,13 +33,14 @@ sys.path[:0] = [HERE] + [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "bevameter"), ("dem_offline", "validate"), ("clients", "common"))]
 
 import design  # noqa: E402
+import outcome  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
 from experiment_runs import Refused, lock_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from measured_table import TableError  # noqa: E402
 from point import Setting  # noqa: E402
-from processes import exit_code_of, raise_on_signals  # noqa: E402
+from processes import exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 PER_PARAMETER = 10  # points, by a rule of thumb for kriging
 
@@ -66,16 +69,24 @@ def parse_arguments():
                         help="rows that are held out and are run as well: plates (default); tests: the pressed wheel, "
                         "too, for which beds grow with its sinkage; all: wheel states, too")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="points at once (default: cores)")
+    parser.add_argument("--more", type=int, default=0, metavar="N",
+                        help="points in all that the emulators choose, where runs tell most, beside those that fill "
+                        "the space")
+    parser.add_argument("--design", metavar="FILE", help="infer from this design.json; nothing is run")
+    parser.add_argument("--check", action="store_true", help="calibrate every point of the design from its own runs by "
+                        "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
     parser.add_argument("--design-only", action="store_true", help="run the design and stop before the inference")
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    for option, least in (("points", 2), ("beds", 1), ("jobs", 1)):
+    for option, least in (("points", 2), ("beds", 1), ("jobs", 1), ("more", 0)):
         value = getattr(arguments, option)
         if value is not None and value < least:
             raise Refused(f"--{option} {value}: expected at least {least}")
     if arguments.budget is not None and not arguments.budget > 0:
         raise Refused(f"--budget {arguments.budget:g}: expected more than 0 hours")
-    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary):
+    if arguments.design and (arguments.design_only or arguments.more or arguments.vary):
+        raise Refused("--design: it with --design-only, --more or --vary, expected none of them: nothing is run")
+    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary, arguments.design):
         if path and not os.path.exists(path):
             raise Refused(f"{path}: no such file")
     for name in ("out", "bin", "soil", "scene"):
@@ -115,30 +126,73 @@ def table_head(arguments, vary):
             "ranges": {name: list(ends) for name, ends in vary.ranges.items()}}
 
 
-def run_design(arguments, vary, start, targets, lock):
-    """The table; whether every point was run."""
-    program = os.path.join(arguments.bin, "grouser-dem")
-    setting = Setting(start, targets, arguments.predict, arguments.beds, program,
-                      os.path.join(arguments.out, "points"), lock.fileno(), say)
-    table = design.Table(os.path.join(arguments.out, "design.json"), table_head(arguments, vary))
-    count = arguments.points or PER_PARAMETER * len(vary.names)
-    points = [{**vary.fixed, **values} for values in vary.points(count)]
-    runner = design.Runner(setting, table, arguments.jobs, arguments.budget, say)
-    runner.run(design.labelled("s", points))
-    return table
+class Design:
+    """The points of this call, run or kept."""
+
+    def __init__(self, arguments, vary, start, targets, lock):
+        self.arguments, self.vary = arguments, vary
+        self.setting = Setting(start, targets, arguments.predict, arguments.beds,
+                               os.path.join(arguments.bin, "grouser-dem"), os.path.join(arguments.out, "points"),
+                               lock.fileno(), say)
+        self.chosen_file = os.path.join(arguments.out, "more.json")
+        count = arguments.points or PER_PARAMETER * len(vary.names)
+        self.filling = [{**vary.fixed, **values} for values in vary.points(count)]
+
+    def chosen(self):
+        """Points that the emulators have asked for in this and earlier calls."""
+        if not os.path.exists(self.chosen_file):
+            return []
+        with open(self.chosen_file, encoding="utf-8") as file:
+            return [one for one in json.load(file) if set(one) == set(self.vary.names)]
+
+    def choose(self, points):
+        write_atomically(self.chosen_file, json.dumps(self.chosen() + points, indent=1) + "\n")
+
+    def run(self):
+        """The table, and whether every point was run."""
+        table = design.Table(os.path.join(self.arguments.out, "design.json"), table_head(self.arguments, self.vary))
+        runner = design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
+        chosen = [{**self.vary.fixed, **one} for one in self.chosen()]
+        complete = runner.run(design.labelled("s", self.filling) + design.labelled("m", chosen))
+        return design.read_table(table.path), complete
+
+
+def infer(arguments, table, targets, start):
+    found = outcome.Inference(table, targets, start, say)
+    command = "./grouser calibrate grains " + shlex.join(sys.argv[1:])
+    done = outcome.write(found, command, arguments.out, arguments.check)
+    sys.stdout.write(outcome.summary(done))
+    say(os.path.join(arguments.out, "report.html"))
+    return found
 
 
 def work():
     arguments = parse_arguments()
-    vary = varied.read(arguments.vary)
     soil, scene = GrainSoil(arguments.soil), scene_of(arguments.scene)
     targets = measured.read(os.path.join(arguments.bin, "grouser-calibrate"), arguments.data, soil.diameter)
     check_match(arguments, targets, soil, scene)
+    start = varied.Start(varied.load(arguments.soil), scene)
+    lock = lock_of(arguments.out)
+    if arguments.design:
+        table = design.read_table(arguments.design)
+        for what, path in (("soil", arguments.soil), ("scene", arguments.scene)):
+            if table[what]["sha256"] != hash_of(path):
+                targets.notes.append(f"{os.path.basename(path)} is not the {what} file that the design changed "
+                                     f"({table[what]['file']} {table[what]['sha256'][:12]})")
+        infer(arguments, table, targets, start)
+        return True
     for note in targets.notes:
         say(note)
-    lock = lock_of(arguments.out)
-    table = run_design(arguments, vary, varied.Start(varied.load(arguments.soil), scene), targets, lock)
-    return any(one["status"] != "failed" for one in table.points)
+    runs = Design(arguments, varied.read(arguments.vary), start, targets, lock)
+    table, complete = runs.run()
+    if arguments.design_only:
+        return any(one["status"] != "failed" for one in table["points"])
+    found = infer(arguments, table, targets, start)
+    missing = arguments.more - len(runs.chosen())
+    if complete and missing > 0:
+        runs.choose([values for values, _ in found.next_points(missing)])
+        infer(arguments, runs.run()[0], targets, start)
+    return True
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 import time
 
 from experiment_runs import Refused
@@ -21,7 +20,9 @@ class Table:
 
     def write(self):
         points = sorted(self.points, key=lambda one: (one["label"][0] != "s", one["label"]))
-        write_atomically(self.path, json.dumps({"version": VERSION, **self.head, "points": points}, indent=1) + "\n")
+        lines = [json.dumps(key) + ": " + json.dumps(value) for key, value in {"version": VERSION, **self.head}.items()]
+        lines.append('"points": [' + ",".join("\n" + json.dumps(one) for one in points) + "\n]")
+        write_atomically(self.path, "{" + ",\n".join(lines) + "}\n")
 
 
 def read_table(path):
@@ -77,7 +78,8 @@ class Runner:
                 waiting.append(point)
         self.table.write()
         self.total = len(labelled_points)
-        self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes of a core)")
+        self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
+                 "of a core)")
         if waiting:
             waiting[0].check()
         with contextlib.ExitStack() as children:
@@ -122,8 +124,9 @@ class Runner:
         self.table.write()
         failed = sum(one["status"] == "failed" for one in self.table.points)
         parts = sum(one["status"] == "part" for one in self.table.points)
-        self.say(f"point {result['label']}: {result['status']} (plates and press {result['seconds']['tests']:.0f} s, wheels "
-                 f"{result['seconds']['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
+        took = result["seconds"]
+        self.say(f"point {result['label']}: {result['status']} (plates and press {took['tests']:.0f} s, wheels "
+                 f"{took['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
                  f"{parts} in part; {self._usual() / 60:.1f} minutes of a core each; ETA {self._eta(left)}")
         for reason in result["reasons"]:
             self.say(f"point {result['label']}: {reason}")

@@ -14,6 +14,7 @@ from processes import Processes, ProgramFailed, write_atomically
 from targets import wheel_key
 from vary import text_of
 
+COLLECTED = "2"  # what is kept of the runs: another one reads them again
 WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force is fitted by a line
 
 
@@ -36,24 +37,31 @@ class Point:
         os.makedirs(os.path.join(self.folder, "logs"), exist_ok=True)
         soil, scene, tool, wheel = setting.start.made(values, f"point {label}")
         scene["soil"] = "point.soil.yaml"
-        self.soil_file, self.scene_file = (os.path.join(self.folder, f"point.{what}.yaml") for what in ("soil", "scene"))
+        self.soil_file = os.path.join(self.folder, "point.soil.yaml")
+        self.scene_file = os.path.join(self.folder, "point.scene.yaml")
         texts = [text_of(one) for one in (soil, scene)]
         for path, text in zip((self.soil_file, self.scene_file), texts):
             write_atomically(path, text)
         self.bench = bench_of(GrainSoil(self.soil_file), setting.targets, setting.predict, setting.beds, tool, wheel)
-        asked = [*texts, repr(tool), str(setting.beds), *sorted(row.key for row in setting.targets.chosen(setting.predict))]
+        keys = sorted(row.key for row in setting.targets.chosen(setting.predict))
+        asked = [COLLECTED, *texts, repr(tool), str(setting.beds), *keys]
         self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
         self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
         self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
-        self.seconds, self.reasons = {"tests": 0.0, "wheels": 0.0}, []
+        self.before = {"tests": 0.0, "wheels": 0.0}  # seconds of earlier calls
+        self.seconds, self.reasons = dict(self.before), []
 
     def finished(self):
-        """What an earlier call has kept of the same point, else none."""
+        """What an earlier call has kept of the same point, else none; of the same grains asked for less, its time."""
         if not os.path.exists(self.stored):
             return None
         with open(self.stored, encoding="utf-8") as file:
             kept = json.load(file)
-        return kept if kept["asked"] == self.asked else None
+        if kept["asked"] == self.asked:
+            return kept
+        if kept["values"] == self.values:
+            self.before = kept["seconds"]
+        return None
 
     def check(self):
         """The engine reads the experiments before the first run starts. Raises Refused."""
@@ -135,16 +143,14 @@ class Point:
         outputs = {**self._curves(results), **self._wheel_outputs(records)}
         wanted = {row.key for row in self.setting.targets.chosen(self.setting.predict)}
         outputs = {key: value for key, value in outputs.items() if key in wanted}
-        by_seed = {seed: float(r.record["bed"]["solid_fraction"]) for (_, seed), r in results.items()}
-        reached = {"tests": list(by_seed.values()),
-                   "wheels": sorted({float(r["bed"]["solid_fraction"]) for each in records.values() for r in each
-                                     if float(r.get("bed", {}).get("solid_fraction", 0)) > 0})}
+        beds = {"tests": {seed: r.record["bed"] for (_, seed), r in results.items()},
+                "wheels": {r["spec"].get("seed"): r.get("bed", {}) for each in records.values() for r in each}}
         missing = sorted(wanted - set(outputs))
         return {"label": self.label, "values": self.values, "asked": self.asked,
                 "status": "failed" if not outputs else "part" if missing else "done",
-                "seconds": {name: round(value, 1) for name, value in self.seconds.items()},
-                "solid_fraction": {name: mean(each) for name, each in reached.items() if each},
-                "outputs": outputs, "reasons": self.reasons}
+                "seconds": {name: round(value + self.before[name], 1) for name, value in self.seconds.items()},
+                "solid_fraction": reached("solid_fraction", beds),
+                "top_solid_fraction": reached("top_solid_fraction", beds), "outputs": outputs, "reasons": self.reasons}
 
     def _curves(self, results):
         found = {}
@@ -199,12 +205,23 @@ def over_beds(by_seed):
     error = None if None in own else float(numpy.sqrt(numpy.sum(numpy.square(own))) / len(own))
     if len(values) > 1:
         error = max(error or 0.0, float(values.std(ddof=1) / numpy.sqrt(len(values))))
-    return {"value": float(values.mean()), "standard_error": error,
-            "beds": {str(seed): float(value) for seed, (value, _) in sorted(by_seed.items())}}
+    return {"value": short(values.mean()), "standard_error": short(error),
+            "beds": {str(seed): short(value) for seed, (value, _) in sorted(by_seed.items())}}
 
 
-def mean(values):
-    return sum(values) / len(values)
+def short(value):
+    """As a table has it."""
+    return None if value is None else float(f"{value:.7g}")
+
+
+def reached(key, beds):
+    """{kind of test: mean over its beds} of what their preparation reached; none where it is not known."""
+    found = {}
+    for kind, by_seed in beds.items():
+        values = [float(bed[key]) for bed in by_seed.values() if float(bed.get(key, 0)) > 0]
+        if values:
+            found[kind] = round(sum(values) / len(values), 6)
+    return found
 
 
 def last_line(text):

@@ -53,12 +53,13 @@ class Targets:
             if row:
                 self.rows.append(row)
         for name, count in shallow.items():
-            self._note(f"{name}: {count} rows above half a grain of sinkage ({1e3 * least:.3g} mm) left out: there single "
-                       "grains carry")
-        self.states = [row for row in measured_table.rows_of(read["observations"])]
+            self._note(f"{name}: {count} rows above half a grain of sinkage ({1e3 * least:.3g} mm) left out: there "
+                       "single grains carry")
+        self.states = measured_table.rows_of(read["observations"])
         self._weigh()
         if not any(not row.held_out for row in self.rows):
-            raise Refused("no row to fit is left, expected plates, a pressed wheel or wheel tests that are not held out")
+            raise Refused("no row to fit is left, expected plates, a pressed wheel or wheel tests that are not held "
+                          "out")
 
     def _note(self, text):
         if text not in self.notes:

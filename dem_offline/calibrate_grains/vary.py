@@ -210,5 +210,6 @@ class Start:
 
     @staticmethod
     def least_layer(grains):
-        """[m] of the largest grain: what is thinner is no layer."""
-        return max(float(one["diameter_m"]) for one in grains["sizes"])
+        """[m] what the engine bears of a top layer (kLeastTopGrains in dem_offline/engine/rig/bed.h), three of the largest
+        grains: one that is thinner is left out."""
+        return 3 * max(float(one["diameter_m"]) for one in grains["sizes"])

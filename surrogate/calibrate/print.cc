@@ -152,8 +152,8 @@ std::string RowsJson(const MeasuredSoil& soil) {
     list.back()["test_index"] = at.test;
   }
   for (const MeasuredTest& test : soil.tests) tests.push_back(TestJson(test));
-  return json{{"soil", soil.name},         {"source", soil.source}, {"files", FilesJson(soil)},
-              {"gravity", soil.gravity},   {"tests", tests},        {"observations", list},
+  return json{{"soil", soil.name},       {"source", soil.source}, {"files", FilesJson(soil)},
+              {"gravity", soil.gravity}, {"tests", tests},        {"observations", list},
               {"notes", soil.notes}}
              .dump(1) +
          "\n";

@@ -101,6 +101,19 @@ class Plans(InFolder):
         self.assertEqual(len(benches.packing_of(one)), 1)
         self.assertIsNone(benches.packing_of(SimpleNamespace(record={"bed": {}})))
 
+    def test_a_wheel_as_it_was_measured(self):
+        bench = bench_of(GrainSoil(LOOSE), ["press", "plate60"], tool_friction=0.5, wheel=(0.0625, 0.05),
+                         sinkages={"press": 0.022, "plate60": 0.028}, wheel_friction=0.4)
+        sets = dict(one.split("=", 1) for one in bench.on_bed("press", 1).sets)
+        part = yaml.safe_load(sets["bodies[0].parts"])
+        self.assertEqual((part["radius_m"], part["width_m"]), (0.0625, 0.05))
+        self.assertEqual(yaml.safe_load(sets["interfaces"])[2]["friction"], 0.4)
+        self.assertAlmostEqual(bench.chord, 2 * math.sqrt(0.0625**2 - 0.0405**2))
+        self.assertAlmostEqual(bench.side, 2 * bench.chord)
+        self.assertAlmostEqual(yaml.safe_load(sets["bodies[0].motion"])[0]["distance_m"], 0.022 + 0.001 + 0.0088)
+        plate = dict(one.split("=", 1) for one in bench.on_bed("plate60", 1).sets)
+        self.assertEqual(yaml.safe_load(plate["interfaces"])[2]["friction"], 0.5)
+
     def test_sizes_go_with_the_grains(self):
         self.assertEqual(benches.default_plates(0.008), [40, 60])
         self.assertEqual(benches.default_plates(0.012), [60, 80])

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Stands for grouser-dem where only the order, the resuming and the failing of runs is tested: no physics.
+"""Stands for grouser-dem where only the order, the resuming and the failing of runs is tested: no physics, but numbers
+that grow with friction and packing.
 
 Its folder holds `calls`, a line for each run it made, and may hold `refuse`: a text; a run whose arguments
 contain it fails."""
@@ -7,6 +8,7 @@ contain it fails."""
 import hashlib
 import json
 import os
+import re
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -34,12 +36,15 @@ def run(arguments):
         return 1
     with open(arguments[0], encoding="utf-8") as file:
         text = file.read()
+    friction = float(re.search(r"friction: ([0-9.]+)", " ".join(sets)).group(1))
+    packing = float(re.search(r"solid_fraction: ([0-9.]+)", " ".join(sets)).group(1))
+    force = 0.02 * (0.5 + friction) * (1 + 20 * (packing - 0.55))
     body = "wheel" if "wheel_press" in arguments[0] else "plate"
     with open(out.removesuffix(".run.h5") + ".series.csv", "w", encoding="utf-8") as file:
         file.write(f"time_s,{body}.sinkage_m,{body}.f_z_n\n")
-        file.writelines(f"{k},{1e-4 * k},{0.02 * k}\n" for k in range(400))
+        file.writelines(f"{k},{1e-4 * k},{force * k}\n" for k in range(400))
     write(out, {"status": "RUN_STATUS_DONE", "experiment_spec": {"yaml": text, "sets": sets, "others": []},
-                "bed": {"solid_fraction": 0.55, "preparation_friction": 1.0}})
+                "bed": {"solid_fraction": packing, "preparation_friction": 1.0}})
     return 0
 
 
@@ -49,6 +54,8 @@ def campaign(arguments):
     with open(path, encoding="utf-8") as file:
         plan = yaml.safe_load(file)
     os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
+    with open(os.path.join(os.path.dirname(path), plan["soil"]), encoding="utf-8") as file:
+        grains = yaml.safe_load(file)["grains"]
     planned = []
     for seed in plan["seeds"]:
         for state in plan["extra"]:
@@ -59,9 +66,10 @@ def campaign(arguments):
                 continue
             note(f"wheel {state['slip']} seed {seed}")
             angle = state["attack_angle_deg"] * 3.141592653589793 / 180
-            write(out, {"status": "RUN_STATUS_STEADY", "bed": {"solid_fraction": 0.551},
+            write(out, {"status": "RUN_STATUS_STEADY", "bed": {"solid_fraction": grains["solid_fraction"]},
                         "spec": {"seed": str(seed), "state": {**state, "attack_angle_rad": angle}},
-                        "equal_travel": {"outputs": [{"name": "f_x", "mean": 1.0 + seed, "standard_error": 0.1},
+                        "equal_travel": {"outputs": [{"name": "f_x", "mean": grains["friction"] + seed,
+                                                      "standard_error": 0.1},
                                                      {"name": "sinkage", "mean": 0.02, "standard_error": 1e-4}]}})
     write(os.path.join(folder, "campaign.json"), {"runs": planned})
     return 0

@@ -1,0 +1,106 @@
+"""Gaussian processes that stand for the DEM runs: one for each number that is compared.
+
+    y(x) = sum_k beta_k f_k(x) + Z(x) + noise,   f = 1, x_1 ... x_p,   x in the unit cube of the ranges
+    cov Z(x), Z(x') = s^2 M(r),  r^2 = sum ((x_i - x'_i)/l_i)^2,  M(r) = (1 + sqrt(5) r + 5 r^2/3) exp(-sqrt(5) r)
+
+(Matern 5/2, universal kriging). The noise of single runs and their beds is a nugget that is the same at all points:
+its share of s^2 is chosen by the likelihood among NUGGETS, lengths and s by OpenTURNS at each. Prediction and
+leave-one-out are the usual closed forms (Dubrule 1983), here in numpy, for thousands of points at once."""
+
+import numpy
+
+NUGGETS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # variance of the noise over s^2
+LENGTHS = (0.15, 10.0)                       # of the unit cube
+
+
+def matern(a, b, lengths):
+    """(n, m) correlations."""
+    r2 = sum(((a[:, None, k] - b[None, :, k]) / lengths[k])**2 for k in range(len(lengths)))
+    r = numpy.sqrt(5 * r2)
+    return (1 + r + r * r / 3) * numpy.exp(-r)
+
+
+def trend(x):
+    return numpy.column_stack([numpy.ones(len(x)), x])
+
+
+class Process:
+    """One fitted process. x: (n, p); y: (n); lengths, variance s^2, noise: its variance."""
+
+    def __init__(self, x, y, lengths, variance, noise):
+        self.x, self.y = x, y
+        self.lengths, self.variance, self.noise = lengths, variance, noise
+        n = len(y)
+        covariance = variance * matern(x, x, lengths) + noise * numpy.eye(n)
+        self.inverse = numpy.linalg.inv(covariance)
+        f = trend(x)
+        self.f_inverse = self.inverse @ f
+        self.gram_inverse = numpy.linalg.inv(f.T @ self.f_inverse)
+        self.beta = self.gram_inverse @ (self.f_inverse.T @ y)
+        self.weights = self.inverse @ (y - f @ self.beta)
+
+    def at(self, x):
+        """(mean, sd) of the noise-free surface at (m, p); the sd of kriging, of trend and surface."""
+        k = self.variance * matern(x, self.x, self.lengths)
+        f = trend(x)
+        mean = f @ self.beta + k @ self.weights
+        left = f - k @ self.f_inverse
+        variance = (self.variance - numpy.einsum("ij,jk,ik->i", k, self.inverse, k)
+                    + numpy.einsum("ij,jk,ik->i", left, self.gram_inverse, left))
+        return mean, numpy.sqrt(numpy.maximum(variance, 0.0))
+
+    def covariance(self, a, b):
+        """Of the surface between two sets of points, given the runs."""
+        ka, kb = (self.variance * matern(one, self.x, self.lengths) for one in (a, b))
+        left_a, left_b = trend(a) - ka @ self.f_inverse, trend(b) - kb @ self.f_inverse
+        return (self.variance * matern(a, b, self.lengths) - ka @ self.inverse @ kb.T
+                + left_a @ self.gram_inverse @ left_b.T)
+
+    def left_out(self):
+        """(mean, sd) for each run from all others, noise of the run that is left out included."""
+        q = self.inverse - self.f_inverse @ self.gram_inverse @ self.f_inverse.T
+        return self.y - (q @ self.y) / numpy.diag(q), 1 / numpy.sqrt(numpy.diag(q))
+
+    def log_likelihood(self):
+        residual = self.y - trend(self.x) @ self.beta
+        sign, log_determinant = numpy.linalg.slogdet(self.inverse)
+        return 0.5 * log_determinant - 0.5 * float(residual @ self.weights) if sign > 0 else -numpy.inf
+
+
+def straight(x, y):
+    """A process where no likelihood has a maximum: what a plane leaves over is half surface, half noise."""
+    f = trend(x)
+    left = y - f @ numpy.linalg.lstsq(f, y, rcond=None)[0]
+    least = 1e-6 * float(numpy.abs(y).max() or 1.0)
+    variance = max(float(left @ left) / max(1, len(y) - f.shape[1]), least**2) / 2
+    return Process(x, y, numpy.ones(x.shape[1]), variance, variance)
+
+
+def fit(x, y):
+    """The process of greatest likelihood. x: (n, p) in the unit cube, y: (n); at least p + 3 runs."""
+    import openturns
+    openturns.Log.Show(openturns.Log.NONE)
+    centre, spread = float(numpy.mean(y)), float(numpy.std(y))
+    if spread < 1e-9 * abs(centre):
+        return straight(x, y)
+    p = x.shape[1]
+    best = None
+    for share in NUGGETS:
+        model = openturns.MaternModel([0.7] * p, [1.0], 2.5)
+        model.setNuggetFactor(share)
+        algorithm = openturns.KrigingAlgorithm(openturns.Sample(x.tolist()),
+                                               openturns.Sample([[one] for one in (y - centre) / spread]), model,
+                                               openturns.LinearBasisFactory(p).build())
+        algorithm.setOptimizationBounds(openturns.Interval([LENGTHS[0]] * p, [LENGTHS[1]] * p))
+        try:
+            algorithm.run()
+        except (RuntimeError, TypeError):
+            continue  # no optimum for this share
+        found = algorithm.getResult().getCovarianceModel()
+        variance = float(found.getAmplitude()[0])**2 * spread**2
+        if not variance > 1e-12 * spread**2:
+            continue  # a plane alone
+        one = Process(x, y, numpy.array(found.getScale()), variance, share * variance)
+        if best is None or one.log_likelihood() > best.log_likelihood():
+            best = one
+    return best or straight(x, y)

@@ -1,0 +1,275 @@
+#!/usr/bin/python3
+"""./grouser calibrate grains: emulator, posterior and what is said of them, on a made-up table of runs.
+
+Usage: calibrate_grains_inference_test.py [--coverage] BIN
+--coverage: 100 trials alone (a minute): the emulator as truth, seeds fixed; how often the 90 % region holds it."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+import numpy
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
+    ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"),
+    ("clients", "common"))]
+
+import check  # noqa: E402
+import emulator  # noqa: E402
+import evidence as evidences  # noqa: E402
+import identify  # noqa: E402
+import outcome  # noqa: E402
+import posterior as bayes  # noqa: E402
+import predict  # noqa: E402
+import targets as measured  # noqa: E402
+import vary as varied  # noqa: E402
+from experiment_runs import Refused  # noqa: E402
+
+CAMPAIGNS = os.path.join(ROOT, "dem_offline", "campaigns")
+SOIL = os.path.join(CAMPAIGNS, "cmu_loose.soil.yaml")
+SCENE = os.path.join(CAMPAIGNS, "cmu_validate.scene.yaml")
+DATA = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_wheel.yaml")
+POINTS, SAMPLES, TRIALS = 30, 600, 100
+
+
+def made_up(row, u, error):
+    """A smooth answer at u = (friction, rolling friction, wheel friction, solid fraction): no physics."""
+    friction, rolling, wheel, packing = u
+    sunk = 0.022 * math.exp(-0.9 * (packing - 0.5) - 0.5 * (friction - 0.5) - 0.4 * (rolling - 0.5))
+    if row.kind != "wheel":
+        size = 1.0 if row.kind == "press" else (row.at["mm"] / 60)**2.3
+        own = 0.3 * (wheel - 0.5) if row.kind == "press" else 0.0
+        return size * 22 * (row.at["sinkage"] / 0.01)**(1.2 + 0.3 * (packing - 0.5)) * math.exp(
+            (packing - 0.5) + 0.5 * (friction - 0.5) + 0.3 * (rolling - 0.4) + own + 0.06 * error)
+    if row.measured == "sinkage":
+        return sunk * (1 + 0.3 * abs(row.at["slip"])) + 0.0007 * error
+    if row.measured == "f_x":
+        return row.at["load"] * (0.35 * math.tanh(3 * row.at["slip"]) * (0.5 + wheel) - 6 * sunk) + 0.4 * error
+    return -row.at["load"] * math.sin(math.radians(row.at["angle"])) * (0.6 + 0.5 * wheel + 5 * sunk) + 0.4 * error
+
+
+def made_up_table(targets, vary, count=POINTS, predict_="plates"):
+    random, points = numpy.random.default_rng(3), []
+    for k, values in enumerate(vary.points(count), 1):
+        u, errors, outputs = vary.to_unit(values), {}, {}
+        for row in targets.chosen(predict_):
+            run = row.test if row.kind != "wheel" else row.key.rsplit(" ", 1)[0]
+            error = 0.9 * errors.setdefault(run, random.standard_normal()) + 0.4 * random.standard_normal()
+            outputs[row.key] = {"value": made_up(row, u, error), "standard_error": None, "beds": {}}
+        points.append({"label": f"s{k:03d}", "values": {**vary.fixed, **values}, "asked": "", "status": "done",
+                       "seconds": {"tests": 1.0, "wheels": 1.0}, "outputs": outputs, "reasons": [],
+                       "solid_fraction": {"tests": values["solid_fraction"], "wheels": values["solid_fraction"]}})
+    file = {"file": "made up", "sha256": "0" * 64}
+    return {"version": 1, "soil": file, "scene": file, "beds": 1, "fixed": vary.fixed, "points": points,
+            "ranges": {name: list(ends) for name, ends in vary.ranges.items()}}
+
+
+def cmu():
+    targets = measured.read(os.path.join(BIN, "grouser-calibrate"), DATA, 0.008)
+    return targets, varied.read(os.path.join(CAMPAIGNS, "cmu_grains.vary.yaml"))
+
+
+def evidence_of(targets, table, vary):
+    runs = evidences.Runs(table, vary)
+    blocks = evidences.blocks_of(targets, 0.0625)
+    return runs, evidences.Evidence(blocks, [runs.process(block) for block in blocks])
+
+
+def draw_of(target, random):
+    """(unit parameters, measured values) as the model says that they come about."""
+    e = target.evidence
+    z = target.draw(1, random)
+    mean, sd = e.at(z[:, :target.p])
+    runs = numpy.linalg.cholesky(e.correlation) @ random.standard_normal(len(mean[0])) * numpy.sqrt(sd[0]**2 + e.noise)
+    form = numpy.exp(z[0, target.p:])[e.group] * e.scale
+    return z[0, :target.p], mean[0] + runs + random.standard_normal(len(runs)) * numpy.sqrt(e.sd**2 + form**2)
+
+
+class Emulator(unittest.TestCase):
+    def setUp(self):
+        import openturns
+        random = numpy.random.default_rng(1)
+        self.x = numpy.array(openturns.SobolSequence(2).generate(24))
+        self.truth = lambda x: numpy.sin(3 * x[:, 0]) + x[:, 0] * x[:, 1]
+        self.process = emulator.fit(self.x, self.truth(self.x) + 0.02 * random.standard_normal(24))
+
+    def test_leaves_out_as_a_fit_without_that_run(self):
+        mean, sd = self.process.left_out()
+        p = self.process
+        for k in (0, 11):
+            others = emulator.Process(numpy.delete(self.x, k, 0), numpy.delete(p.y, k), p.lengths, p.variance, p.noise)
+            value, error = others.at(self.x[k:k + 1])
+            self.assertAlmostEqual(value[0], mean[k], places=8)
+            self.assertAlmostEqual(math.hypot(error[0], math.sqrt(p.noise)), sd[k], places=8)
+
+    def test_finds_the_surface_and_its_error(self):
+        at = numpy.random.default_rng(2).random((500, 2))
+        mean, sd = self.process.at(at)
+        error = mean - self.truth(at)
+        self.assertLess(numpy.sqrt(numpy.mean(error**2)), 0.05)
+        self.assertGreater(numpy.mean(abs(error) < 1.645 * sd), 0.7)
+        own = numpy.diag(self.process.covariance(at[:5], at[:5]))
+        numpy.testing.assert_allclose(numpy.sqrt(own), sd[:5], atol=1e-6)
+
+    def test_is_the_kriging_of_openturns(self):
+        import openturns
+        p = self.process
+        model = openturns.MaternModel(list(p.lengths), [math.sqrt(p.variance)], 2.5)
+        model.setNuggetFactor(p.noise / p.variance)
+        algorithm = openturns.KrigingAlgorithm(openturns.Sample(self.x.tolist()), openturns.Sample([[y] for y in p.y]),
+                                               model, openturns.LinearBasisFactory(2).build())
+        algorithm.setOptimizeParameters(False)
+        algorithm.run()
+        at = [[0.3, 0.6], [0.9, 0.1]]
+        theirs = algorithm.getResult().getConditionalMean(openturns.Sample(at))
+        numpy.testing.assert_allclose(p.at(numpy.array(at))[0], numpy.array(theirs)[:, 0], rtol=1e-5)
+
+
+class Sampling(unittest.TestCase):
+    def test_is_the_integral_in_one_dimension(self):
+        x = numpy.linspace(0, 1, 12)[:, None]
+        process = emulator.Process(x, 2 * x[:, 0]**2, numpy.array([0.7]), 1.0, 1e-4)
+        block = types.SimpleNamespace(run="a", group="plate", value=0.8, sd=0.1, scale=1.0)
+        evidence = evidences.Evidence([block], [process])
+        target = bayes.Target(evidence)
+        got = bayes.sample(target, seed=4, count=4000)
+        u, share = numpy.meshgrid(numpy.linspace(0, 1, 301), numpy.linspace(-5, 2, 301), indexing="ij")
+        z = numpy.column_stack([u.ravel(), share.ravel()])
+        density = numpy.exp(target.log_prior(z) + target.log_likelihood(z))
+        mean = float((density * z[:, 0]).sum() / density.sum())
+        sd = math.sqrt(float((density * (z[:, 0] - mean)**2).sum() / density.sum()))
+        self.assertAlmostEqual(float(got.u.mean()), mean, delta=0.01)
+        self.assertAlmostEqual(float(got.u.std()), sd, delta=0.01)
+
+    def test_the_typical_error_counts_as_two_rows(self):
+        evidence = types.SimpleNamespace(typical=numpy.array([0.1]), value=numpy.zeros(1), noise=0, groups=["plate"],
+                                         clusters=lambda: [], processes=[types.SimpleNamespace(x=numpy.zeros((1, 1)))])
+        target = bayes.Target(evidence)
+        drawn = target.draw(20000, numpy.random.default_rng(1))
+        grid = numpy.column_stack([numpy.full(2001, 0.5), numpy.linspace(-6, 4, 2001)])
+        density = numpy.exp(target.log_prior(grid))
+        mean = float((density * grid[:, 1]).sum() / density.sum())
+        self.assertAlmostEqual(float(drawn[:, 1].mean()), mean, delta=0.02)
+        v = 0.01 * 2 / numpy.random.default_rng(2).chisquare(2, 20000)  # scaled inverse chi-squared
+        self.assertAlmostEqual(float(drawn[:, 1].mean()), float(0.5 * numpy.log(v).mean()), delta=0.02)
+
+
+class Words(unittest.TestCase):
+    def test_directions_are_named(self):
+        random = numpy.random.default_rng(1)
+        vary = varied.Vary({"friction": (0.3, 0.8), "rolling_friction": (0.05, 0.5), "solid_fraction": (0.5, 0.6)}, {})
+        along = random.random(2000)
+        u = numpy.column_stack([along, 1 - along + 0.02 * random.standard_normal(2000),
+                                0.5 + 0.02 * random.standard_normal(2000)])
+        first, = identify.directions_of(vary, types.SimpleNamespace(u=u))
+        self.assertIn("the tests cannot tell", first["text"])
+        self.assertIn("with less", first["text"])
+        self.assertIn("a shear ring would", first["text"])
+        self.assertNotIn("solid_fraction", first["text"])
+        told = {one["name"]: one["identified"] for one in identify.parameters_of(vary, types.SimpleNamespace(u=u))}
+        self.assertEqual(told, {"friction": False, "rolling_friction": False, "solid_fraction": True})
+
+    def test_motions(self):
+        def row(slip, angle):
+            return types.SimpleNamespace(at={"slip": slip, "angle": angle})
+        numpy.testing.assert_allclose(predict.motion(row(0, 0)), [math.sqrt(0.5), 0, math.sqrt(0.5)], atol=1e-12)
+        numpy.testing.assert_allclose(predict.motion(row(-1, 0)), [1, 0, 0], atol=1e-12)
+        driven = numpy.array([0.1, 0, 1]) / math.hypot(0.1, 1)
+        numpy.testing.assert_allclose(predict.motion(row(0.9, 0)), driven, atol=1e-12)
+        numpy.testing.assert_allclose(predict.motion(row(0, 90)), [0, 1, 0], atol=1e-12)
+
+
+class WholeWay(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.targets, cls.vary = cmu()
+        cls.table = made_up_table(cls.targets, cls.vary)
+        cls.runs, cls.evidence = evidence_of(cls.targets, cls.table, cls.vary)
+
+    def test_curves_count_as_the_file_says(self):
+        names = [block.name for block in self.evidence.blocks]
+        self.assertEqual(sum(name.startswith("plate 60") for name in names), 6)
+        self.assertEqual(sum(name.startswith("pressed wheel") for name in names), 3)
+        self.assertEqual(sum(name.startswith("wheel") for name in names), 7)  # no side force where it goes straight
+        self.assertFalse(any("80" in name for name in names))
+
+    def test_rows_that_are_held_out_change_nothing(self):
+        before = bayes.sample(bayes.Target(self.evidence), seed=2, count=100)
+        other, _ = cmu()
+        for row in other.rows:
+            if row.held_out:
+                row.value *= 3
+        _, evidence = evidence_of(other, self.table, self.vary)
+        numpy.testing.assert_array_equal(bayes.sample(bayes.Target(evidence), seed=2, count=100).u, before.u)
+
+    def test_next_points_take_variance_where_the_posterior_is(self):
+        got = bayes.sample(bayes.Target(self.evidence), seed=2, count=200)
+        chosen = identify.next_points(self.vary, self.evidence, got, 3)
+        self.assertEqual(len(chosen), 3)
+        for values, gain in chosen:
+            self.assertEqual(list(values), self.vary.names)
+            self.assertTrue(0 < gain < 1)
+        again = identify.next_points(self.vary, self.evidence, got, 1)
+        self.assertEqual(again[0], chosen[0])
+
+    def test_points_of_the_design_come_back_from_their_own_runs(self):
+        checked = check.dem_as_truth(types.SimpleNamespace(runs=self.runs, evidence=self.evidence), 4)
+        self.assertEqual([one["label"] for one in checked], ["s001", "s002", "s003", "s004"])
+        self.assertGreaterEqual(sum(one["distance"] <= 1 for one in checked), 3)
+
+    def test_refuses_a_design_that_is_too_small(self):
+        small = {**self.table, "points": self.table["points"][:8]}
+        with self.assertRaisesRegex(Refused, "8 points of the design gave it, expected at least 12"):
+            evidence_of(self.targets, small, self.vary)
+
+    def test_writes_a_soil_that_the_bench_reads(self):
+        with tempfile.TemporaryDirectory() as out:
+            path = os.path.join(out, "design.json")
+            with open(path, "w", encoding="utf-8") as file:
+                json.dump(self.table, file)
+            program = os.path.join(ROOT, "dem_offline", "calibrate_grains", "calibrate_grains.py")
+            done = subprocess.run([sys.executable, program, "--bin", BIN, DATA, "--soil", SOIL, "--scene", SCENE,
+                                   "--design", path, "--out", out], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(os.path.join(out, "calibration.json"), encoding="utf-8") as file:
+                found = json.load(file)
+            fitted = {row["key"] for row in found["rows"] if not row["held_out"]}
+            self.assertNotIn("plate 80 mm @ 10 mm", fitted)
+            by_test = {one["test"]: one for one in found["errors"] if one["measured"] == "force"}
+            self.assertEqual((by_test["plate 80 mm"]["fitted"]["n"], by_test["plate 80 mm"]["held_out"]["n"]), (0, 18))
+            from grain_soil import GrainSoil
+            soil = GrainSoil(os.path.join(out, "calibrated.soil.yaml"))
+            self.assertEqual(soil.grains["friction"], found["best"]["values"]["friction"])
+            self.assertIn(found["files"][0]["sha256"][:12], soil.source)
+            with open(os.path.join(out, "report.html"), encoding="utf-8") as file:
+                self.assertIn("What the data do not tell", file.read())
+            self.assertIn("rows not run", outcome.summary(found))
+
+
+class Coverage(unittest.TestCase):
+    def test_the_region_holds_the_truth(self):
+        targets, vary = cmu()
+        _, evidence = evidence_of(targets, made_up_table(targets, vary), vary)
+        target, inside = bayes.Target(evidence), 0
+        for trial in range(TRIALS):
+            truth, target.value = draw_of(target, numpy.random.default_rng(1000 + trial))
+            got = bayes.sample(target, seed=trial, count=SAMPLES)
+            inside += bayes.region_distance(got, truth) <= 1
+        print(f"inside the 90 % region: {inside} of {TRIALS}", file=sys.stderr)
+        self.assertTrue(85 <= inside <= 95, inside)
+
+
+if __name__ == "__main__":
+    BIN = os.path.abspath(sys.argv.pop())
+    if "--coverage" in sys.argv:
+        sys.argv.remove("--coverage")
+        sys.argv.append("Coverage")
+    else:
+        del Coverage
+    unittest.main()
