@@ -101,8 +101,7 @@ class GrainSoil:
         at_wheel, at_floor = contact.pop("wheel", None) or {}, contact.pop("floor", None) or {}
         base = {key: grains[key] for key in ("restitution", "friction", "rolling_friction")}
         friction = grains["friction"] if tool_friction is None else tool_friction
-        # By name: a bed is prepared and comes to rest with what stands for the grains' own pair alone.
-        interfaces = [{"between": ["sand", "sand"], **base}, {"between": ["sand", "any"], **base},
+        interfaces = [{"between": ["sand", "any"], **base},
                       {"between": ["sand", "tool"], **base, "friction": friction, **at_wheel}]
         if at_floor:
             interfaces.append({"between": ["sand", "steel"], **base, **at_floor})

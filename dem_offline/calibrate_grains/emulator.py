@@ -9,8 +9,8 @@ leave-one-out are the usual closed forms (Dubrule 1983), here in numpy, for thou
 
 import numpy
 
-NUGGETS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # variance of the noise over s^2
-LENGTHS = (0.15, 10.0)                       # of the unit cube
+NUGGETS = (0.01, 0.05, 0.25, 1.0)  # variance of the noise over s^2
+LENGTHS = (0.15, 10.0)             # of the unit cube
 
 
 def matern(a, b, lengths):

@@ -26,8 +26,8 @@ class TestReader {
 
   void Read() {
     CheckColumns();
-    MeasuredTest test{spec_.name, table_.path, "", spec_.kind, {}, spec_.counts_as,
-                      reader_.Has("diameter")};
+    MeasuredTest test{
+        spec_.name, table_.path, "", spec_.kind, {}, spec_.counts_as, reader_.Has("diameter")};
     for (const auto& [line, cells] : table_.lines) {
       if (!Matches(cells)) continue;
       ++rows_;

@@ -35,7 +35,7 @@ CAMPAIGNS = os.path.join(ROOT, "dem_offline", "campaigns")
 SOIL = os.path.join(CAMPAIGNS, "cmu_loose.soil.yaml")
 SCENE = os.path.join(CAMPAIGNS, "cmu_validate.scene.yaml")
 DATA = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_wheel.yaml")
-POINTS, SAMPLES, TRIALS = 30, 600, 100
+POINTS, SAMPLES, TRIALS = 20, 600, 100
 
 
 def made_up(row, u, error):
@@ -75,8 +75,8 @@ def cmu():
     return targets, varied.read(os.path.join(CAMPAIGNS, "cmu_grains.vary.yaml"))
 
 
-def evidence_of(targets, table, vary):
-    runs = evidences.Runs(table, vary)
+def evidence_of(targets, table, vary, runs=None):
+    runs = runs or evidences.Runs(table, vary)
     blocks = evidences.blocks_of(targets, 0.0625)
     return runs, evidences.Evidence(blocks, [runs.process(block) for block in blocks])
 
@@ -205,7 +205,7 @@ class WholeWay(unittest.TestCase):
         for row in other.rows:
             if row.held_out:
                 row.value *= 3
-        _, evidence = evidence_of(other, self.table, self.vary)
+        _, evidence = evidence_of(other, self.table, self.vary, self.runs)
         numpy.testing.assert_array_equal(bayes.sample(bayes.Target(evidence), seed=2, count=100).u, before.u)
 
     def test_next_points_take_variance_where_the_posterior_is(self):
@@ -219,9 +219,9 @@ class WholeWay(unittest.TestCase):
         self.assertEqual(again[0], chosen[0])
 
     def test_points_of_the_design_come_back_from_their_own_runs(self):
-        checked = check.dem_as_truth(types.SimpleNamespace(runs=self.runs, evidence=self.evidence), 4)
-        self.assertEqual([one["label"] for one in checked], ["s001", "s002", "s003", "s004"])
-        self.assertGreaterEqual(sum(one["distance"] <= 1 for one in checked), 3)
+        checked = check.dem_as_truth(types.SimpleNamespace(runs=self.runs, evidence=self.evidence), 2)
+        self.assertEqual([one["label"] for one in checked], ["s001", "s002"])
+        self.assertTrue(all(one["distance"] <= 1 for one in checked), checked)
 
     def test_refuses_a_design_that_is_too_small(self):
         small = {**self.table, "points": self.table["points"][:8]}

@@ -363,6 +363,27 @@ double MostTime(const Experiment& e, const BodySpec& body, const MotionStep& s) 
   return kNever;
 }
 
+namespace {
+
+/// The interface that holds between two materials, as ContactsOf takes it: one that names both
+/// stands over one with any, whatever their order. Null: there is none.
+const PairProperties* InterfaceOf(const Experiment& e, const std::string& a, const std::string& b) {
+  const auto is = [](const std::string& name, const std::string& of) {
+    return name == kAny || name == of;
+  };
+  const PairProperties* found = nullptr;
+  int fewest = 2;
+  for (const PairProperties& f : e.interfaces) {
+    const int anys = (f.a == kAny) + (f.b == kAny);
+    if (anys > fewest || !((is(f.a, a) && is(f.b, b)) || (is(f.a, b) && is(f.b, a)))) continue;
+    found = &f;
+    fewest = anys;
+  }
+  return found;
+}
+
+}  // namespace
+
 BedSpec BedOf(const Experiment& e, const Grains& g) {
   BedSpec bed;
   const Material& m = MaterialOf(e, g.material);
@@ -370,24 +391,21 @@ BedSpec BedOf(const Experiment& e, const Grains& g) {
   bed.soil.youngs_modulus_pa = m.youngs_modulus_pa;
   bed.soil.poisson_ratio = m.poisson_ratio;
   bed.soil.contact = e.laws;
-  for (const PairProperties& f : e.interfaces) {
-    const bool own = f.a == g.material && f.b == g.material;
-    const bool floor = (f.a == g.material && f.b == e.box.material) ||
-                       (f.b == g.material && f.a == e.box.material);
-    if (own) {
-      bed.soil.restitution = f.restitution;
-      bed.soil.friction = f.friction;
-      bed.soil.rolling_friction = f.rolling_friction;
-      bed.soil.contact.settings.insert(bed.soil.contact.settings.end(), f.numbers.settings.begin(),
-                                       f.numbers.settings.end());
-      if (f.numbers.rolling_damping) bed.soil.contact.rolling_damping = *f.numbers.rolling_damping;
-      if (f.numbers.surface_energy_j_per_m2) {
-        bed.soil.contact.surface_energy_j_per_m2 = *f.numbers.surface_energy_j_per_m2;
-      }
-    } else if (floor) {
-      bed.soil.contact.floor = f.numbers;
+  const PairProperties* own = InterfaceOf(e, g.material, g.material);
+  const PairProperties* floor = InterfaceOf(e, g.material, e.box.material);
+  if (own) {
+    bed.soil.restitution = own->restitution;
+    bed.soil.friction = own->friction;
+    bed.soil.rolling_friction = own->rolling_friction;
+    ContactChoice& laws = bed.soil.contact;
+    laws.settings.insert(laws.settings.end(), own->numbers.settings.begin(),
+                         own->numbers.settings.end());
+    if (own->numbers.rolling_damping) laws.rolling_damping = *own->numbers.rolling_damping;
+    if (own->numbers.surface_energy_j_per_m2) {
+      laws.surface_energy_j_per_m2 = *own->numbers.surface_energy_j_per_m2;
     }
   }
+  if (floor && floor != own) bed.soil.contact.floor = floor->numbers;
   bed.soil.solid_fraction = g.solid_fraction;
   bed.soil.preparation = g.preparation;
   bed.soil.top = g.top;

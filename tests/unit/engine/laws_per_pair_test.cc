@@ -222,5 +222,30 @@ TEST(LawsPerPair, ABedOfAWheelTestHasOneChoice) {
   }
 }
 
+TEST(LawsPerPair, ABedIsPreparedWithWhatHoldsBetweenItsGrains) {
+  Experiment e = Drops("hertz_restitution", "hertz_restitution");
+  e.grains[0].filling = experiment::Filling::kBed;
+  e.grains[0].sizes = {{0.01, 1}};
+  const auto pair = [](const char* a, const char* b, double friction) {
+    experiment::PairProperties p;
+    p.a = a;
+    p.b = b;
+    p.friction = friction;
+    p.numbers.rolling_damping = friction;
+    return p;
+  };
+  const std::string sand = e.grains[0].material, steel = e.box.material;
+  const auto soil = [&] { return BedOf(e, e.grains[0]).soil; };
+  e.interfaces = {pair("any", "any", 0.7)};
+  EXPECT_EQ(soil().friction, 0.7);
+  EXPECT_FALSE(soil().contact.floor.rolling_damping);  // as among the grains
+  e.interfaces = {pair(sand.c_str(), "any", 0.6), pair("any", "any", 0.7)};
+  EXPECT_EQ(soil().friction, 0.6);
+  e.interfaces = {pair(sand.c_str(), sand.c_str(), 0.5), pair(sand.c_str(), "any", 0.6),
+                  pair(steel.c_str(), sand.c_str(), 0.4)};
+  EXPECT_EQ(soil().friction, 0.5);
+  EXPECT_EQ(soil().contact.floor.rolling_damping, 0.4);
+}
+
 }  // namespace
 }  // namespace grouser::dem
