@@ -143,9 +143,15 @@ def over_beds(records):
         own = math.sqrt(sum(v[1] ** 2 for v in values)) / len(values)
         spread = statistics.stdev(v[0] for v in values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
         result[output] = {"value": statistics.fmean(v[0] for v in values), "standard_error": max(own, spread)}
-    return {"outputs": result, "beds": len(each), "equal_travel": bool(each) and all(one[1] for one in each),
+    return {"outputs": result, "beds": len(each), "wall_s": wall_of(records), "equal_travel": bool(each) and all(one[1] for one in each),
             "statuses": [record["status"].replace("RUN_STATUS_", "") for record in records],
             "reasons": sorted({record.get("reason", "") for record in records} - {""})}
+
+
+def wall_of(records):
+    """Mean wall time of a run [s], its own; None: not told."""
+    times = [record["numerics"]["wall_s"] for record in records if "wall_s" in record.get("numerics", {})]
+    return statistics.fmean(float(time) for time in times) if times else None
 
 
 def model_answer(arguments, row):
@@ -173,11 +179,11 @@ def none_of(value):
     return None if math.isnan(value) else value
 
 
-def errors_by_region(compared):
+def errors_by_region(compared, regions):
     """rms of DEM and model minus measurement, with the standard error of that rms from the errors of
     its rows: sqrt(sum (e_i s_i)^2)/(n rms)."""
     table = []
-    for region in measured.REGIONS:
+    for region in regions:
         for output in measured.OUTPUTS:
             for source in ("dem", "model"):
                 pairs = []
@@ -214,11 +220,12 @@ def validate(arguments, processes):
     chosen = measured.choose(list(enumerate(all_rows, 1)), arguments.rows)
     records = run_campaign(arguments, [row for _, row in chosen], processes)
     compared = compare(arguments, chosen, records)
-    errors = errors_by_region(compared)
+    errors = errors_by_region(compared, measured.find_regions(os.path.join(arguments.bin, "grouser-fit"), []))
     some = next(iter(records.values()))[0]
     result = {"table": os.path.basename(arguments.table), "soil": some["spec"]["soil"].get("name", ""),
               "scene": some["spec"].get("scene", ""), "beds": arguments.beds,
               "engine_version": some["numerics"]["engine_version"],
+              "mean_diameter_m": float(some["bed"]["mean_diameter_m"]),
               "bed_reached": [page.bed_of(r) for r in next(iter(records.values()))],
               "rows": compared, "errors": errors}
     write_atomically(os.path.join(arguments.out, "rows.json"), json.dumps(result, indent=1) + "\n")

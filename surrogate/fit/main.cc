@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +16,7 @@
 
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/fit_model.h"
+#include "surrogate/fit/form_fit.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/fit/migrate.h"
@@ -22,6 +24,7 @@
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
 #include "surrogate/fit/untuned_model.h"
+#include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
@@ -44,7 +47,8 @@ struct Arguments {
   std::optional<double> load_min, load_max;
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
-  bool json = false, accept_unusual = false;
+  std::vector<double> slips, angles_deg;
+  bool json = false, accept_unusual = false, leave_angles_out = false;
   std::string command;  // as typed
 };
 
@@ -195,9 +199,23 @@ int Eval(const Arguments& a) {
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
-  const WheelAnswer answer = AnswerOf(*model, v, query.load_n);
-  Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
+  WheelAnswer answer = AnswerOf(*model, v, query.load_n);
+  const FormAnswer form = FormOf(FormErrorsOf(loaded.model), v, query.load_n, &answer);
+  Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))
+               : AnswerText(query, answer, form));
   return kOk;
+}
+
+// The model with its measured points and sd_form, as a model of its own.
+void WriteWithForm(const records::LoadedModel& base, const TabulatedModel& model,
+                   const Arguments& a, v1alpha1::Model* message) {
+  SetFormError(model, message);
+  v1alpha1::Provenance* made = message->mutable_provenance();
+  made->set_base_digest(base.digest);
+  made->set_command(a.command);
+  made->set_reason("sd_form from " + std::filesystem::path(a.measured).filename().string());
+  WriteUninterrupted(a.out, *message);
+  Say("wrote " + a.out);
 }
 
 int Compare(const Arguments& a) {
@@ -217,7 +235,38 @@ int Compare(const Arguments& a) {
   }
   const std::vector<MeasuredRow> rows =
       MatchMeasured(*model, loaded.model.domain().speed_m_per_s(), points, runs);
-  Print(a.json ? MeasuredJson(rows, Reference(loaded)) : MeasuredText(rows));
+  v1alpha1::Model message = loaded.model;
+  message.mutable_measured()->Assign(points.begin(), points.end());
+  const v1alpha1::Domain& d = message.domain();
+  std::vector<AngleLeftOut> left_out;
+  if (a.leave_angles_out) {
+    left_out = LeaveAnglesOut(MeasuredInDomain(*model, message),
+                              std::sqrt(d.load_min_n() * d.load_max_n()), message.interval_level());
+  }
+  const double level = message.interval_level();
+  if (!a.out.empty()) WriteWithForm(loaded, *model, a, &message);
+  const Json left = a.leave_angles_out ? LeftOutJson(left_out, level) : Json();
+  Print(a.json ? MeasuredJson(rows, Reference(loaded), left)
+               : MeasuredText(rows) + (a.leave_angles_out ? LeftOutText(left_out, level) : "") +
+                     (a.out.empty() ? "" : FormText(message)));
+  return kOk;
+}
+
+int Regions(const Arguments& a) {
+  if (a.slips.size() != a.angles_deg.size()) {
+    throw CLI::ValidationError("--angle-deg", fmt::format("{} angles, expected {} as --slip",
+                                                          a.angles_deg.size(), a.slips.size()));
+  }
+  std::vector<Query> states;
+  for (std::size_t i = 0; i < a.slips.size(); ++i) {
+    states.push_back({a.slips[i], a.angles_deg[i] * std::numbers::pi / 180, 0, 1});
+    const VelocityState v = FromSlip(states[i].slip, states[i].attack_angle_rad, 1);
+    if (v.v_x == v.v_x) continue;
+    throw CLI::ValidationError(
+        "--slip",
+        fmt::format("{:g}: no motion has this slip at {:g} degrees", a.slips[i], a.angles_deg[i]));
+  }
+  Print(a.json ? RegionsJson(states) : RegionsText(states));
   return kOk;
 }
 
@@ -315,9 +364,18 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::PositiveNumber);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
   model(compare);
-  compare->add_option("--measured", a->measured, "CSV of measured tests")->required();
+  compare
+      ->add_option("--measured", a->measured,
+                   "CSV of measured tests, or rows.json of grouser validate")
+      ->required();
+  compare->add_option("--out", a->out, "model file to write: this one with sd_form by region");
+  compare->add_flag("--leave-angles-out", a->leave_angles_out,
+                    "how many rows of each angle the other angles' intervals hold");
   compare->add_option("--runs", a->run_dirs, "campaign folder; else the model's own runs");
   accept(compare);
+  CLI::App* regions = add("regions", "Regions in which DEM is compared with measurements", Regions);
+  regions->add_option("--slip", a->slips, "slips of states")->delimiter(',');
+  regions->add_option("--angle-deg", a->angles_deg, "their attack angles [deg]")->delimiter(',');
   CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
   gate->add_option("--base", a->base, "model file")->required();
   gate->add_option("--candidate", a->candidate, "model file")->required();

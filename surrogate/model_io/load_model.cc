@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/lookup.h"
 
@@ -106,9 +107,8 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   if (!model.sd_bulldozing().empty()) {
     u.bulldozing = Six(model, "sd_bulldozing", model.sd_bulldozing());
   }
-  u.form_unknown = model.sd_form_size() != kOutputs;
+  u.form_unknown = !FormErrorsOf(model).KnowsAll();
   u.untuned = model.untuned();
-  for (const double sd : model.sd_form()) u.form_unknown |= std::isnan(sd);
   return u;
 }
 
