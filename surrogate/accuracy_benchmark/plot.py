@@ -22,10 +22,11 @@ MEASURED_REGION = "not locked"
 
 
 def panel(axes, title, rows):
-    for output, marker in OUTPUTS.items():
+    for k, (output, marker) in enumerate(OUTPUTS.items()):
         own = [r for r in rows if r["output"] == output]
-        axes.plot([r["ns_per_answer"] for r in own], [100 * r["p95_over_load"] for r in own],
-                  marker, label=output, markersize=6)
+        if own:  # the measured wheel has no torque
+            axes.plot([r["ns_per_answer"] for r in own], [100 * r["p95_over_load"] for r in own],
+                      marker, color=f"C{k}", label=output, markersize=6)
     models = {}
     for row in rows:
         at = models.setdefault(row["kind"], [row["ns_per_answer"], 0.0])

@@ -3,10 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -15,8 +13,8 @@
 #include <vector>
 
 #include "proto/records/yaml/message_yaml.h"
+#include "surrogate/fit/compare.h"
 #include "surrogate/fit/fit_model.h"
-#include "surrogate/fit/form_fit.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/fit/migrate.h"
@@ -206,66 +204,22 @@ int Eval(const Arguments& a) {
   return kOk;
 }
 
-// The model with its measured points and sd_form, as a model of its own.
-void WriteWithForm(const records::LoadedModel& base, const TabulatedModel& model,
-                   const Arguments& a, v1alpha1::Model* message) {
-  SetFormError(model, message);
-  v1alpha1::Provenance* made = message->mutable_provenance();
-  made->set_base_digest(base.digest);
-  made->set_command(a.command);
-  made->set_reason("sd_form from " + std::filesystem::path(a.measured).filename().string());
-  WriteUninterrupted(a.out, *message);
-  Say("wrote " + a.out);
-}
-
 int Compare(const Arguments& a) {
-  const records::LoadedModel loaded = ReadModel(a.model);
-  const auto model = MakeScalar(loaded.model);
-  const std::vector<v1alpha1::MeasuredPoint> points =
-      ReadMeasured(a.measured, LimitsOf(loaded.model), a.accept_unusual);
-  std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
-                                         loaded.model.provenance().runs().end());
-  if (!a.run_dirs.empty()) {
-    runs.clear();
-    for (const std::string& directory : a.run_dirs) {
-      const TrainingSet set = ReadRuns(directory);
-      LogNotes(set.notes);
-      runs.insert(runs.end(), set.runs.begin(), set.runs.end());
-    }
+  const CompareRequest asked{a.model,          a.measured,         a.run_dirs,
+                             a.accept_unusual, a.leave_angles_out, !a.out.empty(),
+                             a.command};
+  const MeasuredComparison found = CompareMeasured(asked);
+  LogNotes(found.notes);
+  if (!a.out.empty()) {
+    WriteUninterrupted(a.out, found.with_form);
+    Say("wrote " + a.out);
   }
-  const std::vector<MeasuredRow> rows =
-      MatchMeasured(*model, loaded.model.domain().speed_m_per_s(), points, runs);
-  v1alpha1::Model message = loaded.model;
-  message.mutable_measured()->Assign(points.begin(), points.end());
-  const v1alpha1::Domain& d = message.domain();
-  std::vector<AngleLeftOut> left_out;
-  if (a.leave_angles_out) {
-    left_out = LeaveAnglesOut(MeasuredInDomain(*model, message),
-                              std::sqrt(d.load_min_n() * d.load_max_n()), message.interval_level());
-  }
-  const double level = message.interval_level();
-  if (!a.out.empty()) WriteWithForm(loaded, *model, a, &message);
-  const Json left = a.leave_angles_out ? LeftOutJson(left_out, level) : Json();
-  Print(a.json ? MeasuredJson(rows, Reference(loaded), left)
-               : MeasuredText(rows) + (a.leave_angles_out ? LeftOutText(left_out, level) : "") +
-                     (a.out.empty() ? "" : FormText(message)));
+  Print(a.json ? found.json : found.text);
   return kOk;
 }
 
 int Regions(const Arguments& a) {
-  if (a.slips.size() != a.angles_deg.size()) {
-    throw CLI::ValidationError("--angle-deg", fmt::format("{} angles, expected {} as --slip",
-                                                          a.angles_deg.size(), a.slips.size()));
-  }
-  std::vector<Query> states;
-  for (std::size_t i = 0; i < a.slips.size(); ++i) {
-    states.push_back({a.slips[i], a.angles_deg[i] * std::numbers::pi / 180, 0, 1});
-    const VelocityState v = FromSlip(states[i].slip, states[i].attack_angle_rad, 1);
-    if (v.v_x == v.v_x) continue;
-    throw CLI::ValidationError(
-        "--slip",
-        fmt::format("{:g}: no motion has this slip at {:g} degrees", a.slips[i], a.angles_deg[i]));
-  }
+  const std::vector<Query> states = StatesOf(a.slips, a.angles_deg);
   Print(a.json ? RegionsJson(states) : RegionsText(states));
   return kOk;
 }

@@ -87,14 +87,14 @@ constexpr std::size_t kNothingKnown = kMeasuredRegions, kExactlyZero = kMeasured
 constexpr std::size_t kCases = kMeasuredRegions + 2;
 
 /// Sets or clears the flag.
-std::size_t CaseOf(const FormErrors& form, double v_x, double v_y, double rim,
-                   std::uint32_t* flags) noexcept {
+std::size_t CaseOf(const std::array<bool, kMeasuredRegions>& knows_all, double v_x, double v_y,
+                   double rim, std::uint32_t* flags) noexcept {
   if ((*flags & kInvalid) != 0) return kNothingKnown;
   if ((*flags & kAirborne) != 0) return kExactlyZero;
   *flags |= kFormUnknown;
   if (v_x == 0 && v_y == 0 && rim == 0) return kNothingKnown;
   const auto at = static_cast<std::size_t>(MeasuredRegionAt(v_x, v_y, rim));
-  if (form.region[at].KnowsAll()) *flags &= ~std::uint32_t{kFormUnknown};
+  if (knows_all[at]) *flags &= ~std::uint32_t{kFormUnknown};
   return at;
 }
 
@@ -133,10 +133,12 @@ void AddBlock(const FormErrors& form, const WheelStatesView& in, const Responses
   std::uint8_t cases[kBlock];
   double by_load[kBlock], alike[kBlock];
   const double per_load = form.middle_load_n == 0 ? 0 : 1 / form.middle_load_n;
+  std::array<bool, kMeasuredRegions> knows_all;
+  for (std::size_t k = 0; k < kMeasuredRegions; ++k) knows_all[k] = form.region[k].KnowsAll();
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t k = first + i;
     cases[i] = static_cast<std::uint8_t>(
-        CaseOf(form, in.v_x[k], in.v_y[k], in.rim_speed[k], &answered.flags[k]));
+        CaseOf(knows_all, in.v_x[k], in.v_y[k], in.rim_speed[k], &answered.flags[k]));
     by_load[i] = per_load == 0 || cases[i] >= kNothingKnown ? 1 : in.load[k] * per_load;
     alike[i] = 1;
   }
