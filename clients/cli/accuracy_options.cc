@@ -50,6 +50,12 @@ void AccuracyOptions::AddTo(CLI::App& command) {
       .add_option("--share", share_,
                   "The same for forces over load and moments over load and radius [-]")
       ->group("Accuracy");
+  command
+      .add_option("--against", against_,
+                  "What tolerances are about: a fresh DEM run (dem), or a measurement (measured)")
+      ->check(CLI::IsMember({"dem", "measured"}))
+      ->capture_default_str()
+      ->group("Accuracy");
   command.add_option("--budget-us", budget_us_, "What the evaluation may cost [us]")
       ->group("Accuracy");
 }
@@ -60,6 +66,7 @@ void AccuracyOptions::Apply(v1alpha1::EvaluateWheelsRequest* request) const {
   for (const std::string& text : tolerances_) ApplyTolerance(text, accuracy);
   accuracy->set_share_of_load(share_);
   accuracy->set_budget_us(budget_us_);
+  if (against_ == "measured") accuracy->set_interval_target(v1alpha1::INTERVAL_TARGET_MEASURED);
 }
 
 void PrintAccuracyOutcome(const v1alpha1::EvaluateWheelsResponse& response,

@@ -20,6 +20,7 @@ class AccuracyOptions {
  private:
   std::vector<std::string> tolerances_;
   double share_ = 0, budget_us_ = 0;
+  std::string against_ = "dem";
 };
 
 /// Who answered which state, and where one is unmet the command that orders the

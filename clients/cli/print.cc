@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -16,6 +17,12 @@ double At(const google::protobuf::RepeatedField<double>& values, int i) {
   return i < values.size() ? values[i] : std::numeric_limits<double>::quiet_NaN();
 }
 
+/// "-": unknown.
+std::string MeasuredInterval(const v1alpha1::OutputArray& a, int i) {
+  const double low = At(a.measured_low(), i), high = At(a.measured_high(), i);
+  return std::isnan(low) ? "-" : fmt::format("[{:>11.5g},{:>11.5g}]", low, high);
+}
+
 void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
   fmt::print(
       "state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
@@ -26,9 +33,11 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
   fmt::print("  flags: {}\n", FlagNames(r.flags(i)));
   const bool with_parts = r.f_x().low_size() > 0;
   if (with_parts) {
-    fmt::print("  {:8} {:>11}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
+    fmt::print("  {:8} {:>11}  {:>25}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
                fmt::format("{:.0f} % interval ({})", 100 * r.interval_level(),
                            records::ShortName(r.interval_target())),
+               fmt::format("{:.0f} % ({})", 100 * r.interval_level(),
+                           records::ShortName(v1alpha1::INTERVAL_TARGET_MEASURED)),
                "sd_fit", "sd_patch", "sd_form");
   }
   const auto outputs = OutputsOf(r);
@@ -36,8 +45,9 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
     const v1alpha1::OutputArray& a = *outputs[o];
     fmt::print("  {:8} {:>11.5g}", surrogate::kOutputFields[o].name, At(a.value(), i));
     if (with_parts) {
-      fmt::print("  [{:>11.5g},{:>11.5g}]  {:>9.3g} {:>9.3g} {:>9.3g}", At(a.low(), i),
-                 At(a.high(), i), At(a.sd_fit(), i), At(a.sd_patch(), i), At(a.sd_form(), i));
+      fmt::print("  [{:>11.5g},{:>11.5g}]  {:>25}  {:>9.3g} {:>9.3g} {:>9.3g}", At(a.low(), i),
+                 At(a.high(), i), MeasuredInterval(a, i), At(a.sd_fit(), i), At(a.sd_patch(), i),
+                 At(a.sd_form(), i));
     }
     fmt::print("  {}\n", surrogate::kOutputFields[o].unit);
   }

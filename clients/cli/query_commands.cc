@@ -117,6 +117,7 @@ grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::Wheel
 /// The LCM answer in the words of the gRPC one, so that both print alike. What
 /// LCM does not carry stays empty.
 v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in,
+                                         const grouser_lcm::wheel_measured_t& measured,
                                          const v1alpha1::WheelStates& states) {
   v1alpha1::EvaluateWheelsResponse out;
   out.set_sequence(in.sequence);
@@ -139,6 +140,18 @@ v1alpha1::EvaluateWheelsResponse FromLcm(const grouser_lcm::wheel_response_t& in
   copy(in.torque, r->mutable_torque());
   copy(in.m_z, r->mutable_m_z());
   copy(in.sinkage, r->mutable_sinkage());
+  if (measured.n != in.n) return out;
+  const auto add = [](const grouser_lcm::measured_output_t& from, v1alpha1::OutputArray* to) {
+    *to->mutable_sd_form() = {from.sd_form.begin(), from.sd_form.end()};
+    *to->mutable_measured_low() = {from.low.begin(), from.low.end()};
+    *to->mutable_measured_high() = {from.high.begin(), from.high.end()};
+  };
+  add(measured.f_x, r->mutable_f_x());
+  add(measured.f_y, r->mutable_f_y());
+  add(measured.f_z, r->mutable_f_z());
+  add(measured.torque, r->mutable_torque());
+  add(measured.m_z, r->mutable_m_z());
+  add(measured.sinkage, r->mutable_sinkage());
   return out;
 }
 
@@ -155,12 +168,20 @@ void PrintLcm(const v1alpha1::EvaluateWheelsResponse& response) {
         const google::protobuf::RepeatedField<double>& (v1alpha1::OutputArray::*)() const;
     const auto line = [&](const std::string& head, Values values, const std::string& end) {
       fmt::print("{:>5}", head);
-      for (const auto* output : outputs) fmt::print(" {:>10.4g}", (output->*values)().Get(i));
+      for (const auto* output : outputs) {
+        const auto& field = (output->*values)();
+        fmt::print(" {:>10}", i < field.size() ? fmt::format("{:.4g}", field.Get(i)) : "-");
+      }
       fmt::print("{}\n", end);
     };
     line(std::to_string(i), &v1alpha1::OutputArray::value, "  " + FlagNames(r.flags(i)));
     line("low", &v1alpha1::OutputArray::low, "");
     line("high", &v1alpha1::OutputArray::high, "");
+    const bool measured = std::ranges::any_of(
+        outputs, [](const v1alpha1::OutputArray* o) { return o->measured_low_size() > 0; });
+    if (!measured) continue;
+    line("low", &v1alpha1::OutputArray::measured_low, "  for a measurement");
+    line("high", &v1alpha1::OutputArray::measured_high, "  for a measurement");
   }
 }
 
@@ -168,14 +189,15 @@ int RunLcmQuery(const Common& common, const LcmOptions& options) {
   const auto states = options.states.Build();
   auto query = ToLcm(options.model, states);
   client::LcmClient client(options.url, options.interface);
-  const auto answer = client.Query(&query, Milliseconds(common.deadline_ms));
+  grouser_lcm::wheel_measured_t measured;
+  const auto answer = client.Query(&query, Milliseconds(common.deadline_ms), &measured);
   if (!answer) {
     throw std::runtime_error(
         fmt::format("lcm: no answer within {} ms; is grouser-server running "
                     "with LCM on this URL?",
                     common.deadline_ms));
   }
-  const auto response = FromLcm(*answer, states);
+  const auto response = FromLcm(*answer, measured, states);
   common.json ? PrintJson(response) : PrintLcm(response);
   return ExitCodeOf(response, states);
 }

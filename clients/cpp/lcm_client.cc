@@ -17,6 +17,7 @@ namespace {
 
 constexpr const char* kQueryChannel = "GROUSER_QUERY";
 constexpr const char* kResponseChannel = "GROUSER_RESPONSE";
+constexpr const char* kMeasuredChannel = "GROUSER_MEASURED";
 
 std::string UniqueSender() {
   std::random_device random;
@@ -34,6 +35,7 @@ struct LcmClient::Impl {
   std::optional<grouser_lcm::wheel_response_t> Take() {
     grouser_lcm::wheel_response_t response;
     while (const auto message = receiver.Next()) {
+      if (message->channel == kMeasuredChannel) TakeMeasured(message->payload);
       if (message->channel != kResponseChannel) continue;
       if (!DecodeResponse(message->payload, &response)) continue;
       if (response.sender == sender && response.sequence == sequence) return response;
@@ -41,10 +43,18 @@ struct LcmClient::Impl {
     return std::nullopt;
   }
 
+  /// Comes before the answer that it is about.
+  void TakeMeasured(std::span<const std::uint8_t> payload) {
+    grouser_lcm::wheel_measured_t got;
+    if (!DecodeMeasured(payload, &got)) return;
+    if (got.sender == sender && got.sequence == sequence) measured = std::move(got);
+  }
+
   lcm_io::GroupReceiver receiver;
   lcm::LCM publisher;
   std::string sender = UniqueSender();
   std::int64_t sequence = 0;
+  grouser_lcm::wheel_measured_t measured{};  ///< of what was asked last; n 0: none
 };
 
 LcmClient::LcmClient(const std::string& url, const std::string& interface)
@@ -56,12 +66,14 @@ LcmClient::LcmClient(const std::string& url, const std::string& interface)
 
 LcmClient::~LcmClient() = default;
 
-std::optional<grouser_lcm::wheel_response_t> LcmClient::Query(grouser_lcm::wheel_query_t* query,
-                                                              Milliseconds timeout) {
+std::optional<grouser_lcm::wheel_response_t> LcmClient::Query(
+    grouser_lcm::wheel_query_t* query, Milliseconds timeout,
+    grouser_lcm::wheel_measured_t* measured) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + timeout;
   query->sender = impl_->sender;
   query->sequence = ++impl_->sequence;
+  impl_->measured = {};
   query->utime = std::chrono::duration_cast<std::chrono::microseconds>(
                      std::chrono::system_clock::now().time_since_epoch())
                      .count();
@@ -78,6 +90,7 @@ std::optional<grouser_lcm::wheel_response_t> LcmClient::Query(grouser_lcm::wheel
     const auto answer = impl_->Take();
     if (!answer) continue;
     if (!answer->error.empty()) throw std::runtime_error("lcm: " + answer->error);
+    if (measured) *measured = std::move(impl_->measured);
     return answer;
   }
 }

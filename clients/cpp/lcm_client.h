@@ -6,6 +6,7 @@
 #include <string>
 
 #include "clients/cpp/channel.h"
+#include "grouser_lcm/wheel_measured_t.hpp"
 #include "grouser_lcm/wheel_query_t.hpp"
 #include "grouser_lcm/wheel_response_t.hpp"
 
@@ -25,9 +26,11 @@ class LcmClient {
   /// Publishes `query` (its utime, sequence and sender are set here) and waits
   /// for its answer. LCM may lose messages: nothing within `timeout` when it
   /// did, or when no server listens. Throws std::runtime_error when the server
-  /// answers with an error.
-  std::optional<grouser_lcm::wheel_response_t> Query(grouser_lcm::wheel_query_t* query,
-                                                     Milliseconds timeout);
+  /// answers with an error. measured: may be null; what the server said of measurements, n 0
+  /// where it knows nothing (or LCM lost it).
+  std::optional<grouser_lcm::wheel_response_t> Query(
+      grouser_lcm::wheel_query_t* query, Milliseconds timeout,
+      grouser_lcm::wheel_measured_t* measured = nullptr);
 
  private:
   struct Impl;

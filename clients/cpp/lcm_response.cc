@@ -9,6 +9,7 @@
 namespace grouser::client {
 namespace {
 
+using grouser_lcm::wheel_measured_t;
 using grouser_lcm::wheel_response_t;
 
 constexpr std::size_t kOutputs = 6, kArraysOfOutput = 5;
@@ -37,14 +38,42 @@ bool Sound(std::span<const std::uint8_t> encoded) {
   return bytes.left() == 0;
 }
 
+bool SoundMeasured(std::span<const std::uint8_t> encoded) {
+  constexpr std::size_t kArrays = 3;
+  lcm_io::ByteReader bytes(encoded);
+  std::uint64_t hash = 0, utime = 0, sequence = 0, n = 0;
+  std::string text;
+  const bool head = bytes.Read(8, &hash) &&
+                    static_cast<std::int64_t>(hash) == wheel_measured_t::getHash() &&
+                    bytes.Read(8, &utime) && bytes.Read(8, &sequence) &&
+                    bytes.ReadString(lcm_io::kMaxDatagram, &text) &&  // sender
+                    bytes.ReadString(lcm_io::kMaxDatagram, &text) &&  // model
+                    bytes.Read(4, &n) && n <= kMostStates;
+  if (!head) return false;
+  for (std::size_t output = 0; output < kOutputs; ++output) {
+    std::uint64_t own = 0;
+    if (!bytes.Read(4, &own) || (own != 0 && own != n)) return false;
+    if (!bytes.Skip(own * kArrays * sizeof(double))) return false;
+  }
+  return bytes.left() == 0;
+}
+
+template <class Message>
+bool Decode(std::span<const std::uint8_t> encoded, Message* out) {
+  Message message;
+  if (message.decode(encoded.data(), 0, static_cast<int>(encoded.size())) < 0) return false;
+  *out = std::move(message);
+  return true;
+}
+
 }  // namespace
 
 bool DecodeResponse(std::span<const std::uint8_t> encoded, wheel_response_t* out) {
-  if (!Sound(encoded)) return false;
-  wheel_response_t response;
-  if (response.decode(encoded.data(), 0, static_cast<int>(encoded.size())) < 0) return false;
-  *out = std::move(response);
-  return true;
+  return Sound(encoded) && Decode(encoded, out);
+}
+
+bool DecodeMeasured(std::span<const std::uint8_t> encoded, wheel_measured_t* out) {
+  return SoundMeasured(encoded) && Decode(encoded, out);
 }
 
 }  // namespace grouser::client

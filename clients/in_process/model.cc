@@ -42,8 +42,9 @@ Answers ViewOf(Answer* answer) noexcept {
   for (std::size_t o = 0; o < kOutputs; ++o) {
     OutputAnswer& a = answer->output[o];
     const auto one = [](double& x) { return std::span<double>(&x, 1); };
-    out.output[o] = {one(a.value), one(a.sd_fit), one(a.sd_patch),    one(a.low),   one(a.high),
-                     one(a.d_v_x), one(a.d_v_y),  one(a.d_rim_speed), one(a.d_load)};
+    out.output[o] = {one(a.value),  one(a.sd_fit),  one(a.sd_patch),     one(a.low),
+                     one(a.high),   one(a.d_v_x),   one(a.d_v_y),        one(a.d_rim_speed),
+                     one(a.d_load), one(a.sd_form), one(a.measured_low), one(a.measured_high)};
   }
   out.flags = {&answer->flags, 1};
   out.slip = {&answer->slip, 1};
@@ -74,7 +75,7 @@ bool Model::Parts::FillsGradients() const noexcept {
   Evaluate({{&v.v_x, 1}, {&v.v_y, 1}, {&v.rim_speed, 1}, {&load, 1}}, out);
   bool filled = true;
   for (const OutputSpans& o : out.output) {
-    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+    for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
       filled &= !std::isnan((o.*kSpanFields[f].member)[0]);
     }
   }
@@ -122,7 +123,10 @@ Answer Model::Evaluate(const State& state) const noexcept {
   const Answers out = ViewOf(&answer);
   const States in = {{&state.v_x, 1}, {&state.v_y, 1}, {&state.rim_speed, 1}, {&state.load, 1}};
   if (Evaluate(in, out)) return answer;
-  for (OutputAnswer& o : answer.output) o.value = o.sd_fit = o.sd_patch = o.low = o.high = kNaN;
+  for (OutputAnswer& o : answer.output) {
+    o.value = o.sd_fit = o.sd_patch = o.low = o.high = kNaN;
+    o.sd_form = o.measured_low = o.measured_high = kNaN;
+  }
   FillGradients(out, kNaN);
   answer.slip = answer.attack_angle = kNaN;
   answer.flags = kInvalid;

@@ -19,13 +19,15 @@ bool Sensible(const AccuracyRequest& accuracy) noexcept {
 }
 
 surrogate::AccuracyRequest ToOurs(const AccuracyRequest& accuracy) noexcept {
-  return {accuracy.tolerance, accuracy.share_of_load, 1e3 * accuracy.budget_us};
+  return {accuracy.tolerance, accuracy.share_of_load, 1e3 * accuracy.budget_us,
+          accuracy.target == IntervalTarget::kMeasured ? surrogate::IntervalTarget::kMeasured
+                                                       : surrogate::IntervalTarget::kDem};
 }
 
 // Without the spans that some model would leave as they are.
 Answers WithoutGradients(Answers out) noexcept {
   for (OutputSpans& o : out.output) {
-    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+    for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
       o.*kSpanFields[f].member = {};
     }
   }
@@ -80,7 +82,7 @@ bool ModelSelector::Evaluate(const States& in, const AccuracyRequest& accuracy, 
   if (!parts_->has_gradients) FillGradients(out, kNaN);
   parts_->selector.Evaluate(ToView(in), ToOurs(accuracy),
                             ToView(parts_->has_gradients ? out : WithoutGradients(out)),
-                            answered_by, nullptr);
+                            answered_by, nullptr, FormViewOf(out));
   return true;
 }
 

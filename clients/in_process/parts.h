@@ -19,8 +19,8 @@ struct SpanField {
   const char* name;
   std::span<double> OutputSpans::*member;
 };
-/// In the order of surrogate::Part.
-inline constexpr std::array<SpanField, surrogate::kParts> kSpanFields = {
+/// In the order of surrogate::Part; then what FormView has.
+inline constexpr std::array<SpanField, surrogate::kParts + 3> kSpanFields = {
     {{"value", &OutputSpans::value},
      {"sd_fit", &OutputSpans::sd_fit},
      {"sd_patch", &OutputSpans::sd_patch},
@@ -29,8 +29,12 @@ inline constexpr std::array<SpanField, surrogate::kParts> kSpanFields = {
      {"d_v_x", &OutputSpans::d_v_x},
      {"d_v_y", &OutputSpans::d_v_y},
      {"d_rim_speed", &OutputSpans::d_rim_speed},
-     {"d_load", &OutputSpans::d_load}}};
+     {"d_load", &OutputSpans::d_load},
+     {"sd_form", &OutputSpans::sd_form},
+     {"measured_low", &OutputSpans::measured_low},
+     {"measured_high", &OutputSpans::measured_high}}};
 inline constexpr std::size_t kFirstGradient = surrogate::kDvX;
+inline constexpr std::size_t kGradientsEnd = surrogate::kParts;
 
 inline bool Fits(std::span<const double> span, std::size_t n) noexcept {
   return span.empty() || span.size() == n;
@@ -54,7 +58,7 @@ inline surrogate::WheelStatesView ToView(const States& in) noexcept {
 inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
   surrogate::ResponsesView view;
   for (std::size_t o = 0; o < kOutputs; ++o) {
-    for (std::size_t p = 0; p < kSpanFields.size(); ++p) {
+    for (std::size_t p = 0; p < surrogate::kParts; ++p) {
       view.output[o].*surrogate::kPartMembers[p] = out.output[o].*kSpanFields[p].member;
     }
   }
@@ -64,9 +68,18 @@ inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
   return view;
 }
 
+inline surrogate::FormView FormViewOf(const Answers& out) noexcept {
+  surrogate::FormView view;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    const OutputSpans& from = out.output[o];
+    view.output[o] = {from.sd_form, from.measured_low, from.measured_high};
+  }
+  return view;
+}
+
 inline void FillGradients(const Answers& out, double with) noexcept {
   for (const OutputSpans& o : out.output) {
-    for (std::size_t f = kFirstGradient; f < kSpanFields.size(); ++f) {
+    for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
       const std::span<double> span = o.*kSpanFields[f].member;
       std::fill(span.begin(), span.end(), with);
     }
@@ -85,7 +98,7 @@ struct Model::Parts {
   void Evaluate(const States& in, const Answers& out) const noexcept {
     // Never leave what the caller's memory held before where a derivative belongs.
     if (!has_gradients) FillGradients(out, kNaN);
-    evaluator->Evaluate(ToView(in), ToView(out));
+    EvaluateWithForm(*evaluator, as_selectable.form, ToView(in), ToView(out), FormViewOf(out));
   }
   bool FillsGradients() const noexcept;
 };

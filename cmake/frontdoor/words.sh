@@ -131,6 +131,18 @@ word_calibrate() {
   exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+word_ladder() {
+  if [ "${1:-}" != docs ]; then
+    run_program grouser-ladder "$@"
+    return
+  fi
+  shift
+  require_packages run
+  wants_help "$@" || build_if_missing grouser-ladder
+  exec "$PYTHON" "$GROUSER_ROOT/surrogate/accuracy_benchmark/write_docs.py" \
+    --bin "$GROUSER_ROOT/build/release/bin" "$@"
+}
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in
@@ -142,7 +154,8 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
   make      a model of a wheel on a known soil or hard ground at once, nothing fitted
-  compare   DEM, surrogate with interval, and measurement
+  compare   DEM, surrogate with interval, and measurement; --out: the model with sd_form
+  regions   in which DEM is compared with measurements, and which a state is in
   gate      may this candidate replace that model?
 Examples:
   ./grouser model list --json
@@ -154,7 +167,7 @@ HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client models "$@" ;;
     served) shift; run_program grouser-client model "$@" ;;
-    show | eval | make | compare | gate) run_program grouser-fit "$@" ;;
+    show | eval | make | compare | regions | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac
 }

@@ -1,4 +1,4 @@
-"""Measured wheel tests, as grouser-calibrate reads them, and the regions of their rows."""
+"""Measured wheel tests, as grouser-calibrate reads them, with the regions that grouser-fit tells of their rows."""
 
 import json
 import math
@@ -6,7 +6,6 @@ import os
 import subprocess
 
 OUTPUTS = ("f_x", "f_y", "torque", "sinkage")
-LOCKED_RIM = 1e-3  # of the hub's speed
 
 
 class TableError(Exception):
@@ -20,38 +19,11 @@ class Row:
         self.line, self.slip, self.angle, self.load = line, slip, angle, load
         self.value, self.standard_error = {}, {}
         self.held_out = False
-
-    @property
-    def rim_over_hub(self):
-        """Rim speed over the hub's speed V; inf where the hub stands. Of a rim that turns backwards, whose
-        slip fits two speeds, the one up to V."""
-        with_v = self.slip + math.cos(self.angle)  # V >= |r w|: slip = (r w - V cos b)/V
-        if abs(with_v) <= 1:
-            return with_v
-        sign = math.copysign(1.0, with_v)  # |r w| > V: slip = (r w - V cos b)/|r w|
-        over = sign - self.slip
-        return sign * abs(math.cos(self.angle) / over) if abs(over) > 1e-12 else math.inf
-
-    @property
-    def regions(self):
-        """Names of the regions that the row is in. Braking is told by the rim against the hub's whole
-        speed, so that it means the same at every slip angle."""
-        locked = abs(self.rim_over_hub) < LOCKED_RIM
-        gentle = self.rim_over_hub >= 0.8 - 1e-3
-        names = []
-        if gentle:
-            names.append("braking <= 0.2, driving")
-            if abs(self.angle) < math.radians(0.5):
-                names.append("straight of these")
-        names.append("locked" if locked else "not locked")
-        return names
+        self.regions = ()  # names of the regions that the row is in
 
     def error(self, output):
         """Standard error of a measured mean; nan: unknown."""
         return self.standard_error.get(output, math.nan)
-
-
-REGIONS = ("braking <= 0.2, driving", "straight of these", "not locked", "locked")
 
 
 def read(program, path, wheel, columns=()):
@@ -62,15 +34,13 @@ def read(program, path, wheel, columns=()):
         command += ["--constant", f"{quantity}={value!r} m"]
     for text in columns:
         command += ["--columns", text]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
-                          check=False, text=True)
-    if done.returncode != 0:
-        raise TableError(done.stderr.strip().removeprefix(os.path.basename(program) + ": "))
-    return rows_of(json.loads(done.stdout)["observations"])
+    rows = rows_of(answer_of(command)["observations"])
+    find_regions(os.path.join(os.path.dirname(program), "grouser-fit"), rows)
+    return rows
 
 
 def rows_of(observations):
-    """A row for each line of the wheel tests among the observations of `grouser-calibrate rows`."""
+    """A row for each line of the wheel tests among the observations of `grouser-calibrate rows`, without regions."""
     rows = {}
     for one in observations:
         if one["kind"] != "wheel" or one["measured"] not in OUTPUTS:
@@ -83,6 +53,25 @@ def rows_of(observations):
         if one["sd"] is not None:
             rows[line].standard_error[one["measured"]] = one["sd"]
     return list(rows.values())
+
+
+def find_regions(program, rows):
+    """Sets the rows' regions (surrogate/models/form_error.h); returns the names of all, in the order of tables."""
+    states = [f"--slip={','.join(repr(row.slip) for row in rows)}",
+              f"--angle-deg={','.join(repr(math.degrees(row.angle)) for row in rows)}"] if rows else []
+    answer = answer_of([program, "regions", "--json", *states])
+    for row, state in zip(rows, answer["states"]):
+        row.regions = tuple(state["groups"])
+    return answer["groups"]
+
+
+def answer_of(command):
+    """JSON that a program of ours prints. Throws TableError with what it says."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
+                          check=False, text=True)
+    if done.returncode != 0:
+        raise TableError(done.stderr.strip().removeprefix(os.path.basename(command[0]) + ": "))
+    return json.loads(done.stdout)
 
 
 def choose(rows, text):

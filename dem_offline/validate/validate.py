@@ -113,11 +113,11 @@ def none_of(value):
     return None if math.isnan(value) else value
 
 
-def errors_by_region(compared):
+def errors_by_region(compared, regions):
     """rms of DEM and model minus measurement, with the standard error of that rms from the errors of
     its rows: sqrt(sum (e_i s_i)^2)/(n rms)."""
     table = []
-    for region in measured.REGIONS:
+    for region in regions:
         for output in measured.OUTPUTS:
             for source in ("dem", "model"):
                 pairs = []
@@ -154,11 +154,12 @@ def validate(arguments, processes):
     chosen = measured.choose(list(enumerate(all_rows, 1)), arguments.rows)
     records = run_campaign(arguments, [row for _, row in chosen], processes)
     compared = compare(arguments, chosen, records)
-    errors = errors_by_region(compared)
+    errors = errors_by_region(compared, measured.find_regions(os.path.join(arguments.bin, "grouser-fit"), []))
     some = next(iter(records.values()))[0]
     result = {"table": os.path.basename(arguments.table), "soil": some["spec"]["soil"].get("name", ""),
               "scene": some["spec"].get("scene", ""), "beds": arguments.beds,
               "engine_version": some["numerics"]["engine_version"],
+              "mean_diameter_m": float(some["bed"]["mean_diameter_m"]),
               "bed_reached": [page.bed_of(r) for r in next(iter(records.values()))],
               "rows": compared, "errors": errors}
     write_atomically(os.path.join(arguments.out, "rows.json"), json.dumps(result, indent=1) + "\n")

@@ -65,6 +65,12 @@ def outputs_of(record):
             bool(equal))
 
 
+def wall_of(records):
+    """Mean wall time of a run [s], its own; None: not told."""
+    times = [record["numerics"]["wall_s"] for record in records if "wall_s" in record.get("numerics", {})]
+    return statistics.fmean(float(time) for time in times) if times else None
+
+
 def over_beds(records):
     """Means over beds, with their standard errors: of the spread between beds where there are two or
     more, but not less than the runs' own."""
@@ -78,6 +84,7 @@ def over_beds(records):
         own = math.sqrt(sum(v[1] ** 2 for v in values)) / len(values)
         spread = statistics.stdev(v[0] for v in values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
         result[output] = {"value": statistics.fmean(v[0] for v in values), "standard_error": max(own, spread)}
-    return {"outputs": result, "beds": len(each), "equal_travel": bool(each) and all(one[1] for one in each),
+    return {"outputs": result, "beds": len(each), "wall_s": wall_of(records),
+            "equal_travel": bool(each) and all(one[1] for one in each),
             "statuses": [record["status"].replace("RUN_STATUS_", "") for record in records],
             "reasons": sorted({record.get("reason", "") for record in records} - {""})}

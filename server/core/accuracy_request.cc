@@ -34,6 +34,15 @@ Status ReadAccuracyRequest(const v1alpha1::AccuracyRequest& message,
     return Status::InvalidArgument(fmt::format(
         "accuracy.{}: {}, expected a finite number above 0, or 0 for none", f.field, f.value));
   }
+  if (!v1alpha1::IntervalTarget_IsValid(message.interval_target())) {
+    return Status::InvalidArgument(
+        fmt::format("accuracy.interval_target: {}, expected one of INTERVAL_TARGET_DEM and "
+                    "INTERVAL_TARGET_MEASURED",
+                    static_cast<int>(message.interval_target())));
+  }
+  if (message.interval_target() == v1alpha1::INTERVAL_TARGET_MEASURED) {
+    read.target = surrogate::IntervalTarget::kMeasured;
+  }
   *accuracy = read;
   return Status::Ok();
 }

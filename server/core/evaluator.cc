@@ -34,9 +34,6 @@ static_assert(SameBit(v1alpha1::STATE_FLAG_INVALID, surrogate::kInvalid) &&
               SameBit(v1alpha1::STATE_FLAG_UNTUNED, surrogate::kUntuned) &&
               SameBit(v1alpha1::StateFlag_MAX, std::end(surrogate::kFlagFields)[-1].flag));
 
-/// States whose answer no measurement could add to: none, or exactly 0.
-constexpr std::uint32_t kNoForm = surrogate::kInvalid | surrogate::kAirborne;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <class T>
@@ -96,9 +93,12 @@ void EchoSpeed(const v1alpha1::VelocityForm& velocity, v1alpha1::SlipForm* slip)
   }
 }
 
-void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* array,
-                surrogate::OutputView* view) {
+/// Room for one output; for its interval for a measurement where `with_interval`.
+void FillOutput(int n, bool values_only, bool with_interval, v1alpha1::OutputArray* array,
+                surrogate::OutputView* view, surrogate::FormView::OfOutput* form) {
   view->value = Fill(array->mutable_value(), n);
+  array->clear_measured_low();
+  array->clear_measured_high();
   if (values_only) {
     for (auto* unused : {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
                          array->mutable_high(), array->mutable_sd_form()}) {
@@ -110,7 +110,10 @@ void FillOutput(int n, bool values_only, double sd_form, v1alpha1::OutputArray* 
   view->sd_patch = Fill(array->mutable_sd_patch(), n);
   view->low = Fill(array->mutable_low(), n);
   view->high = Fill(array->mutable_high(), n);
-  std::ranges::fill(Fill(array->mutable_sd_form(), n), sd_form);
+  form->sd = Fill(array->mutable_sd_form(), n);
+  if (!with_interval) return;
+  form->low = Fill(array->mutable_measured_low(), n);
+  form->high = Fill(array->mutable_measured_high(), n);
 }
 
 /// The wire's output arrays in the order of surrogate::Output.
@@ -119,35 +122,20 @@ std::array<v1alpha1::OutputArray*, kOutputs> OutputArrays(v1alpha1::WheelRespons
           r->mutable_torque(), r->mutable_m_z(), r->mutable_sinkage()};
 }
 
-/// A wheel off the ground meets no force, whatever the soil and however well DEM
-/// stands for it: those parts are 0 as well, so that sums over a vehicle stay finite.
-void ClearAirborne(std::span<const std::uint32_t> flags,
-                   const std::array<v1alpha1::OutputArray*, kOutputs>& arrays) {
-  for (std::size_t i = 0; i < flags.size(); ++i) {
-    if ((flags[i] & surrogate::kAirborne) == 0) continue;
-    for (v1alpha1::OutputArray* array : arrays) {
-      if (array->sd_form_size() == 0) return;  // values only
-      array->set_sd_form(static_cast<int>(i), 0);
-    }
-  }
+/// Whether some model that may answer knows an interval for measurements of this output.
+bool KnowsInterval(const ServedModel& named, const Selection* selection, int output) {
+  if (!selection || !selection->selectable) return named.choice.form.KnowsInterval(output);
+  return std::ranges::any_of(selection->selectable->models, [output](const ServedModel* model) {
+    return model->choice.form.KnowsInterval(output);
+  });
 }
 
 /// The selectable models answer; what is said by model is said by the one that answered.
 void EvaluateSelected(const surrogate::WheelStatesView& in, const surrogate::ResponsesView& out,
-                      const std::array<v1alpha1::OutputArray*, kOutputs>& arrays,
-                      Selection* selection) {
+                      const surrogate::FormView& form, Selection* selection) {
   const SelectableModels& selectable = *selection->selectable;
   const auto answered_by = Fill(&selection->answered_by, static_cast<int>(in.load.size()));
-  selectable.selector.Evaluate(in, selection->accuracy, out, answered_by, &selection->worst);
-  for (std::size_t i = 0; i < answered_by.size(); ++i) {
-    const ServedModel& model = *selectable.models[answered_by[i]];
-    const bool has_form = (out.flags[i] & kNoForm) == 0;
-    if (model.form_unknown && has_form) out.flags[i] |= surrogate::kFormUnknown;
-    for (int k = 0; k < kOutputs; ++k) {
-      if (arrays[k]->sd_form_size() == 0) break;  // values only
-      arrays[k]->set_sd_form(static_cast<int>(i), model.sd_form[k]);
-    }
-  }
+  selectable.selector.Evaluate(in, selection->accuracy, out, answered_by, &selection->worst, form);
 }
 
 }  // namespace
@@ -192,11 +180,13 @@ Status ValidateStates(const v1alpha1::WheelStates& states, int max_states) {
 }
 
 void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,
-                   const surrogate::ResponsesView& out) {
+                   const surrogate::ResponsesView& out, const surrogate::FormView& form) {
   model.evaluator->Evaluate(in, out);
-  if (!model.form_unknown) return;
+  const surrogate::FormErrors& known = model.choice.form;
+  if (known.ClearsFlags() || form.WantsAny()) return AddForm(known, in, out, form);
   for (std::uint32_t& flags : out.flags) {
-    if ((flags & kNoForm) == 0) flags |= surrogate::kFormUnknown;
+    if ((flags & (surrogate::kInvalid | surrogate::kAirborne)) == 0)
+      flags |= surrogate::kFormUnknown;
   }
 }
 
@@ -221,19 +211,20 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   in.pass_number = View(states.pass_number());
 
   surrogate::ResponsesView out;
+  surrogate::FormView form;
   const auto arrays = OutputArrays(responses);
   for (int k = 0; k < kOutputs; ++k) {
-    FillOutput(n, values_only, model.sd_form[k], arrays[k], &out.output[k]);
+    FillOutput(n, values_only, KnowsInterval(model, selection, k), arrays[k], &out.output[k],
+               &form.output[k]);
   }
   out.flags = Fill(responses->mutable_flags(), n);
   out.slip = Fill(responses->mutable_slip()->mutable_slip(), n);
   out.attack_angle = Fill(responses->mutable_slip()->mutable_attack_angle_rad(), n);
   if (selection && selection->selectable) {
-    EvaluateSelected(in, out, arrays, selection);
+    EvaluateSelected(in, out, form, selection);
   } else {
-    EvaluateViews(model, in, out);
+    EvaluateViews(model, in, out, form);
   }
-  ClearAirborne(out.flags, arrays);
   EchoSpeed(velocity, responses->mutable_slip());
   if (states.has_slip()) EchoInvalidSlips(states.slip(), out.flags, responses->mutable_slip());
   responses->set_interval_level(model.message.interval_level());

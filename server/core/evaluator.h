@@ -36,11 +36,11 @@ struct Selection {
 void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
                     v1alpha1::WheelResponses* responses, Selection* selection = nullptr);
 
-/// The same, without a selection, on plain spans (adapters without protobuf messages): evaluates
-/// and marks STATE_FLAG_FORM_UNKNOWN where the model was not compared with a measurement.
-/// Precondition: sizes as in surrogate::WheelStatesView.
+/// The same, without a selection, on plain spans (adapters without protobuf messages): evaluates,
+/// writes what `form` has room for and marks STATE_FLAG_FORM_UNKNOWN where the model was not
+/// compared with a measurement. Precondition: as of surrogate::AddForm.
 void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& in,
-                   const surrogate::ResponsesView& out);
+                   const surrogate::ResponsesView& out, const surrogate::FormView& form = {});
 
 /// Resolve, validate, evaluate. On failure `responses` is left empty. An empty
 /// accuracy request is none: *selection (which may be null then) has no selectable.

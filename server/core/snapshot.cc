@@ -45,12 +45,6 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
   }
   if (!served->evaluator) throw std::runtime_error(served->reference + ": no evaluator was made");
   surrogate::SelfTest(served->reference, message, *served->evaluator);
-  served->sd_form.fill(std::numeric_limits<double>::quiet_NaN());
-  for (int k = 0; k < std::min<int>(message.sd_form_size(), surrogate::kOutputs); ++k) {
-    served->sd_form[k] = message.sd_form(k);
-  }
-  served->form_unknown = std::any_of(served->sd_form.begin(), served->sd_form.end(),
-                                     [](double sd) { return std::isnan(sd); });
   served->message = std::move(message);
   served->choice = surrogate::MakeSelectableModel(served->message, *served->evaluator);
   served->pair = surrogate::PairKey(served->message);

@@ -27,11 +27,9 @@ struct ServedModel {
   std::string digest;     ///< sha256 hex of the file's payload
   std::string reference;  ///< "name@sha256:HEX", echoed with every answer
   bool shipped = false;
-  v1alpha1::Model message;                            ///< domain, errors, provenance, ...
-  std::array<double, surrogate::kOutputs> sd_form{};  ///< NaN: unknown
-  bool form_unknown = true;                           ///< some sd_form is NaN
+  v1alpha1::Model message;  ///< domain, errors, provenance, ...
   std::unique_ptr<const surrogate::WheelModel> evaluator;
-  surrogate::SelectableModel choice;  ///< what it costs (measured once) and claims
+  surrogate::SelectableModel choice;  ///< what it costs (measured once) and claims; sd_form
   std::string pair;                   ///< equal for models of one wheel on one soil
 };
 

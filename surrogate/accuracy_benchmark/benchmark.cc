@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "surrogate/accuracy_benchmark/kriging.h"
+#include "surrogate/accuracy_benchmark/on_measured.h"
 #include "surrogate/accuracy_benchmark/timing.h"
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/fit_model.h"
@@ -32,28 +33,17 @@ struct Ground {
   WheelLimits limits{};
   std::vector<Sample> train, test, repeats;
   BedVariability patch;
+  std::vector<v1alpha1::MeasuredPoint> measured;  ///< empty: none
+  double speed = 0;                               ///< of the training runs [m/s]
 };
 
-std::vector<Compared> OnTests(const Ground& ground,
-                              const std::function<Answer(const Sample&)>& answer) {
+using Answerer = std::function<Answer(const Sample&)>;
+
+std::vector<Compared> OnTests(const Ground& ground, const Answerer& answer) {
   std::vector<Compared> out;
   for (const Sample& row : ground.test) {
     const Answer a = answer(row);
     out.push_back({row.slip, row.attack_angle_rad, row.load_n, row.mean, a.value, a.half_width});
-  }
-  return out;
-}
-
-std::vector<Compared> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& points,
-                                 const WheelModel& model, double speed) {
-  std::vector<Compared> out;
-  for (const auto& p : points) {
-    const VelocityState v = FromSlip(p.slip(), p.attack_angle_rad(), speed);
-    const WheelAnswer a = AnswerOf(model, v, p.load_n());
-    Compared j{p.slip(), p.attack_angle_rad(), p.load_n(), {}, a.value, a.half_width};
-    for (int o = 0; o < kOutputs; ++o)
-      j.truth[o] = o < p.value_size() ? p.value(o) : std::numeric_limits<double>::quiet_NaN();
-    out.push_back(j);
   }
   return out;
 }
@@ -73,6 +63,14 @@ void Add(const Ground& ground, const std::string& kind, double ns,
   rows->insert(rows->end(), more.begin(), more.end());
 }
 
+/// The same of a kind that answers any state: on the test states and on the measured ones.
+void AddBoth(const Ground& ground, const std::string& kind, double ns, const Answerer& answer,
+             std::vector<BenchmarkRow>* rows) {
+  Add(ground, kind, ns, OnTests(ground, answer), rows);
+  if (ground.measured.empty()) return;
+  Add(ground, kind, ns, OnMeasured(ground.measured, ground.speed, answer), rows, "measured");
+}
+
 void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, const Ground& ground,
                       double seconds, std::vector<BenchmarkRow>* rows) {
   const std::optional<BekkerModel> physics = UntunedModel(pair, scene);
@@ -85,33 +83,24 @@ void BenchmarkUntuned(const PairFolder& pair, const v1alpha1::Scene& scene, cons
   const auto answer = [&](const Sample& row) {
     return Answer{AnswerOf(model, row.motion, row.load_n).value, {}};
   };
-  Add(ground, "bekker_untuned", ns, OnTests(ground, answer), rows);
+  AddBoth(ground, "bekker_untuned", ns, answer, rows);
 }
 
 void BenchmarkModels(const PairFolder& pair, const Ground& ground, double seconds,
                      std::vector<BenchmarkRow>* rows) {
-  const std::string measured = pair.path + "/measured.csv";
-  std::vector<v1alpha1::MeasuredPoint> points;
-  if (fs::exists(measured)) {
-    points = ReadMeasured(measured, ground.limits, pair.accept_unusual);
-  }
   for (const char* kind : {"bekker", "lookup", "hybrid"}) {
     const std::string file = pair.path + "/" + kind + ".model";
     if (!fs::exists(file)) {
       throw std::invalid_argument(file + ": not there; `grouser-ladder fit " + pair.path +
                                   "` makes it");
     }
-    const v1alpha1::Model message = ReadModel(file).model;
-    const std::unique_ptr<const WheelModel> model = MakeModel(message);
+    const std::unique_ptr<const WheelModel> model = MakeModel(ReadModel(file).model);
     const double ns = TimeOfModel(*model, ground.test, seconds);
     const auto answer = [&](const Sample& row) {
       const WheelAnswer a = AnswerOf(*model, row.motion, row.load_n);
       return Answer{a.value, a.half_width};
     };
-    Add(ground, kind, ns, OnTests(ground, answer), rows);
-    if (points.empty()) continue;
-    Add(ground, kind, ns, OnMeasured(points, *model, message.domain().speed_m_per_s()), rows,
-        "measured");
+    AddBoth(ground, kind, ns, answer, rows);
   }
 }
 
@@ -120,8 +109,8 @@ void BenchmarkKriging(const Ground& ground, double seconds, std::vector<Benchmar
   std::size_t next = 0;
   const double ns =
       TimeOf([&] { kriging.At(ground.test[next++ % ground.test.size()]); }, 1, seconds);
-  Add(ground, "kriging", ns, OnTests(ground, [&](const Sample& row) { return kriging.At(row); }),
-      rows);
+  AddBoth(
+      ground, "kriging", ns, [&](const Sample& row) { return kriging.At(row); }, rows);
 }
 
 /// What a single run is off by: its own error and the patch's.
@@ -179,6 +168,23 @@ void BenchmarkDem(const Ground& ground, std::vector<BenchmarkRow>* rows) {
   Add(ground, "dem", wall / static_cast<double>(ground.test.size()) * 1e9, compared, rows);
 }
 
+/// DEM runs of a campaign that were made at measured states, and those of `grouser validate`.
+void BenchmarkDemOnMeasured(const PairFolder& pair, const TrainingSet& set, const Ground& ground,
+                            std::vector<BenchmarkRow>* rows) {
+  if (ground.measured.empty()) return;
+  const auto add = [&](const std::string& kind, const DemOnMeasured& dem) {
+    if (dem.compared.empty()) return;
+    Add(ground, kind, dem.wall_s * 1e9, dem.compared, rows, "measured");
+  };
+  const std::string coarse = pair.path + "/coarse.json";
+  if (fs::exists(coarse)) add("coarse_dem", RunsAtStates(ground.measured, ReadRuns(coarse).runs));
+  add("dem", RunsAtStates(ground.measured, set.runs));
+  for (const std::string& file : ValidatedFiles(pair.path)) {
+    const DemOnMeasured dem = ReadValidated(file);
+    add(dem.kind, dem);
+  }
+}
+
 Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
   Ground g;
   g.pair = pair.name;
@@ -188,6 +194,9 @@ Ground GroundOf(const PairFolder& pair, const TrainingSet& set) {
   g.test = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TEST);
   g.repeats = ReplicateSamples(set.runs);
   g.patch = EstimateBedVariability(g.repeats, g.train, g.radius_m);
+  if (!g.train.empty()) g.speed = g.train.front().source->speed_m_per_s();
+  const std::string measured = pair.path + "/measured.csv";
+  if (fs::exists(measured)) g.measured = ReadMeasured(measured, g.limits, pair.accept_unusual);
   if (g.test.empty()) throw std::invalid_argument(pair.path + "/runs.json: no test state that ran");
   return g;
 }
@@ -203,6 +212,7 @@ std::vector<BenchmarkRow> RunAccuracyBenchmark(const PairFolder& pair, double se
   BenchmarkKriging(ground, seconds, &rows);
   BenchmarkCoarse(pair.path + "/coarse.json", ground, &rows);
   BenchmarkDem(ground, &rows);
+  BenchmarkDemOnMeasured(pair, set, ground, &rows);
   return rows;
 }
 

@@ -18,7 +18,7 @@ void FitPair(const std::string& folder, const std::string& command, bool accept_
 /// Rows of a pair, kinds from the cheapest: bekker_untuned, bekker, lookup, hybrid,
 /// kriging, coarse_dem, dem, all on the same test states against full DEM, and
 /// those of in-process kinds against measurement. Time: models a state of a batch
-/// of 10,000 on this core; kriging one at a time; DEM the mean of its runs' own
+/// of 10,000, processor time; kriging one at a time; DEM the mean of its runs' own
 /// wall times. dem: every repeat of a patch state against the mean of the others,
 /// so that its error is what one more run would be wrong by. seconds: spent on
 /// the timing of each kind.

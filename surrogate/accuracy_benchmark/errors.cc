@@ -1,7 +1,6 @@
 #include "surrogate/accuracy_benchmark/errors.h"
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -9,8 +8,10 @@
 #include <set>
 #include <tuple>
 
+#include "surrogate/fit/binomial_band.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/training_set.h"
+#include "surrogate/models/form_error.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -22,6 +23,21 @@ struct Region {
   const char* name;
   std::function<bool(const Compared&)> has;
 };
+
+MeasuredRegion MeasuredRegionOf(const Compared& j) {
+  const VelocityState v = FromSlip(j.slip, j.attack_angle_rad, 1);
+  return MeasuredRegionAt(v.v_x, v.v_y, v.rim_speed);
+}
+
+std::vector<Region> MeasuredRegions() {
+  std::vector<Region> regions = {{"all", [](const Compared&) { return true; }}};
+  for (const MeasuredGroup& group : kMeasuredGroups) {
+    regions.push_back({group.name, [group](const Compared& j) {
+                         return group.has[static_cast<std::size_t>(MeasuredRegionOf(j))];
+                       }});
+  }
+  return regions;
+}
 
 std::vector<Region> Regions() {
   std::vector<Region> regions;
@@ -88,29 +104,19 @@ BenchmarkRow MeasureOutput(const BenchmarkRow& head, const std::vector<const Com
   if (intervals < row.n) return row;
   const Band band = BinomialBand(row.n, kLevel);
   row.coverage90 = inside / n;
-  row.covered = inside >= band.low && inside <= band.high;
+  row.covered = band.Has(inside);
   if (spread2 > 0) row.width_sd = width / std::sqrt(spread2);
   return row;
 }
 
 }  // namespace
 
-Band BinomialBand(int n, double p) {
-  const boost::math::binomial_distribution<double> law(n, p);
-  Band band{0, n};
-  while (band.low < n && boost::math::cdf(law, band.low) <= 0.025) ++band.low;
-  while (band.high > 0 && boost::math::cdf(boost::math::complement(law, band.high - 1)) <= 0.025) {
-    --band.high;
-  }
-  return band;
-}
-
 std::vector<BenchmarkRow> MeasureErrors(const BenchmarkRow& head,
                                         const std::vector<Compared>& answers,
                                         const std::array<double, kOutputs>& noise,
                                         double radius_m) {
   std::vector<BenchmarkRow> rows;
-  for (const Region& region : Regions()) {
+  for (const Region& region : head.reference == "measured" ? MeasuredRegions() : Regions()) {
     for (const Output o : kPredicted) {
       std::vector<const Compared*> here;
       for (const Compared& j : answers) {

@@ -30,18 +30,11 @@ struct BenchmarkRow {
   double width_sd = 0;     ///< mean interval width over the sd of the errors
 };
 
-/// Accepted counts of a binomial(n, p): the central interval of at least 95 %
-/// (each tail at most 2.5 %).
-struct Band {
-  int low, high;
-};
-Band BinomialBand(int n, double p);
-
 /// Rows by region and output (f_z, which is the load, left out). Regions: all,
 /// braking, towed, driving, lateral (error_table.h) and core (slip 0.1 to 0.9, up
-/// to 30 degrees); those without a state are left out. noise: sd of one random
-/// placement over OutputScale, 0 where unknown. Outputs whose truth is NaN
-/// somewhere are compared where it is not.
+/// to 30 degrees); against a measurement (head.reference) all and those of form_error.h; those
+/// without a state are left out. noise: sd of one random placement over OutputScale, 0 where
+/// unknown. Outputs whose truth is NaN somewhere are compared where it is not.
 std::vector<BenchmarkRow> MeasureErrors(const BenchmarkRow& head,
                                         const std::vector<Compared>& answers,
                                         const std::array<double, kOutputs>& noise, double radius_m);

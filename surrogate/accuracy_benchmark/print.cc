@@ -6,6 +6,7 @@
 #include "surrogate/accuracy_benchmark/benchmark.h"
 #include "surrogate/accuracy_benchmark/targets.h"
 #include "surrogate/fit/json.h"
+#include "surrogate/models/form_error.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -52,6 +53,44 @@ void MarkdownRows(const std::vector<BenchmarkRow>& rows, const std::string& pair
   }
 }
 
+const BenchmarkRow* Find(const std::vector<BenchmarkRow>& rows, const BenchmarkRow& like,
+                         const std::string& reference, const std::string& region) {
+  const auto found = std::ranges::find_if(rows, [&](const BenchmarkRow& r) {
+    return r.pair == like.pair && r.kind == like.kind && r.output == like.output &&
+           r.reference == reference && r.region == region;
+  });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::string Rms(const BenchmarkRow* row) {
+  if (row == nullptr) return "-";
+  const Unit unit = UnitOf(row->output);
+  return fmt::format("{:.3g} {} ({})", row->rmse * unit.factor, unit.name, row->n);
+}
+
+// Error against time, kind by kind: against DEM, and against the measured wheel by region.
+std::string SummaryRows(const std::vector<BenchmarkRow>& rows, const std::string& pair) {
+  std::string head = "| kind | time | output | DEM, test states |",
+              line = "| --- | --- | --- | --- |";
+  for (const MeasuredGroup& group : kMeasuredGroups) {
+    head += fmt::format(" measured, {} |", group.name);
+    line += " --- |";
+  }
+  std::string out = head + "\n" + line + "\n";
+  for (const BenchmarkRow& r : rows) {
+    if (r.pair != pair || r.region != "all" || r.output == "m_z") continue;
+    const bool measured = r.reference == "measured";
+    if (measured && Find(rows, r, "dem", "all") != nullptr) continue;  // stands there already
+    out += fmt::format("| {} | {} | {} | {} |", r.kind, Time(r.ns_per_answer), r.output,
+                       Rms(Find(rows, r, "dem", "all")));
+    for (const MeasuredGroup& group : kMeasuredGroups) {
+      out += fmt::format(" {} |", Rms(Find(rows, r, "measured", group.name)));
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string BenchmarkJson(const std::vector<BenchmarkRow>& rows) {
@@ -77,13 +116,14 @@ std::string BenchmarkJson(const std::vector<BenchmarkRow>& rows) {
 
 std::string BenchmarkText(const std::vector<BenchmarkRow>& rows) {
   std::string out = fmt::format(
-      "{:<24} {:<14} {:>9} {:<9} {:<8} {:<8} {:>3} {:>9} {:>7} {:>7} {:>6} "
+      "{:<24} {:<14} {:>9} {:<9} {:<23} {:<8} {:>3} {:>9} {:>7} {:>7} {:>6} "
       "{:>6} {:>6}\n",
       "pair", "kind", "time", "against", "region", "output", "n", "rmse", "p95 %", "R2", "/noise",
       "in90 %", "w/sd");
   for (const BenchmarkRow& r : rows) {
     out += fmt::format(
-        "{:<24} {:<14} {:>9} {:<9} {:<8} {:<8} {:>3} {:>9.3g} {:>7.1f} {:>7} {:>6} {:>5}{} {:>6}\n",
+        "{:<24} {:<14} {:>9} {:<9} {:<23} {:<8} {:>3} {:>9.3g} {:>7.1f} {:>7} {:>6} {:>5}{} "
+        "{:>6}\n",
         r.pair, r.kind, Time(r.ns_per_answer), r.reference, r.region, r.output, r.n, r.rmse,
         100 * r.p95_over_load, Number(r.r2, "{:.3f}"), Number(r.noise_ratio, "{:.2f}"),
         Number(100 * r.coverage90, "{:.0f}"), std::isnan(r.coverage90) || r.covered ? ' ' : '!',
@@ -104,6 +144,12 @@ std::string BenchmarkMarkdown(const std::vector<BenchmarkRow>& rows,
     for (const Target& t : targets) {
       if (t.pair == pair) own.push_back(t);
     }
+    const bool measured = std::any_of(rows.begin(), rows.end(), [&](const BenchmarkRow& r) {
+      return r.pair == pair && r.reference == "measured";
+    });
+    if (measured) {
+      out += "### " + pair + ": rms error against time (states)\n" + SummaryRows(rows, pair) + "\n";
+    }
     out += "### " + pair + ": targets of the default kind and of speed\n" + TargetsMarkdown(own);
     out += "\n### " + pair + ": all test states, against full DEM\n";
     MarkdownRows(
@@ -112,11 +158,8 @@ std::string BenchmarkMarkdown(const std::vector<BenchmarkRow>& rows,
     MarkdownRows(
         rows, pair, "dem",
         [](const BenchmarkRow& r) { return r.kind == "hybrid" && r.region != "all"; }, &out);
-    const bool measured = std::any_of(rows.begin(), rows.end(), [&](const BenchmarkRow& r) {
-      return r.pair == pair && r.reference == "measured";
-    });
     if (!measured) continue;
-    out += "\n### " + pair + ": against the measured wheel\n";
+    out += "\n### " + pair + ": the default kind, against the measured wheel\n";
     MarkdownRows(
         rows, pair, "measured", [](const BenchmarkRow& r) { return r.kind == "hybrid"; }, &out);
     out += "\n";

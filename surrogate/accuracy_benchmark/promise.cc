@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "surrogate/accuracy_benchmark/errors.h"
+#include "surrogate/fit/binomial_band.h"
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/json.h"
 #include "surrogate/fit/training_set.h"

@@ -15,7 +15,7 @@ struct Answer {
   std::array<double, kOutputs> value, half_width;
 };
 
-/// Median time of a call that answers n states, over so many seconds and at least
+/// Median processor time of a call that answers n states, over so many seconds and at least
 /// three calls [ns a state].
 double TimeOf(const std::function<void()>& call, double n, double seconds);
 /// The same of a model, all outputs with intervals, in batches of 10,000 drawn

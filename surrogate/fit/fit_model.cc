@@ -12,7 +12,7 @@
 #include "proto/records/run_file.h"
 #include "surrogate/fit/calibration.h"
 #include "surrogate/fit/error_table.h"
-#include "surrogate/fit/measured.h"
+#include "surrogate/fit/form_fit.h"
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/stress_profile.h"
 #include "surrogate/fit/trained.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "proto/records/yaml/message_yaml.h"
+#include "surrogate/fit/compare.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/hard_model.h"
@@ -23,6 +23,7 @@
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
 #include "surrogate/fit/untuned_model.h"
+#include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
@@ -46,7 +47,8 @@ struct Arguments {
   std::array<std::optional<double>, 8> hard;  // by HardGroundFields
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
-  bool json = false, accept_unusual = false;
+  std::vector<double> slips, angles_deg;
+  bool json = false, accept_unusual = false, leave_angles_out = false;
   std::string command;  // as typed
 };
 
@@ -217,29 +219,30 @@ int Eval(const Arguments& a) {
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
-  const WheelAnswer answer = AnswerOf(*model, v, query.load_n);
-  Print(a.json ? AnswerJson(query, answer, Reference(loaded)) : AnswerText(query, answer));
+  WheelAnswer answer = AnswerOf(*model, v, query.load_n);
+  const FormAnswer form = FormOf(FormErrorsOf(loaded.model), v, query.load_n, &answer);
+  Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))
+               : AnswerText(query, answer, form));
   return kOk;
 }
 
 int Compare(const Arguments& a) {
-  const records::LoadedModel loaded = ReadModel(a.model);
-  const auto model = MakeScalar(loaded.model);
-  const std::vector<v1alpha1::MeasuredPoint> points =
-      ReadMeasured(a.measured, LimitsOf(loaded.model), a.accept_unusual);
-  std::vector<v1alpha1::RunSummary> runs(loaded.model.provenance().runs().begin(),
-                                         loaded.model.provenance().runs().end());
-  if (!a.run_dirs.empty()) {
-    runs.clear();
-    for (const std::string& directory : a.run_dirs) {
-      const TrainingSet set = ReadRuns(directory);
-      LogNotes(set.notes);
-      runs.insert(runs.end(), set.runs.begin(), set.runs.end());
-    }
+  const CompareRequest asked{a.model,          a.measured,         a.run_dirs,
+                             a.accept_unusual, a.leave_angles_out, !a.out.empty(),
+                             a.command};
+  const MeasuredComparison found = CompareMeasured(asked);
+  LogNotes(found.notes);
+  if (!a.out.empty()) {
+    WriteUninterrupted(a.out, found.with_form);
+    Say("wrote " + a.out);
   }
-  const std::vector<MeasuredRow> rows =
-      MatchMeasured(*model, loaded.model.domain().speed_m_per_s(), points, runs);
-  Print(a.json ? MeasuredJson(rows, Reference(loaded)) : MeasuredText(rows));
+  Print(a.json ? found.json : found.text);
+  return kOk;
+}
+
+int Regions(const Arguments& a) {
+  const std::vector<Query> states = StatesOf(a.slips, a.angles_deg);
+  Print(a.json ? RegionsJson(states) : RegionsText(states));
   return kOk;
 }
 
@@ -346,9 +349,18 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::PositiveNumber);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
   model(compare);
-  compare->add_option("--measured", a->measured, "CSV of measured tests")->required();
+  compare
+      ->add_option("--measured", a->measured,
+                   "CSV of measured tests, or rows.json of grouser validate")
+      ->required();
+  compare->add_option("--out", a->out, "model file to write: this one with sd_form by region");
+  compare->add_flag("--leave-angles-out", a->leave_angles_out,
+                    "how many rows of each angle the other angles' intervals hold");
   compare->add_option("--runs", a->run_dirs, "campaign folder; else the model's own runs");
   accept(compare);
+  CLI::App* regions = add("regions", "Regions in which DEM is compared with measurements", Regions);
+  regions->add_option("--slip", a->slips, "slips of states")->delimiter(',');
+  regions->add_option("--angle-deg", a->angles_deg, "their attack angles [deg]")->delimiter(',');
   CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
   gate->add_option("--base", a->base, "model file")->required();
   gate->add_option("--candidate", a->candidate, "model file")->required();

@@ -16,14 +16,15 @@ namespace grouser::surrogate {
 /// std::invalid_argument "FILE:LINE: COLUMN: VALUE, expected ...", also for what this
 /// wheel cannot do (ImpossibleOutput: another unit, another wheel), for a column that
 /// stands there twice, for forces that are all below 1e-3 of the load and, unless
-/// `accept_unusual`, for angles that all lie within pi/2 degrees: radians?
+/// `accept_unusual`, for angles that all lie within pi/2 degrees: radians? A file *.json is
+/// what `grouser validate` wrote (rows.json): its measured values, with standard errors for sd.
 std::vector<v1alpha1::MeasuredPoint> ReadMeasured(const std::string& path,
                                                   const WheelLimits& limits,
                                                   bool accept_unusual = false);
 
-/// sd_form of each output: rms of model minus measurement over the model's
-/// measured points within its domain; NaN where fewer than three are known.
-void SetFormError(const TabulatedModel& model, v1alpha1::Model* message);
+/// Whether a model stands for DEM there: slip and angle within its domain, the load within a
+/// third of it.
+bool InDomain(const v1alpha1::Domain& domain, const v1alpha1::MeasuredPoint& point);
 
 /// One measured point beside what the model and the nearest DEM run say.
 struct MeasuredRow {
@@ -31,8 +32,11 @@ struct MeasuredRow {
   WheelAnswer model;
   const v1alpha1::RunSummary* dem;  ///< null: no run near
 };
-/// A run is near within 0.06 of slip, 3 degrees and 20 % of load; among those
-/// the nearest is taken. Only steady runs.
+/// How far a run is from a measured state, 0 to 3; infinite where it is not near: within 0.06 of
+/// slip, 3 degrees and 20 % of load.
+double DistanceOf(const v1alpha1::RunSummary& run, const v1alpha1::MeasuredPoint& point);
+
+/// With the nearest of the steady runs that are near.
 std::vector<MeasuredRow> MatchMeasured(const TabulatedModel& model, double speed,
                                        const std::vector<v1alpha1::MeasuredPoint>& points,
                                        const std::vector<v1alpha1::RunSummary>& runs);

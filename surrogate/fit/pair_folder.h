@@ -14,6 +14,7 @@ namespace grouser::surrogate {
 ///   hybrid.model, lookup.model, bekker.model   (grouser-ladder fit)
 ///   coarse.json    the test states with coarser grains; may be missing
 ///   measured.csv   the same wheel measured; may be missing
+///   measured_dem*.json   rows.json of `grouser validate` on it, one a grain size; may be missing
 ///   untuned.soil   name of a soil of the table, for the untuned Bekker model; may
 ///                  be missing
 struct PairFolder {

@@ -73,6 +73,7 @@ std::string ModelText(const v1alpha1::Model& m, const std::string& digest) {
                     kOutputFields[o].name, m.sd_fit_inside(o), m.sd_fit_growth(o), m.sd_patch(o),
                     bulldozing, m.interval_factor(o), o < m.sd_form_size() ? m.sd_form(o) : NAN);
   }
+  text += FormText(m);
   text += fmt::format("\n{:<17}{:<10}{:<10}{:>5}{:>12}{:>12}{:>10}\n", "set", "region", "output",
                       "n", "rmse", "largest", "in 90 %");
   for (const v1alpha1::ErrorRow& e : m.errors()) {
@@ -95,17 +96,18 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
   return Text({{"digest", digest}, {"model", Json::parse(records::ToJson(slim))}});
 }
 
-std::string AnswerText(const Query& q, const WheelAnswer& a) {
+std::string AnswerText(const Query& q, const WheelAnswer& a, const FormAnswer& form) {
   std::string text =
       fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n", q.slip,
                   q.attack_angle_rad * kDegPerRad, q.load_n, q.speed_m_per_s);
-  text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "output", "value", "low", "high",
-                      "sd_fit", "sd_patch");
+  text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}{:>14}{:>14}\n", "output", "value",
+                      "low", "high", "sd_fit", "sd_patch", "sd_form", "measured low", "high");
   for (int o = 0; o < kOutputs; ++o) {
-    text += fmt::format("{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g} {}\n",
-                        kOutputFields[o].name, a.value[o], a.value[o] - a.half_width[o],
-                        a.value[o] + a.half_width[o], a.sd_fit[o], a.sd_patch[o],
-                        kOutputFields[o].unit);
+    text += fmt::format(
+        "{:<10}{:>12.5g}{:>12.5g}{:>12.5g}{:>12.3g}{:>12.3g}{:>12.3g}{:>14.5g}{:>14.5g} {}\n",
+        kOutputFields[o].name, a.value[o], a.value[o] - a.half_width[o],
+        a.value[o] + a.half_width[o], a.sd_fit[o], a.sd_patch[o], form.sd[o],
+        a.value[o] - form.half_width[o], a.value[o] + form.half_width[o], kOutputFields[o].unit);
   }
   text += "flags:";
   for (const FlagField& f : kFlagFields) {
@@ -114,7 +116,8 @@ std::string AnswerText(const Query& q, const WheelAnswer& a) {
   return text + "\n";
 }
 
-std::string AnswerJson(const Query& q, const WheelAnswer& a, const std::string& reference) {
+std::string AnswerJson(const Query& q, const WheelAnswer& a, const FormAnswer& form,
+                       const std::string& reference) {
   Json flags = Json::array(), outputs;
   for (const FlagField& f : kFlagFields) {
     if ((a.flags & f.flag) != 0) flags.push_back(f.name);
@@ -124,7 +127,10 @@ std::string AnswerJson(const Query& q, const WheelAnswer& a, const std::string& 
                                       {"low", a.value[o] - a.half_width[o]},
                                       {"high", a.value[o] + a.half_width[o]},
                                       {"sd_fit", a.sd_fit[o]},
-                                      {"sd_patch", a.sd_patch[o]}};
+                                      {"sd_patch", a.sd_patch[o]},
+                                      {"sd_form", form.sd[o]},
+                                      {"measured_low", a.value[o] - form.half_width[o]},
+                                      {"measured_high", a.value[o] + form.half_width[o]}};
   }
   return Text({{"model", reference},
                {"slip", q.slip},
@@ -165,7 +171,8 @@ std::string MeasuredText(const std::vector<MeasuredRow>& rows) {
   return text;
 }
 
-std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string& reference) {
+std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string& reference,
+                         const Json& left_out) {
   Json states = Json::array(), errors = Json::array();
   for (const MeasuredRow& row : rows) {
     const v1alpha1::MeasuredPoint& p = *row.measured;
@@ -203,7 +210,9 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
                       {"rmse_dem", e.rmse_dem},
                       {"mean_measured", e.mean_measured}});
   }
-  return Text({{"model", reference}, {"rows", states}, {"errors", errors}});
+  Json all = {{"model", reference}, {"rows", states}, {"errors", errors}};
+  if (!left_out.is_null()) all["angles_left_out"] = left_out;
+  return Text(all);
 }
 
 std::string GateText(const std::vector<GateResult>& checks) {

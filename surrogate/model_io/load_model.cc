@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hard_ground.h"
 #include "surrogate/models/lookup.h"
@@ -98,12 +99,6 @@ ResidualTable MakeTable(const v1alpha1::Model& model) {
   });
 }
 
-bool FormUnknown(const v1alpha1::Model& model) {
-  bool unknown = model.sd_form_size() != kOutputs;
-  for (const double sd : model.sd_form()) unknown |= std::isnan(sd);
-  return unknown;
-}
-
 Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   Uncertainty u;
   u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
@@ -113,7 +108,7 @@ Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   if (!model.sd_bulldozing().empty()) {
     u.bulldozing = Six(model, "sd_bulldozing", model.sd_bulldozing());
   }
-  u.form_unknown = FormUnknown(model);
+  u.form_unknown = !FormErrorsOf(model).KnowsAll();
   u.untuned = model.untuned();
   return u;
 }
@@ -190,7 +185,7 @@ std::unique_ptr<const WheelModel> MakeHard(const v1alpha1::Model& model) {
   if (model.has_bekker() || model.has_residual()) {
     Fail(model, "kind: hard, expected neither bekker nor residual");
   }
-  const bool form_unknown = FormUnknown(model);
+  const bool form_unknown = !FormErrorsOf(model).KnowsAll();
   try {
     return std::make_unique<HardGroundModel>(
         ReadHard(model.hard()), model.wheel().radius_m(),

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
 
 namespace grouser::surrogate {
@@ -64,6 +65,7 @@ SelectableModel MakeSelectableModel(const v1alpha1::Model& message, const WheelM
   selectable.model = &model;
   selectable.hull = HullOf(message);
   selectable.radius_m = message.wheel().radius_m();
+  selectable.form = FormErrorsOf(message);
   for (std::size_t k = 0; k < kErrorRegions; ++k) {
     for (int o = 0; o < kOutputs; ++o)
       selectable.rms_error[k][o] = RmsError(message, kRegionNames[k], o);

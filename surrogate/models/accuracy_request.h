@@ -5,10 +5,14 @@
 #include <cstdint>
 #include <limits>
 
+#include "surrogate/models/form_error.h"
 #include "surrogate/models/hull.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
+
+/// What an error is against: a fresh DEM run's mean, or a measurement.
+enum class IntervalTarget { kDem, kMeasured };
 
 /// How good an answer has to be, or how little it may cost. What is 0 asks for
 /// nothing. Precondition everywhere: finite, not negative.
@@ -16,6 +20,7 @@ struct AccuracyRequest {
   std::array<double, kOutputs> tolerance{};  ///< [N, N m, m]
   double share_of_load = 0;  ///< of forces over the load, of moments over load r [-]
   double budget_ns = 0;      ///< for all states of a call, by the models' costs, not by a clock
+  IntervalTarget target = IntervalTarget::kDem;
 
   bool HasTolerance() const;
   bool IsEmpty() const { return !HasTolerance() && budget_ns == 0; }
@@ -39,6 +44,7 @@ struct SelectableModel {
   TrainingDomain hull;
   double radius_m = 0;
   double cost_ns = 0;  ///< of one state
+  FormErrors form;
 };
 
 /// Error that a model claims for its answer on one output:

@@ -43,7 +43,7 @@ struct Uncertainty {
   std::array<double, kOutputs> fit_inside{}, fit_growth{}, patch{};
   std::array<double, kOutputs> interval_factor{};
   std::array<double, kOutputs> bulldozing{};  ///< >= 0; both sds times 1 + this P
-  bool form_unknown = true;                   ///< sd_form of some output is NaN
+  bool form_unknown = true;                   ///< sd_form of some output is NaN in some region
   bool untuned = false;                       ///< nothing was fitted
 
   /// Flags of every answer that is one.

@@ -78,6 +78,16 @@ void CopyAnswer(const ResponsesView& from, std::size_t i, const ResponsesView& t
   if (!to.attack_angle.empty()) to.attack_angle[j] = from.attack_angle[i];
 }
 
+/// The claim against a measurement: sd_form's half width is added in squares; infinite where it
+/// is unknown, as at rest.
+double WithForm(double claim, const SelectableModel& selectable, const WheelStatesView& in,
+                int output, std::size_t i) {
+  if (in.v_x[i] == 0 && in.v_y[i] == 0 && in.rim_speed[i] == 0) return kInf;
+  const MeasuredRegion at = MeasuredRegionAt(in.v_x[i], in.v_y[i], in.rim_speed[i]);
+  const double form = selectable.form.HalfWidth(at, output, in.load[i]);
+  return std::isnan(form) ? kInf : std::hypot(claim, form);
+}
+
 Standing StandingOf(const SelectableModel& selectable, const AccuracyRequest& accuracy,
                     const WheelStatesView& in, const ResponsesView& out, std::size_t i) {
   Standing s;
@@ -89,11 +99,13 @@ Standing StandingOf(const SelectableModel& selectable, const AccuracyRequest& ac
   const ErrorRegion region =
       rest ? ErrorRegion::kTowed : ErrorRegionAt(in.v_x[i], in.v_y[i], in.rim_speed[i]);
   const std::array<double, kOutputs> tolerance = accuracy.At(in.load[i], selectable.radius_m);
+  const bool measured = accuracy.target == IntervalTarget::kMeasured;
   s.ratio = 0;
   for (int o = 0; o < kOutputs; ++o) {
     if (tolerance[o] == kInf) continue;
     const OutputView& to = out.output[o];
-    const double claim = ClaimedError(selectable, region, o, to.low[i], to.high[i], in.load[i]);
+    double claim = ClaimedError(selectable, region, o, to.low[i], to.high[i], in.load[i]);
+    if (measured) claim = WithForm(claim, selectable, in, o, i);
     if (claim / tolerance[o] <= s.ratio) continue;
     s.ratio = claim / tolerance[o];
     s.output = o;
@@ -105,8 +117,14 @@ Standing StandingOf(const SelectableModel& selectable, const AccuracyRequest& ac
 class BlockSelection {
  public:
   BlockSelection(const std::vector<SelectableModel>& models, const AccuracyRequest& accuracy,
-                 const WheelStatesView& in, const ResponsesView& out)
-      : models_(models), accuracy_(accuracy), in_(in), out_(out), n_(in.load.size()) {}
+                 const WheelStatesView& in, const ResponsesView& out, const FormView& form)
+      : models_(models), accuracy_(accuracy), in_(in), out_(out), form_(form), n_(in.load.size()) {
+    for (int o = 0; o < kOutputs; ++o) {  // intervals that nobody wants, here
+      OutputView& to = out_.output[o];
+      if (to.low.empty()) to.low = {interval_[o][0].data(), n_};
+      if (to.high.empty()) to.high = {interval_[o][1].data(), n_};
+    }
+  }
 
   /// Spends up to `allowed` beyond what the first model costs; returns what it spent [ns].
   double Run(double allowed) noexcept {
@@ -129,28 +147,28 @@ class BlockSelection {
       const std::uint32_t at = open_[i];
       out_.flags[at] |= kToleranceUnmet;
       const Standing& s = standing_[at];
-      const bool mends = s.promises && (out_.flags[at] & kStatic) == 0;
+      const bool mends =
+          s.promises && (out_.flags[at] & kStatic) == 0 && accuracy_.target == IntervalTarget::kDem;
       if (worst && mends && s.ratio > worst->excess) {
         *worst = {first + at, s.ratio, s.output, in_.load[at]};
       }
+    }
+    const bool wanted = form_.WantsAny();
+    for (std::size_t i = 0; i < n_; ++i) {
+      const FormErrors& form = models_[answered_by_[i]].form;
+      if (wanted || form.ClearsFlags()) AddForm(form, in_, out_, form_, i);
     }
     if (!answered_by.empty()) std::copy_n(answered_by_.begin(), n_, answered_by.begin() + first);
   }
 
  private:
-  /// The cheapest answers where the answers go; intervals that nobody wants, here.
+  /// The cheapest answers where the answers go.
   void First() noexcept {
-    ResponsesView view = out_;
-    for (int o = 0; o < kOutputs; ++o) {
-      OutputView& to = view.output[o];
-      if (to.low.empty()) to.low = {room_.part[o][0].data(), n_};
-      if (to.high.empty()) to.high = {room_.part[o][1].data(), n_};
-    }
-    models_[0].model->Evaluate(in_, view);
+    models_[0].model->Evaluate(in_, out_);
     for (std::size_t i = 0; i < n_; ++i) {
       answered_by_[i] = 0;
-      if ((view.flags[i] & (kInvalid | kAirborne)) != 0) continue;
-      standing_[i] = StandingOf(models_[0], accuracy_, in_, view, i);
+      if ((out_.flags[i] & (kInvalid | kAirborne)) != 0) continue;
+      standing_[i] = StandingOf(models_[0], accuracy_, in_, out_, i);
       if (!standing_[i].suffices()) open_[open_count_++] = static_cast<std::uint32_t>(i);
     }
   }
@@ -179,6 +197,8 @@ class BlockSelection {
   const AccuracyRequest& accuracy_;
   WheelStatesView in_;
   ResponsesView out_;
+  FormView form_;
+  std::array<std::array<std::array<double, kBlock>, 2>, kOutputs> interval_;
   std::size_t n_, open_count_ = 0;
   std::array<std::uint32_t, kBlock> open_, answered_by_;
   std::array<Standing, kBlock> standing_;
@@ -248,12 +268,12 @@ std::size_t ModelSelector::ByBudget(const AccuracyRequest& accuracy, std::size_t
 
 void ModelSelector::Evaluate(const WheelStatesView& in, const AccuracyRequest& accuracy,
                              const ResponsesView& out, std::span<std::uint32_t> answered_by,
-                             Shortfall* worst) const noexcept {
+                             Shortfall* worst, const FormView& form) const noexcept {
   const std::size_t n = in.load.size();
   if (worst) *worst = {};
   if (!accuracy.HasTolerance()) {
     const std::size_t k = ByBudget(accuracy, n);
-    models_[k].model->Evaluate(in, out);
+    EvaluateWithForm(*models_[k].model, models_[k].form, in, out, form);
     std::ranges::fill(answered_by, static_cast<std::uint32_t>(k));
     return;
   }
@@ -262,7 +282,8 @@ void ModelSelector::Evaluate(const WheelStatesView& in, const AccuracyRequest& a
     const std::size_t count = std::min(kBlock, n - first);
     const double share = static_cast<double>(first + count) / static_cast<double>(n);
     const double allowed = accuracy.budget_ns > 0 ? accuracy.budget_ns * share - spent : kInf;
-    BlockSelection block(models_, accuracy, Cut(in, first, count), Cut(out, first, count));
+    BlockSelection block(models_, accuracy, Cut(in, first, count), Cut(out, first, count),
+                         Cut(form, first, count));
     spent += block.Run(allowed);
     block.Finish(first, answered_by, worst);
   }

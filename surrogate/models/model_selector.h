@@ -26,7 +26,9 @@ struct Shortfall {
 /// the tolerance on every output. Where none does, the model with the smallest
 /// claim over tolerance (of its worst output) answers, with kToleranceUnmet. So
 /// the promise is: per output, an answer without that flag lies within the
-/// tolerance of a fresh DEM run's mean as often as the interval's level says.
+/// tolerance of a fresh DEM run's mean as often as the interval's level says. Against a measurement
+/// (AccuracyRequest::target) the claim is hypot(ClaimedError, factor sd_form), infinite where that
+/// is unknown, and no DEM run is proposed: none would narrow it.
 ///
 /// An answer that leaves part of the question out (kSlope, kVirginAssumed, kRate,
 /// a yaw rate), or that DEM could not give (kNoEquilibrium), promises nothing:
@@ -59,10 +61,11 @@ class ModelSelector {
 
   /// Answers all states as above. No allocation, lock or system call.
   /// answered_by: place in models() of who answered; n entries or empty. worst: may be
-  /// null. Precondition: sizes as WheelModel::Evaluate's.
+  /// null. form: sd_form and the intervals for a measurement, of who answered (AddForm).
+  /// Precondition: sizes as WheelModel::Evaluate's.
   void Evaluate(const WheelStatesView& in, const AccuracyRequest& accuracy,
-                const ResponsesView& out, std::span<std::uint32_t> answered_by,
-                Shortfall* worst) const noexcept;
+                const ResponsesView& out, std::span<std::uint32_t> answered_by, Shortfall* worst,
+                const FormView& form = {}) const noexcept;
 
  private:
   std::size_t ByBudget(const AccuracyRequest& accuracy, std::size_t n) const noexcept;

@@ -17,6 +17,7 @@ namespace {
 
 using grouser::lcm_io::Datagram;
 using grouser::lcm_io::DatagramKind;
+using grouser_lcm::wheel_measured_t;
 using grouser_lcm::wheel_output_t;
 using grouser_lcm::wheel_response_t;
 using Bytes = std::span<const std::uint8_t>;
@@ -35,7 +36,8 @@ grouser::server::Snapshot MakeSnapshot() {
   return {1, {model}, std::move(aliases)};
 }
 
-std::vector<std::uint8_t> Encode(const wheel_response_t& response) {
+template <class Message>
+std::vector<std::uint8_t> Encode(const Message& response) {
   std::vector<std::uint8_t> bytes(response.getEncodedSize());
   const int written = response.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   Require(written == static_cast<int>(bytes.size()));
@@ -65,7 +67,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   std::string problem;
   wheel_response_t taken;
-  if (const auto answer = grouser::server::AnswerLcm(snapshot, payload, &problem)) {
+  wheel_measured_t measured;
+  if (const auto answer = grouser::server::AnswerLcm(snapshot, payload, &problem, &measured)) {
     const auto encoded = Encode(*answer);
     Require(encoded.size() < 65499);
     Require(grouser::client::DecodeResponse(encoded, &taken));
@@ -74,6 +77,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (grouser::client::DecodeResponse(payload, &taken)) {
     CheckArrays(taken);
     Require(Encode(taken) == std::vector<std::uint8_t>(payload.begin(), payload.end()));
+  }
+  if (grouser::client::DecodeMeasured(payload, &measured)) {
+    Require(Encode(measured) == std::vector<std::uint8_t>(payload.begin(), payload.end()));
   }
   return 0;
 }

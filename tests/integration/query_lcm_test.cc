@@ -183,6 +183,47 @@ TEST_F(QueryLcmTest, WithARouteItAnswersAndSurvivesBadMessages) {
   EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
 }
 
+// What is known of measurements is the same over LCM, over gRPC and in both tables.
+TEST_F(QueryLcmTest, IntervalsForMeasurementsAreThoseOfGrpc) {
+  v1alpha1::Model model = testing::PhysicsModel("sand");
+  v1alpha1::FormError* form = model.add_form_by_region();
+  form->set_region(v1alpha1::MEASURED_REGION_ANGLED);
+  for (int k = 0; k < 6; ++k) {
+    form->add_rows(k == 0 ? 4 : 0);
+    form->add_sd(k == 0 ? 1.5 : std::numeric_limits<double>::quiet_NaN());
+    form->add_factor(k == 0 ? 2 : std::numeric_limits<double>::quiet_NaN());
+  }
+  testing::MakeStable(dir_.path(), model);
+  testing::ServerProcess server(dir_.path(), {});
+  client::LcmClient client("");
+  auto query = Query(2);
+  query.v_y[1] = 0;  // straight: no row
+  grouser_lcm::wheel_measured_t measured;
+  const auto answer = client.Query(&query, kTimeout, &measured);
+  ASSERT_TRUE(answer.has_value());
+  ASSERT_EQ(measured.n, 2);
+  const auto same = AskOverGrpc(server).responses().f_x();
+  EXPECT_EQ(measured.f_x.sd_form[0], same.sd_form(0));
+  EXPECT_EQ(measured.f_x.low[0], same.measured_low(0));
+  EXPECT_EQ(measured.f_x.high[0], same.measured_high(0));
+  EXPECT_LT(measured.f_x.low[0], answer->f_x.low[0]);
+  EXPECT_TRUE(std::isnan(measured.f_x.high[1]));
+  EXPECT_EQ(measured.torque.n, 0);
+  const std::vector<std::string> state = {"--vx",  "0.08", "--vy",   "0.01",
+                                          "--rim", "0.1",  "--load", "24"};
+  const auto run = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), state.begin(), state.end());
+    const auto done = testing::RunProgram("grouser-client", arguments, dir_.path());
+    EXPECT_EQ(done.code, 0) << done.err;
+    return done.out;
+  };
+  EXPECT_THAT(run({"lcm-query"}), HasSubstr("for a measurement"));
+  EXPECT_THAT(run({"query", "--server", server.address()}), HasSubstr("90 % (MEASURED)"));
+  EXPECT_THAT(run({"query", "--server", server.address(), "--tolerance", "sinkage=1", "--against",
+                   "measured"}),
+              HasSubstr("TOLERANCE_UNMET"));
+}
+
 /// Datagrams of one sender to a group, by the machine's routes or by one interface.
 void Send(const std::vector<std::string>& datagrams, const char* group,
           const char* interface = nullptr) {

@@ -44,7 +44,9 @@ enum Flag : std::uint32_t {
   kRate = 32,           ///< faster than the quasi-static range
   kSlope = 64,
   kVirginAssumed = 256,
-  kFormUnknown = 512,  ///< the interval is against DEM; against a measurement it is unknown
+  /// Against a measurement some output's error is unknown here: its sd_form and measured_low,
+  /// measured_high are NaN (not counted: f_z, which is the load).
+  kFormUnknown = 512,
   kToleranceUnmet = 1024,
   kAirborne = 2048,  ///< load 0, a wheel off the ground: every output is exactly 0
   kUntuned = 4096,   ///< the model was not fitted to this wheel on this soil
@@ -70,6 +72,9 @@ struct OutputSpans {
   /// Derivatives of the value by v_x, v_y, rim_speed [unit s/m] and load
   /// [unit/N]. A model without gradients leaves NaN here: see has_gradients().
   std::span<double> d_v_x, d_v_y, d_rim_speed, d_load;
+  std::span<double> sd_form;  ///< DEM minus measurement in the state's region; NaN: unknown
+  /// Covers a measurement at interval_level(); NaN: unknown.
+  std::span<double> measured_low, measured_high;
 };
 
 /// Where the answers of n states go. No span may overlap another or the states.
@@ -85,7 +90,8 @@ struct State {
 };
 struct OutputAnswer {
   double value, sd_fit, sd_patch, low, high;
-  double d_v_x, d_v_y, d_rim_speed, d_load;  ///< NaN without gradients
+  double d_v_x, d_v_y, d_rim_speed, d_load;     ///< NaN without gradients
+  double sd_form, measured_low, measured_high;  ///< NaN: unknown
 };
 struct Answer {
   std::array<OutputAnswer, kOutputs> output;  ///< by Output

@@ -12,12 +12,18 @@
 
 namespace grouser {
 
+/// What a tolerance is about: a fresh DEM run's mean, or a measurement.
+enum class IntervalTarget { kDem, kMeasured };
+
 /// How good an answer has to be, or how little it may cost. What is 0 asks for
 /// nothing; numbers are finite and not negative.
 struct AccuracyRequest {
   std::array<double, kOutputs> tolerance{};  ///< largest errors to accept [N, N m, m]
   double share_of_load = 0;  ///< the same of forces over load, moments over load r [-]
   double budget_us = 0;      ///< for all states of a call, by cost_ns(), not by a clock
+  /// kMeasured: the half width that sd_form stands for is added in squares to what a model claims;
+  /// states where it is unknown are unmet.
+  IntervalTarget target = IntervalTarget::kDem;
 };
 
 /// Several models of one wheel on one soil, say hybrid, lookup and

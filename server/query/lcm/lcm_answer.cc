@@ -12,6 +12,8 @@
 namespace grouser::server {
 namespace {
 
+using grouser_lcm::measured_output_t;
+using grouser_lcm::wheel_measured_t;
 using grouser_lcm::wheel_output_t;
 using grouser_lcm::wheel_query_t;
 using grouser_lcm::wheel_response_t;
@@ -65,8 +67,25 @@ void Resize(int n, wheel_response_t* response) {
   }
 }
 
-void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
-                   wheel_response_t* response) {
+/// Room for what the model knows of measurements; nothing where it knows nothing.
+surrogate::FormView Prepare(const surrogate::FormErrors& known, int n, wheel_measured_t* measured) {
+  surrogate::FormView view;
+  const std::array<measured_output_t*, surrogate::kOutputs> outputs = {
+      &measured->f_x,    &measured->f_y, &measured->f_z,
+      &measured->torque, &measured->m_z, &measured->sinkage};
+  for (int k = 0; k < surrogate::kOutputs; ++k) {
+    measured_output_t& to = *outputs[k];
+    to.n = known.KnowsInterval(k) ? n : 0;
+    for (auto* values : {&to.sd_form, &to.low, &to.high}) values->resize(to.n);
+    if (to.n == 0) continue;
+    measured->n = n;
+    view.output[k] = {to.sd_form, to.low, to.high};
+  }
+  return view;
+}
+
+void EvaluateQuery(const ServedModel& model, const wheel_query_t& query, wheel_response_t* response,
+                   wheel_measured_t* measured) {
   surrogate::WheelStatesView in;
   in.v_x = query.v_x;
   in.v_y = query.v_y;
@@ -86,7 +105,7 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
   out.flags = {flags.data(), static_cast<std::size_t>(query.n)};
   out.slip = response->slip;
   out.attack_angle = response->attack_angle;
-  EvaluateViews(model, in, out);
+  EvaluateViews(model, in, out, Prepare(model.choice.form, query.n, measured));
   for (int i = 0; i < query.n; ++i) response->flags[i] = static_cast<std::int32_t>(flags[i]);
 }
 
@@ -94,7 +113,8 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query,
 
 std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
                                           std::span<const std::uint8_t> encoded,
-                                          std::string* problem) {
+                                          std::string* problem, wheel_measured_t* measured) {
+  measured->n = 0;
   ByteReader bytes(encoded);
   Head head;
   if (!ReadHead(&bytes, &head, problem)) return std::nullopt;
@@ -126,7 +146,11 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
   }
   Resize(query.n, &response);
   response.model = model->reference;
-  EvaluateQuery(*model, query, &response);
+  measured->utime = response.utime;
+  measured->sequence = response.sequence;
+  measured->sender = response.sender;
+  measured->model = response.model;
+  EvaluateQuery(*model, query, &response, measured);
   return response;
 }
 

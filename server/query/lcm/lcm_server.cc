@@ -20,6 +20,13 @@ namespace {
 // A flood of foreign messages must not flood the log: powers of two are told.
 bool WorthALine(std::uint64_t count) { return (count & (count - 1)) == 0; }
 
+template <class Message>
+void Publish(lcm_t* publisher, const char* channel, const Message& message) {
+  std::vector<std::uint8_t> bytes(message.getEncodedSize());
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  lcm_publish(publisher, channel, bytes.data(), static_cast<unsigned>(bytes.size()));
+}
+
 }  // namespace
 
 LcmServer::LcmServer(const std::string& url, const std::string& interface,
@@ -82,7 +89,8 @@ void LcmServer::WarnOfBadDatagrams() {
 void LcmServer::Answer(std::span<const std::uint8_t> query) {
   std::string problem;
   const auto snapshot = store_.Current();
-  const auto response = AnswerLcm(*snapshot, query, &problem);
+  grouser_lcm::wheel_measured_t measured;
+  const auto response = AnswerLcm(*snapshot, query, &problem, &measured);
   if (!response) {
     const std::uint64_t count = ++malformed_;
     if (WorthALine(count)) {
@@ -91,10 +99,8 @@ void LcmServer::Answer(std::span<const std::uint8_t> query) {
     }
     return;
   }
-  std::vector<std::uint8_t> bytes(response->getEncodedSize());
-  response->encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  lcm_publish(publisher_.get(), kLcmResponseChannel, bytes.data(),
-              static_cast<unsigned>(bytes.size()));
+  if (measured.n > 0) Publish(publisher_.get(), kLcmMeasuredChannel, measured);
+  Publish(publisher_.get(), kLcmResponseChannel, *response);
 }
 
 }  // namespace grouser::server

@@ -14,7 +14,7 @@
 namespace grouser::server {
 
 /// The LCM side of grouser-server: answers GROUSER_QUERY on GROUSER_RESPONSE
-/// from a thread of its own. liblcm publishes; what comes in is received and
+/// (and GROUSER_MEASURED) from a thread of its own. liblcm publishes; what comes in is received and
 /// checked by GroupReceiver, so that no datagram can end the program. Messages
 /// in fragments are ignored: no query is that long. `store` must outlive it.
 class LcmServer {

@@ -15,7 +15,7 @@ namespace grouser {
 inline constexpr char kShipped[] = GROUSER_SHIPPED_MODEL;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kUntouched = -12345.0;
-inline constexpr std::size_t kFields = 9;  // of OutputSpans
+inline constexpr std::size_t kFields = 9;  // of OutputSpans, that the evaluator's view has too
 
 // Storage of n states and of all their answers.
 struct Batch {
@@ -36,7 +36,9 @@ struct Batch {
     View view;
     for (std::size_t o = 0; o < kOutputs; ++o) {
       auto& f = out[o];
-      view.output[o] = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]};
+      auto& to = view.output[o];
+      to.value = f[0], to.sd_fit = f[1], to.sd_patch = f[2], to.low = f[3], to.high = f[4];
+      to.d_v_x = f[5], to.d_v_y = f[6], to.d_rim_speed = f[7], to.d_load = f[8];
     }
     view.flags = flags;
     view.slip = echo[0];

@@ -131,5 +131,44 @@ TEST(Model, SaysWhichFileIsBadAndWhy) {
               AllOf(StartsWith(folder / "golden.model"), HasSubstr("golden[0]")));
 }
 
+// sd_form by region, as the file says it, and its interval; room for one end is enough.
+TEST(Model, TellsWhatIsKnownOfMeasurements) {
+  const records::TempFolder folder;
+  v1alpha1::Model message = records::ReadModelFile(kShipped).model;
+  const double middle = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
+  message.clear_form_by_region();
+  v1alpha1::FormError* form = message.add_form_by_region();
+  form->set_region(v1alpha1::MEASURED_REGION_STRAIGHT);
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    form->add_rows(o == kFx ? 5 : 0);
+    form->add_sd(o == kFx ? 2 : kNaN);
+    form->add_factor(o == kFx ? 3 : kNaN);
+  }
+  records::WriteModelFile(folder / "form.model", message);
+  const Model model = Model::Open(folder / "form.model");
+  const Answer straight = model.Evaluate(State{0.08, 0, 0.1, middle});
+  const OutputAnswer& f_x = straight.output[kFx];
+  EXPECT_NEAR(f_x.sd_form, 2, 1e-9);
+  EXPECT_NEAR(f_x.measured_high - f_x.value, std::hypot(f_x.high - f_x.value, 6), 1e-6);
+  EXPECT_NEAR(f_x.measured_low + f_x.measured_high, f_x.low + f_x.high, 1e-6);
+  EXPECT_TRUE(std::isnan(straight.output[kTorque].sd_form));
+  EXPECT_TRUE(straight.flags & kFormUnknown);
+  EXPECT_TRUE(std::isnan(model.Evaluate(State{0.05, 0.05, 0.1, middle}).output[kFx].measured_low));
+  Batch batch = MakeBatch(200);
+  Answers low;
+  low.flags = batch.flags;
+  low.output[kFx].measured_low = batch.out[kFx][0];
+  ASSERT_TRUE(model.Evaluate(batch.states(), low));
+  for (std::size_t i = 0; i < 200; ++i) {
+    const State one{batch.in[0][i], batch.in[1][i], batch.in[2][i], batch.in[3][i]};
+    const double expected = model.Evaluate(one).output[kFx].measured_low,
+                 got = batch.out[kFx][0][i];
+    EXPECT_TRUE(std::isnan(expected) ? std::isnan(got) : std::fabs(got - expected) < 1e-9) << i;
+  }
+  low.output[kFx].measured_low = low.output[kFx].measured_low.first(3);
+  EXPECT_FALSE(model.Evaluate(batch.states(), low));
+  EXPECT_THAT(Model::SizeProblem(batch.states(), low), HasSubstr("output[0].measured_low: 3"));
+}
+
 }  // namespace
 }  // namespace grouser

@@ -141,6 +141,31 @@ TEST_F(AccuracyRequestTest, FormUnknownIsToldOfWhoAnswered) {
   EXPECT_FALSE(responses_.flags(0) & v1alpha1::STATE_FLAG_FORM_UNKNOWN);
 }
 
+TEST_F(AccuracyRequestTest, AgainstAMeasurementSdFormCountsAndNoRunIsProposed) {
+  v1alpha1::Model message = testing::FakeMessage("sand", 0.5);
+  testing::AddStraightForm(false, &message);  // hypot(3, 4) at 24 N
+  const auto model = MakeServedModel(message, std::string(64, 'a'), false, testing::MakeFakeModel);
+  std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
+  aliases["sand"]["stable"] = model;
+  snapshot_ = Snapshot(2, {model}, std::move(aliases));
+  const auto unmet = [&](double f_x, double torque) {
+    accuracy_.set_f_x_n(f_x);
+    accuracy_.set_torque_n_m(torque);
+    EXPECT_TRUE(Run("sand").ok());
+    return (responses_.flags(0) & v1alpha1::STATE_FLAG_TOLERANCE_UNMET) != 0;
+  };
+  AddState(0.05, 24);
+  EXPECT_FALSE(unmet(3.1, 0));
+  accuracy_.set_interval_target(v1alpha1::INTERVAL_TARGET_MEASURED);
+  EXPECT_TRUE(unmet(4.9, 0));
+  EXPECT_EQ(selection_.worst.excess, 0);
+  EXPECT_FALSE(unmet(5.1, 0));
+  EXPECT_DOUBLE_EQ(responses_.f_x().measured_high(0), 11);
+  EXPECT_TRUE(unmet(0, 1e6));  // torque was not measured
+  accuracy_.set_interval_target(static_cast<v1alpha1::IntervalTarget>(7));
+  EXPECT_THAT(Run("sand").message, HasSubstr("accuracy.interval_target: 7"));
+}
+
 TEST_F(AccuracyRequestTest, AnEmptyAccuracyRequestIsNone) {
   AddState(0.05, 24);
   AddState(0.02, 15);

@@ -34,9 +34,10 @@ WheelStates Velocities(int n) {
 
 class EvaluatorTest : public ::testing::Test {
  protected:
-  EvaluatorTest() {
-    const auto model = MakeServedModel(testing::FakeMessage("sand", 0.5), std::string(64, 'a'),
-                                       false, testing::MakeFakeModel);
+  EvaluatorTest() { Install(testing::FakeMessage("sand", 0.5)); }
+  void Install(const v1alpha1::Model& message) {
+    const auto model =
+        MakeServedModel(message, std::string(64, 'a'), false, testing::MakeFakeModel);
     std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
     aliases["sand"]["stable"] = model;
     snapshot_ = Snapshot(7, {model}, std::move(aliases));
@@ -101,6 +102,45 @@ TEST_F(EvaluatorTest, UnknownFormIsNanAndFlaggedNeverZero) {
   ASSERT_TRUE(Run(Velocities(1)).ok());
   EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(0)));
   EXPECT_EQ(responses_.flags(0), v1alpha1::STATE_FLAG_FORM_UNKNOWN);
+}
+
+TEST_F(EvaluatorTest, KnownFormIsThatOfTheStatesRegionWithItsInterval) {
+  v1alpha1::Model message = testing::FakeMessage("sand", 0.5);
+  testing::AddStraightForm(false, &message);
+  Install(message);
+  WheelStates states = Velocities(4);
+  states.mutable_velocity()->set_v_y_m_per_s(1, 0.05);
+  states.mutable_velocity()->set_rim_speed_m_per_s(2, 0.01);
+  states.set_load_n(3, 0);
+  ASSERT_TRUE(Run(states).ok());
+  EXPECT_DOUBLE_EQ(responses_.f_x().sd_form(0), 2);
+  EXPECT_DOUBLE_EQ(responses_.f_x().measured_low(0), 6 - 5);  // hypot(3, 2 2)
+  EXPECT_DOUBLE_EQ(responses_.f_x().measured_high(0), 6 + 5);
+  EXPECT_DOUBLE_EQ(responses_.f_x().high(0), 9);  // against DEM, as before
+  for (const int i : {1, 2}) {
+    EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(i)));
+    EXPECT_TRUE(std::isnan(responses_.f_x().measured_high(i)));
+  }
+  EXPECT_EQ(responses_.f_x().measured_low(3), 0);
+  EXPECT_EQ(responses_.flags(3), v1alpha1::STATE_FLAG_AIRBORNE);
+  EXPECT_EQ(responses_.torque().measured_low_size(), 0);  // unknown for all states
+  EXPECT_TRUE(std::isnan(responses_.torque().sd_form(0)));
+  EXPECT_EQ(responses_.flags(0), v1alpha1::STATE_FLAG_FORM_UNKNOWN);  // of torque
+  ASSERT_TRUE(Run(states, true).ok());
+  EXPECT_EQ(responses_.f_x().measured_low_size() + responses_.f_x().sd_form_size(), 0);
+}
+
+TEST_F(EvaluatorTest, WhereAllIsKnownNoFlagSaysOtherwise) {
+  v1alpha1::Model message = testing::FakeMessage("sand", 0.5);
+  testing::AddStraightForm(true, &message);
+  Install(message);
+  WheelStates states = Velocities(2);
+  states.mutable_velocity()->set_v_y_m_per_s(1, 0.05);
+  for (const bool values_only : {false, true}) {
+    ASSERT_TRUE(Run(states, values_only).ok());
+    EXPECT_EQ(responses_.flags(0), 0u);
+    EXPECT_EQ(responses_.flags(1), v1alpha1::STATE_FLAG_FORM_UNKNOWN);
+  }
 }
 
 TEST_F(EvaluatorTest, SlipFormAtTrainingSpeedEqualsItsVelocities) {

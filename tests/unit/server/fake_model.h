@@ -73,6 +73,20 @@ inline v1alpha1::Model FakeMessage(const std::string& name, double gain) {
   return message;
 }
 
+/// DEM minus measurement of driving wheels, straight: f_x 2 at 24 N, factor 2; and, if `all`, of
+/// everything else there, 0.5 and factor 2.
+inline void AddStraightForm(bool all, v1alpha1::Model* message) {
+  message->mutable_domain()->set_load_min_n(12);
+  message->mutable_domain()->set_load_max_n(48);
+  v1alpha1::FormError* form = message->add_form_by_region();
+  form->set_region(v1alpha1::MEASURED_REGION_STRAIGHT);
+  for (int k = 0; k < surrogate::kOutputs; ++k) {
+    form->add_rows(k == 0 || all ? 3 : 0);
+    form->add_sd(k == 0 ? 2 : all ? 0.5 : kNan);
+    form->add_factor(k == 0 || all ? 2 : kNan);
+  }
+}
+
 /// ModelFactory of FakeMessage(): gain n, half c1 if it is there; refuses a gain of 0.
 inline std::unique_ptr<const surrogate::WheelModel> MakeFakeModel(const v1alpha1::Model& message) {
   const double gain = message.bekker().n();

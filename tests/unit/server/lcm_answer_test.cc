@@ -52,12 +52,33 @@ class LcmAnswerTest : public ::testing::Test {
   }
   auto Answer(const std::vector<std::uint8_t>& bytes) {
     problem_.clear();
-    return AnswerLcm(snapshot_, bytes, &problem_);
+    return AnswerLcm(snapshot_, bytes, &problem_, &measured_);
   }
 
   Snapshot snapshot_;
   std::string problem_;
+  grouser_lcm::wheel_measured_t measured_;
 };
+
+TEST_F(LcmAnswerTest, SaysWhatIsKnownOfMeasurementsInAMessageOfItsOwn) {
+  ASSERT_TRUE(Answer(Encode(Query(2))).has_value());
+  EXPECT_EQ(measured_.n, 0);  // nothing
+  v1alpha1::Model message = testing::FakeMessage("sand", 0.5);
+  testing::AddStraightForm(false, &message);
+  const auto model = MakeServedModel(message, std::string(64, 'a'), false, testing::MakeFakeModel);
+  std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
+  aliases["sand"]["stable"] = model;
+  snapshot_ = Snapshot(2, {model}, std::move(aliases));
+  const auto response = Answer(Encode(Query(2)));
+  ASSERT_TRUE(response.has_value()) << problem_;
+  EXPECT_EQ(measured_.n, 2);
+  EXPECT_EQ(measured_.sender, "me");
+  EXPECT_EQ(measured_.sequence, 42);
+  EXPECT_EQ(measured_.model, response->model);
+  EXPECT_DOUBLE_EQ(measured_.f_x.sd_form[1], 2);
+  EXPECT_DOUBLE_EQ(measured_.f_x.high[1], response->f_x.value[1] + 5);
+  EXPECT_EQ(measured_.torque.n, 0);
+}
 
 TEST_F(LcmAnswerTest, AnswersWithEchoes) {
   auto query = Query(3);

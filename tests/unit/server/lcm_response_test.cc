@@ -85,5 +85,25 @@ TEST(DecodeResponseTest, SurvivesRandomBytes) {
   }
 }
 
+TEST(DecodeMeasuredTest, TakesKnownOutputsAloneAndNothingElse) {
+  grouser_lcm::wheel_measured_t sent{}, got;
+  sent.sequence = 42;
+  sent.sender = "me";
+  sent.n = 2;
+  sent.f_x.n = 2;
+  for (auto* values : {&sent.f_x.sd_form, &sent.f_x.low, &sent.f_x.high}) values->assign(2, 7);
+  std::vector<std::uint8_t> bytes(sent.getEncodedSize());
+  sent.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  ASSERT_TRUE(DecodeMeasured(bytes, &got));
+  EXPECT_EQ(got.f_x.high[1], 7);
+  EXPECT_EQ(got.torque.n, 0);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(DecodeMeasured({bytes.data(), size}, &got)) << size;
+  }
+  bytes.push_back(0);
+  EXPECT_FALSE(DecodeMeasured(bytes, &got));
+  EXPECT_FALSE(DecodeMeasured(Encode(Response(2)), &got));
+}
+
 }  // namespace
 }  // namespace grouser::client

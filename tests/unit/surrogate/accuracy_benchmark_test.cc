@@ -9,7 +9,9 @@
 
 #include "surrogate/accuracy_benchmark/benchmark.h"
 #include "surrogate/accuracy_benchmark/kriging.h"
+#include "surrogate/accuracy_benchmark/on_measured.h"
 #include "surrogate/accuracy_benchmark/targets.h"
+#include "surrogate/fit/binomial_band.h"
 #include "surrogate/fit/calibration.h"
 #include "tests/unit/surrogate/synthetic.h"
 
@@ -143,6 +145,59 @@ TEST(Kriging, FollowsASmoothTruthAndKeepsItsMirrors) {
     EXPECT_GT(r.r2, 0.9) << r.output;
     EXPECT_LT(r.noise_ratio, 4) << r.output;
   }
+}
+
+v1alpha1::MeasuredPoint MeasuredNear(const Sample& run, double slip_off, double load_factor) {
+  v1alpha1::MeasuredPoint p;
+  p.set_slip(run.slip + slip_off);
+  p.set_attack_angle_rad(run.attack_angle_rad);
+  p.set_load_n(run.load_n * load_factor);
+  for (int o = 0; o < kOutputs; ++o) p.add_value(o == kFx ? 1 : std::nan(""));
+  return p;
+}
+
+TEST(OnMeasured, TakesRunsAtTheStatesAndNoOthers) {
+  const auto runs = Runs(NoisyTruth());
+  const auto train = SamplesOf(runs, v1alpha1::RUN_ROLE_TRAIN);
+  const Sample& run = *std::ranges::max_element(train, {}, &Sample::slip);  // drives
+  ASSERT_GT(run.slip, 0.1);
+  const DemOnMeasured at =
+      RunsAtStates({MeasuredNear(run, -0.001, 1), MeasuredNear(run, 0, 50)}, runs);
+  ASSERT_EQ(at.compared.size(), 1u);
+  EXPECT_EQ(at.compared[0].value[kFx], run.mean[kFx]);
+  EXPECT_EQ(at.compared[0].truth[kFx], 1);
+  EXPECT_NEAR(at.wall_s, run.source->wall_s(), 1e-9);
+  BenchmarkRow head;
+  head.reference = "measured";
+  const auto rows = MeasureErrors(head, at.compared, {}, 0.0625);
+  ASSERT_GE(rows.size(), 3u);  // f_x alone: all, and the groups that it is in
+  EXPECT_EQ(rows[0].region, "all");
+  EXPECT_EQ(rows[1].region, "braking <= 0.2, driving");
+  EXPECT_NEAR(rows[1].rmse, std::fabs(run.mean[kFx] - 1), 1e-12);
+  EXPECT_TRUE(std::isnan(rows[1].coverage90));  // a run has no interval for a measurement
+}
+
+TEST(OnMeasured, ReadsWhatValidateWrote) {
+  const fs::path folder =
+      fs::temp_directory_path() / ("grouser-validated-" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  const std::string file = (folder / "measured_dem_6mm.json").string();
+  std::ofstream(file) << R"({"mean_diameter_m": 0.006, "rows": [
+    {"slip": 0.2, "attack_angle_deg": 30, "load_n": 24, "measured": {"f_x": {"value": 1}},
+     "dem": {"wall_s": 50, "outputs": {"f_x": {"value": 3}, "torque": {"value": 1}}}},
+    {"slip": 0.2, "attack_angle_deg": 60, "load_n": 24, "measured": {"f_x": {"value": 1}},
+     "dem": {"wall_s": null, "outputs": {}}}]})";
+  EXPECT_EQ(ValidatedFiles(folder.string()), std::vector<std::string>{file});
+  const DemOnMeasured dem = ReadValidated(file);
+  EXPECT_EQ(dem.kind, "dem 6 mm");
+  ASSERT_EQ(dem.compared.size(), 1u);
+  EXPECT_EQ(dem.compared[0].value[kFx] - dem.compared[0].truth[kFx], 2);
+  EXPECT_TRUE(std::isnan(dem.compared[0].truth[kTorque]));  // not measured
+  EXPECT_EQ(dem.wall_s, 50);
+  std::ofstream(file) << "{}";
+  EXPECT_THAT([&] { ReadValidated(file); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("rows.json")));
+  fs::remove_all(folder);
 }
 
 class PairTest : public testing::Test {

@@ -106,6 +106,30 @@ TEST_F(ModelSelectorTest, CheapestThatSufficesAnswersEachState) {
   EXPECT_EQ(worst.load, 20);
 }
 
+TEST_F(ModelSelectorTest, AgainstMeasurementsSdFormCountsAndUnknownNeverSuffices) {
+  SelectableModel rough = Selectable(rough_, 10), fair = Selectable(fair_, 100);
+  fair.form.region[0].sd[kFx] = 1.5;
+  fair.form.region[0].factor[kFx] = 1;  // hypot(2, 1.5) = 2.5
+  const ModelSelector selector({rough, fair, Selectable(fine_, 400)});
+  AccuracyRequest accuracy = Force(5);
+  accuracy.target = IntervalTarget::kMeasured;
+  Batch batch(2);
+  batch.rim_speed[1] = 0;  // locked: unknown by all
+  Shortfall worst;
+  std::vector<double> high(2);
+  FormView form;
+  form.output[kFx].high = high;
+  const long before = g_allocations;
+  selector.Evaluate(batch.In(), accuracy, batch.Out(), batch.answered_by, &worst, form);
+  EXPECT_EQ(g_allocations, before);
+  EXPECT_EQ(batch.answered_by[0], 1u);
+  EXPECT_NEAR(high[0], 2.1 + 2.5, 1e-12);
+  EXPECT_EQ(batch.flags[0] & kToleranceUnmet, 0u);
+  EXPECT_TRUE(batch.flags[1] & kToleranceUnmet);
+  EXPECT_TRUE(std::isnan(high[1]));
+  EXPECT_EQ(worst.excess, 0);  // no DEM run would help
+}
+
 TEST_F(ModelSelectorTest, DearerRungsSeeOnlyWhatIsLeft) {
   Batch batch(300);
   batch.v_y[7] = batch.v_y[200] = 1;
