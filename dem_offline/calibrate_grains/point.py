@@ -120,8 +120,9 @@ class Point:
         path = os.path.join(self.folder, "wheels.campaign.yaml")
         folder = os.path.join(self.folder, "wheels")
         write_atomically(path, wheel_campaign.text_of("./grouser calibrate grains", f"point-{self.label}",
-                                                      self.scene_file, self.soil_file, self._states(),
-                                                      self.setting.beds, self.folder))
+                                                      self.scene_file, self.soil_file,
+                                                      wheel_campaign.runs_of(self._states(), self.setting.beds),
+                                                      self.folder))
         child = self.processes.start("wheels", wheel_campaign.command(self.setting.program, path, folder, 1, "cpu"))
         yield child
         if child.returncode != 0:

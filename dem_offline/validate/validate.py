@@ -10,7 +10,8 @@ Every row runs at its own load on every bed. A row is compared over the stretch
 of hub travel that the scene states (rig.travel), or, where its run ended before,
 over the run's own window: such rows are marked. Files go to OUT: the campaign,
 rows.json, rows.md and report.html. What is done is not run again: kill it at any
-time, start it again.
+time, start it again. rows.json has every run: --known goes on from it where the
+folder is gone, with more rows or beds.
 
 Exit codes: 0 done, 1 a run failed, 2 bad usage or input, 130 Ctrl-C.
 
@@ -21,6 +22,7 @@ Example:
 """
 
 import argparse
+import hashlib
 import json
 import math
 import os
@@ -60,6 +62,8 @@ def parse_arguments():
                         help="what a column holds, as DP_N=f_x:N,sinkage_mm=sinkage:mm")
     parser.add_argument("--rows", default="", help="rows of the table, from 1, as 1,3-5 (default: all)")
     parser.add_argument("--beds", type=int, default=3, help="beds of every state (default: 3)")
+    parser.add_argument("--known", metavar="ROWS.json", help="of an earlier call with the same soil and scene: "
+                        "its runs are taken, the others made")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
     parser.add_argument("--device", default="cpu", help="where wheel tests run: cpu, cuda, auto")
     parser.add_argument("--out", default=os.path.join(ROOT, "out", "validate"), help="folder of all results")
@@ -68,24 +72,86 @@ def parse_arguments():
     for option in ("beds", "jobs"):
         if getattr(arguments, option) < 1:
             raise measured.TableError(f"--{option} {getattr(arguments, option)}: expected at least 1")
-    for option in ("soil", "scene", "model"):
+    for option in ("soil", "scene", "model", "known"):
         path = getattr(arguments, option)
         if path and not os.path.exists(path):
             raise measured.TableError(f"--{option} {path}: no such file")
     return arguments
 
 
-def run_campaign(arguments, rows, processes):
-    """Records of all runs of the campaign, by state."""
+def run_campaign(arguments, runs, processes):
+    """Records of the runs [(state, seed)], by state."""
     path = os.path.join(arguments.out, "validate.campaign.yaml")
     folder = os.path.join(arguments.out, "campaign")
-    write_atomically(path, campaigns.text_of("./grouser validate", "validate", arguments.scene, arguments.soil, rows,
-                                             arguments.beds, arguments.out))
+    write_atomically(path, campaigns.text_of("./grouser validate", "validate", arguments.scene, arguments.soil, runs,
+                                             arguments.out))
     program = os.path.join(arguments.bin, "grouser-dem")
     child = processes.start_with_output("campaign", campaigns.command(program, path, folder, arguments.jobs,
                                                                       arguments.device), show=True)
     processes.finish("campaign", child)
     return campaigns.records_in(program, folder)
+
+
+HEAD = ("soil", "soil_sha256", "scene", "scene_sha256", "engine_version", "mean_diameter_m")
+
+
+def sha256_of(path):
+    with open(path, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()
+
+
+def head_of(arguments, record):
+    """What all runs of a comparison share (HEAD); hashes of the files say whether runs kept before are of the same."""
+    return {"soil": record["spec"]["soil"].get("name", ""), "soil_sha256": sha256_of(arguments.soil),
+            "scene": record["spec"].get("scene", ""), "scene_sha256": sha256_of(arguments.scene),
+            "engine_version": record["numerics"]["engine_version"],
+            "mean_diameter_m": float(record["bed"]["mean_diameter_m"])}
+
+
+def read_known(arguments):
+    """(head, beds reached by seed, {state: {seed: summary}}) of --known; none where nothing is known."""
+    path = arguments.known
+    if not path:
+        return None, {}, {}
+    try:
+        with open(path, encoding="utf-8") as file:
+            kept = json.load(file)
+        head = {key: kept[key] for key in HEAD}
+        runs = {}
+        for row in kept["rows"]:
+            state = campaigns.rounded(row["slip"], row["attack_angle_deg"], row["load_n"])
+            runs.setdefault(state, {}).update({run["seed"]: run for run in row["dem"]["runs"]})
+        return head, kept["bed_reached"], runs
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise measured.TableError(f"--known {path}: {type(error).__name__} {error}, expected rows.json of "
+                                  "./grouser validate") from None
+
+
+def all_runs(arguments, rows, processes):
+    """(head, beds reached by seed, {state: summaries by seed}): what is known is not run."""
+    wanted = campaigns.runs_of(rows, arguments.beds)
+    before, beds, known = read_known(arguments)
+    if before:
+        here = {"soil_sha256": sha256_of(arguments.soil), "scene_sha256": sha256_of(arguments.scene)}
+        for key, value in here.items():
+            if before[key] != value:
+                raise measured.TableError(f"--known {arguments.known}: {key} {before[key][:12]}, expected "
+                                          f"{value[:12]}: that of the file given here")
+    missing = [(state, seed) for state, seed in wanted if seed not in known.get(state, {})]
+    say(f"{len(wanted)} runs, {len(wanted) - len(missing)} of them known")
+    head = before
+    if missing:
+        for records in run_campaign(arguments, missing, processes).values():
+            for record in records:
+                head = head_of(arguments, record)
+                if before and before["engine_version"] != head["engine_version"]:
+                    raise measured.TableError(f"--known {arguments.known}: runs of engine {before['engine_version']}, "
+                                              f"expected {head['engine_version']}")
+                run = campaigns.summary_of(record)
+                known.setdefault(campaigns.state_of_record(record), {})[run["seed"]] = run
+                beds.setdefault(str(run["seed"]), page.bed_of(record))
+    seeds = range(1, arguments.beds + 1)
+    return head, beds, {state: [runs[seed] for seed in seeds if seed in runs] for state, runs in known.items()}
 
 
 def model_answer(arguments, row):
@@ -94,7 +160,7 @@ def model_answer(arguments, row):
     return page.model_outputs(answer)
 
 
-def compare(arguments, rows, records):
+def compare(arguments, rows, runs):
     """One dictionary a row, as rows.json has it."""
     out = []
     for number, row in rows:
@@ -102,7 +168,7 @@ def compare(arguments, rows, records):
                "load_n": row.load, "regions": row.regions,
                "measured": {name: {"value": row.value[name], "standard_error": none_of(row.error(name))}
                             for name in measured.OUTPUTS if name in row.value},
-               "dem": campaigns.over_beds(records.get(campaigns.state_of(row), []))}
+               "dem": campaigns.over_beds(runs.get(campaigns.state_of(row), []))}
         if arguments.model:
             one["model"] = model_answer(arguments, row)
         out.append(one)
@@ -152,15 +218,10 @@ def validate(arguments, processes):
     reader = os.path.join(arguments.bin, "grouser-calibrate")
     all_rows = measured.read(reader, arguments.table, wheel_of(arguments.scene), arguments.columns)
     chosen = measured.choose(list(enumerate(all_rows, 1)), arguments.rows)
-    records = run_campaign(arguments, [row for _, row in chosen], processes)
-    compared = compare(arguments, chosen, records)
+    head, beds, runs = all_runs(arguments, [row for _, row in chosen], processes)
+    compared = compare(arguments, chosen, runs)
     errors = errors_by_region(compared, measured.find_regions(os.path.join(arguments.bin, "grouser-fit"), []))
-    some = next(iter(records.values()))[0]
-    result = {"table": os.path.basename(arguments.table), "soil": some["spec"]["soil"].get("name", ""),
-              "scene": some["spec"].get("scene", ""), "beds": arguments.beds,
-              "engine_version": some["numerics"]["engine_version"],
-              "mean_diameter_m": float(some["bed"]["mean_diameter_m"]),
-              "bed_reached": [page.bed_of(r) for r in next(iter(records.values()))],
+    result = {"table": os.path.basename(arguments.table), **head, "beds": arguments.beds, "bed_reached": beds,
               "rows": compared, "errors": errors}
     write_atomically(os.path.join(arguments.out, "rows.json"), json.dumps(result, indent=1) + "\n")
     write_atomically(os.path.join(arguments.out, "rows.md"), page.markdown(result))

@@ -27,6 +27,11 @@ def bed_of(record):
     return {name: float(bed[name]) for name in names if name in bed}
 
 
+def beds_table(beds):
+    names = list(next(iter(beds.values())))
+    return table(["seed", *names], [[seed, *(one.get(name) for name in names)] for seed, one in sorted(beds.items())])
+
+
 def with_error(one, output):
     if not one:
         return "–"
@@ -70,7 +75,7 @@ def markdown(result):
     def lines(head, rows):
         return ["| " + " | ".join(str(one) for one in head) + " |", "| " + " | ".join("---" for _ in head) + " |",
                 *("| " + " | ".join(str(one) for one in row) + " |" for row in rows)]
-    reached = "; ".join(f"{one['solid_fraction']:.4f}" for one in result["bed_reached"])
+    reached = "; ".join(f"{one['solid_fraction']:.4f}" for one in result["bed_reached"].values())
     return "\n".join([f"## {result['table']}: soil {result['soil']}, scene {result['scene']}", "",
                       f"Engine {result['engine_version']}, {result['beds']} beds of solid fraction {reached}.", "",
                       *lines(ERROR_HEAD, error_rows(result)), "", *lines(*row_rows(result))]) + "\n"
@@ -137,7 +142,7 @@ def render(result, command):
              *(section(NAME[name], picture(figure_of(result, name), NAME[name] + " against slip"))
                for name in outputs_in(result)),
              section("Rows", table(*row_rows(result)), reading(note)),
-             section("Beds", table(list(result["bed_reached"][0]), [list(one.values()) for one in result["bed_reached"]]),
+             section("Beds", beds_table(result["bed_reached"]),
                      reading("Sinkage counts from surface_m, the plane of equal mass. Models of engine 5 and before "
                              "count from the cut plane, which lies so much higher.")),
              section("Command", f"<pre style='white-space:pre-wrap'>{shlex.join(command)}</pre>")]

@@ -9,22 +9,37 @@ import subprocess
 import measured_table as measured
 from processes import ProgramFailed
 
-FAILED = "RUN_STATUS_FAILED"
+FAILED = "FAILED"
+
+
+def rounded(slip, angle_deg, load):
+    """A state as the campaign file has it, the same wherever it is looked up."""
+    return round(slip, 6), round(angle_deg, 4), round(load, 3)
 
 
 def state_of(row):
-    """As the campaign file has it, rounded alike wherever it is looked up."""
-    return (round(row.slip, 6), round(math.degrees(row.angle), 4), round(row.load, 3))
+    """Of a row of measured_table."""
+    return rounded(row.slip, math.degrees(row.angle), row.load)
 
 
-def text_of(author, name, scene, soil, rows, beds, folder):
-    """Every state once on seeds 1 to `beds`; paths from the folder of the file."""
+def state_of_record(record):
+    state = record["spec"]["state"]
+    return rounded(float(state.get("slip", 0)), math.degrees(float(state.get("attack_angle_rad", 0))),
+                   float(state["load_n"]))
+
+
+def runs_of(rows, beds):
+    """Every state once on seeds 1 to `beds`: [(state, seed)]."""
+    return [(state, seed) for state in dict.fromkeys(state_of(row) for row in rows) for seed in range(1, beds + 1)]
+
+
+def text_of(author, name, scene, soil, runs, folder):
+    """runs: as runs_of gives them; paths from the folder of the file."""
     lines = [f"# Written by {author}.", f"name: {name}",
              "scene: " + json.dumps(os.path.relpath(scene, folder)),
-             "soil: " + json.dumps(os.path.relpath(soil, folder)),
-             f"seeds: [{', '.join(str(k + 1) for k in range(beds))}]", "extra:"]
-    lines += [f"  - {{slip: {slip!r}, attack_angle_deg: {angle!r}, load_n: {load!r}}}"
-              for slip, angle, load in dict.fromkeys(state_of(row) for row in rows)]
+             "soil: " + json.dumps(os.path.relpath(soil, folder)), "seeds: [1]", "extra:"]
+    lines += [f"  - {{slip: {slip!r}, attack_angle_deg: {angle!r}, load_n: {load!r}, seed: {seed}}}"
+              for (slip, angle, load), seed in runs]
     return "\n".join(lines) + "\n"
 
 
@@ -50,10 +65,7 @@ def records_in(program, folder):
     files = [path for path in files if os.path.exists(path)]
     records = {}
     for record in capture([program, "show", "--json", *files]) if files else []:
-        state = record["spec"]["state"]
-        key = (round(float(state.get("slip", 0)), 6), round(math.degrees(float(state.get("attack_angle_rad", 0))), 4),
-               round(float(state["load_n"]), 3))
-        records.setdefault(key, []).append(record)
+        records.setdefault(state_of_record(record), []).append(record)
     return records
 
 
@@ -65,26 +77,30 @@ def outputs_of(record):
             bool(equal))
 
 
-def wall_of(records):
-    """Mean wall time of a run [s], its own; None: not told."""
-    times = [record["numerics"]["wall_s"] for record in records if "wall_s" in record.get("numerics", {})]
-    return statistics.fmean(float(time) for time in times) if times else None
+def summary_of(record):
+    """What a comparison needs of a run: small enough to be kept without its file."""
+    outputs, equal = outputs_of(record)
+    return {"seed": int(record["spec"].get("seed", 0)), "status": record["status"].replace("RUN_STATUS_", ""),
+            "reason": record.get("reason", ""), "equal_travel": equal,
+            "wall_s": float(record["numerics"]["wall_s"]) if "wall_s" in record.get("numerics", {}) else None,
+            "outputs": {name: {"mean": mean, "standard_error": error} for name, (mean, error) in outputs.items()}}
 
 
-def over_beds(records):
-    """Means over beds, with their standard errors: of the spread between beds where there are two or
-    more, but not less than the runs' own."""
-    each = [outputs_of(record) for record in records if record["status"] != FAILED]
-    each = [one for one in each if one[0]]
+def over_beds(runs):
+    """Means over beds of summaries, with their standard errors: of the spread between beds where there are two or
+    more, but not less than the runs' own. wall_s: mean of a run [s], its own; none: not told."""
+    each = [run for run in runs if run["status"] != FAILED and run["outputs"]]
     result = {}
     for output in measured.OUTPUTS:
-        values = [one[0][output] for one in each if output in one[0]]
+        values = [run["outputs"][output] for run in each if output in run["outputs"]]
         if not values:
             continue
-        own = math.sqrt(sum(v[1] ** 2 for v in values)) / len(values)
-        spread = statistics.stdev(v[0] for v in values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
-        result[output] = {"value": statistics.fmean(v[0] for v in values), "standard_error": max(own, spread)}
-    return {"outputs": result, "beds": len(each), "wall_s": wall_of(records),
-            "equal_travel": bool(each) and all(one[1] for one in each),
-            "statuses": [record["status"].replace("RUN_STATUS_", "") for record in records],
-            "reasons": sorted({record.get("reason", "") for record in records} - {""})}
+        own = math.sqrt(sum(v["standard_error"] ** 2 for v in values)) / len(values)
+        means = [v["mean"] for v in values]
+        spread = statistics.stdev(means) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+        result[output] = {"value": statistics.fmean(means), "standard_error": max(own, spread)}
+    times = [run["wall_s"] for run in runs if run["wall_s"] is not None]
+    return {"outputs": result, "beds": len(each), "wall_s": statistics.fmean(times) if times else None,
+            "equal_travel": bool(each) and all(run["equal_travel"] for run in each),
+            "statuses": [run["status"] for run in runs], "reasons": sorted({run["reason"] for run in runs} - {""}),
+            "runs": runs}

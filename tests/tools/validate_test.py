@@ -82,13 +82,14 @@ class Tables(unittest.TestCase):
 
     def test_beds_are_averaged_and_their_spread_is_the_error(self):
         def record(value, error):
-            return {"status": "RUN_STATUS_STEADY", "equal_travel": {"outputs": [
-                {"name": "f_x", "mean": value, "standard_error": error}]}}
+            return campaigns.summary_of({"status": "RUN_STATUS_STEADY", "spec": {}, "equal_travel": {"outputs": [
+                {"name": "f_x", "mean": value, "standard_error": error}]}})
         mean = campaigns.over_beds([record(1.0, 0.1), record(3.0, 0.1)])
         self.assertAlmostEqual(mean["outputs"]["f_x"]["value"], 2.0)
         self.assertAlmostEqual(mean["outputs"]["f_x"]["standard_error"], 1.0)
         self.assertTrue(mean["equal_travel"])
-        own = {"status": "RUN_STATUS_OVERLOAD", "outputs": [{"name": "f_x", "mean": 5.0, "standard_error": 0.2}]}
+        own = campaigns.summary_of({"status": "RUN_STATUS_OVERLOAD", "spec": {}, "outputs": [
+            {"name": "f_x", "mean": 5.0, "standard_error": 0.2}]})
         self.assertFalse(campaigns.over_beds([record(1.0, 0.1), own])["equal_travel"])
 
 
@@ -126,6 +127,30 @@ class WholeWay(unittest.TestCase):
             self.assertEqual(again.returncode, 0, again.stderr)
             after = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs)}
             self.assertEqual(before, after)  # nothing is run again
+            self.goes_on_from_its_table(out, result)
+
+    def goes_on_from_its_table(self, out, first):
+        """Where the folder of the runs is gone: what its rows.json has is not run again, another row is."""
+        kept = os.path.join(out, "kept.json")
+        with open(kept, "w", encoding="utf-8") as file:
+            json.dump({**first, "rows": first["rows"][:1]}, file)
+        elsewhere = os.path.join(out, "elsewhere")
+        done = self.run_it(out, "--known", kept, "--out", elsewhere)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("2 runs, 1 of them known", done.stderr)
+        self.assertEqual(len(os.listdir(os.path.join(elsewhere, "campaign", "runs"))), 1)
+        with open(os.path.join(elsewhere, "rows.json"), encoding="utf-8") as file:
+            again = json.load(file)
+        for row, other in zip(first["rows"], again["rows"]):
+            self.assertEqual(row["dem"]["outputs"], other["dem"]["outputs"])
+        with open(os.path.join(out, "s.soil.yaml"), "a", encoding="utf-8") as file:
+            file.write("# another\n")
+        done = self.run_it(out, "--known", kept, "--out", elsewhere)
+        self.assertEqual((done.returncode, "soil_sha256" in done.stderr), (2, True), done.stderr)
+        with open(kept, "w", encoding="utf-8") as file:
+            file.write("{}")
+        done = self.run_it(out, "--known", kept)
+        self.assertEqual((done.returncode, "expected rows.json of" in done.stderr), (2, True), done.stderr)
 
     def test_refuses_a_file_that_is_not_there(self):
         with tempfile.TemporaryDirectory() as out:
