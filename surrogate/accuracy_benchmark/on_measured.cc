@@ -98,14 +98,18 @@ std::vector<std::string> ValidatedFiles(const std::string& folder) {
 DemOnMeasured ReadValidated(const std::string& path) try {
   const Json file = Json::parse(records::ReadInputFile(path, "rows.json of grouser validate"));
   DemOnMeasured out;
+  int timed = 0;
   out.kind = fmt::format("dem {:.3g} mm", 1e3 * file.at("mean_diameter_m").get<double>());
   for (const Json& row : file.at("rows")) {
     Compared c;
     if (!ReadRow(row, &c)) continue;
     out.compared.push_back(c);
-    out.wall_s += row.at("dem").at("wall_s").get<double>();
+    const Json& wall = row.at("dem").at("wall_s");
+    if (wall.is_null()) continue;  // no time is told
+    out.wall_s += wall.get<double>();
+    ++timed;
   }
-  if (!out.compared.empty()) out.wall_s /= static_cast<double>(out.compared.size());
+  out.wall_s = timed > 0 ? out.wall_s / timed : std::numeric_limits<double>::quiet_NaN();
   return out;
 } catch (const Json::exception& problem) {
   throw std::invalid_argument(path + ": " + problem.what() +

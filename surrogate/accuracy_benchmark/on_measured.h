@@ -20,7 +20,7 @@ std::vector<Compared> OnMeasured(const std::vector<v1alpha1::MeasuredPoint>& poi
 struct DemOnMeasured {
   std::string kind;  ///< of ReadValidated: "dem 8 mm"
   std::vector<Compared> compared;
-  double wall_s = 0;  ///< mean of a run, its own wall time
+  double wall_s = 0;  ///< mean of a run, its own wall time; NaN: told of none
 };
 /// The runs that were made at the states (DistanceOf at most 0.1: as campaigns round them), states
 /// without one left out; runs that are steady or drifted to their end.

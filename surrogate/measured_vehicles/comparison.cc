@@ -18,8 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCurrentTarget = 0.15;
-constexpr const char* kSoil =
-    "Sandy loam 15 %";  // the soft ground of both robots, chosen beforehand
 
 struct Robot {
   const char* name;
@@ -120,7 +118,8 @@ Verdict PowerVerdict(const PowerSummary& s, const std::string& note) {
   return {fmt::format("power on {} ({})", s.terrain, s.ground), s.target, s.rms,
           answered && s.rms <= s.target,
           answered ? fmt::format("mean {}{}", Percent(s.mean), note)
-                   : fmt::format("no answer for {} rows: wheels sink in", s.unanswered)};
+                   : fmt::format("no answer for {} rows: wheels sink in or nothing balances",
+                                 s.unanswered)};
 }
 
 void AddPower(const Comparison& c, std::vector<Verdict>* out) {

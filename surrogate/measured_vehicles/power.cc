@@ -23,6 +23,9 @@ Range RangeOf(std::vector<double> values) {
   return {values.front(), (values[(n - 1) / 2] + values[n / 2]) / 2, values.back()};
 }
 
+// A steady motion, and wheels that do not sink in.
+bool Answers(const Solution& s) { return s.balanced && (s.reasons & vehicle::kSinksIn) == 0; }
+
 // Torque of a side, the tyre's own rolling resistance included.
 double SideTorque(const Vehicle& v, const Solution& s, int side, double tyre_rolling) {
   double torque = TorqueOf(v, s, side);
@@ -74,23 +77,27 @@ double FitNoLoad(const std::vector<PowerRow>& rows, const Vehicle& v,
     Candidates c = CandidatesOf(TerrainOf(row.terrain), v, grounds, Wheels::kRigid);
     const double speed = rim_scale * (row.rim_in_m_per_s + row.rim_out_m_per_s) / 2;
     const Solution s = c.grounds[0].Straight(speed);
+    if (!Answers(s)) continue;
     const double torque = SideTorque(v, s, 0, 0) + SideTorque(v, s, 1, 0);
     sum +=
         (row.current_in_a + row.current_out_a - torque * CurrentPerTorque(v.drives[0].motor)) / 2;
     ++n;
   }
-  if (n == 0) throw std::invalid_argument("no row 'straight' on hard ground, expected one or more");
+  if (n == 0) {
+    throw std::invalid_argument(
+        "no row 'straight' on hard ground that the vehicle can drive, expected one or more");
+  }
   return std::max(0.0, sum / n);
 }
 
 PowerPoint PointOf(const PowerRow& row, const Vehicle& v, Candidates* c, double rim_scale) {
   const double in = rim_scale * row.rim_in_m_per_s, out = rim_scale * row.rim_out_m_per_s;
   std::vector<double> in_a, out_a, power, yaw;
-  int sunk_in = 0;
+  int unanswered = 0;
   for (OnGround& ground : c->grounds) {
     const Solution s = ground.Turn({in}, {out})[0];
-    if ((s.reasons & vehicle::kSinksIn) != 0) {
-      ++sunk_in;
+    if (!Answers(s)) {
+      ++unanswered;
       continue;
     }
     in_a.push_back(Current(v, 0, SideTorque(v, s, 0, c->tyre_rolling), in));
@@ -112,7 +119,7 @@ PowerPoint PointOf(const PowerRow& row, const Vehicle& v, Candidates* c, double 
           row.current_out_a,
           row.power_w + (rim_scale - 1) * back_emf,
           static_cast<int>(c->grounds.size()),
-          sunk_in,
+          unanswered,
           RangeOf(in_a),
           RangeOf(out_a),
           RangeOf(power),
@@ -156,7 +163,7 @@ PowerSummary SummaryOf(const Terrain& t, const std::string& ground,
       points, [&](const auto& p) { return here(p) && !p.fitted; }, RelativeMiss);
   s.rows = all.n;
   s.unanswered = static_cast<int>(std::ranges::count_if(
-      points, [&](const PowerPoint& p) { return here(p) && !p.fitted && p.sunk_in == p.grounds; }));
+      points, [&](const auto& p) { return here(p) && !p.fitted && p.unanswered == p.grounds; }));
   s.rms = all.rms;
   s.mean = all.mean;
   s.rms_straight = Over(points, straight, RelativeMiss).rms;
@@ -248,11 +255,15 @@ PloughedComparison ComparePloughed(const StraightCurrent& concrete, const Straig
   const double per_torque = CurrentPerTorque(vehicle.drives[0].motor);
   const auto torque = [&](OnGround& ground, double speed, double tyre_rolling) {
     const Solution s = ground.Straight(speed);
+    if (!Answers(s)) return std::numeric_limits<double>::quiet_NaN();
     return SideTorque(vehicle, s, 0, tyre_rolling) + SideTorque(vehicle, s, 1, tyre_rolling);
   };
   OnGround hard(vehicle, FindHardGround(grounds.hard, "concrete").ground);
   const double rolling = torque(hard, concrete.speed_m_per_s, 0) * per_torque;
-  result.no_load_current_a = (concrete.current_a - rolling) / 2;
+  if (std::isnan(rolling)) {
+    throw std::invalid_argument(vehicle.name + ": no steady motion on concrete, expected one");
+  }
+  result.no_load_current_a = std::max(0.0, (concrete.current_a - rolling) / 2);
   Candidates soils = CandidatesOf(TerrainOf("SANDY_LOAM"), vehicle, grounds, wheels);
   std::vector<double> ratios;
   for (OnGround& ground : soils.grounds) {

@@ -9,7 +9,7 @@
 namespace grouser::measured {
 
 struct Range {
-  double low, middle, high;  ///< least, median and largest of the grounds; NaN where all sink in
+  double low, middle, high;  ///< least, median and largest of the grounds' answers; NaN: none
 };
 
 /// A row of driving and what is predicted of it.
@@ -19,7 +19,7 @@ struct PowerPoint {
   int windows;
   double rim_in_m_per_s, rim_out_m_per_s;
   double measured_in_a, measured_out_a, measured_w;
-  int grounds, sunk_in;  ///< that stand for the terrain; of them without an answer (SINKAGE)
+  int grounds, unanswered;  ///< that stand for the terrain; of them without an answer
   Range in_a, out_a, power_w;
   double measured_yaw_ratio;  ///< NaN where not measured
   Range yaw_ratio;
@@ -30,7 +30,7 @@ struct PowerSummary {
   std::string terrain;
   std::string ground;  ///< what stands for it
   int rows = 0;        ///< not fitted, with a prediction
-  int unanswered = 0;  ///< not fitted, on which every ground sinks in
+  int unanswered = 0;  ///< not fitted, without an answer of any ground
   double rms = 0;      ///< of (predicted - measured)/measured power
   double mean = 0;     ///< of the same
   double rms_straight = 0,
@@ -60,8 +60,8 @@ struct PowerComparison {
 ///
 /// Currents are magnitudes; so are the predicted ones. Power is estimated from both alike, as the
 /// table's own: sum of R I^2 + k G |w| I over the sides. `rim_scale`: times the rim speeds of the
-/// table (1: as they stand). A ground into which wheels sink beyond the vehicle's limit has no
-/// answer.
+/// table (1: as they stand). A ground into which wheels sink beyond the vehicle's limit, or on
+/// which nothing balances, has no answer.
 PowerComparison ComparePower(const std::vector<PowerRow>& rows, const vehicle::Vehicle& vehicle,
                              const PublishedGrounds& grounds, double rim_scale, Wheels wheels);
 

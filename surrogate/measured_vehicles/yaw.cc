@@ -4,12 +4,14 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "surrogate/fit/binomial_band.h"
+
 namespace grouser::measured {
 namespace {
 
 constexpr double kTooFast = 0.3;     // [rad/s] faster than without slip: no turning of the wheels
 constexpr double kLeastScale = 0.2;  // [rad/s] of intervals
-constexpr double kLevel = 0.9, kBand = 0.95;
+constexpr double kLevel = 0.9;
 constexpr double kStuck = 0.2;  // of the yaw rate without slip
 constexpr double kLeastFriction = 0.05, kMostFriction = 2;
 constexpr double kSame = 0.04;  // of the fastest rim
@@ -95,9 +97,9 @@ void AddIntervals(YawComparison* result) {
     ++result->held_back;
     result->covered += std::fabs(p.predicted - p.measured) <= p.half_width;
   }
-  const auto [low, high] = BinomialBand(result->held_back, kLevel);
-  result->band_low = low;
-  result->band_high = high;
+  const surrogate::Band band = surrogate::BinomialBand(result->held_back, kLevel);
+  result->band_low = band.low;
+  result->band_high = band.high;
 }
 
 void FitFactor(YawComparison* result) {
@@ -165,23 +167,6 @@ void AddSpeeds(YawComparison* result) {
 }
 
 }  // namespace
-
-std::pair<int, int> BinomialBand(int n, double p) {
-  const double tail = (1 - kBand) / 2;
-  std::pair<int, int> band{0, n};
-  double below = 0;  // P(count < k)
-  for (int k = 0; k <= n; ++k) {
-    const double here = std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
-                                 k * std::log(p) + (n - k) * std::log1p(-p));
-    if (below <= tail) band.first = k;
-    below += here;
-    if (1 - below <= tail) {
-      band.second = k;
-      break;
-    }
-  }
-  return band;
-}
 
 YawComparison CompareYaw(const std::vector<DriveWindow>& windows, const std::string& robot,
                          double track, const std::string& ground_name, const GroundOf& ground) {

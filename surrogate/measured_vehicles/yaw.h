@@ -46,13 +46,11 @@ struct YawComparison {
 ///
 /// Windows count as of the same rim speeds within 4 % of the fastest rim.
 ///
-/// Intervals: half width q max(|yaw rate without slip|, 0.2 rad/s), q the smallest that holds 90 %
-/// of the fitted rows (split conformal); the band is that of a count of held-back rows, central
-/// 95 % of a binomial of 0.9.
+/// Intervals: half width q max(|yaw rate without slip|, 0.2 rad/s); q: of the n fitted rows' errors
+/// over that scale the ceil(0.9 (n + 1))-th smallest. The friction is fitted on the same rows, so
+/// that nothing guarantees 90 % of others: the held-back rows count how many are inside, beside the
+/// band of such a count (surrogate::BinomialBand of 0.9).
 YawComparison CompareYaw(const std::vector<DriveWindow>& windows, const std::string& robot,
                          double track_m, const std::string& ground_name, const GroundOf& ground);
-
-/// The central 95 % of a binomial distribution of n and p: counts from first to second.
-std::pair<int, int> BinomialBand(int n, double p);
 
 }  // namespace grouser::measured

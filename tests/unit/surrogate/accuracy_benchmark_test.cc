@@ -194,6 +194,12 @@ TEST(OnMeasured, ReadsWhatValidateWrote) {
   EXPECT_EQ(dem.compared[0].value[kFx] - dem.compared[0].truth[kFx], 2);
   EXPECT_TRUE(std::isnan(dem.compared[0].truth[kTorque]));  // not measured
   EXPECT_EQ(dem.wall_s, 50);
+  std::ofstream(file) << R"({"mean_diameter_m": 0.006, "rows": [
+    {"slip": 0.2, "attack_angle_deg": 30, "load_n": 24, "measured": {"f_x": {"value": 1}},
+     "dem": {"wall_s": null, "outputs": {"f_x": {"value": 3}}}}]})";
+  const DemOnMeasured untimed = ReadValidated(file);
+  EXPECT_EQ(untimed.compared.size(), 1u);
+  EXPECT_TRUE(std::isnan(untimed.wall_s));  // told of none
   std::ofstream(file) << "{}";
   EXPECT_THAT([&] { ReadValidated(file); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("rows.json")));

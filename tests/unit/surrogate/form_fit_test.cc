@@ -49,6 +49,13 @@ struct Table {
   std::vector<WheelAnswer> answers;
 };
 
+TEST(BinomialBand, IsExact) {
+  // Of 10 at 0.5: P(count <= 1) = 11/1024 < 0.025 < P(count <= 2) = 56/1024.
+  const Band ten = BinomialBand(10, 0.5), hundred = BinomialBand(100, 0.9);
+  EXPECT_EQ(std::pair(ten.low, ten.high), std::pair(2, 8));
+  EXPECT_EQ(std::pair(hundred.low, hundred.high), std::pair(84, 95));
+}
+
 TEST(FormFit, ByRegionAtTheMiddleLoadLessTheIntervalsOwnPart) {
   Table table;
   table.Add(0.2, 0, 20, 1, 4, 1.645);       // misses 3; the interval's own sd is 1

@@ -94,12 +94,6 @@ TEST(MeasuredVehicles, VerdictsFollowTheTargets) {
   EXPECT_FALSE(VerdictsOf(c)[1].held);
 }
 
-TEST(MeasuredVehicles, BinomialBandIsExact) {
-  // Of 10 at 0.5: P(count <= 1) = 11/1024 < 0.025 < P(count <= 2) = 56/1024.
-  EXPECT_EQ(BinomialBand(10, 0.5), std::pair(2, 8));
-  EXPECT_EQ(BinomialBand(100, 0.9), std::pair(84, 95));
-}
-
 // Rows made by the solver itself: the friction that made them is found.
 TEST(MeasuredVehicles, FitFindsTheFrictionThatMadeTheRows) {
   const auto& made = Shipped().robots[1].hard.points;
@@ -142,6 +136,7 @@ TEST(MeasuredVehicles, FitFindsTheFrictionThatMadeTheRows) {
 TEST(MeasuredVehicles, TyresRollEasierOnSoil) {
   std::ifstream table(GROUSER_SOILS);
   const auto soils = surrogate::ReadSoils(table, GROUSER_SOILS);
+  int found = 0;
   for (const surrogate::Soil& soil : soils) {
     if (soil.name != "Sandy loam 15 %" && soil.name != "LETE sand") continue;
     const vehicle::Vehicle v =
@@ -152,7 +147,25 @@ TEST(MeasuredVehicles, TyresRollEasierOnSoil) {
     EXPECT_LT(tyres.wheel[0].sinkage_m, rigid.wheel[0].sinkage_m);
     EXPECT_LT(TorqueOf(v, tyres, 0), 0.8 * TorqueOf(v, rigid, 0));
     EXPECT_GT(TorqueOf(v, tyres, 0), 0);
+    ++found;
   }
+  EXPECT_EQ(found, 2);
+}
+
+// Less current than rolling alone takes leaves nothing for the motor itself.
+TEST(MeasuredVehicles, ANoLoadCurrentIsNotNegative) {
+  std::ifstream table(GROUSER_SOILS);
+  const PublishedGrounds grounds{surrogate::PublishedHardGrounds(),
+                                 surrogate::ReadSoils(table, GROUSER_SOILS)};
+  const vehicle::Vehicle v =
+      vehicle::ReadVehicle(std::string(GROUSER_VEHICLES) + "/husky.vehicle.yaml").vehicle;
+  const auto compare = [&](double concrete_a) {
+    return ComparePloughed({concrete_a, 0.5, 1}, {9, 0.5, 1}, v, grounds, Wheels::kTyres);
+  };
+  const PloughedComparison plain = compare(6), little = compare(0.01);
+  EXPECT_GT(plain.no_load_current_a, 0);
+  EXPECT_EQ(little.no_load_current_a, 0);
+  EXPECT_GT(little.ratio.low, 0);
 }
 
 TEST(MeasuredVehicles, TablesAreRefusedByLineAndColumn) {
