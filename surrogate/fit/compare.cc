@@ -1,6 +1,7 @@
 #include "surrogate/fit/compare.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/util/time_util.h>
 
 #include <cmath>
 #include <filesystem>
@@ -34,6 +35,8 @@ void SayWhere(const CompareRequest& asked, const std::string& base_digest, v1alp
   made->set_base_digest(base_digest);
   made->set_command(asked.command);
   made->set_reason("sd_form from " + std::filesystem::path(asked.measured).filename().string());
+  made->set_grouser_version(GROUSER_VERSION);
+  *model->mutable_create_time() = google::protobuf::util::TimeUtil::GetCurrentTime();
 }
 
 }  // namespace

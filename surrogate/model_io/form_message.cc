@@ -16,7 +16,7 @@ static_assert(v1alpha1::MEASURED_REGION_STRAIGHT ==
               v1alpha1::MeasuredRegion_MAX == kMeasuredRegions);
 
 [[noreturn]] void FailForm(const v1alpha1::Model& message, const std::string& what) {
-  throw std::runtime_error("model " + message.name().substr(0, 128) + ": form_by_region" + what);
+  throw std::runtime_error("model " + message.name().substr(0, 128) + ": " + what);
 }
 
 std::array<double, kOutputs> FormNumbers(const v1alpha1::Model& message, const std::string& field,
@@ -45,20 +45,23 @@ v1alpha1::MeasuredRegion ToMessage(MeasuredRegion region) {
 FormErrors FormErrorsOf(const v1alpha1::Model& message) {
   FormErrors form;
   if (message.form_by_region().empty()) {
-    if (message.sd_form_size() != kOutputs) return form;
-    for (auto& region : form.region) std::ranges::copy(message.sd_form(), region.sd.begin());
+    if (message.sd_form().empty()) return form;
+    for (auto& region : form.region) region.sd = FormNumbers(message, "sd_form", message.sd_form());
     return form;
   }
   form.middle_load_n = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
   bool seen[kMeasuredRegions] = {};
   for (int k = 0; k < message.form_by_region_size(); ++k) {
     const v1alpha1::FormError& from = message.form_by_region(k);
-    const std::string at = "[" + std::to_string(k) + "].";
+    const std::string at = "form_by_region[" + std::to_string(k) + "].";
     const int region = from.region() - 1;
     if (region < 0 || region >= static_cast<int>(kMeasuredRegions) || seen[region]) {
       FailForm(message, at + "region: expected one that is known, each once");
     }
     seen[region] = true;
+    if (from.rows_size() != kOutputs) {
+      FailForm(message, at + "rows: " + std::to_string(from.rows_size()) + " numbers, expected 6");
+    }
     form.region[region] = {FormNumbers(message, at + "sd", from.sd()),
                            FormNumbers(message, at + "factor", from.factor())};
   }

@@ -45,7 +45,8 @@ FormErrors::FormErrors() {
 }
 
 bool FormErrors::OfRegion::KnowsAll() const noexcept {
-  return std::ranges::none_of(kPredicted, [this](Output o) { return std::isnan(sd[o]); });
+  return std::ranges::none_of(kPredicted,
+                              [this](Output o) { return std::isnan(sd[o] * factor[o]); });
 }
 
 bool FormErrors::KnowsAll() const noexcept {

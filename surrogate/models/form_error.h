@@ -45,7 +45,8 @@ inline constexpr std::array<MeasuredGroup, 4> kMeasuredGroups = {
 struct FormErrors {
   struct OfRegion {
     std::array<double, kOutputs> sd, factor;
-    bool KnowsAll() const noexcept;  ///< sd of all outputs but f_z, which is the load
+    /// sd and factor of all outputs but f_z, which is the load
+    bool KnowsAll() const noexcept;
   };
   std::array<OfRegion, kMeasuredRegions> region;
   double middle_load_n = 0;  ///< 0: sd holds at every load

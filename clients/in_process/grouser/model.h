@@ -44,8 +44,9 @@ enum Flag : std::uint32_t {
   kRate = 32,           ///< faster than the quasi-static range
   kSlope = 64,
   kVirginAssumed = 256,
-  /// Against a measurement some output's error is unknown here: its sd_form and measured_low,
-  /// measured_high are NaN (not counted: f_z, which is the load).
+  /// Against a measurement some output's error is unknown here: its measured_low, measured_high
+  /// are NaN, and so is its sd_form but in files that have one number for all regions (not counted:
+  /// f_z, which is the load).
   kFormUnknown = 512,
   kToleranceUnmet = 1024,
   kAirborne = 2048,  ///< load 0, a wheel off the ground: every output is exactly 0

@@ -25,8 +25,7 @@ Snapshot::ModelPtr Make(const std::string& name, char digest, double half,
   message.mutable_bekker()->set_c1(half);
   message.mutable_soil()->set_name(soil);
   message.mutable_wheel()->set_width_m(width);
-  for (int k = 0; k < 6; ++k) message.add_sd_form(half);
-  if (half > 1) message.set_sd_form(0, testing::kNan);
+  testing::AddStraightForm(half <= 1, &message);  // rough: f_x alone
   return MakeServedModel(message, std::string(64, digest), false, testing::MakeFakeModel);
 }
 
@@ -109,7 +108,7 @@ TEST_F(AccuracyRequestTest, TheOneThatSufficesAnswersWithItsOwnUncertainty) {
   EXPECT_EQ(NameOf(0), "fine");
   EXPECT_EQ(responses_.flags(0), 0u);
   EXPECT_DOUBLE_EQ(responses_.f_x().high(0) - responses_.f_x().low(0), 2);
-  EXPECT_EQ(responses_.f_x().sd_form(0), 1);
+  EXPECT_EQ(responses_.f_x().sd_form(0), 2);
   EXPECT_EQ(responses_.flags(1), v1alpha1::STATE_FLAG_INVALID);
   EXPECT_EQ(selection_.worst.excess, 0);
   accuracy_.set_f_x_n(0.8);
@@ -136,7 +135,7 @@ TEST_F(AccuracyRequestTest, FormUnknownIsToldOfWhoAnswered) {
   accuracy_.set_f_x_n(0.8);
   ASSERT_TRUE(Run("rough@sha256:" + std::string(64, 'a')).ok());
   EXPECT_TRUE(responses_.flags(0) & v1alpha1::STATE_FLAG_FORM_UNKNOWN);
-  EXPECT_TRUE(std::isnan(responses_.f_x().sd_form(0)));
+  EXPECT_TRUE(std::isnan(responses_.torque().sd_form(0)));
   ASSERT_TRUE(Run("rough").ok());
   EXPECT_FALSE(responses_.flags(0) & v1alpha1::STATE_FLAG_FORM_UNKNOWN);
 }

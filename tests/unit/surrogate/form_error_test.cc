@@ -160,6 +160,22 @@ TEST(FormErrors, BlocksAndWhatNobodyWantsChangeNothing) {
   EXPECT_EQ(alone.flags[7], kFormUnknown);
 }
 
+TEST(FormErrors, WithoutAFactorNothingIsKnown) {
+  FormErrors form = SomeForm();
+  EXPECT_TRUE(form.ClearsFlags());
+  Of(form, MeasuredRegion::kAngled).factor[kMz] = std::nan("");
+  EXPECT_FALSE(form.ClearsFlags());
+  FormBatch batch(1, {kValue});
+  batch.Set(0, 0.05, 0.05, 0.1, 20);
+  EvaluateWithForm(Constant(), form, batch.In(), batch.Out(), batch.View());
+  EXPECT_EQ(batch.flags[0], kFormUnknown);
+  EXPECT_TRUE(std::isnan(batch.form[kMz][1][0]));
+  EXPECT_FALSE(std::isnan(batch.form[kFx][1][0]));
+  Of(form, MeasuredRegion::kAngled).factor[kMz] = 1;
+  Of(form, MeasuredRegion::kAngled).factor[kFz] = std::nan("");  // the load is not counted
+  EXPECT_TRUE(form.ClearsFlags());
+}
+
 TEST(FormErrors, OneAnswerIsThatOfABatch) {
   WheelAnswer answer = AnswerOf(Constant(), {0.05, 0.05, 0.1}, 20);
   const FormAnswer form = FormOf(SomeForm(), {0.05, 0.05, 0.1}, 20, &answer);

@@ -10,7 +10,9 @@
 #include <random>
 #include <stdexcept>
 
+#include "proto/records/model_file.h"
 #include "surrogate/fit/binomial_band.h"
+#include "surrogate/fit/compare.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
@@ -159,6 +161,8 @@ TEST_F(PairModel, KeepsItInTheFileByRegion) {
   EXPECT_THAT(Complaint(), HasSubstr("form_by_region[2].sd[0]: expected"));
   model_.mutable_form_by_region(2)->mutable_sd()->RemoveLast();
   EXPECT_THAT(Complaint(), HasSubstr("5 numbers, expected 6"));
+  model_.mutable_form_by_region(0)->mutable_rows()->RemoveLast();
+  EXPECT_THAT(Complaint(), HasSubstr("form_by_region[0].rows: 5 numbers, expected 6"));
 }
 
 TEST_F(PairModel, FilesOfBeforeHaveOneNumberAndNoInterval) {
@@ -170,6 +174,32 @@ TEST_F(PairModel, FilesOfBeforeHaveOneNumberAndNoInterval) {
   EXPECT_EQ(form.Sd(MeasuredRegion::kBraking, kFx, 7), 2);
   EXPECT_TRUE(std::isnan(form.Sd(MeasuredRegion::kBraking, kFy, 7)));
   EXPECT_FALSE(form.KnowsInterval(kFx));
+  for (int o = 0; o < kOutputs; ++o) model_.set_sd_form(o, 2);
+  EXPECT_FALSE(FormErrorsOf(model_).ClearsFlags());  // no factor
+  model_.set_sd_form(kMz, -1);
+  EXPECT_THAT(Complaint(), HasSubstr(": sd_form[4]: expected a finite number"));
+  model_.set_sd_form(kMz, INFINITY);
+  EXPECT_THAT(Complaint(), HasSubstr("sd_form[4]: expected"));
+  model_.mutable_sd_form()->RemoveLast();
+  EXPECT_THAT(Complaint(), HasSubstr("sd_form: 5 numbers, expected 6"));
+}
+
+TEST_F(PairModel, ComparedAnewItSaysWhenAndByWhat) {
+  const std::string base = ::testing::TempDir() + "/base.model";
+  model_.mutable_provenance()->set_grouser_version("0.0.1");
+  model_.mutable_create_time()->set_seconds(1);
+  records::WriteModelFile(base, model_);
+  const std::string table = ::testing::TempDir() + "/compared.json";
+  std::ofstream(table) << R"({"table": "t.csv", "rows": [{"slip": 0.2, "attack_angle_deg": 0.0,)"
+                       << R"( "load_n": 20.5, "measured": {"f_x": {"value": 1.0,)"
+                       << R"( "standard_error": 0.3}}}]})";
+  CompareRequest asked;
+  asked.model = base;
+  asked.measured = table;
+  asked.with_form = true;
+  const v1alpha1::Model made = CompareMeasured(asked).with_form;
+  EXPECT_EQ(made.provenance().grouser_version(), GROUSER_VERSION);
+  EXPECT_GT(made.create_time().seconds(), 1'700'000'000);
 }
 
 TEST(MeasuredRows, AreReadFromWhatValidateWrote) {
