@@ -61,6 +61,9 @@ void AccuracyOptions::AddTo(CLI::App& command) {
 }
 
 void AccuracyOptions::Apply(v1alpha1::EvaluateWheelsRequest* request) const {
+  if (against_ == "measured" && tolerances_.empty() && share_ == 0) {
+    throw CLI::ValidationError("--against", "measured, expected --tolerance or --share beside it");
+  }
   if (tolerances_.empty() && share_ == 0 && budget_us_ == 0) return;
   AccuracyRequest* accuracy = request->mutable_accuracy();
   for (const std::string& text : tolerances_) ApplyTolerance(text, accuracy);

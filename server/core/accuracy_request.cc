@@ -41,6 +41,11 @@ Status ReadAccuracyRequest(const v1alpha1::AccuracyRequest& message,
                     static_cast<int>(message.interval_target())));
   }
   if (message.interval_target() == v1alpha1::INTERVAL_TARGET_MEASURED) {
+    if (!read.HasTolerance()) {
+      return Status::InvalidArgument(
+          "accuracy.interval_target: INTERVAL_TARGET_MEASURED without a tolerance, expected one: "
+          "share_of_load or that of an output");
+    }
     read.target = surrogate::IntervalTarget::kMeasured;
   }
   *accuracy = read;

@@ -8,7 +8,8 @@
 namespace grouser::server {
 
 /// The evaluator's form of a message's accuracy request. INVALID_ARGUMENT naming the field
-/// that is negative or not finite; *accuracy request is then empty.
+/// that is negative or not finite, or the target of a tolerance that is not there; *accuracy is
+/// then empty.
 Status ReadAccuracyRequest(const v1alpha1::AccuracyRequest& message,
                            surrogate::AccuracyRequest* accuracy);
 

@@ -179,8 +179,18 @@ void CheckHead(const v1alpha1::Model& model) {
   if (!v1alpha1::ModelKind_IsValid(model.kind())) Fail(model, "kind: not known to this version");
 }
 
+void CheckLoads(const v1alpha1::Model& model) {
+  const double least = model.domain().load_min_n(), most = model.domain().load_max_n();
+  if (least > 0 && least <= most && std::isfinite(most)) return;
+  std::ostringstream text;
+  text << "domain: loads " << least << " to " << most
+       << " N, expected 0 < load_min_n <= load_max_n, finite";
+  Fail(model, text.str());
+}
+
 std::unique_ptr<const WheelModel> MakeHard(const v1alpha1::Model& model) {
   CheckHead(model);
+  CheckLoads(model);
   if (!model.has_hard()) Fail(model, "hard: expected parameters");
   if (model.has_bekker() || model.has_residual()) {
     Fail(model, "kind: hard, expected neither bekker nor residual");

@@ -66,6 +66,7 @@ SelectableModel MakeSelectableModel(const v1alpha1::Model& message, const WheelM
   selectable.hull = HullOf(message);
   selectable.radius_m = message.wheel().radius_m();
   selectable.form = FormErrorsOf(message);
+  selectable.hard = message.kind() == v1alpha1::MODEL_KIND_HARD;
   for (std::size_t k = 0; k < kErrorRegions; ++k) {
     for (int o = 0; o < kOutputs; ++o)
       selectable.rms_error[k][o] = RmsError(message, kRegionNames[k], o);
@@ -81,6 +82,7 @@ std::string PairKey(const v1alpha1::Model& message) {
   *key.mutable_wheel() = message.wheel();
   key.mutable_wheel()->clear_name();
   key.mutable_wheel()->clear_source();
+  if (message.kind() == v1alpha1::MODEL_KIND_HARD) *key.mutable_hard() = message.hard();
   key.set_interval_level(message.interval_level());
   return key.SerializeAsString();  // no maps inside: the same bytes for the same content
 }

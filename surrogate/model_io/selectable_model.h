@@ -19,8 +19,8 @@ inline constexpr unsigned kEnoughRuns = 10;
 SelectableModel MakeSelectableModel(const v1alpha1::Model& message, const WheelModel& model);
 
 /// Equal for models that may answer for each other: wheel and soil alike in
-/// everything but what people call the wheel and where numbers came from, and
-/// intervals of one level.
+/// everything but what people call the wheel and where numbers came from (hard ground:
+/// in its parameters), and intervals of one level.
 std::string PairKey(const v1alpha1::Model& message);
 
 }  // namespace grouser::surrogate

@@ -43,7 +43,8 @@ std::array<double, kOutputs> AccuracyRequest::At(double load, double radius_m) c
   std::array<double, kOutputs> at;
   for (int o = 0; o < kOutputs; ++o) {
     at[o] = tolerance[o] > 0 ? tolerance[o] : kInf;
-    if (share_of_load == 0 || o == kSinkage) continue;
+    const bool left_out = o == kSinkage || (o == kMz && target == IntervalTarget::kMeasured);
+    if (share_of_load == 0 || left_out) continue;
     at[o] = std::min(at[o], share_of_load * OutputScale(o, load, radius_m));
   }
   return at;
@@ -64,7 +65,8 @@ double ClaimedError(const SelectableModel& selectable, ErrorRegion region, int o
   const double half = 0.5 * (high - low), table = kTwoSided90 * rms * unit;
   if (std::isnan(half)) return kInf;
   const double claim = std::max(half, table);
-  return claim > 0 ? claim : kInf;
+  const bool exact = output == kFz || output == kSinkage || (low == 0 && high == 0);
+  return claim > 0 || (selectable.hard && exact) ? claim : kInf;
 }
 
 double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box) noexcept {
@@ -78,7 +80,8 @@ double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box) n
     if ((a.flags & kInvalid) != 0) continue;
     const ErrorRegion region = ErrorRegionAt(v.v_x, v.v_y, v.rim_speed);
     for (int o = 0; o < kOutputs; ++o) {
-      sum += ClaimedError(selectable, region, o, -a.half_width[o], a.half_width[o], load) /
+      sum += ClaimedError(selectable, region, o, a.value[o] - a.half_width[o],
+                          a.value[o] + a.half_width[o], load) /
              OutputScale(o, load, selectable.radius_m);
       ++count;
     }

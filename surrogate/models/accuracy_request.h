@@ -18,8 +18,10 @@ enum class IntervalTarget { kDem, kMeasured };
 /// nothing. Precondition everywhere: finite, not negative.
 struct AccuracyRequest {
   std::array<double, kOutputs> tolerance{};  ///< [N, N m, m]
-  double share_of_load = 0;  ///< of forces over the load, of moments over load r [-]
-  double budget_ns = 0;      ///< for all states of a call, by the models' costs, not by a clock
+  /// Of forces over the load, of moments over load r [-]; against a measurement m_z, which no
+  /// testbed measures (kMeasurable), is left out.
+  double share_of_load = 0;
+  double budget_ns = 0;  ///< for all states of a call, by the models' costs, not by a clock
   IntervalTarget target = IntervalTarget::kDem;
 
   bool HasTolerance() const;
@@ -45,6 +47,7 @@ struct SelectableModel {
   double radius_m = 0;
   double cost_ns = 0;  ///< of one state
   FormErrors form;
+  bool hard = false;  ///< ground that does not yield: a law, with no DEM run behind it
 };
 
 /// Error that a model claims for its answer on one output:
@@ -52,7 +55,8 @@ struct SelectableModel {
 ///   max((high - low)/2, 1.645 rms_error[region] s), s = load, load r or 1
 ///
 /// its own interval (against DEM, wider outside the hull) and its own error
-/// table. Infinite where there is neither.
+/// table. Infinite where there is neither; hard ground, whose interval is the spread of its
+/// parameters, claims 0 for f_z and sinkage and where an output is exactly 0 (f_y straight on).
 double ClaimedError(const SelectableModel& selectable, ErrorRegion region, int output, double low,
                     double high, double load) noexcept;
 

@@ -16,12 +16,14 @@ constexpr std::uint32_t kNoPromise = kNoEquilibrium | kSlope | kVirginAssumed | 
 /// How an answer stands to its tolerance.
 struct Standing {
   bool promises = false;
-  double ratio = kInf;  // claim over tolerance of the worst output
+  double ratio = kInf;      // claim over tolerance of the worst output
+  double dem_ratio = kInf;  // the same against DEM: tells apart where the ratios are infinite
   int output = 0;
 
   bool suffices() const { return promises && ratio <= 1; }
   bool BetterThan(const Standing& other) const {
-    return promises != other.promises ? promises : ratio < other.ratio;
+    if (promises != other.promises) return promises;
+    return ratio != other.ratio ? ratio < other.ratio : dem_ratio < other.dem_ratio;
   }
 };
 
@@ -79,9 +81,10 @@ void CopyAnswer(const ResponsesView& from, std::size_t i, const ResponsesView& t
 }
 
 /// The claim against a measurement: sd_form's half width is added in squares; infinite where it
-/// is unknown, as at rest.
+/// is unknown, as at rest. f_z is the load and is not measured: its claim stays.
 double WithForm(double claim, const SelectableModel& selectable, const WheelStatesView& in,
                 int output, std::size_t i) {
+  if (output == kFz) return claim;
   if (in.v_x[i] == 0 && in.v_y[i] == 0 && in.rim_speed[i] == 0) return kInf;
   const MeasuredRegion at = MeasuredRegionAt(in.v_x[i], in.v_y[i], in.rim_speed[i]);
   const double form = selectable.form.HalfWidth(at, output, in.load[i]);
@@ -92,19 +95,23 @@ Standing StandingOf(const SelectableModel& selectable, const AccuracyRequest& ac
                     const WheelStatesView& in, const ResponsesView& out, std::size_t i) {
   Standing s;
   if ((out.flags[i] & kInvalid) != 0) return s;
-  const bool turns = !in.yaw_rate.empty() && in.yaw_rate[i] != 0;
-  s.promises = (out.flags[i] & kNoPromise) == 0 && !turns;
+  const bool turns =
+      !in.yaw_rate.empty() && in.yaw_rate[i] != 0 && !selectable.model->UsesYawRate();
+  // Friction of a wheel at rest on hard ground is what holds it, anything up to its limit.
+  const bool holds = selectable.hard && (out.flags[i] & kStatic) != 0;
+  s.promises = (out.flags[i] & kNoPromise) == 0 && !turns && !holds;
   const bool rest = in.v_x[i] == 0 && in.v_y[i] == 0 && in.rim_speed[i] == 0;
   // At rest as rolling freely; the interval, a unit outside the hull, is what counts.
   const ErrorRegion region =
       rest ? ErrorRegion::kTowed : ErrorRegionAt(in.v_x[i], in.v_y[i], in.rim_speed[i]);
   const std::array<double, kOutputs> tolerance = accuracy.At(in.load[i], selectable.radius_m);
   const bool measured = accuracy.target == IntervalTarget::kMeasured;
-  s.ratio = 0;
+  s.ratio = s.dem_ratio = 0;
   for (int o = 0; o < kOutputs; ++o) {
     if (tolerance[o] == kInf) continue;
     const OutputView& to = out.output[o];
     double claim = ClaimedError(selectable, region, o, to.low[i], to.high[i], in.load[i]);
+    s.dem_ratio = std::max(s.dem_ratio, claim / tolerance[o]);
     if (measured) claim = WithForm(claim, selectable, in, o, i);
     if (claim / tolerance[o] <= s.ratio) continue;
     s.ratio = claim / tolerance[o];
@@ -147,21 +154,32 @@ class BlockSelection {
       const std::uint32_t at = open_[i];
       out_.flags[at] |= kToleranceUnmet;
       const Standing& s = standing_[at];
-      const bool mends =
-          s.promises && (out_.flags[at] & kStatic) == 0 && accuracy_.target == IntervalTarget::kDem;
+      const bool mends = s.promises && !models_[answered_by_[at]].hard &&
+                         (out_.flags[at] & kStatic) == 0 &&
+                         accuracy_.target == IntervalTarget::kDem;
       if (worst && mends && s.ratio > worst->excess) {
         *worst = {first + at, s.ratio, s.output, in_.load[at]};
       }
+    }
+    AddForms();
+    if (!answered_by.empty()) std::copy_n(answered_by_.begin(), n_, answered_by.begin() + first);
+  }
+
+ private:
+  /// What is known of measurements, of who answered; most blocks have one answerer.
+  void AddForms() noexcept {
+    const std::span<const std::uint32_t> who(answered_by_.data(), n_);
+    if (std::ranges::all_of(who, [&](std::uint32_t k) { return k == who[0]; })) {
+      AddForm(models_[answered_by_[0]].form, in_, out_, form_);
+      return;
     }
     const bool wanted = form_.WantsAny();
     for (std::size_t i = 0; i < n_; ++i) {
       const FormErrors& form = models_[answered_by_[i]].form;
       if (wanted || form.ClearsFlags()) AddForm(form, in_, out_, form_, i);
     }
-    if (!answered_by.empty()) std::copy_n(answered_by_.begin(), n_, answered_by.begin() + first);
   }
 
- private:
   /// The cheapest answers where the answers go.
   void First() noexcept {
     models_[0].model->Evaluate(in_, out_);

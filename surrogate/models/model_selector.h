@@ -27,12 +27,14 @@ struct Shortfall {
 /// claim over tolerance (of its worst output) answers, with kToleranceUnmet. So
 /// the promise is: per output, an answer without that flag lies within the
 /// tolerance of a fresh DEM run's mean as often as the interval's level says. Against a measurement
-/// (AccuracyRequest::target) the claim is hypot(ClaimedError, factor sd_form), infinite where that
-/// is unknown, and no DEM run is proposed: none would narrow it.
+/// (AccuracyRequest::target) the claim is hypot(ClaimedError, factor sd_form) (f_z, which is the
+/// load: ClaimedError), infinite where that is unknown, and no DEM run is proposed: none would
+/// narrow it. Of answers with infinite claims the one of the smaller claim against DEM is kept.
 ///
 /// An answer that leaves part of the question out (kSlope, kVirginAssumed, kRate,
-/// a yaw rate), or that DEM could not give (kNoEquilibrium), promises nothing:
-/// it never suffices. Invalid states stay invalid and airborne ones (load 0) are
+/// a yaw rate that the model does not use), or that DEM could not give (kNoEquilibrium),
+/// promises nothing: it never suffices. Nor does hard ground's at rest, and no DEM run is
+/// proposed for hard ground. Invalid states stay invalid and airborne ones (load 0) are
 /// answered exactly by the first model, both without the flag.
 ///
 /// A budget is spent on models' costs, in proportion along the call: after each

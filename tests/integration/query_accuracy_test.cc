@@ -255,6 +255,10 @@ TEST_F(QueryAccuracyTest, CommandLinePrintsWhoAnsweredAndTheCommandThatWouldHelp
     EXPECT_EQ(bad.code, 2) << text;
     EXPECT_THAT(bad.err, HasSubstr("--tolerance")) << text;
   }
+  const auto bare = Client(
+      {"query", "--slip", "0", "--load", "20", "--against", "measured", "--budget-us", "100"});
+  EXPECT_EQ(bare.code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("--against: measured, expected --tolerance or --share"));
   const auto negative =
       Client({"query", "--model", kName, "--slip", "0", "--load", "20", "--budget-us", "-1"});
   EXPECT_EQ(negative.code, 1);

@@ -22,7 +22,8 @@ struct AccuracyRequest {
   double share_of_load = 0;  ///< the same of forces over load, moments over load r [-]
   double budget_us = 0;      ///< for all states of a call, by cost_ns(), not by a clock
   /// kMeasured: the half width that sd_form stands for is added in squares to what a model claims;
-  /// states where it is unknown are unmet.
+  /// states where it is unknown are unmet. Not for f_z, which is the load; share_of_load then
+  /// leaves m_z out: nobody measures it. Without a tolerance it changes nothing.
   IntervalTarget target = IntervalTarget::kDem;
 };
 

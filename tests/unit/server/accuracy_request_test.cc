@@ -161,6 +161,12 @@ TEST_F(AccuracyRequestTest, AgainstAMeasurementSdFormCountsAndNoRunIsProposed) {
   EXPECT_FALSE(unmet(5.1, 0));
   EXPECT_DOUBLE_EQ(responses_.f_x().measured_high(0), 11);
   EXPECT_TRUE(unmet(0, 1e6));  // torque was not measured
+  accuracy_.Clear();
+  accuracy_.set_interval_target(v1alpha1::INTERVAL_TARGET_MEASURED);
+  accuracy_.set_budget_us(100);
+  const Status without = Run("sand");
+  EXPECT_EQ(without.code, StatusCode::kInvalidArgument);
+  EXPECT_THAT(without.message, HasSubstr("INTERVAL_TARGET_MEASURED without a tolerance"));
   accuracy_.set_interval_target(static_cast<v1alpha1::IntervalTarget>(7));
   EXPECT_THAT(Run("sand").message, HasSubstr("accuracy.interval_target: 7"));
 }

@@ -8,9 +8,11 @@
 #include <sstream>
 
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/selectable_model.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/models/model_selector.h"
 #include "surrogate/models/state_batch.h"
 #include "surrogate/soils/hard_table.h"
 #include "tests/unit/count_allocations.h"
@@ -86,7 +88,57 @@ TEST(HardModel, RefusesMessagesThatAreIncomplete) {
   EXPECT_THAT(said([](auto* m) { m->mutable_golden(3)->set_value(0, 1e3); }),
               HasSubstr("golden[3].f_x: computed"));
   EXPECT_THAT(said([](auto* m) { m->clear_golden(); }), HasSubstr("golden: none"));
+  EXPECT_THAT(said([](auto* m) { m->clear_domain(); }),
+              HasSubstr("domain: loads 0 to 0 N, expected 0 < load_min_n"));
+  EXPECT_THAT(said([](auto* m) { m->mutable_domain()->set_load_max_n(5); }), HasSubstr("domain:"));
+  EXPECT_THAT(said([](auto* m) { m->mutable_domain()->set_load_max_n(INFINITY); }),
+              HasSubstr("10 to inf N"));
   EXPECT_THAT(Refusal([] { MakeScalar(Message()); }), HasSubstr("expected a model of a soil"));
+}
+
+TEST(HardModel, AnswersForOthersOfItsParametersAlone) {
+  v1alpha1::Model a = Message(), b = Message();
+  b.set_name("else");
+  EXPECT_EQ(PairKey(a), PairKey(b));
+  b.mutable_hard()->set_friction(0.3);
+  EXPECT_NE(PairKey(a), PairKey(b));
+}
+
+/// Answers of the file's own model under a share of the load.
+struct Asked {
+  explicit Asked(const WheelStatesView& in, double share) : flags(in.load.size()) {
+    const v1alpha1::Model message = Message();
+    const auto model = MakeModel(message);
+    AccuracyRequest accuracy;
+    accuracy.share_of_load = share;
+    accuracy.tolerance[kSinkage] = 1e-6;
+    ResponsesView out;
+    out.flags = flags;
+    ModelSelector({MakeSelectableModel(message, *model)}).Evaluate(in, accuracy, out, {}, &worst);
+  }
+  bool Unmet(std::size_t i) const { return (flags[i] & kToleranceUnmet) != 0; }
+  std::vector<std::uint32_t> flags;
+  Shortfall worst;
+};
+
+// Load and sinkage are exact, a yaw rate is used, and no DEM run is proposed.
+TEST(HardModel, KeepsATolerance) {
+  StateBatch batch(4);
+  batch.Set(0, 0.48, 0, 0.5, 100);    // straight on
+  batch.Set(1, 0.48, 0, 0.5, 100);    // and turning
+  batch.Set(2, 0.48, 0.1, 0.5, 100);  // nothing tells how far the aligning moment is off
+  batch.Set(3, 0, 0, 0, 100);
+  const std::vector<double> yaw = {0, 0.4, 0, 0};
+  WheelStatesView in = batch.In();
+  in.yaw_rate = yaw;
+  const Asked wide(in, 0.5), narrow(in, 1e-3);
+  EXPECT_FALSE(wide.Unmet(0));
+  EXPECT_FALSE(wide.Unmet(1));
+  EXPECT_TRUE(wide.Unmet(2));
+  EXPECT_TRUE(wide.Unmet(3));
+  EXPECT_EQ(wide.worst.excess, 0);
+  EXPECT_TRUE(narrow.Unmet(0) && narrow.Unmet(1));
+  EXPECT_EQ(narrow.worst.excess, 0);
 }
 
 TEST(HardModel, RefusesLoadsAndNumbersThatAreNone) {

@@ -130,6 +130,60 @@ TEST_F(ModelSelectorTest, AgainstMeasurementsSdFormCountsAndUnknownNeverSuffices
   EXPECT_EQ(worst.excess, 0);  // no DEM run would help
 }
 
+// f_z is the load, m_z is measured by nobody: a share can be met without them.
+TEST_F(ModelSelectorTest, AgainstMeasurementsAShareIsOfWhatIsMeasured) {
+  SelectableModel fair = Selectable(fair_, 100);
+  for (const Output o : kMeasurable) {
+    fair.form.region[0].sd[o] = o == kTorque ? 0 : 1.5;
+    fair.form.region[0].factor[o] = 1;
+  }
+  const ModelSelector selector({fair});
+  AccuracyRequest accuracy;
+  accuracy.target = IntervalTarget::kMeasured;
+  const auto flags = [&](double share) {
+    Batch batch(1);
+    accuracy.share_of_load = share;
+    selector.Evaluate(batch.In(), accuracy, batch.Out(), batch.answered_by, nullptr);
+    return batch.flags[0];
+  };
+  EXPECT_EQ(flags(1.01), 0u);  // torque 2 of 20 N 0.1 m
+  EXPECT_EQ(flags(0.99), kToleranceUnmet);
+  accuracy.tolerance[kMz] = 1e6;
+  EXPECT_EQ(flags(1.01), kToleranceUnmet);
+}
+
+// Where nothing is known of measurements, the one that is surest against DEM answers.
+TEST_F(ModelSelectorTest, AgainstMeasurementsUnknownToAllTheSurestAnswers) {
+  AccuracyRequest accuracy = Force(1);
+  accuracy.target = IntervalTarget::kMeasured;
+  Batch batch(3);
+  batch.rim_speed[2] = batch.v_x[2] = 0;  // at rest
+  Run(accuracy, &batch);
+  EXPECT_THAT(batch.answered_by, Each(2u));
+  EXPECT_THAT(batch.flags, Each(kToleranceUnmet));
+}
+
+// Blocks of one answerer and mixed ones say the same of measurements.
+TEST_F(ModelSelectorTest, FormIsThatOfWhoAnsweredAlsoInOneBlock) {
+  SelectableModel fair = Selectable(fair_, 100), fine = Selectable(fine_, 400);
+  for (SelectableModel* model : {&fair, &fine}) {
+    model->form.region[0].sd.fill(model == &fair ? 1 : 2);
+    model->form.region[0].factor.fill(1);
+  }
+  const ModelSelector selector({fair, fine});
+  for (const std::size_t mixed : {0, 1}) {
+    Batch batch(3);
+    if (mixed == 1) batch.v_y = {0, 0.008, 0};
+    std::vector<double> sd(3);
+    FormView form;
+    form.output[kFx].sd = sd;
+    selector.Evaluate(batch.In(), Force(2.01), batch.Out(), batch.answered_by, nullptr, form);
+    EXPECT_THAT(batch.answered_by, ElementsAre(0, mixed, 0));
+    EXPECT_THAT(sd, ElementsAre(1, mixed + 1.0, 1));
+    EXPECT_THAT(batch.flags, Each(0u));
+  }
+}
+
 TEST_F(ModelSelectorTest, DearerRungsSeeOnlyWhatIsLeft) {
   Batch batch(300);
   batch.v_y[7] = batch.v_y[200] = 1;
