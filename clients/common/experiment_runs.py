@@ -1,9 +1,11 @@
 """Runs of experiment files: plans, their execution, the record of the run file and the CSVs beside it."""
 
 import fcntl
+import functools
 import hashlib
 import json
 import os
+import re
 import subprocess
 import time
 
@@ -30,9 +32,11 @@ class Plan:
     def options(self):
         return [word for text in self.sets for word in ("--set", text)]
 
-    def is_done_in(self, record):
-        """Whether a record is of this experiment text, overrides and further files."""
+    def is_done_in(self, record, engine):
+        """Whether a record is of this experiment text, overrides and further files, by this engine version."""
         if record is None or record["status"] != "RUN_STATUS_DONE":
+            return False
+        if record.get("numerics", {}).get("engine_version") != engine:
             return False
         spec = record.get("experiment_spec") or {}
         with open(self.file, encoding="utf-8") as file:
@@ -90,6 +94,18 @@ def check_plans(program, plans):
                               stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
         if done.returncode != 0:
             raise Refused(f"run {plan.name}: {done.stderr.strip()}")
+
+
+@functools.lru_cache(maxsize=None)
+def engine_of(program):
+    """Engine version of grouser-dem, as its runs have it in numerics.engine_version."""
+    shown = subprocess.run([program, "--version"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                           stdin=subprocess.DEVNULL, text=True, check=False)
+    found = re.search(r"\(engine ([^,)]+)", shown.stdout)
+    if shown.returncode != 0 or not found:
+        raise ProgramFailed(f"{program} --version: got '{(shown.stdout + shown.stderr).strip()}', expected "
+                            "'grouser-dem VERSION (engine N, ...)'")
+    return found[1]
 
 
 def record_of(program, path):
@@ -154,7 +170,7 @@ class Execution:
         return os.path.join(self.folder, "runs", plan.name)
 
     def is_done(self, plan):
-        return plan.is_done_in(record_of(self.program, self.stem(plan) + ENDING))
+        return plan.is_done_in(record_of(self.program, self.stem(plan) + ENDING), engine_of(self.program))
 
     def start(self, plan):
         path = self.stem(plan) + ENDING
@@ -170,7 +186,7 @@ class Execution:
         """{name: Result} in the order of the plans. Raises ProgramFailed for a run without a
         record, once those in flight have ended."""
         records = {plan.name: record_of(self.program, self.stem(plan) + ENDING) for plan in plans}
-        waiting = [plan for plan in plans if not plan.is_done_in(records[plan.name])]
+        waiting = [plan for plan in plans if not plan.is_done_in(records[plan.name], engine_of(self.program))]
         self.say(f"{len(plans)} runs, {len(plans) - len(waiting)} of them done before")
         running, broken = {}, []
         while waiting and not broken or running:
@@ -183,6 +199,7 @@ class Execution:
                 if child.poll() is None:
                     continue
                 del running[name]
+                self.processes.stop(child)
                 records[name] = record_of(self.program, self.stem(plan) + ENDING)
                 if child.returncode != 0 or records[name] is None:
                     broken.append(f"run {name} ended with {child.returncode}:\n"
@@ -194,6 +211,25 @@ class Execution:
         if broken:
             raise ProgramFailed("\n".join(broken))
         return {plan.name: Result(plan, self.stem(plan), records[plan.name]) for plan in plans}
+
+
+def read_kept(path, kinds, origin="what an earlier call has kept"):
+    """A mapping that an earlier call has kept as JSON; none where there is no file. kinds: {key: type or types}
+    that it must have. Refused: what, where, expected, of which origin."""
+    if not os.path.exists(path):
+        return None
+    try:
+        with open(path, encoding="utf-8") as file:
+            kept = json.load(file)
+    except (OSError, ValueError) as error:
+        raise Refused(f"{path}: {type(error).__name__} {error}, expected {origin}") from None
+    words = {dict: "a mapping", list: "a list", str: "a text", int: "a whole number", (int, float): "a number"}
+    if not isinstance(kept, dict):
+        raise Refused(f"{path}: got no mapping, expected {origin} with {', '.join(kinds)}")
+    for key, kind in kinds.items():
+        if not isinstance(kept.get(key), kind):
+            raise Refused(f"{path}: {key}: got {repr(kept.get(key))[:60]}, expected {words[kind]}: {origin}")
+    return kept
 
 
 def lock_of(out):

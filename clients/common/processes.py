@@ -15,7 +15,11 @@ class Interrupted(BaseException):
 
 
 class ProgramFailed(Exception):
-    """A program ended with another exit code than the one wanted."""
+    """A program ended with another exit code than the one wanted. exit_code: none where there is no single one."""
+
+    def __init__(self, text, exit_code=None):
+        super().__init__(text)
+        self.exit_code = exit_code
 
 
 def raise_on_signals():
@@ -73,18 +77,24 @@ class Processes:
         """As start(), for finish()."""
         return self.start(name, argv, stdout=subprocess.PIPE, show=show)
 
-    def finish(self, name, child):
-        """Waits for a program of start_with_output, returns its stdout as text."""
-        out, _ = child.communicate()
+    def finish(self, name, child, meanwhile=None, every_s=None):
+        """Waits for a program of start_with_output, returns its stdout as text. meanwhile: called every `every_s`
+        seconds until then."""
+        while True:
+            try:
+                out, _ = child.communicate(timeout=every_s if meanwhile else None)
+                break
+            except subprocess.TimeoutExpired:
+                meanwhile()
         self._running.remove(child)
         if child.returncode != 0:
             raise ProgramFailed(f"{' '.join(child.args[4:])}\nended with {child.returncode}:\n"
-                                + self.log_tail(name))
+                                + self.log_tail(name), child.returncode)
         return out.decode()
 
-    def run(self, name, argv, show=False):
-        """Runs a program to its end and returns its stdout as text."""
-        return self.finish(name, self.start_with_output(name, argv, show))
+    def run(self, name, argv, show=False, meanwhile=None, every_s=None):
+        """Runs a program to its end and returns its stdout as text; meanwhile, every_s: as for finish()."""
+        return self.finish(name, self.start_with_output(name, argv, show), meanwhile, every_s)
 
     def stop(self, child, patience_s=15):
         """SIGTERM to the group, SIGKILL after `patience_s`; returns the exit code."""

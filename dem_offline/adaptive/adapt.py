@@ -6,7 +6,8 @@ beds (patch). It runs, a model is fitted to all runs, and the states where that 
 relative to the load, load times radius, or radius: the largest of f_x, f_y, torque and sinkage) is largest are run
 next, --batch at once, apart from each other and from what has run. The ranges are those of the campaign's training
 states. Test states never train, and judge every model on the way. It ends when 95 % of the ranges are known to --error,
-or when --budget hours of wall time are used up, earlier calls counted.
+or when --budget hours of wall time are used up, earlier calls counted; CAMPAIGN's own runs and a batch that has begun
+always finish. Wheels are driven at a given slip and the rig's speed, attack angles are from 0 on.
 
 OUT gets adapted.campaign.yaml (the campaign as it has grown: `./grouser campaign run` repeats it), runs/, NAME.model
 and adapt.json, with a line for every model. What is done is not run again: kill it at any time, start it again.
@@ -32,11 +33,13 @@ sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
 import yaml  # noqa: E402
 
 import states  # noqa: E402
-from experiment_runs import Refused, lock_of  # noqa: E402
+from experiment_runs import Refused, lock_of, read_kept  # noqa: E402
 from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 CANDIDATES = 256
 SHARE = 0.95  # of the ranges that are to be known
+KEPT_EVERY_S = 30  # the time that counts
+KINDS = {"campaign": dict, "added": list, "models": list, "seconds": (int, float)}  # of adapt.json
 
 
 def say(text):
@@ -48,7 +51,9 @@ def parse_arguments():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
     parser.add_argument("--out", required=True, help="folder of all results")
-    parser.add_argument("--budget", type=float, required=True, metavar="HOURS", help="of wall time; then none starts")
+    parser.add_argument("--budget", type=float, required=True, metavar="HOURS",
+                        help="of wall time, then no new batch starts; the campaign itself and a batch that has begun "
+                        "always finish")
     parser.add_argument("--error", type=float, default=0.05, metavar="SHARE",
                         help="sd of the fit over load (load times radius, radius) that is enough (default: 0.05)")
     parser.add_argument("--batch", type=int, default=8, metavar="N", help="new states at once (default: 8)")
@@ -77,6 +82,7 @@ class Adaptive:
         self.name = str(self.base.get("name", "adapted"))
         self.model = os.path.join(self.out, self.name + ".model")
         self.history = self._history()
+        self.counted = time.monotonic()
 
     def _base(self):
         """The campaign, its files named from OUT."""
@@ -88,20 +94,54 @@ class Adaptive:
             raise Refused(f"{path}: {' '.join(str(error).split())}") from None
         if not isinstance(base, dict) or "scene" not in base:
             raise Refused(f"{path}: expected a campaign file with a scene, as dem_offline/campaigns/demo.campaign.yaml")
+        self._expect_driven(path, base)
         for key in ("scene", "soil"):
             if isinstance(base.get(key), str):
                 there = os.path.join(os.path.dirname(os.path.abspath(path)), base[key])
                 base[key] = os.path.relpath(there, self.out)
         return base
 
+    @staticmethod
+    def _expect_driven(path, base):
+        """States that are added have slip, attack angle from 0 on and load alone: the others have no more."""
+        sections = [("", base)]
+        for name in ("grid", "extra"):
+            entries = base.get(name)
+            sections += [(f"{name}[{k}].", one) for k, one in enumerate(entries if isinstance(entries, list) else [])]
+        for at, section in sections:
+            if not isinstance(section, dict):
+                continue  # the engine says what is wrong
+            if section.get("mode", "rim") != "rim":
+                raise Refused(f"{path}: {at}mode: got {section['mode']!r}, expected rim or none: new states have a "
+                              "slip")
+            if "speed_m_per_s" in section:
+                raise Refused(f"{path}: {at}speed_m_per_s: got {section['speed_m_per_s']!r}, expected none: new states "
+                              "have the rig's speed (rig.speed_m_per_s of the scene)")
+            angles = section.get("attack_angle_deg", [])
+            for angle in angles if isinstance(angles, list) else [angles]:
+                if isinstance(angle, (int, float)) and angle < 0:
+                    raise Refused(f"{path}: {at}attack_angle_deg: got {angle:g}, expected 0 or more: a model answers "
+                                  "the other side by symmetry")
+
     def _history(self):
-        if not os.path.exists(self.record):
-            return {"campaign": self.base, "added": [], "models": [], "seconds": 0.0}
-        with open(self.record, encoding="utf-8") as file:
-            history = json.load(file)
+        history = read_kept(self.record, KINDS)
+        fresh = {"campaign": self.base, "added": [], "models": [], "seconds": 0.0}
+        if not history:
+            return fresh
         if history["campaign"] != self.base:
+            if not history["models"] and not history["added"]:
+                return {**fresh, "seconds": history["seconds"]}  # one that did not get as far as a model, mended
             raise Refused(f"--out {self.arguments.out}: holds another campaign, expected an empty folder or the same")
         return history
+
+    def child(self, name, argv, show=False):
+        """What a program prints; its time counts while it runs. What it calls bad input is bad input here."""
+        try:
+            return self.processes.run(name, argv, show, meanwhile=self.count, every_s=KEPT_EVERY_S)
+        except ProgramFailed as error:
+            if error.exit_code == 2:
+                raise Refused(str(error)) from None
+            raise
 
     def keep(self):
         write_atomically(self.record, json.dumps(self.history, indent=1) + "\n")
@@ -115,12 +155,12 @@ class Adaptive:
     def run(self):
         """All runs of the campaign as it is now."""
         self.write_campaign()
-        self.processes.run("campaign", [self.dem, "campaign", "run", self.path, "--out", os.path.join(self.out, "runs"),
-                                        "--jobs", self.arguments.jobs, "--json"], show=True)
+        self.child("campaign", [self.dem, "campaign", "run", self.path, "--out", os.path.join(self.out, "runs"),
+                                "--jobs", self.arguments.jobs, "--json"], show=True)
 
     def refit(self):
         """The model of all runs, as `grouser-fit fit --json` tells it."""
-        text = self.processes.run("fit", [
+        text = self.child("fit", [
             self.fit, "fit", "--runs", os.path.join(self.out, "runs"), "--name", self.name, "--kind",
             self.arguments.kind, "--out", self.model, "--json", "--reason", "adaptive campaign"])
         return json.loads(text)["model"]
@@ -128,7 +168,7 @@ class Adaptive:
     def candidates(self, model, ranges):
         """[(state, how unsure)] over the ranges."""
         slip, angle, load = ranges.all
-        drawn = self.processes.run("draw", [
+        drawn = self.child("draw", [
             self.dem, "campaign", "draw", "--sobol", "--states", CANDIDATES, "--slip", *map(repr, slip),
             "--angle-deg", *map(repr, angle), "--load", *map(repr, load)])
         radius = float(model["wheel"]["radius_m"])
@@ -189,14 +229,20 @@ class Adaptive:
                                           "load_n": round(load, 3), "seed": seeds[k % len(seeds)]})
         self.keep()
 
+    def count(self):
+        """Keeps the time until now."""
+        now = time.monotonic()
+        self.history["seconds"] += now - self.counted
+        self.counted = now
+        self.keep()
+
     def timed(self, work):
         """Its result; its wall time counts."""
-        began = time.monotonic()
+        self.counted = time.monotonic()
         try:
             return work()
         finally:
-            self.history["seconds"] += time.monotonic() - began
-            self.keep()
+            self.count()
 
     def all(self):
         """Whether the model is as sure as asked."""

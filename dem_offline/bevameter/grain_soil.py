@@ -114,14 +114,15 @@ class GrainSoil:
         return result
 
     def bed(self, depth, packed_with=None):
-        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed, and its top layer, before."""
+        """Key `grains` of a bed [m]. packed_with: frictions that made the same bed before and, where they are known,
+        those of its top layer."""
         grains = {"kind": "bed", "material": "sand", "depth_m": depth, "sizes": self.sizes,
                   "solid_fraction": self.grains["solid_fraction"]}
         preparation = packed_with[0] if packed_with else self.grains.get("preparation")
         if preparation:
             grains["preparation"] = preparation
         if self.grains.get("top_layer"):
-            again = {"preparation": packed_with[1]} if packed_with else {}
+            again = {"preparation": packed_with[1]} if packed_with and len(packed_with) > 1 else {}
             grains["top_layer"] = {**self.grains["top_layer"], **again}
         return grains
 

@@ -23,6 +23,7 @@ Example:
 import argparse
 import hashlib
 import json
+import math
 import os
 import shlex
 import sys
@@ -62,7 +63,8 @@ def parse_arguments():
     parser.add_argument("--points", type=int, metavar="N",
                         help=f"that fill the space (default: {PER_PARAMETER} for each parameter that is varied)")
     parser.add_argument("--budget", type=float, metavar="HOURS",
-                        help="of wall time for the runs of the design, earlier calls counted: then no new point starts")
+                        help="of wall time for the runs of the design, earlier calls counted: then no new point starts "
+                        "and those that have begun finish")
     parser.add_argument("--beds", type=int, default=1, metavar="N",
                         help="of every test, the same at every point (default: 1)")
     parser.add_argument("--predict", default="plates", choices=list(measured.PREDICT),
@@ -100,6 +102,15 @@ def scene_of(path):
     wheel = scene.get("wheel") if isinstance(scene, dict) else None
     if not isinstance(wheel, dict) or not {"radius_m", "width_m", "friction"} <= set(wheel):
         raise Refused(f"{path}: wheel: expected a mapping with radius_m, width_m and friction")
+    for key in ("radius_m", "width_m", "friction"):
+        try:
+            good = math.isfinite(float(wheel[key]))
+        except (TypeError, ValueError):
+            good = False
+        if not good:
+            raise Refused(f"{path}: wheel.{key}: got {wheel[key]!r}, expected a number")
+    if not isinstance(scene.get("name"), str):
+        raise Refused(f"{path}: name: got {scene.get('name')!r}, expected the name of the scene")
     return scene
 
 

@@ -2,13 +2,18 @@
 
 import contextlib
 import json
+import math
 import time
 
-from experiment_runs import Refused
+from experiment_runs import Refused, read_kept
 from point import Point
 from processes import write_atomically
+from vary import KNOWN
 
 VERSION = 1
+KINDS = {"version": int, "soil": dict, "scene": dict, "beds": int, "fixed": dict, "ranges": dict, "points": list}
+OF_POINT = {"label": str, "values": dict, "status": str, "seconds": dict, "outputs": dict}
+KEPT_EVERY_S = 30  # the time of points at work
 
 
 class Table:
@@ -27,16 +32,41 @@ class Table:
 
 def read_table(path):
     """As design.json has it. Refused: what, where, expected."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            table = json.load(file)
-        version = table["version"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise Refused(f"{path}: {type(error).__name__} {error}, expected the design.json of ./grouser calibrate grains"
-                      ) from None
-    if version != VERSION:
-        raise Refused(f"{path}: version {version}, expected {VERSION}")
+    origin = "the design.json of ./grouser calibrate grains"
+    table = read_kept(path, KINDS, origin)
+    fault = fault_of(table) if table else "no such file"
+    if fault:
+        raise Refused(f"{path}: {fault}, expected {origin}")
     return table
+
+
+def fault_of(table):
+    """What is wrong below the keys of KINDS, in words; none."""
+    if table["version"] != VERSION:
+        return f"version {table['version']}, not {VERSION}"
+    for name in ("soil", "scene"):
+        if not all(isinstance(table[name].get(key), str) for key in ("file", "sha256")):
+            return f"{name}: no file and sha256"
+    for name in (*table["ranges"], *table["fixed"]):
+        if name not in KNOWN:
+            return f"unknown parameter '{name}', not one of {', '.join(KNOWN)}"
+    for name, ends in table["ranges"].items():
+        if not (isinstance(ends, list) and len(ends) == 2 and all(map(is_number, ends)) and ends[0] < ends[1]):
+            return f"ranges: {name}: got {ends!r}, not [LOW, HIGH]"
+    if not table["ranges"] or not all(map(is_number, table["fixed"].values())):
+        return "ranges: none" if not table["ranges"] else "fixed: no numbers"
+    for k, point in enumerate(table["points"]):
+        for key, kind in OF_POINT.items():
+            if not isinstance(point, dict) or not isinstance(point.get(key), kind):
+                return f"points[{k}]: no {key}"
+        missing = [name for name in table["ranges"] if not is_number(point["values"].get(name))]
+        if missing:
+            return f"points[{k}]: values: no number for {', '.join(missing)}"
+    return None
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def labelled(kind, points):
@@ -53,13 +83,17 @@ class Work:
     def goes_on(self):
         """False at its end."""
         while self.child is not None and self.child.poll() is not None:
+            self.point.processes.stop(self.child)  # it is forgotten: its number may soon be another process's
+            self.point.count()
             self.child = next(self.steps, None)
+        if self.child is not None and time.monotonic() - self.point.counted > KEPT_EVERY_S:
+            self.point.count()
         return self.child is not None
 
 
 class Runner:
     """Runs points, `jobs` at once, none beside its own process. hours: of wall time for the whole design, what
-    earlier calls took counted once for each point; none: no end."""
+    earlier calls took counted once for each point, also of those that they did not end; none: no end."""
 
     def __init__(self, setting, table, jobs, hours, say):
         self.setting, self.table, self.jobs, self.say = setting, table, jobs, say
@@ -76,6 +110,7 @@ class Runner:
                 self._take(kept)
             else:
                 waiting.append(point)
+                self.spent += sum(point.before.values())
         self.table.write()
         self.total = len(labelled_points)
         self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
@@ -106,7 +141,7 @@ class Runner:
         if self.budget is None:
             return True
         usual = self._usual()
-        open_ends = sum(max(usual, time.monotonic() - work.began) for work in running)
+        open_ends = sum(max(usual - sum(work.point.before.values()), time.monotonic() - work.began) for work in running)
         return self.spent + open_ends < self.budget
 
     def _usual(self):
@@ -120,6 +155,7 @@ class Runner:
     def _end(self, work, left):
         with open(work.point.stored, encoding="utf-8") as file:
             result = json.load(file)
+        self.spent -= sum(work.point.before.values())  # it is in the result, too
         self._take(result)
         self.table.write()
         failed = sum(one["status"] == "failed" for one in self.table.points)

@@ -21,7 +21,8 @@ class Block:
         first = self.first = rows[0]
         self.rows, self.kind, self.group, self.is_log = rows, first.kind, first.group, first.is_log
         self.test, at = first.test, first.at
-        self.run = first.test if self.is_log else f"wheel {at['slip']:g} {at['angle']:g} {at['load']:g}"
+        self.run = {"plate": "plate {mm:g}", "press": "press"}.get(self.kind, "wheel {slip:g} {angle:g} {load:g}"
+                                                                   ).format(**at)
         values = [self.compared(row.value) for row in rows]
         sds = [(row.sd or 0.0) / (row.value if self.is_log else 1.0) for row in rows]
         self.value, self.sd = float(numpy.mean(values)), float(numpy.mean(sds))
@@ -90,19 +91,22 @@ class Runs:
                 values["denser_below"] = whole - upper
         return values
 
-    def process(self, block):
-        """Fitted to a block's results; none where the runs never had it. Refused where too few points gave it."""
+    def process(self, block, needed=True):
+        """Fitted to a block's results; none where the runs never had it. Where too few points gave it: Refused, or
+        none if it is not needed."""
         keys = tuple(row.key for row in block.rows)
-        if keys not in self._processes:
-            self._processes[keys] = self._fitted(block)
+        if self._processes.get(keys) is None:
+            self._processes[keys] = self._fitted(block, needed)
         return self._processes[keys]
 
-    def _fitted(self, block):
+    def _fitted(self, block, needed):
         y = numpy.array([block.of_runs(one["outputs"]) for one in self.points])
         known = numpy.isfinite(y)
         if not known.any():
             return None
         least = 2 * len(self.vary.names) + LEAST_RUNS
+        if known.sum() < least and not needed:
+            return None
         if known.sum() < least:
             raise Refused(f"{block.name}: {known.sum()} points of the design gave it, expected at least {least}: run "
                           "more points (--points, --budget)")

@@ -140,8 +140,8 @@ def errors_table(found):
                      "–" if part["covered90"] is None else f"{100 * part['covered90']:.0f} %"]
         rows.append((*line, one["not_run"]))
     return hp.table(("test", "measured", "fitted", "rms of fitted", "in 90 %", "held out", "rms of predicted",
-                     "in 90 %", "not run"), rows, "Units: N, N m, m. Rows that were not run: ./grouser validate and "
-                    "./grouser bevameter with the calibrated files, or --predict.")
+                     "in 90 %", "not run"), rows, "Units: N, N m, m. Rows that were not run, or that too few points "
+                    "reached: ./grouser validate and ./grouser bevameter with the calibrated files, or --predict.")
 
 
 def predictive(found):

@@ -62,7 +62,8 @@ def directions_of(vary, posterior):
 
 
 def in_words(weights):
-    named = sorted((name for name in weights if abs(weights[name]) > PART), key=lambda name: -abs(weights[name]))
+    largest = sorted(weights, key=lambda name: -abs(weights[name]))
+    named = [name for name in largest if abs(weights[name]) > PART] or largest[:2]  # of many, each has a small part
     if len(named) == 1:
         return f"the tests do not tell {named[0]}; {TELLS[named[0]]} would"
     first = math.copysign(1, weights[named[0]])
@@ -91,7 +92,7 @@ def next_tests(targets, runs, evidence, posterior, radius, directions):
         columns, noise = [], []
         for row in held:
             block = Block([row], radius)
-            process = runs.process(block)
+            process = runs.process(block, needed=False)
             if process is None:
                 continue
             mean, sd = process.at(posterior.u)

@@ -87,11 +87,11 @@ class Inference:
         notes += [f"{block.name}: no run of the design answers it, left out of the fit"
                   for block in self.evidence.unanswered]
         for one in parameters:
-            low, high = one["range"]
-            for end, near in ((low, one["low90"]), (high, one["high90"])):
-                if abs(near - end) < AT_END * (high - low):
-                    notes.append(f"{one['name']}: the 90 % interval reaches the end {end:g} of its range: the data may "
-                                 "want more than it allows")
+            for end, near in ((0, one["low90"]), (1, one["high90"])):
+                at = varied.position(varied.KNOWN[one["name"]], *one["range"], near)
+                if abs(at - end) < AT_END:
+                    notes.append(f"{one['name']}: the 90 % interval reaches the end {one['range'][end]:g} of its "
+                                 "range: the data may want more than it allows")
         tool = {**self.vary.fixed, **best}.get("tool_friction")
         if tool is not None:
             notes.append(f"tool_friction {tool:g} stands in no soil or scene file: it is of the plates alone "

@@ -1,5 +1,6 @@
 """One point of the design: its soil and scene files, its runs one after the other, what they measured."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -8,13 +9,13 @@ import time
 import numpy
 import wheel_campaign
 from bench import Bench, first_on, packing_of
-from experiment_runs import ENDING, Execution, Result, check_plans, record_of
+from experiment_runs import ENDING, Execution, Result, check_plans, engine_of, read_kept, record_of
 from grain_soil import GrainSoil
 from processes import Processes, ProgramFailed, write_atomically
 from targets import wheel_key
 from vary import text_of
 
-COLLECTED = "2"  # what is kept of the runs: another one reads them again
+COLLECTED = "3"  # what is kept of the runs: another one reads them again
 WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force is fitted by a line
 
 
@@ -33,7 +34,7 @@ class Point:
     def __init__(self, label, values, setting):
         self.label, self.values, self.setting = label, values, setting
         self.folder = os.path.join(setting.folder, label)
-        self.stored = os.path.join(self.folder, "point.json")
+        self.stored, self.spent = (os.path.join(self.folder, name) for name in ("point.json", "spent.json"))
         os.makedirs(os.path.join(self.folder, "logs"), exist_ok=True)
         soil, scene, tool, wheel = setting.start.made(values, f"point {label}")
         scene["soil"] = "point.soil.yaml"
@@ -44,24 +45,32 @@ class Point:
             write_atomically(path, text)
         self.bench = bench_of(GrainSoil(self.soil_file), setting.targets, setting.predict, setting.beds, tool, wheel)
         keys = sorted(row.key for row in setting.targets.chosen(setting.predict))
-        asked = [COLLECTED, *texts, repr(tool), str(setting.beds), *keys]
+        asked = [COLLECTED, engine_of(setting.program), *texts, repr(tool), str(setting.beds), *keys]
         self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
         self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
         self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
         self.before = {"tests": 0.0, "wheels": 0.0}  # seconds of earlier calls
         self.seconds, self.reasons = dict(self.before), []
+        self.phase, self.counted = "tests", time.monotonic()
 
     def finished(self):
-        """What an earlier call has kept of the same point, else none; of the same grains asked for less, its time."""
-        if not os.path.exists(self.stored):
-            return None
-        with open(self.stored, encoding="utf-8") as file:
-            kept = json.load(file)
-        if kept["asked"] == self.asked:
+        """What an earlier call has kept of the same point, else none; of the same grains asked for less, or cut
+        short, its time."""
+        kinds = {"values": dict, "seconds": dict}
+        kept = read_kept(self.stored, {"asked": str, **kinds})
+        if kept and kept["asked"] == self.asked:
             return kept
-        if kept["values"] == self.values:
-            self.before = kept["seconds"]
+        spent = [one["seconds"] for one in (kept, read_kept(self.spent, kinds)) if one and one["values"] == self.values]
+        self.before = max(spent, key=lambda one: sum(one.values()), default=self.before)  # the later has the other's
         return None
+
+    def count(self):
+        """Keeps the time until now: it counts although the point be cut short."""
+        now = time.monotonic()
+        self.seconds[self.phase] += now - self.counted
+        self.counted = now
+        whole = {name: value + self.before[name] for name, value in self.seconds.items()}
+        write_atomically(self.spent, json.dumps({"values": self.values, "seconds": whole}) + "\n")
 
     def check(self):
         """The engine reads the experiments before the first run starts. Raises Refused."""
@@ -69,13 +78,15 @@ class Point:
 
     def work(self):
         """Yields every child that is to be waited for; at the end point.json is there."""
-        began = time.monotonic()
+        self.counted = time.monotonic()
         results = yield from self._tests()
-        self.seconds["tests"] = time.monotonic() - began
+        self.count()
+        self.phase = "wheels"
         packed = results or not self.bench.bed_tests()
         records = (yield from self._wheels()) if packed and self._states() else {}
-        self.seconds["wheels"] = time.monotonic() - began - self.seconds["tests"]
+        self.count()
         write_atomically(self.stored, json.dumps(self._summary(results, records), indent=1) + "\n")
+        os.unlink(self.spent)
 
     def _states(self):
         return self.setting.targets.wheel_states(self.setting.predict)
@@ -123,21 +134,24 @@ class Point:
                                                       self.scene_file, self.soil_file,
                                                       wheel_campaign.runs_of(self._states(), self.setting.beds),
                                                       self.folder))
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(os.path.join(folder, "campaign.json"))  # an earlier call's, maybe of other grains
         child = self.processes.start("wheels", wheel_campaign.command(self.setting.program, path, folder, 1, "cpu"))
         yield child
-        if child.returncode != 0:
+        failed = child.returncode != 0
+        if failed:
             self.reasons.append(f"wheels: {last_line(self.processes.log_tail('wheels'))}")
         try:
             records = wheel_campaign.records_in(self.setting.program, folder)
         except (OSError, ProgramFailed) as error:
-            self.reasons.append(f"wheels: {last_line(str(error))}")
+            if not (failed and isinstance(error, FileNotFoundError)):
+                self.reasons.append(f"wheels: {last_line(str(error))}")
             return {}
         for state, each in records.items():
-            for record in each:
-                if not record.get("equal_travel", {}).get("outputs"):
-                    status = record["status"].replace("RUN_STATUS_", "")
-                    self.reasons.append(f"wheel slip {state[0]:g} angle {state[1]:g} bed {record['spec'].get('seed')}: "
-                                        f"{status} {record.get('reason', '')}".rstrip())
+            for run in map(wheel_campaign.summary_of, each):
+                if not counts(run):
+                    self.reasons.append(f"wheel slip {state[0]:g} angle {state[1]:g} bed {run['seed']}: "
+                                        f"{run['status']} {run['reason']}".rstrip())
         return records
 
     def _summary(self, results, records):
@@ -167,11 +181,18 @@ class Point:
     def _wheel_outputs(self, records):
         found = {}
         for state, each in records.items():
-            by_seed = {int(r["spec"].get("seed", 0)): wheel_campaign.outputs_of(r)[0] for r in each
-                       if r.get("equal_travel", {}).get("outputs")}
+            by_seed = {run["seed"]: run["outputs"] for run in map(wheel_campaign.summary_of, each) if counts(run)}
             for output in {name for one in by_seed.values() for name in one}:
-                found[wheel_key(state, output)] = over_beds({seed: one[output] for seed, one in by_seed.items()})
+                found[wheel_key(state, output)] = over_beds({
+                    seed: (one[output]["mean"], one[output]["standard_error"]) for seed, one in by_seed.items()
+                    if output in one})
         return found
+
+
+def counts(run):
+    """Whether the summary of a wheel run (wheel_campaign.summary_of) is of one that did not fail and went the equal
+    travel."""
+    return run["status"] != wheel_campaign.FAILED and run["equal_travel"]
 
 
 def bench_of(soil, targets, predict, beds, tool_friction, wheel_friction):

@@ -1,4 +1,4 @@
-"""What the posterior predicts for every measured row that the runs answer, fitted or held out."""
+"""What the posterior predicts for every measured row that enough runs answer, fitted or held out."""
 
 import math
 
@@ -69,7 +69,7 @@ def rows_of(targets, runs, evidence, posterior, radius):
     for row in targets.rows:
         block = Block([row], radius)
         zero = says_nothing(row)
-        process = None if zero else runs.process(block)
+        process = None if zero else runs.process(block, needed=False)
         entry = {"test": row.test, "kind": row.kind, "measured": row.measured, "key": row.key, "held_out": row.held_out,
                  **row.at, "value": row.value, "sd": row.sd, "zero_by_symmetry": zero}
         found.append(entry)

@@ -173,7 +173,6 @@ class Start:
         for key in ("friction", "rolling_friction", "youngs_modulus_pa"):
             if key in values:
                 grains[key] = values[key]
-        self._pack(soil, values)
         if values.get("surface_energy_j_per_m2", 0) > 0:
             contact = grains.setdefault("contact", {})
             contact["surface_energy_j_per_m2"] = values["surface_energy_j_per_m2"]
@@ -184,6 +183,7 @@ class Start:
             mean = sum(float(one["mass_fraction"]) * float(one["diameter_m"]) for one in grains["sizes"]) / whole
             for one in grains["sizes"]:
                 one["diameter_m"] = round_to(float(one["diameter_m"]) * values["grain_diameter_m"] / mean)
+        self._pack(soil, values)  # the least layer is one of the sizes as they are now
         if "rolling_friction" in values:
             scene["wheel"]["rolling_friction"] = values["rolling_friction"]
         if "wheel_friction" in values:
@@ -210,6 +210,6 @@ class Start:
 
     @staticmethod
     def least_layer(grains):
-        """[m] what the engine bears of a top layer (kLeastTopGrains in dem_offline/engine/rig/bed.h), three of the largest
-        grains: one that is thinner is left out."""
+        """[m] what the engine bears of a top layer (kLeastTopGrains in dem_offline/engine/rig/bed.h), three of the
+        largest grains: one that is thinner is left out."""
         return 3 * max(float(one["diameter_m"]) for one in grains["sizes"])

@@ -24,8 +24,9 @@ sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROO
 import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
 import measured as measurement  # noqa: E402
-from experiment_runs import Refused, record_of  # noqa: E402
+from experiment_runs import Plan, Refused, engine_of, record_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
+from processes import ProgramFailed  # noqa: E402
 
 LOOSE = os.path.join(ROOT, "dem_offline", "campaigns", "cmu_loose.soil.yaml")
 MEASURED = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_plates.yaml")
@@ -99,6 +100,8 @@ class Plans(InFolder):
         self.assertEqual(bed["top_layer"]["preparation"], {"friction": "0.75", "rolling_friction": "1.0"})
         one = SimpleNamespace(record={"bed": {**record, "top_solid_fraction": 0}})
         self.assertEqual(len(benches.packing_of(one)), 1)
+        bed = soil.bed(0.2, benches.packing_of(one))  # of runs before the top layer's were told
+        self.assertEqual((bed["preparation"]["friction"], "preparation" in bed["top_layer"]), ("0.25", False))
         self.assertIsNone(benches.packing_of(SimpleNamespace(record={"bed": {}})))
 
     def test_a_wheel_as_it_was_measured(self):
@@ -126,6 +129,22 @@ class Plans(InFolder):
         self.assertAlmostEqual(bench.ring_radii[1] - bench.ring_radii[0], 3.5 * 0.012)
         area = math.pi * (0.084**2 - 0.042**2)
         self.assertAlmostEqual(bench.ring_area * bench.pressures[1], area * 0.16 * 1450 * 9.81)
+
+
+class Engines(InFolder):
+    def test_a_run_of_another_engine_is_not_done(self):
+        path = self.soil_file()
+        plan = Plan("one", path, {})
+        with open(path, encoding="utf-8") as file:
+            spec = {"yaml": file.read(), "sets": []}
+        engine = engine_of(os.path.join(BIN, "grouser-dem"))
+        self.assertRegex(engine, "^[0-9]+$")
+        record = {"status": "RUN_STATUS_DONE", "experiment_spec": spec, "numerics": {"engine_version": engine}}
+        self.assertTrue(plan.is_done_in(record, engine))
+        self.assertFalse(plan.is_done_in({**record, "numerics": {"engine_version": "1"}}, engine))
+        self.assertFalse(plan.is_done_in({**record, "numerics": {}}, engine))
+        with self.assertRaisesRegex(ProgramFailed, "(?s)--version: got .*expected 'grouser-dem VERSION"):
+            engine_of("/bin/true")
 
 
 class Measures(InFolder):

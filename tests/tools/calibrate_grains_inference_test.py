@@ -175,6 +175,23 @@ class Words(unittest.TestCase):
         told = {one["name"]: one["identified"] for one in identify.parameters_of(vary, types.SimpleNamespace(u=u))}
         self.assertEqual(told, {"friction": False, "rolling_friction": False, "solid_fraction": True})
 
+    def test_a_direction_of_many_small_parts_has_names(self):
+        weights = {name: 1 / math.sqrt(len(varied.KNOWN)) for name in varied.KNOWN}
+        weights["solid_fraction"] *= 1.05
+        self.assertIn("the tests cannot tell solid_fraction from friction (", identify.in_words(weights))
+
+    def test_ends_of_a_logarithmic_range(self):
+        stand_in = types.SimpleNamespace(
+            targets=types.SimpleNamespace(notes=[]), evidence=types.SimpleNamespace(unanswered=[]),
+            vary=varied.Vary({"youngs_modulus_pa": (1e6, 1e8)}, {}))
+
+        def notes(low, high):
+            return outcome.Inference._notes(stand_in, {}, [{
+                "name": "youngs_modulus_pa", "range": [1e6, 1e8], "low90": low, "high90": high}])
+        self.assertEqual(notes(2e6, 5e7), [])  # 2e6 is 1 % of the range's width, but 15 % of its decades
+        self.assertIn("reaches the end 1e+06", notes(1.05e6, 5e7)[0])
+        self.assertIn("reaches the end 1e+08", notes(2e6, 9.5e7)[0])
+
     def test_motions(self):
         def row(slip, angle):
             return types.SimpleNamespace(at={"slip": slip, "angle": angle})
@@ -227,6 +244,31 @@ class WholeWay(unittest.TestCase):
         small = {**self.table, "points": self.table["points"][:8]}
         with self.assertRaisesRegex(Refused, "8 points of the design gave it, expected at least 12"):
             evidence_of(self.targets, small, self.vary)
+
+    def test_a_row_that_is_held_out_and_few_points_reached_is_not_predicted(self):
+        held = [row.key for row in self.targets.rows if row.key.startswith("plate 80 mm") and row.held_out]
+        key = held[0]  # a candidate of next_tests, too
+        points = [{**one, "outputs": {name: value for name, value in one["outputs"].items() if name != key or k < 5}}
+                  for k, one in enumerate(self.table["points"])]
+        runs, evidence = evidence_of(self.targets, {**self.table, "points": points}, self.vary)
+        got = bayes.sample(bayes.Target(evidence), seed=2, count=100)
+        rows = {row["key"]: row for row in predict.rows_of(self.targets, runs, evidence, got, 0.0625)}
+        self.assertNotIn("model", rows[key])
+        self.assertIn("model", rows[held[1]])
+        direction = {"weights": dict.fromkeys(self.vary.names, 0.5), "share_left": 1.0}
+        told = identify.next_tests(self.targets, runs, evidence, got, 0.0625, [direction])
+        self.assertTrue(told)
+        block = evidences.Block([row for row in self.targets.rows if row.key == key], 0.0625)
+        with self.assertRaisesRegex(Refused, "5 points of the design gave it, expected at least 12"):
+            runs.process(block)
+
+    def test_tests_on_one_plate_are_of_one_run(self):
+        def run_of(kind, test, **at):
+            return evidences.Block([measured.Row("key", test, kind, "force", 2.0, None, False, **at)], 0.06).run
+        first = run_of("plate", "first", mm=60.0, sinkage=0.01)
+        self.assertEqual(first, run_of("plate", "again", mm=60.0, sinkage=0.01))
+        self.assertNotEqual(first, run_of("plate", "first", mm=80.0, sinkage=0.01))
+        self.assertEqual(run_of("press", "first", sinkage=0.01), run_of("press", "again", sinkage=0.02))
 
     def test_writes_a_soil_that_the_bench_reads(self):
         with tempfile.TemporaryDirectory() as out:

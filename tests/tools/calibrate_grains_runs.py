@@ -2,8 +2,8 @@
 """Stands for grouser-dem where only the order, the resuming and the failing of runs is tested: no physics, but numbers
 that grow with friction and packing.
 
-Its folder holds `calls`, a line for each run it made, and may hold `refuse`: a text; a run whose arguments
-contain it fails."""
+Its folder holds `calls`, a line for each run it made, and may hold texts: `refuse`, a run whose arguments contain it
+fails; `no_wheels`, a campaign whose soil contains it is refused; `status` of wheel runs; `engine`, its version."""
 
 import hashlib
 import json
@@ -19,12 +19,21 @@ def note(text):
         file.write(text + "\n")
 
 
-def refused(text):
-    path = os.path.join(HERE, "refuse")
+def said(name, otherwise):
+    path = os.path.join(HERE, name)
     if not os.path.exists(path):
-        return False
+        return otherwise
     with open(path, encoding="utf-8") as file:
-        return file.read().strip() in text
+        return file.read().strip()
+
+
+def refused(text, by="refuse"):
+    word = said(by, None)
+    return word is not None and word in text
+
+
+def numerics():
+    return {"engine_version": said("engine", "6")}
 
 
 def run(arguments):
@@ -44,7 +53,7 @@ def run(arguments):
         file.write(f"time_s,{body}.sinkage_m,{body}.f_z_n\n")
         file.writelines(f"{k},{1e-4 * k},{force * k}\n" for k in range(400))
     write(out, {"status": "RUN_STATUS_DONE", "experiment_spec": {"yaml": text, "sets": sets, "others": []},
-                "bed": {"solid_fraction": packing, "preparation_friction": 1.0}})
+                "numerics": numerics(), "bed": {"solid_fraction": packing, "preparation_friction": 1.0}})
     return 0
 
 
@@ -55,22 +64,27 @@ def campaign(arguments):
         plan = yaml.safe_load(file)
     os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
     with open(os.path.join(os.path.dirname(path), plan["soil"]), encoding="utf-8") as file:
-        grains = yaml.safe_load(file)["grains"]
+        text = file.read()
+    if refused(text, "no_wheels"):
+        print("grouser-dem: campaign refused", file=sys.stderr)
+        return 2
+    grains = yaml.safe_load(text)["grains"]
     planned = []
-    for seed in plan["seeds"]:
-        for state in plan["extra"]:
-            run_id = hashlib.sha256(json.dumps([seed, state]).encode()).hexdigest()[:16]
-            planned.append({"run_id": run_id})
-            out = os.path.join(folder, "runs", run_id + ".run.h5")
-            if os.path.exists(out):
-                continue
-            note(f"wheel {state['slip']} seed {seed}")
-            angle = state["attack_angle_deg"] * 3.141592653589793 / 180
-            write(out, {"status": "RUN_STATUS_STEADY", "bed": {"solid_fraction": grains["solid_fraction"]},
-                        "spec": {"seed": str(seed), "state": {**state, "attack_angle_rad": angle}},
-                        "equal_travel": {"outputs": [{"name": "f_x", "mean": grains["friction"] + seed,
-                                                      "standard_error": 0.1},
-                                                     {"name": "sinkage", "mean": 0.02, "standard_error": 1e-4}]}})
+    for state in plan["extra"]:
+        seed = state.pop("seed")
+        run_id = hashlib.sha256(json.dumps([seed, state]).encode()).hexdigest()[:16]
+        planned.append({"run_id": run_id})
+        out = os.path.join(folder, "runs", run_id + ".run.h5")
+        if os.path.exists(out):
+            continue
+        note(f"wheel {state['slip']} seed {seed}")
+        angle = state["attack_angle_deg"] * 3.141592653589793 / 180
+        write(out, {"status": "RUN_STATUS_" + said("status", "STEADY"), "numerics": numerics(),
+                    "bed": {"solid_fraction": grains["solid_fraction"]},
+                    "spec": {"seed": str(seed), "state": {**state, "attack_angle_rad": angle}},
+                    "equal_travel": {"outputs": [{"name": "f_x", "mean": grains["friction"] + seed,
+                                                  "standard_error": 0.1},
+                                                 {"name": "sinkage", "mean": 0.02, "standard_error": 1e-4}]}})
     write(os.path.join(folder, "campaign.json"), {"runs": planned})
     return 0
 
@@ -81,6 +95,9 @@ def write(path, content):
 
 
 def main(arguments):
+    if arguments[0] == "--version":
+        print(f"grouser-dem 0 (engine {said('engine', '6')}, none)")
+        return 0
     if arguments[0] == "check":
         return 0
     if arguments[0] == "run":

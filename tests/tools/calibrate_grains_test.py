@@ -5,10 +5,13 @@ Usage: calibrate_grains_test.py BIN"""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
+import types
 import unittest
 
 import numpy
@@ -20,10 +23,12 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"),
     ("clients", "common"))]
 
+import design  # noqa: E402
 import point as points  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
 from experiment_runs import Refused  # noqa: E402
+from processes import Processes  # noqa: E402
 
 PROGRAM = os.path.join(ROOT, "dem_offline", "calibrate_grains", "calibrate_grains.py")
 CAMPAIGNS = os.path.join(ROOT, "dem_offline", "campaigns")
@@ -112,6 +117,9 @@ class Made(unittest.TestCase):
         self.assertAlmostEqual(soil["bulk_density_kg_per_m3"] / grains["grain_density_kg_per_m3"], 0.56, places=4)
         thin, *_ = self.start.made({"solid_fraction": 0.53, "denser_below": 0.03, "top_layer_m": 0.004}, "thin")
         self.assertNotIn("top_layer", thin["grains"])
+        for diameter, layer in ((0.004, {"thickness_m": 0.02, "solid_fraction": 0.53}), (0.016, None)):
+            values = {"solid_fraction": 0.53, "denser_below": 0.03, "top_layer_m": 0.02, "grain_diameter_m": diameter}
+            self.assertEqual(self.start.made(values, "sized")[0]["grains"].get("top_layer"), layer)
 
     def test_words_of_yaml_come_out_as_they_stood(self):
         text = varied.text_of(self.start.scene)
@@ -145,6 +153,56 @@ class Targets(InFolder):
         self.assertAlmostEqual(both["value"], 3.0)
         self.assertAlmostEqual(both["standard_error"], 1.0)
         self.assertIsNone(points.over_beds({1: (2.0, None)})["standard_error"])
+
+
+class Tables(InFolder):
+    def complaint(self, **changes):
+        file = {"file": "a", "sha256": "0"}
+        point = {"label": "s001", "values": {"friction": 0.4}, "status": "done", "seconds": {}, "outputs": {}}
+        table = {"version": 1, "soil": file, "scene": file, "beds": 1, "fixed": {}, "ranges": {"friction": [0.3, 0.8]},
+                 "points": [point], **changes}
+        path = self.file("design.json", json.dumps(table))
+        try:
+            return design.read_table(path) and None
+        except Refused as error:
+            return str(error)
+
+    def test_says_what_is_wrong(self):
+        self.assertIsNone(self.complaint())
+        for changes, words in (
+                ({"version": 2}, "version 2, not 1"), ({"soil": {}}, "soil: no file and sha256"),
+                ({"scene": None}, "scene: got None, expected a mapping"), ({"beds": "x"}, "beds: got 'x'"),
+                ({"fixed": {"mass": 1}}, "unknown parameter 'mass', not one of friction,"),
+                ({"ranges": {"fricton": [0, 1]}}, "unknown parameter 'fricton'"),
+                ({"ranges": {"friction": [0.8, 0.3]}}, "ranges: friction: got [0.8, 0.3], not [LOW, HIGH]"),
+                ({"ranges": {"wheel_friction": [0.2, 0.7]}}, "points[0]: values: no number for wheel_friction"),
+                ({"points": [1]}, "points[0]: no label"), ({"points": None}, "points: got None, expected a list")):
+            self.assertIn(words, self.complaint(**changes) or "taken", changes)
+
+
+class Children(InFolder):
+    def test_one_that_has_ended_is_forgotten(self):
+        processes = Processes(self.folder)
+        self.addCleanup(processes.stop_all)
+        stand_in = types.SimpleNamespace(processes=processes, counted=0.0, counts=0)
+
+        def work():
+            yield processes.start("first", ["true"])
+            yield processes.start("second", ["sleep", "60"])
+
+        def count():
+            stand_in.counts += 1
+            stand_in.counted = time.monotonic()
+        stand_in.work, stand_in.count = work, count
+        at_work = design.Work(stand_in)
+        first = at_work.child
+        first.wait()
+        self.assertTrue(at_work.goes_on())
+        self.assertEqual((processes._running, stand_in.counts), ([at_work.child], 1))
+        self.assertIsNot(at_work.child, first)
+        stand_in.counted -= 2 * design.KEPT_EVERY_S
+        self.assertTrue(at_work.goes_on())
+        self.assertEqual(stand_in.counts, 2)  # while it runs, too
 
 
 class Runs(InFolder):
@@ -197,7 +255,7 @@ class Runs(InFolder):
         self.assertEqual(outputs["wheel slip 0.3 angle 0 load 15 f_x"]["beds"], {"1": 1.55, "2": 2.55})
         self.assertEqual(table["points"][0]["solid_fraction"], {"tests": 0.55, "wheels": 0.55})
         again = self.run_it("--points", "2", "--jobs", "1", "--beds", "2")
-        self.assertEqual((again.returncode, self.calls()), (0, []))
+        self.assertEqual((again.returncode, self.calls()), (0, []), again.stderr)
         self.assertEqual(self.table(), table)
         more = self.run_it("--points", "3", "--jobs", "2", "--beds", "2")
         self.assertEqual((more.returncode, self.calls()), (0, each))
@@ -239,6 +297,49 @@ class Runs(InFolder):
         self.assertEqual(table["points"][1]["reasons"], ["plate60_bed1: grouser-dem: the bed cannot be packed"])
         self.assertIn("3/3 points, 1 failed", done.stderr)
 
+    def test_a_refused_wheel_campaign_gives_none_of_an_earlier_one(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        self.assertIn("wheel slip 0.3 angle 0 load 15 f_x", self.table()["points"][0]["outputs"])
+        self.file("bin/no_wheels", "friction")
+        self.file("vary.yaml", "friction: [0.3, 0.8]\nsolid_fraction: [0.53, 0.57]\nrolling_friction: 0.2\n")
+        self.run_it("--points", "2", "--jobs", "1")
+        for one in self.table()["points"]:
+            self.assertEqual((one["status"], one["reasons"]), ("part", ["wheels: grouser-dem: campaign refused"]))
+            self.assertFalse(any(key.startswith("wheel") for key in one["outputs"]))
+
+    def test_wheels_that_failed_tell_nothing(self):
+        self.file("bin/status", "FAILED")  # they have outputs all the same
+        self.run_it("--points", "2", "--jobs", "1")
+        one = self.table()["points"][0]
+        self.assertEqual((one["status"], one["reasons"]), ("part", ["wheel slip 0.3 angle 0 bed 1: FAILED"]))
+        self.assertFalse(any(key.startswith("wheel") for key in one["outputs"]))
+
+    def test_runs_of_another_engine_are_not_done(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        self.assertEqual(sum(one.startswith("run") for one in self.calls()), 4)
+        self.file("bin/engine", "7")
+        self.run_it("--points", "2", "--jobs", "1")
+        self.assertEqual(sum(one.startswith("run") for one in self.calls()), 4)
+
+    def test_the_time_of_a_point_that_was_cut_short_counts_once(self):
+        self.run_it("--points", "2", "--jobs", "1")
+        point = os.path.join(self.out, "points", "s002")
+        self.assertFalse(os.path.exists(os.path.join(point, "spent.json")))
+        values = self.table()["points"][1]["values"]
+        os.unlink(os.path.join(point, "point.json"))
+        self.file(os.path.join(point, "spent.json"),
+                  json.dumps({"values": values, "seconds": {"tests": 3000.0, "wheels": 500.0}}))
+        done = self.run_it("--points", "2", "--jobs", "1", "--budget", "0.9")
+        self.assertIn("the budget is used up: 1 points were not run", done.stderr)
+        done = self.run_it("--points", "3", "--jobs", "1", "--budget", "1.1")
+        self.assertNotIn("budget is used up", done.stderr)  # 58 minutes, not twice that
+        self.assertIn("1 of them done before (58.", done.stderr)
+        seconds = self.table()["points"][1]["seconds"]
+        self.assertTrue(3000 <= seconds["tests"] < 3100 and 500 <= seconds["wheels"] < 600, seconds)
+        self.assertFalse(os.path.exists(os.path.join(point, "spent.json")))
+        done = self.run_it("--points", "4", "--jobs", "1", "--budget", "1.1")
+        self.assertNotIn("budget is used up", done.stderr)
+
     def test_the_budget_ends_it_and_counts_each_point_once(self):
         self.run_it("--points", "2", "--jobs", "1")
         spent = sum(sum(one["seconds"].values()) for one in self.table()["points"])
@@ -256,6 +357,17 @@ class Runs(InFolder):
         self.assertIn("--beds 0: expected at least 1", said("--beds", "0"))
         self.assertIn("--budget -1: expected more than 0 hours", said("--budget", "-1"))
         self.assertIn("nowhere.yaml: no such file", said("--soil", "nowhere.yaml"))
+        with open(SCENE, encoding="utf-8") as file:
+            scene = file.read()
+        self.assertIn("wheel.radius_m: got 'abc', expected a number",
+                      said("--scene", self.file("radius.yaml", re.sub("radius_m: [0-9.]+", "radius_m: abc", scene))))
+        self.assertIn("name: got None, expected the name of the scene",
+                      said("--scene", self.file("name.yaml", re.sub("(?m)^name: ", "called: ", scene))))
+        words = ["--design", self.file("d.json", '{"version": 1}')]
+        done = subprocess.run([sys.executable, PROGRAM, "--bin", self.bin, self.data, "--soil", SOIL, "--scene", SCENE,
+                               "--out", self.out, *words], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("soil: got None, expected a mapping: the design.json of ./grouser calibrate grains", done.stderr)
         self.file("data.yaml", DATA.replace("62.5 mm", "58 mm"))
         self.assertIn("wheel of 0.0625 m by 0.05 m, expected the measured one of 0.058 m by 0.05 m", said())
         self.file("data.yaml", DATA.replace("diameter:", "diametr:"))

@@ -9,21 +9,32 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
+import types
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "dem_offline", "adaptive"))
 
+import adapt  # noqa: E402  (it finds the others)
 import states  # noqa: E402
+from processes import Processes  # noqa: E402
 
 DEM = """#!/usr/bin/python3
 import json, os, sys, yaml
 words = sys.argv[1:]
 if words[:2] == ["campaign", "run"]:
     campaign = yaml.safe_load(open(words[2]))
+    if campaign.get("refuse"):
+        sys.exit(2)
     assert os.path.exists(os.path.join(os.path.dirname(words[2]), campaign["scene"])), campaign["scene"]
     os.makedirs(words[words.index("--out") + 1], exist_ok=True)
     path = os.path.join(words[words.index("--out") + 1], "runs.json")
+    if campaign.get("slow"):
+        import time
+        time.sleep(0.8)
+        kept = json.load(open(os.path.join(os.path.dirname(words[2]), "adapt.json")))
+        json.dump(kept["seconds"], open(os.path.join(os.path.dirname(words[2]), "seen.json"), "w"))
     json.dump(campaign["extra"], open(path, "w"))
 else:
     slip, angle, load = (words[words.index(one) + 1:][:2] for one in ("--slip", "--angle-deg", "--load"))
@@ -91,6 +102,10 @@ class Loop(unittest.TestCase):
             os.chmod(path, os.stat(path).st_mode | stat.S_IXUSR)
         self.out = os.path.join(self.folder, "deep", "out")
 
+    def file(self, name, text):
+        with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
+            file.write(text)
+
     def adapt(self, *more, campaign="c.yaml"):
         return subprocess.run([sys.executable, os.path.join(ROOT, "dem_offline", "adaptive", "adapt.py"),
                                os.path.join(self.folder, campaign), "--out", self.out, "--bin", self.folder, "--batch",
@@ -128,11 +143,51 @@ class Loop(unittest.TestCase):
         self.assertEqual((done.returncode, "none.yaml" in done.stderr), (2, True), done.stderr)
         done = self.adapt("--budget", "1", campaign="s.scene.yaml")
         self.assertIn("expected a campaign file with a scene", done.stderr)
+        for text, words in (
+                ("mode: towed", "mode: got 'towed', expected rim or none"),
+                ("speed_m_per_s: 0.1", "speed_m_per_s: got 0.1, expected none"),
+                ("grid: [{slip: [0], attack_angle_deg: [0, -5], load_n: [9]}]", "grid[0].attack_angle_deg: got -5, "
+                 "expected 0 or more"),
+                ("grid: [{mode: free, drawbar_n: [1], load_n: [9]}]", "grid[0].mode: got 'free'"),
+                ("", "extra[2].attack_angle_deg: got -1, expected 0 or more")):
+            more = "" if text else "  - {slip: 0, attack_angle_deg: -1, load_n: 15}\n"
+            self.file("bad.yaml", CAMPAIGN + more + text + "\n")
+            done = self.adapt("--budget", "1", campaign="bad.yaml")
+            self.assertEqual((done.returncode, words in done.stderr), (2, True), done.stderr)
         self.assertEqual(self.adapt("--budget", "0").returncode, 1)
         with open(os.path.join(self.folder, "c.yaml"), "a", encoding="utf-8") as file:
             file.write("  - {slip: 0, attack_angle_deg: 0, load_n: 15}\n")
         done = self.adapt("--budget", "1")
         self.assertEqual((done.returncode, "holds another campaign" in done.stderr), (2, True), done.stderr)
+        self.file("deep/out/adapt.json", '{"campaign": {')
+        done = self.adapt("--budget", "1")
+        self.assertEqual((done.returncode, "adapt.json: JSONDecodeError" in done.stderr), (2, True), done.stderr)
+        self.file("deep/out/adapt.json", '{"campaign": {}, "added": 1}')
+        done = self.adapt("--budget", "1")
+        self.assertEqual((done.returncode, "added: got 1, expected a list" in done.stderr), (2, True), done.stderr)
+
+    def test_a_campaign_that_was_refused_can_be_mended(self):
+        self.file("c.yaml", CAMPAIGN + "refuse: true\n")
+        done = self.adapt("--budget", "0")
+        self.assertEqual((done.returncode, "ended with 2" in done.stderr), (2, True), done.stderr)
+        self.file("c.yaml", CAMPAIGN)
+        self.assertEqual(self.adapt("--budget", "0").returncode, 1)
+
+    def test_time_counts_while_the_campaign_runs(self):
+        self.file("c.yaml", CAMPAIGN + "slow: true\n")
+        arguments = types.SimpleNamespace(campaign=os.path.join(self.folder, "c.yaml"), out=self.out, bin=self.folder,
+                                          jobs=1)
+        os.makedirs(self.out)
+        before, adapt.KEPT_EVERY_S = adapt.KEPT_EVERY_S, 0.1
+        self.addCleanup(setattr, adapt, "KEPT_EVERY_S", before)
+        with Processes(self.out) as processes:
+            adaptive = adapt.Adaptive(arguments, processes)
+            began = time.monotonic()
+            adaptive.timed(adaptive.run)
+            took = time.monotonic() - began
+        with open(os.path.join(self.out, "seen.json"), encoding="utf-8") as file:
+            self.assertGreater(json.load(file), 0.3)
+        self.assertAlmostEqual(adaptive.history["seconds"], took, delta=0.1)  # and once
 
 
 if __name__ == "__main__":
