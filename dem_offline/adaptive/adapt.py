@@ -169,8 +169,8 @@ class Adaptive:
         """[(state, how unsure)] over the ranges."""
         slip, angle, load = ranges.all
         drawn = self.child("draw", [
-            self.dem, "campaign", "draw", "--sobol", "--states", CANDIDATES, "--slip", *map(repr, slip),
-            "--angle-deg", *map(repr, angle), "--load", *map(repr, load)])
+            self.dem, "campaign", "draw", "--sobol", "--states", CANDIDATES, "--seed", 1 + len(self.history["added"]),
+            "--slip", *map(repr, slip), "--angle-deg", *map(repr, angle), "--load", *map(repr, load)])
         radius = float(model["wheel"]["radius_m"])
         found = []
         for one in yaml.safe_load(drawn):
@@ -192,7 +192,7 @@ class Adaptive:
         return None if "OVERLOAD" in answer["flag_names"] else answer
 
     def next_batch(self):
-        """Fits, writes a line of history; the states to run next, none when sure enough."""
+        """Fits, writes a line of history; the states to run next, or None when sure enough."""
         model = self.refit()
         runs = model["provenance"]["runs"]
         trained = [(float(r["slip"]), math.degrees(float(r["attack_angle_rad"])), float(r["load_n"])) for r in runs
@@ -212,7 +212,7 @@ class Adaptive:
         self.keep()
         say(text_of(line))
         if line["unsure_95"] <= self.arguments.error:
-            return []
+            return None
         there = trained + [(one["slip"], one["attack_angle_deg"], one["load_n"]) for one in self.history["added"]]
         return states.choose(found, there, ranges, self.arguments.batch)
 
@@ -249,8 +249,11 @@ class Adaptive:
         while True:
             self.timed(self.run)
             chosen = self.timed(self.next_batch)
-            if not chosen:
+            if chosen is None:
                 return True
+            if not chosen:
+                say("no state is left that has not run: more runs would be of beds, not of states")
+                return False
             if self.history["seconds"] >= 3600 * self.arguments.budget:
                 say(f"the budget is used up: {100 * SHARE:g} % of the ranges are known to "
                     f"{self.history['models'][-1]['unsure_95']:.3g}, {self.arguments.error:g} was asked for")

@@ -4,6 +4,7 @@ import math
 
 OUTPUTS = ("f_x", "f_y", "torque", "sinkage")
 APART = 0.15  # of the ranges: nearer than this a state is worth less, in proportion
+SAME = 0.01   # the same: nearer than this it has run
 
 
 def scales(load, radius):
@@ -35,12 +36,12 @@ class Ranges:
 
 def choose(candidates, there, ranges, count):
     """The next states. candidates: [(state, how unsure)]; there: states that have run. Greedy: the largest of
-    unsure * min(1, distance to the nearest that runs / APART), one after the other."""
+    unsure * min(1, distance to the nearest that runs / APART), one after the other; none within SAME of one."""
     chosen, rest = [], [one for one in candidates if not math.isnan(one[1])]
 
     def worth(one):
         nearest = min((ranges.distance(one[0], other) for other in [*there, *chosen]), default=math.inf)
-        return one[1] * min(1.0, nearest / APART)
+        return one[1] * min(1.0, nearest / APART) if nearest > SAME else 0.0
     while rest and len(chosen) < count:
         best = max(rest, key=worth)
         if worth(best) <= 0:

@@ -42,7 +42,7 @@ import html_page  # noqa: E402
 import measured_table as measured  # noqa: E402
 import validate_page as page  # noqa: E402
 import wheel_campaign as campaigns  # noqa: E402
-from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
+from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 
@@ -150,13 +150,16 @@ def all_runs(arguments, rows, processes):
                 run = campaigns.summary_of(record)
                 known.setdefault(campaigns.state_of_record(record), {})[run["seed"]] = run
                 beds.setdefault(str(run["seed"]), page.bed_of(record))
+    if not head:
+        raise ProgramFailed("no run left a record; see logs/campaign.log")
     seeds = range(1, arguments.beds + 1)
     return head, beds, {state: [runs[seed] for seed in seeds if seed in runs] for state, runs in known.items()}
 
 
 def model_answer(arguments, row):
     answer = campaigns.capture([os.path.join(arguments.bin, "grouser-fit"), "eval", arguments.model, "--json",
-                      f"--slip={row.slip!r}", f"--angle-deg={math.degrees(row.angle)!r}", f"--load={row.load!r}"])
+                                f"--slip={row.slip!r}", f"--angle-deg={math.degrees(row.angle)!r}",
+                                f"--load={row.load!r}"])
     return page.model_outputs(answer)
 
 

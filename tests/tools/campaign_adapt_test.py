@@ -38,9 +38,10 @@ if words[:2] == ["campaign", "run"]:
     json.dump(campaign["extra"], open(path, "w"))
 else:
     slip, angle, load = (words[words.index(one) + 1:][:2] for one in ("--slip", "--angle-deg", "--load"))
+    passed = int(words[words.index("--seed") + 1])
     for k in range(10):
-        u = (k + 0.5) / 10
-        v = (k * 0.618) % 1
+        u = ((k + 0.5) / 10 + 0.37 * passed) % 1
+        v = (k * 0.618 + 0.21 * passed) % 1
         at = [float(low) + w * (float(high) - float(low)) for (low, high), w in ((slip, v), (angle, u), (load, v))]
         print("- {slip: %r, attack_angle_deg: %r, load_n: %r, seed: 1}" % tuple(at))
 """
@@ -132,6 +133,13 @@ class Loop(unittest.TestCase):
         history = json.loads(done.stdout)
         self.assertEqual([line["runs"] for line in history["models"]], [2, 6, 10, 14])
         self.assertGreater(history["seconds"], first["seconds"])
+
+    def test_is_not_sure_because_nothing_is_left_to_run(self):
+        self.file("grouser-dem", DEM.replace("passed = int", "passed = 0 * int"))  # the same candidates each time
+        done = self.adapt("--budget", "1", "--error", "0")
+        self.assertEqual((done.returncode, "no state is left that has not run" in done.stderr), (1, True), done.stderr)
+        states_run = [(one["slip"], one["load_n"]) for one in json.loads(done.stdout)["added"]]
+        self.assertEqual(len(states_run), len(set(states_run)))
 
     def test_refuses(self):
         for more, words in ((("--budget", "-1"), "--budget -1: expected at least 0"),
