@@ -50,11 +50,20 @@ function(grouser_headers name)
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
-# grouser_library(NAME SOURCES a.cc ... LINK x y [HEADERS name]): a static library. HEADERS:
-# the precompiled headers of another kind, or NONE.
+# Code that need not be fast costs a third less to compile so, code that only reads files half.
+set(GROUSER_QUICK_COMPILE $<$<CONFIG:Release>:-O1>)
+if(GROUSER_SANITIZE MATCHES "address")  # all checks stay; to optimise them takes most of the compile time
+  set(GROUSER_QUICK_COMPILE -O0)
+endif()
+# grouser_library(NAME [QUICK] SOURCES a.cc ... LINK x y [HEADERS name]): a static library. QUICK:
+# it need not be fast. HEADERS: the precompiled headers of another kind, or NONE.
 function(grouser_library name)
-  cmake_parse_arguments(ARG "" "HEADERS" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "QUICK" "HEADERS" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
+  if(ARG_QUICK)
+    target_compile_options(${name} PRIVATE ${GROUSER_QUICK_COMPILE})
+    set(ARG_HEADERS grouser_quick_headers)
+  endif()
   target_link_libraries(${name} PUBLIC grouser_options ${ARG_LINK})
   if(NOT ARG_HEADERS)
     set(ARG_HEADERS grouser_common_headers)
@@ -64,11 +73,6 @@ function(grouser_library name)
   endif()
 endfunction()
 
-# Code that need not be fast costs a third less to compile so.
-set(GROUSER_QUICK_COMPILE $<$<CONFIG:Release>:-O1>)
-if(GROUSER_SANITIZE MATCHES "address")  # all checks stay; to optimise them takes most of the compile time
-  set(GROUSER_QUICK_COMPILE -O0)
-endif()
 # CLI11 gives every source that includes it the code of all its classes: optimising that
 # takes longer than all else.
 set(GROUSER_COMMAND_LINE_COMPILE $<$<CONFIG:Release>:-O0>)

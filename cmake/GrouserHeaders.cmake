@@ -17,6 +17,8 @@ if(GROUSER_SERVICES)
 endif()
 
 grouser_headers(grouser_common_headers HEADERS ${standard} ${messages})
+grouser_headers(grouser_quick_headers OPTIONS ${GROUSER_QUICK_COMPILE}
+  HEADERS ${standard} ${messages})
 grouser_headers(grouser_command_line_headers OPTIONS ${GROUSER_COMMAND_LINE_COMPILE}
   HEADERS ${standard} ${messages} <CLI/CLI.hpp>)
 if(GROUSER_SERVICES)

@@ -13,7 +13,7 @@ With --full also:
   lint      what ./grouser lint checks
   asan      tests labelled "verify" as well
   cuda      every kernel for sm_80 too
-  slow      tests labelled "slow"
+  slow      tests labelled "slow", among them the search for inputs that the readers fail on
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
   tidy      clang-tidy over all sources
   --label LABEL   only the release tests with that label (a regular expression)
@@ -40,8 +40,8 @@ ctest_preset() {
   ctest --test-dir "$GROUSER_ROOT/build/$1" --output-on-failure --no-tests=error --parallel 2 "${@:2}"
 }
 
-# run_ctest PRESET ARGS...: builds the preset, runs its tests.
-run_ctest() { build_preset "$1" && ctest_preset "$@"; }
+# run_ctest PRESET ARGS...: builds TEST_TARGETS of the preset (none: all but the fuzzers), runs its tests.
+run_ctest() { build_preset "$1" "${TEST_TARGETS[@]}" && ctest_preset "$@"; }
 
 # Of what is not tested there nothing is built, but for --full.
 build_asan() { build_preset asan "$([ -n "$1" ] && echo all || echo unit_tests)"; }
@@ -94,7 +94,7 @@ run_tidy() {
 }
 
 word_test() {
-  local full='' label=''
+  local full='' label='' packages=()
   if wants_help "$@"; then test_help; return; fi
   while [ $# -gt 0 ]; do
     case "$1" in
@@ -104,8 +104,9 @@ word_test() {
     esac
     shift
   done
-  install_missing build libraries run multibody test ${full:+lint}
-  TEST_RESULTS=() TESTS_FAILED=''
+  TEST_RESULTS=() TESTS_FAILED='' TEST_TARGETS=()
+  case "$label" in *fuzz* | *slow*) packages=(full) TEST_TARGETS=(all fuzzers) ;; esac
+  install_missing build libraries run multibody "${packages[@]}" ${full:+full lint}
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
   else
@@ -115,6 +116,7 @@ word_test() {
     record_stage cuda run_cuda "$full"
     if [ -n "$full" ]; then
       record_stage lint word_lint
+      TEST_TARGETS=(all fuzzers)
       record_stage slow run_ctest release --label-regex slow
       record_stage tsan run_tsan
       record_stage tidy run_tidy
