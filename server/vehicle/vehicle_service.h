@@ -12,10 +12,10 @@
 namespace grouser::server {
 
 /// grouser.v1alpha1.VehicleService. Lists are answered on gRPC's threads; all else on `threads`
-/// threads of its own, so that a plan of a second delays no wheel query. At most kMostWaiting calls
-/// wait; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its deadline among the
-/// reasons) is dropped when it is taken up, or between two motions; a plan under way is finished.
-/// `fleet` and `gate` must outlive the service.
+/// threads of its own, at nice 5, so that a plan of a second delays no wheel query. At most
+/// kMostWaiting calls wait; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its
+/// deadline among the reasons) is dropped when it is taken up, or between two motions; a plan under
+/// way is finished. `fleet` and `gate` must outlive the service.
 class VehicleService final : public v1alpha1::VehicleService::CallbackService {
  public:
   static constexpr std::size_t kMostWaiting = 64;

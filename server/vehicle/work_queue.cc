@@ -1,11 +1,15 @@
 #include "server/vehicle/work_queue.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <utility>
 
 namespace grouser::server {
 
-WorkQueue::WorkQueue(int threads, std::size_t most_waiting) : most_waiting_(most_waiting) {
-  for (int t = 0; t < threads; ++t) threads_.emplace_back([this, t] { Run(t); });
+WorkQueue::WorkQueue(int threads, std::size_t most_waiting, int nice)
+    : most_waiting_(most_waiting) {
+  for (int t = 0; t < threads; ++t) threads_.emplace_back([this, t, nice] { Run(t, nice); });
 }
 
 WorkQueue::~WorkQueue() {
@@ -26,7 +30,9 @@ bool WorkQueue::Post(Work work) {
   return true;
 }
 
-void WorkQueue::Run(int worker) {
+void WorkQueue::Run(int worker, int nice) {
+  // On Linux this is the priority of the calling thread alone. Where it is refused, all are equal.
+  if (nice != 0) ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
   std::unique_lock lock(mutex_);
   while (true) {
     some_.wait(lock, [this] { return ends_ || !waiting_.empty(); });

@@ -15,7 +15,8 @@ class WorkQueue {
   /// `worker`: which of the threads does it, 0 to threads - 1.
   using Work = std::function<void(int worker)>;
 
-  WorkQueue(int threads, std::size_t most_waiting);
+  /// `nice` is added to the nice value of the threads, so that others go first (0: none).
+  WorkQueue(int threads, std::size_t most_waiting, int nice);
   /// Does what waits, then ends.
   ~WorkQueue();
 
@@ -23,7 +24,7 @@ class WorkQueue {
   bool Post(Work work);
 
  private:
-  void Run(int worker);
+  void Run(int worker, int nice);
 
   const std::size_t most_waiting_;
   std::mutex mutex_;

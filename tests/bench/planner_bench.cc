@@ -59,7 +59,7 @@ double ProcessorMs() {
 /// The same plan asked of a server.
 class ServerPlan {
  public:
-  ServerPlan(const std::string& server, const char* vehicle, std::span<const PathPoint> path,
+  ServerPlan(const std::string& server, const std::string& vehicle, std::span<const PathPoint> path,
              const SpeedOptions& options)
       : client_(server, client::Milliseconds(60000)), plan_(path.size()) {
     request_.set_vehicle(vehicle);
@@ -96,7 +96,7 @@ class ServerPlan {
 /// One row and what it runs.
 class PlanCell {
  public:
-  PlanCell(const Case& c, const std::string& path, const std::string& server)
+  PlanCell(const Case& c, const std::string& path)
       : file_(ReadVehicle(
             FindShipped("surrogate/vehicle/shipped/" + std::string(c.vehicle) + ".vehicle.yaml"))),
         path_(PathOf(path, c.curvature_per_m, file_.grounds.soils.size())),
@@ -123,14 +123,16 @@ class PlanCell {
       near_[i].v_x_m_per_s *= kFaster;
       near_[i].yaw_rate_rad_per_s *= kFaster;
     }
-    if (!server.empty()) {
-      server_ = std::make_unique<ServerPlan>(server, c.vehicle, path_, options_);
-      server_->Ms();
-      row_.grpc_differ = server_->Differ(plan_);
-    }
     const long before = Allocations();
     Pass(nullptr);
     row_.allocations = Allocations() - before;
+  }
+
+  /// After the allocations of all rows were counted: a client has threads of its own.
+  void Connect(const std::string& server) {
+    server_ = std::make_unique<ServerPlan>(server, row_.vehicle, path_, options_);
+    server_->Ms();
+    row_.grpc_differ = server_->Differ(plan_);
   }
 
   void Run() {
@@ -198,8 +200,11 @@ std::vector<PlannerRow> MeasurePlanner(const PlannerOptions& options) {
     for (const char* path : {"straight", "curvy", "hilly", "mixed"}) {
       const bool asked = (options.vehicle.empty() || options.vehicle == c.vehicle) &&
                          (options.path.empty() || options.path == path);
-      if (asked) cells.push_back(std::make_unique<PlanCell>(c, path, options.server));
+      if (asked) cells.push_back(std::make_unique<PlanCell>(c, path));
     }
+  }
+  for (auto& cell : cells) {
+    if (!options.server.empty()) cell->Connect(options.server);
   }
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
     for (auto& cell : cells) cell->Run();
