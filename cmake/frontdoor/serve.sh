@@ -10,6 +10,8 @@ SIGTERM.
   --state DIR        state folder (default: $GROUSER_STATE, else
                      $XDG_STATE_HOME/grouser, else ~/.local/state/grouser)
   --shipped DIR      read-only models (default: surrogate/shipped)
+  --vehicles PATH    vehicle file, or folder of them; may stand several times
+                     (default: surrogate/vehicle/shipped)
   --grpc ADDR        of queries (default 127.0.0.1:50151)
   --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152); both: HOST:PORT or unix:PATH
   --no-lcm           gRPC only (chosen for you where no multicast route goes by lo)
@@ -25,6 +27,7 @@ Examples:
   ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm
 then, elsewhere:
   ./grouser query --slip 0.2 --angle-deg 30 --load 24
+  ./grouser vehicle solve husky --soil asphalt --speed 0.8 --radius 2 --server 127.0.0.1:50151
 HELP
 }
 
@@ -62,7 +65,7 @@ word_serve() {
     GROUSER_SIGNALS_RESET=1 exec env --default-signal=INT,TERM,HUP "$GROUSER_ROOT/grouser" serve "$@"
   fi
   unset GROUSER_SIGNALS_RESET
-  local state shipped server=() jobs=() lcm=''
+  local state shipped server=() jobs=() vehicles=() lcm=''
   state="$(state_dir)"
   shipped="$(shipped_dir)"
   while [ $# -gt 0 ]; do
@@ -74,6 +77,7 @@ word_serve() {
     case "$1" in
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
+      --vehicles) vehicles+=("$1" "$2") ;;
       --grpc | --port-file) server+=("$1" "$2") ;;
       --max-connections | --idle-s | --drain-s | --probe-s)
         server+=("$1" "$2"); jobs+=("$1" "$2") ;;
@@ -92,10 +96,12 @@ word_serve() {
     say "no multicast route by lo, so no LCM (./grouser doctor has the two commands); gRPC only"
     server+=(--no-lcm)
   fi
+  [ ${#vehicles[@]} -gt 0 ] || vehicles=(--vehicles "$GROUSER_ROOT/surrogate/vehicle/shipped")
   build_if_missing grouser-server grouser-jobs
   CHILDREN=() SERVE_ENDED_BY_SIGNAL='' SERVE_CODE=0
   trap end_children TERM INT HUP
-  start_child "$(program_path grouser-server)" --state "$state" --shipped "$shipped" "${server[@]}"
+  start_child "$(program_path grouser-server)" --state "$state" --shipped "$shipped" "${vehicles[@]}" \
+    "${server[@]}"
   start_child "$(program_path grouser-jobs)" --state "$state" --shipped "$shipped" \
     --bin "$GROUSER_ROOT/build/release/bin" "${jobs[@]}"
   reap_children

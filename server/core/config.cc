@@ -9,6 +9,8 @@
 namespace grouser::server {
 namespace {
 
+constexpr int kMostVehicleThreads = 64;
+
 [[noreturn]] void Fail(const std::string& key, const std::string& value, const char* expected) {
   throw std::invalid_argument(fmt::format("{}: '{}', expected {}", key, value, expected));
 }
@@ -23,6 +25,9 @@ void ServerConfig::Validate() const {
   if (fs::exists(state_dir) && !fs::is_directory(state_dir)) Fail("state", state_dir, "a folder");
   if (!shipped_dir.empty() && !fs::is_directory(shipped_dir)) {
     Fail("shipped", shipped_dir, "a folder that exists");
+  }
+  if (vehicle_threads < 1 || vehicle_threads > kMostVehicleThreads) {
+    Fail("vehicle-threads", std::to_string(vehicle_threads), "1 to 64");
   }
   if (poll_period.count() <= 0) {
     Fail("poll_period", fmt::format("{} ms", poll_period.count()), "more than 0 ms");

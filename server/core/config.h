@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 namespace grouser::server {
 
@@ -9,6 +10,9 @@ namespace grouser::server {
 struct ServerConfig {
   std::string state_dir;    ///< holds models/; written by others
   std::string shipped_dir;  ///< read-only underlay; may be empty
+  /// Vehicle files, and folders of them.
+  std::vector<std::string> vehicles;
+  int vehicle_threads = 1;  ///< that answer for them
   bool lcm = true;
   std::string lcm_url;  ///< empty: $LCM_DEFAULT_URL, else liblcm's default
   /// LCM messages that come in by another network interface are not received.

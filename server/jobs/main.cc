@@ -102,7 +102,7 @@ int Serve(Settings settings) {
   CallGate gate;
   JobsServiceAdapter service(app, gate);
   // Listening comes before workers start: a port in use must cost nobody a run.
-  GrpcServer server(settings.net, service, gate, v1alpha1::JobsService::service_full_name(),
+  GrpcServer server(settings.net, {{&service, v1alpha1::JobsService::service_full_name()}}, gate,
                     [&loop] { loop.Fail(); });
   app.Start();
   const int code = loop.Run(server, settings.net.port_file, "ready grpc=" + server.address(),

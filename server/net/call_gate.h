@@ -56,14 +56,14 @@ grpc::Status ShuttingDown();
 
 /// One unary call that a gate counts until gRPC is done with it. Deletes
 /// itself then.
-class UnaryCall final : public grpc::ServerUnaryReactor {
+class UnaryCall : public grpc::ServerUnaryReactor {
  public:
   /// `context` tells whether the call is cancelled already, e.g. because its
   /// deadline passed in the queue.
   UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context);
   /// False: the call has been finished, do nothing but return it.
   bool admitted() const { return admitted_; }
-  void OnDone() override;
+  void OnDone() final;
 
  private:
   CallGate& gate_;

@@ -75,9 +75,9 @@ std::string Reachable(Address address) {
 
 }  // namespace
 
-GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGate& gate,
-                       std::string service_name, std::function<void()> on_unreachable)
-    : options_(options), gate_(gate), service_name_(std::move(service_name)) {
+GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService>& services,
+                       CallGate& gate, std::function<void()> on_unreachable)
+    : options_(options), gate_(gate) {
   // Both are registries of gRPC itself and must be set before a builder exists.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -85,7 +85,7 @@ GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGa
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
       grpc::InsecureServerCredentials());
-  builder.RegisterService(&service);
+  for (const NamedService& s : services) builder.RegisterService(s.service);
   SetLimits(builder, options_);
   listener_ = std::make_unique<Listener>(
       loop_, ParseAddress(options_.grpc), MostConnections(options_), [this](int listener, int fd) {
@@ -96,7 +96,7 @@ GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGa
       });
   server_ = builder.BuildAndStart();
   if (!server_) throw std::runtime_error("grpc: the server cannot be started");
-  SetServing(true);
+  for (const NamedService& s : services) SetServing(s.name, true);
   listener_->Start();
   thread_ = std::jthread([this] { loop_.run(); });
   if (options_.probe_s > 0) {
@@ -113,8 +113,8 @@ GrpcServer::GrpcServer(const NetOptions& options, grpc::Service& service, CallGa
 
 GrpcServer::~GrpcServer() { Close(); }
 
-void GrpcServer::SetServing(bool serving) {
-  server_->GetHealthCheckService()->SetServingStatus(service_name_, serving);
+void GrpcServer::SetServing(const std::string& service, bool serving) {
+  server_->GetHealthCheckService()->SetServingStatus(service, serving);
 }
 
 void GrpcServer::StopListening() {

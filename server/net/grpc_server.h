@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/net/call_gate.h"
 #include "server/net/listener.h"
@@ -16,24 +17,29 @@
 
 namespace grouser::server {
 
-/// One service on one address, with the standard health service and reflection:
+/// A service by its full name, which health knows it by.
+struct NamedService {
+  grpc::Service* service;
+  std::string name;
+};
+
+/// Services on one address, with the standard health service and reflection:
 /// the gRPC side of both programs. Connections are accepted by a Listener.
 class GrpcServer {
  public:
-  /// Serves. `service` passes its calls through `gate`; both outlive the
-  /// server. `service_name` is the full name of the service, for health.
+  /// Serves. The services pass their calls through `gate`; all outlive the server.
   /// `on_unreachable`: on a thread of the server, when new clients cannot get
   /// through any more; the program should Drain() and end. Throws
   /// std::runtime_error "grpc: ADDR: ..." when it cannot listen.
-  GrpcServer(const NetOptions& options, grpc::Service& service, CallGate& gate,
-             std::string service_name, std::function<void()> on_unreachable);
+  GrpcServer(const NetOptions& options, const std::vector<NamedService>& services, CallGate& gate,
+             std::function<void()> on_unreachable);
   ~GrpcServer();
 
   /// With the port that was taken.
   std::string address() const { return listener_->address().Text(); }
 
-  /// Health of the service; that of the whole server ("") is SERVING always.
-  void SetServing(bool serving);
+  /// Health of a service; that of the whole server ("") is SERVING always.
+  void SetServing(const std::string& service, bool serving);
 
   /// Health NOT_SERVING, no new connections; answers what was sent before, for
   /// at most 0.8 drain_s, then refuses what still comes with UNAVAILABLE and
@@ -48,7 +54,6 @@ class GrpcServer {
 
   NetOptions options_;
   CallGate& gate_;
-  std::string service_name_;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
   std::unique_ptr<grpc::Server> server_;
   boost::asio::io_context loop_{1};

@@ -8,6 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <iostream>
+#include <thread>
 
 #include "server/net/service_loop.h"
 #include "server/query/terrain_server.h"
@@ -30,6 +31,7 @@ constexpr const char* kExamples =
     "  grouser-server --state ~/.local/state/grouser --shipped surrogate/shipped\n"
     "  grouser-server --state /tmp/s --grpc 127.0.0.1:0 --no-lcm --port-file /tmp/s/port\n"
     "  grouser-server --grpc unix:/run/user/1000/grouser\n"
+    "  grouser-server --shipped surrogate/shipped --vehicles surrogate/vehicle/shipped\n"
     "Prints 'ready grpc=ADDR lcm=URL generation=G' to stderr once it answers.\n"
     "SIGTERM or SIGINT: answers what was sent before, refuses the rest, then exits 0.\n"
     "Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.";
@@ -89,7 +91,10 @@ void KeepBigBuffers() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Terrain queries over gRPC and LCM: wheel states in, forces with intervals out."};
+  CLI::App app{
+      "Terrain queries over gRPC and LCM: wheel states in, forces with intervals out. Vehicles "
+      "over "
+      "gRPC: motions and paths in, loads, power and speeds out."};
   app.footer(kExamples);
   app.set_version_flag("--version", "grouser-server " GROUSER_VERSION);
   ServerConfig config;
@@ -100,6 +105,14 @@ int main(int argc, char** argv) {
   app.add_option("--state", config.state_dir, "State folder; its models/ is served")
       ->capture_default_str();
   app.add_option("--shipped", config.shipped_dir, "Folder of shipped models, read only");
+  config.vehicle_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency() / 2));
+  app.add_option(
+         "--vehicles", config.vehicles,
+         "Vehicle files, and folders of *.vehicle.yaml (default: none); what cannot be read is "
+         "named and left out")
+      ->expected(1, -1);
+  app.add_option("--vehicle-threads", config.vehicle_threads,
+                 "Threads that solve and plan for vehicles; default: half of the processors");
   net.AddTo(app);
   auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
   app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")

@@ -8,6 +8,9 @@
 namespace grouser::server {
 namespace {
 
+const std::string kTerrain = v1alpha1::TerrainService::service_full_name();
+const std::string kVehicles = v1alpha1::VehicleService::service_full_name();
+
 ServerConfig Checked(ServerConfig config) {
   config.Validate();
   return config;
@@ -19,7 +22,11 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
     : config_(Checked(std::move(config))),
       repository_(config_.state_dir, config_.shipped_dir),
       store_(repository_, std::move(factory)),
-      service_(store_, gate_) {
+      service_(store_, gate_),
+      fleet_(config_.vehicles),
+      vehicle_service_(fleet_, gate_, config_.vehicle_threads) {
+  for (const std::string& problem : fleet_.problems()) spdlog::error("vehicle: {}", problem);
+  if (!config_.vehicles.empty()) spdlog::info("serving {} vehicle(s)", fleet_.vehicles().size());
   Log(store_.Refresh());
   if (store_.Current()->models().empty()) {
     spdlog::warn("no model to serve in {} or '{}'; queries are answered NOT_FOUND",
@@ -28,13 +35,14 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
 }
 
 void TerrainServer::Start(const NetOptions& options, std::function<void()> on_unreachable) {
-  grpc_ = std::make_unique<GrpcServer>(options, service_, gate_,
-                                       v1alpha1::TerrainService::service_full_name(),
-                                       std::move(on_unreachable));
+  const std::vector<NamedService> services = {{&service_, kTerrain},
+                                              {&vehicle_service_, kVehicles}};
+  grpc_ = std::make_unique<GrpcServer>(options, services, gate_, std::move(on_unreachable));
   if (config_.lcm) {
     lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_);
   }
-  grpc_->SetServing(!store_.Current()->models().empty());
+  grpc_->SetServing(kTerrain, !store_.Current()->models().empty());
+  grpc_->SetServing(kVehicles, !fleet_.vehicles().empty());
 }
 
 std::string TerrainServer::ReadyLine() const {
@@ -47,7 +55,7 @@ void TerrainServer::Refresh() noexcept {
     const auto outcome = store_.Refresh();
     last_failure_.clear();
     Log(outcome);
-    if (outcome.changed && grpc_) grpc_->SetServing(!store_.Current()->models().empty());
+    if (outcome.changed && grpc_) grpc_->SetServing(kTerrain, !store_.Current()->models().empty());
   } catch (const std::exception& e) {
     if (last_failure_ == e.what()) return;
     last_failure_ = e.what();

@@ -10,14 +10,17 @@
 #include "server/net/grpc_server.h"
 #include "server/query/grpc/terrain_service.h"
 #include "server/query/lcm/lcm_server.h"
+#include "server/vehicle/fleet.h"
+#include "server/vehicle/vehicle_service.h"
 
 namespace grouser::server {
 
-/// grouser-server without its main loop: repository, snapshot, gRPC, LCM.
+/// grouser-server without its main loop: repository, snapshot, vehicles, gRPC, LCM.
 class TerrainServer {
  public:
-  /// Loads the models. Throws std::invalid_argument on a bad configuration,
-  /// std::runtime_error when the repository cannot be read.
+  /// Loads the models and vehicles. A vehicle that cannot be read is logged and left out. Throws
+  /// std::invalid_argument on a bad configuration, std::runtime_error when the repository cannot be
+  /// read.
   TerrainServer(ServerConfig config, ModelFactory factory);
 
   /// Opens gRPC and LCM. Throws std::runtime_error naming what cannot start.
@@ -40,6 +43,8 @@ class TerrainServer {
   std::string last_failure_;  // said once, not every poll
   CallGate gate_;
   TerrainService service_;
+  Fleet fleet_;
+  VehicleService vehicle_service_;
   std::unique_ptr<GrpcServer> grpc_;
   std::unique_ptr<LcmServer> lcm_;
 };

@@ -16,6 +16,7 @@ constexpr const char* kExamples =
     "  grouser-bench latency --no-lcm --seconds 5 --json\n"
     "  grouser-bench surrogate --json\n"
     "  grouser-bench planner\n"
+    "  grouser-bench planner --server 127.0.0.1:50151\n"
     "Exit codes: 0 ok, 1 failed, 2 usage.";
 
 void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
@@ -73,6 +74,14 @@ void PrintTable(const std::vector<grouser::bench::PlannerRow>& rows) {
                r.vehicle, r.path, r.wheels, r.plan_p50_ms, r.plan_p99_ms, r.plan_cpu_ms,
                r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held);
   }
+  if (rows.empty() || rows.front().grpc_p50_ms == 0) return;
+  fmt::print("\n{:8} {:9} {:>11} {:>11} {:>10} {:>10} {:>11}\n", "vehicle", "path", "gRPC p50 ms",
+             "gRPC p99 ms", "p50 ratio", "p99 ratio", "differ");
+  for (const auto& r : rows) {
+    fmt::print("{:8} {:9} {:>11.2f} {:>11.2f} {:>10.2f} {:>10.2f} {:>11}\n", r.vehicle, r.path,
+               r.grpc_p50_ms, r.grpc_p99_ms, r.grpc_p50_ms / r.plan_p50_ms,
+               r.grpc_p99_ms / r.plan_p99_ms, r.grpc_differ);
+  }
 }
 
 void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
@@ -83,9 +92,11 @@ void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
         "{}  {{\"vehicle\": \"{}\", \"path\": \"{}\", \"points\": {}, \"wheels\": {}, "
         "\"plan_p50_ms\": {:.4f}, \"plan_p99_ms\": {:.4f}, \"plan_cpu_ms\": {:.4f}, "
         "\"solve_cold_us\": {:.4f}, \"solve_warm_us\": {:.4f}, \"allocations\": {}, "
-        "\"not_held\": {}}}",
+        "\"not_held\": {}, \"grpc_p50_ms\": {:.4f}, \"grpc_p99_ms\": {:.4f}, "
+        "\"grpc_differ\": {}}}",
         separator, r.vehicle, r.path, r.points, r.wheels, r.plan_p50_ms, r.plan_p99_ms,
-        r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held);
+        r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held, r.grpc_p50_ms,
+        r.grpc_p99_ms, r.grpc_differ);
     separator = ",\n";
   }
   fmt::print("\n]\n");
@@ -138,6 +149,11 @@ int main(int argc, char** argv) {
   planner->add_option("--repetitions", plans.repetitions, "Of every row")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  planner->add_option("--vehicle", plans.vehicle, "Its rows alone: husky, cart, atv, rover");
+  planner->add_option("--path", plans.path, "Its rows alone: straight, curvy, hilly, mixed");
+  planner->add_option("--server", plans.server,
+                      "grouser-server with the shipped vehicles, HOST:PORT: it plans the same by "
+                      "turns");
   planner->add_flag("--json", json, "JSON on stdout");
   try {
     app.parse(argc, argv);

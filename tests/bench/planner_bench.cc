@@ -7,6 +7,8 @@
 #include <memory>
 #include <numbers>
 
+#include "clients/cpp/vehicle_client.h"
+#include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/speed_plan.h"
 #include "surrogate/vehicle/vehicle_file.h"
 #include "tests/bench/latency_bench.h"
@@ -54,6 +56,43 @@ double ProcessorMs() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+/// The same plan asked of a server.
+class ServerPlan {
+ public:
+  ServerPlan(const std::string& server, const std::string& vehicle, std::span<const PathPoint> path,
+             const SpeedOptions& options)
+      : client_(server, client::Milliseconds(60000)), plan_(path.size()) {
+    request_.set_vehicle(vehicle);
+    ToMessage(path, request_.mutable_path());
+    client::SetOptions(options, &request_);
+  }
+
+  double Ms() {
+    const auto start = Clock::now();
+    client_.PlanSpeed(request_, &response_);
+    const std::chrono::duration<double, std::milli> wall = Clock::now() - start;
+    return wall.count();
+  }
+  /// Points of the last answer that differ.
+  std::size_t Differ(std::span<const SpeedPoint> from) {
+    FromMessage(response_.plan(), plan_);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const SpeedPoint &a = plan_[i], &b = from[i];
+      count += a.speed_m_per_s != b.speed_m_per_s || a.safe_m_per_s != b.safe_m_per_s ||
+               a.acceleration_m_per_s2 != b.acceleration_m_per_s2 || a.binding != b.binding ||
+               a.safe_binding != b.safe_binding || a.shortfall != b.shortfall || a.holds != b.holds;
+    }
+    return count;
+  }
+
+ private:
+  client::VehicleClient client_;
+  v1alpha1::PlanSpeedRequest request_;
+  v1alpha1::PlanSpeedResponse response_;
+  std::vector<SpeedPoint> plan_;
+};
+
 /// One row and what it runs.
 class PlanCell {
  public:
@@ -89,16 +128,30 @@ class PlanCell {
     row_.allocations = Allocations() - before;
   }
 
-  void Run() { Pass(&times_); }
+  /// After the allocations of all rows were counted: a client has threads of its own.
+  void Connect(const std::string& server) {
+    server_ = std::make_unique<ServerPlan>(server, row_.vehicle, path_, options_);
+    server_->Ms();
+    row_.grpc_differ = server_->Differ(plan_);
+  }
+
+  void Run() {
+    Pass(&times_);
+    if (server_) times_.grpc.push_back(server_->Ms());
+  }
 
   PlannerRow Row() {
-    for (auto* times : {&times_.plan, &times_.cpu, &times_.cold, &times_.warm}) {
+    for (auto* times : {&times_.plan, &times_.cpu, &times_.cold, &times_.warm, &times_.grpc}) {
       std::sort(times->begin(), times->end());
     }
     PlannerRow row = row_;
     row.plan_p50_ms = Quantile(times_.plan, 0.5);
     row.plan_p99_ms = Quantile(times_.plan, 0.99);
     row.plan_cpu_ms = Quantile(times_.cpu, 0.5);
+    if (server_) {
+      row.grpc_p50_ms = Quantile(times_.grpc, 0.5);
+      row.grpc_p99_ms = Quantile(times_.grpc, 0.99);
+    }
     row.solve_cold_us = 1e3 / kPoints * Quantile(times_.cold, 0.5);
     row.solve_warm_us = 1e3 / kPoints * Quantile(times_.warm, 0.5);
     return row;
@@ -106,7 +159,7 @@ class PlanCell {
 
  private:
   struct Times {
-    std::vector<double> plan, cpu, cold, warm;  // [ms]
+    std::vector<double> plan, cpu, cold, warm, grpc;  // [ms]
   };
 
   void Pass(Times* times) {
@@ -136,6 +189,7 @@ class PlanCell {
   std::vector<Solution> solutions_;
   PlannerRow row_;
   Times times_;
+  std::unique_ptr<ServerPlan> server_;
 };
 
 }  // namespace
@@ -144,8 +198,13 @@ std::vector<PlannerRow> MeasurePlanner(const PlannerOptions& options) {
   std::vector<std::unique_ptr<PlanCell>> cells;
   for (const Case& c : kCases) {
     for (const char* path : {"straight", "curvy", "hilly", "mixed"}) {
-      cells.push_back(std::make_unique<PlanCell>(c, path));
+      const bool asked = (options.vehicle.empty() || options.vehicle == c.vehicle) &&
+                         (options.path.empty() || options.path == path);
+      if (asked) cells.push_back(std::make_unique<PlanCell>(c, path));
     }
+  }
+  for (auto& cell : cells) {
+    if (!options.server.empty()) cell->Connect(options.server);
   }
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
     for (auto& cell : cells) cell->Run();

@@ -7,6 +7,9 @@ namespace grouser::bench {
 
 struct PlannerOptions {
   int repetitions = 100;  ///< plans of every row, interleaved
+  /// grouser-server with the shipped vehicles, which plans the same paths by turns; empty: none.
+  std::string server;
+  std::string vehicle, path;  ///< these rows alone; empty: all
 };
 
 /// A vehicle along a path of 1,000 points, in this process on one thread.
@@ -20,6 +23,9 @@ struct PlannerRow {
   double solve_cold_us = 0, solve_warm_us = 0;
   long allocations = 0;      ///< of a plan and both solves
   std::size_t not_held = 0;  ///< points at which the plan does not hold
+  /// The same by a server, from request to answer [ms]; 0 without one.
+  double grpc_p50_ms = 0, grpc_p99_ms = 0;
+  std::size_t grpc_differ = 0;  ///< points whose plan is not that of this process, bit for bit
 };
 
 /// Throws what ReadVehicle does, and std::runtime_error where the shipped files are not found.

@@ -34,13 +34,13 @@ def check_package(prefix):
     """What is installed, and that nothing of protobuf shows in it."""
     files = sorted(str(f.relative_to(prefix)) for f in prefix.rglob("*") if f.is_file())
     print("\n".join(files))
-    expected = r"(include/grouser/(model|model_selector)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
-               r"|lib/(\S+/)?cmake/grouser/\S+\.cmake|share/grouser/models/\S+\.model|share/doc/grouser/(LICENSE|NOTICE))"
+    expected = r"(include/grouser/(model|model_selector|vehicle)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
+               r"|lib/(\S+/)?cmake/grouser/\S+\.cmake|share/grouser/models/\S+\.model|share/grouser/vehicles/\S+\.(vehicle\.yaml|model)|share/doc/grouser/(LICENSE|NOTICE))"
     foreign = [f for f in files if not re.fullmatch(expected, f)]
     assert not foreign, f"installed, but not of the component: {foreign}"
-    for name in ("model.h", "model_selector.h"):
+    for name in ("model.h", "model_selector.h", "vehicle.h"):
         headers = re.findall(r"#include\s+(.*)", (prefix / "include/grouser" / name).read_text())
-        own = "|\"grouser/model.h\"" if name == "model_selector.h" else ""
+        own = "|\"grouser/model.h\"" if name != "model.h" else ""
         assert all(re.fullmatch(r"<[a-z]+>" + own, h) for h in headers), f"not C++20: {headers}"
 
 
@@ -60,6 +60,17 @@ def check_output(text):
     assert last[6] < 0.6 * first[6], f"plan cost: first {first[6]}, last {last[6]}"
     assert last[12] < first[12], "the rover did not come nearer to the path"
     assert max(row[11] - row[10] for row in rows) > 0.01, "it never turned left, towards the path"
+
+
+def check_vehicles(prefix, app):
+    """The examples of vehicle.h, with every vehicle that is installed."""
+    vehicles = sorted((prefix / "share/grouser/vehicles").glob("*.vehicle.yaml"))
+    assert len(vehicles) >= 5, f"vehicles: {vehicles}"
+    for vehicle in vehicles:
+        text = run(app / "energy_example", vehicle)
+        assert len(re.findall(r"J/m", text)) == 5, text
+    speeds = [float(x) for x in re.findall(r" m +(\S+) m/s", run(app / "speed_example"))]
+    assert len(speeds) == 200 and speeds[0] == 0 and 0.5 < max(speeds) <= 1.5, f"{speeds}"
 
 
 def check_refusal(program, work):
@@ -89,6 +100,7 @@ def main(arguments):
     print(text)
     check_output(text)
     check_refusal(program, work)
+    check_vehicles(prefix, app)
     return 0
 
 

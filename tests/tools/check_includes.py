@@ -52,18 +52,19 @@ RULES = {
                     r"|proto/records/((model|durable)_file\.h|os/)|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
     "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|os/)", HEAVY + "|lcm/"),
-    "server/query": (r"server/(core|net|query)/|surrogate/(models|model_io|vehicle)/"
+    "server/vehicle": (r"server/(core|net|vehicle)/|surrogate/(models|vehicle)/|grouser/v1alpha1/", HEAVY + "|lcm/"),
+    "server/query": (r"server/(core|net|query|vehicle)/|surrogate/(models|model_io|vehicle)/"
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/models/|proto/lcm/|proto/records/message_json\.h"
+    "clients": (r"clients/|surrogate/(models|vehicle)/|proto/lcm/|proto/records/message_json\.h"
                 r"|grouser/v1alpha1/|grouser_lcm/", HEAVY),
-    "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io)/"
+    "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|vehicle)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),
     # What is installed, and what a stranger writes.
     "clients/in_process/grouser": (r"grouser/model\.h", None),
-    "clients/in_process/example": (r"grouser/model\.h|\w+\.h", None),
+    "clients/in_process/example": (r"grouser/(model|vehicle)\.h|\w+\.h", None),
 }
 # The engine's folders from below: each includes its own and those before it.
 ENGINE = "dem_offline/engine/"

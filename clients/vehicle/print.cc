@@ -1,4 +1,4 @@
-#include "surrogate/vehicle/print.h"
+#include "clients/vehicle/print.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,10 @@
 
 #include "surrogate/vehicle/vehicle_keys.h"
 
-namespace grouser::vehicle {
+namespace grouser::cli {
 namespace {
 
+using namespace vehicle;
 using Json = nlohmann::ordered_json;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
@@ -27,8 +28,8 @@ std::string ChanceOf(const GoProbability& go) {
 
 }  // namespace
 
-std::string TextOf(const VehicleFile& file) {
-  const Vehicle& v = file.vehicle;
+std::string TextOf(const DescribedVehicle& described) {
+  const Vehicle& v = described.vehicle;
   std::string out = fmt::format(
       "{}: {} kg, centre of gravity at ({}, {}, {}) m, yaw inertia {} kg m^2, gravity {} m/s^2\n",
       v.name, v.mass_kg, v.centre_x_m, v.centre_y_m, v.centre_z_m, v.yaw_inertia_kg_m2,
@@ -44,19 +45,18 @@ std::string TextOf(const VehicleFile& file) {
   for (const Drive& d : v.drives) {
     out += fmt::format("  drive {}: {}\n", d.name, kCouplingNames[static_cast<int>(d.coupling)]);
   }
-  for (const std::string& source : file.sources) out += "  " + source + "\n";
+  for (const std::string& source : described.sources) out += "  " + source + "\n";
   return out;
 }
 
-std::string TextOf(const VehicleFile& file, const Solution& s, const GoProbability& go) {
+std::string TextOf(const Vehicle& v, const Solution& s, const GoProbability& go) {
   std::string out = fmt::format(
       "reasons: {}\nv_x {:.4g} m/s, v_y {:.4g} m/s, yaw rate {:.4g} rad/s, side slip {:.2f} deg\n",
       ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s, s.side_slip_rad * kDegrees);
-  for (std::size_t d = 0; d < file.vehicle.drives.size(); ++d) {
-    out += fmt::format("rim speed of {}: {:.4g} m/s\n", file.vehicle.drives[d].name,
-                       s.rim_speed_m_per_s[d]);
+  for (std::size_t d = 0; d < v.drives.size(); ++d) {
+    out += fmt::format("rim speed of {}: {:.4g} m/s\n", v.drives[d].name, s.rim_speed_m_per_s[d]);
   }
-  if (file.vehicle.steered()) {
+  if (v.steered()) {
     out += fmt::format("steering: {:.2f} deg\n", s.steering_rad * kDegrees);
   }
   out += fmt::format(
@@ -68,22 +68,21 @@ std::string TextOf(const VehicleFile& file, const Solution& s, const GoProbabili
       s.f_x_n, s.f_y_n, s.m_z_n_m, s.shaft_power_w, s.electric_power_w, s.tip_margin,
       s.torque_margin, s.sinkage_margin, s.residual, ChanceOf(go), "wheel", "load N", "rim m/s",
       "slip", "angle deg", "f_x N", "f_y N", "T N m", "sink mm", "power W");
-  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
     const WheelSolution& w = s.wheel[i];
     out += fmt::format(
         "{:14} {:8.2f} {:8.4f} {:7.3f} {:9.2f} {:8.2f} {:8.2f} {:8.3f} {:8.2f} {:8.2f}\n",
-        file.vehicle.wheels[i].name, w.load_n, w.rim_speed_m_per_s, w.slip,
-        w.slip_angle_rad * kDegrees, w.f_x_n, w.f_y_n, w.torque_n_m, 1e3 * w.sinkage_m,
-        w.shaft_power_w);
+        v.wheels[i].name, w.load_n, w.rim_speed_m_per_s, w.slip, w.slip_angle_rad * kDegrees,
+        w.f_x_n, w.f_y_n, w.torque_n_m, 1e3 * w.sinkage_m, w.shaft_power_w);
   }
   return out;
 }
 
-std::string JsonOf(const VehicleFile& file, const Solution& s, const GoProbability& go) {
+std::string JsonOf(const Vehicle& v, const Solution& s, const GoProbability& go) {
   Json wheels = Json::array();
-  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
     const WheelSolution& w = s.wheel[i];
-    wheels.push_back({{"name", file.vehicle.wheels[i].name},
+    wheels.push_back({{"name", v.wheels[i].name},
                       {"load_n", w.load_n},
                       {"rim_speed_m_per_s", w.rim_speed_m_per_s},
                       {"v_x_m_per_s", w.v_x_m_per_s},
@@ -100,8 +99,8 @@ std::string JsonOf(const VehicleFile& file, const Solution& s, const GoProbabili
                       {"flags", w.flags}});
   }
   Json drives = Json::object();
-  for (std::size_t d = 0; d < file.vehicle.drives.size(); ++d) {
-    drives[file.vehicle.drives[d].name] = s.rim_speed_m_per_s[d];
+  for (std::size_t d = 0; d < v.drives.size(); ++d) {
+    drives[v.drives[d].name] = s.rim_speed_m_per_s[d];
   }
   const Json out = {{"reasons", NamesOf(s.reasons)},
                     {"balanced", s.balanced},
@@ -126,7 +125,7 @@ std::string JsonOf(const VehicleFile& file, const Solution& s, const GoProbabili
   return out.dump(1) + "\n";
 }
 
-std::string TextOf(const VehicleFile& file, const PowerInterval& p) {
+std::string TextOf(const Vehicle& v, const PowerInterval& p) {
   const Power& m = p.mean;
   std::string out = fmt::format(
       "reasons: {}\nelectric {:.4g} W (90 %: {:.4g} to {:.4g}), {:.4g} J/m (90 %: {:.4g} to "
@@ -138,17 +137,17 @@ std::string TextOf(const VehicleFile& file, const PowerInterval& p) {
       {"lateral scrub", m.scrub}, {"grade", m.grade},     {"acceleration", m.acceleration},
       {"imbalance", m.imbalance}};
   for (const auto& [name, watts] : parts) out += fmt::format("  {:14} {:12.4f} W\n", name, watts);
-  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
-    out += fmt::format("  {:14} {:12.4f} W shaft\n", file.vehicle.wheels[i].name, m.wheel[i]);
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
+    out += fmt::format("  {:14} {:12.4f} W shaft\n", v.wheels[i].name, m.wheel[i]);
   }
   return out;
 }
 
-std::string JsonOf(const VehicleFile& file, const PowerInterval& p) {
+std::string JsonOf(const Vehicle& v, const PowerInterval& p) {
   const Power& m = p.mean;
   Json wheels = Json::object();
-  for (std::size_t i = 0; i < file.vehicle.wheels.size(); ++i) {
-    wheels[file.vehicle.wheels[i].name] = m.wheel[i];
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
+    wheels[v.wheels[i].name] = m.wheel[i];
   }
   const Json out = {{"reasons", NamesOf(p.solution.reasons)},
                     {"electric_w", m.electric},
@@ -230,4 +229,4 @@ std::string JsonOf(std::span<const SoilGrades> soils) {
   return out.dump(1) + "\n";
 }
 
-}  // namespace grouser::vehicle
+}  // namespace grouser::cli

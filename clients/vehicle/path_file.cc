@@ -1,4 +1,4 @@
-#include "surrogate/vehicle/path_file.h"
+#include "clients/vehicle/path_file.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,8 +8,10 @@
 
 #include "surrogate/vehicle/yaml.h"
 
-namespace grouser::vehicle {
+namespace grouser::cli {
 namespace {
+
+using namespace vehicle;
 
 std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells;
@@ -68,7 +70,7 @@ double NumberOf(const std::string& at, const std::string& column, const std::str
 }
 
 Line LineOf(const std::string& at, const std::vector<std::string>& columns,
-            const std::vector<std::string>& cells, const Grounds& grounds) {
+            const std::vector<std::string>& cells, const std::vector<std::string>& soils) {
   if (cells.size() != columns.size()) {
     throw yaml::InputError(at + "got " + std::to_string(cells.size()) + " cells, expected " +
                            std::to_string(columns.size()));
@@ -79,13 +81,13 @@ Line LineOf(const std::string& at, const std::vector<std::string>& columns,
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const auto which = std::find(kColumns.begin(), kColumns.end(), columns[c]) - kColumns.begin();
     if (which == kSoil) {
-      const auto soil = std::find(grounds.soils.begin(), grounds.soils.end(), cells[c]);
-      if (soil == grounds.soils.end()) {
+      const auto soil = std::find(soils.begin(), soils.end(), cells[c]);
+      if (soil == soils.end()) {
         throw yaml::InputError(at + "soil: got " + cells[c] +
                                ", expected one of the vehicle, such as " +
-                               yaml::NearestOf(cells[c], grounds.soils));
+                               yaml::NearestOf(cells[c], soils));
       }
-      p.soil = static_cast<std::uint8_t>(soil - grounds.soils.begin());
+      p.soil = static_cast<std::uint8_t>(soil - soils.begin());
       continue;
     }
     double value = NumberOf(at, columns[c], cells[c]);
@@ -124,7 +126,8 @@ void Measure(std::vector<Line>* lines) {
 
 }  // namespace
 
-std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds) {
+std::vector<vehicle::PathPoint> ReadPath(const std::string& file,
+                                         const std::vector<std::string>& soils) {
   std::istringstream in(yaml::ReadYamlText(file));
   std::vector<std::string> columns;
   std::vector<Line> lines;
@@ -140,7 +143,7 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
       columns = cells;
       continue;
     }
-    lines.push_back(LineOf(at, columns, cells, grounds));
+    lines.push_back(LineOf(at, columns, cells, soils));
     const auto last = lines.end() - 1;
     if (!places && lines.size() > 1 && !(last->point.s_m > (last - 1)->point.s_m)) {
       throw yaml::InputError(at + "s_m: expected more than in the line before");
@@ -155,4 +158,4 @@ std::vector<PathPoint> ReadPath(const std::string& file, const Grounds& grounds)
   return path;
 }
 
-}  // namespace grouser::vehicle
+}  // namespace grouser::cli

@@ -1,0 +1,18 @@
+# Vehicle files name their models from their own folder: they go into one, names changed to match.
+# In: `from`, the folder surrogate/ of the source tree; `to`.
+file(GLOB files "${from}/vehicle/shipped/*.vehicle.yaml")
+foreach(file ${files})
+  file(READ "${file}" text)
+  string(REGEX MATCHALL "model: [^,}\n]+" models "${text}")
+  foreach(entry ${models})
+    string(REGEX REPLACE "^model: *" "" model "${entry}")
+    cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY "${from}/vehicle/shipped" NORMALIZE OUTPUT_VARIABLE source)
+    cmake_path(RELATIVE_PATH source BASE_DIRECTORY "${from}" OUTPUT_VARIABLE name)
+    string(REPLACE "/" "-" name "${name}")
+    configure_file("${source}" "${to}/${name}" COPYONLY)
+    string(REPLACE "${model}" "${name}" text "${text}")
+  endforeach()
+  cmake_path(GET file FILENAME base)
+  message(STATUS "Installing: ${to}/${base}")
+  file(WRITE "${to}/${base}" "${text}")
+endforeach()

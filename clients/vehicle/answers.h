@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "surrogate/vehicle/messages.h"
+
+namespace grouser::cli {
+
+/// Who answers for a vehicle: a file in this process, or a server. The answers are the same, bit
+/// for bit; what is printed is made of them in one place.
+class VehicleAnswers {
+ public:
+  virtual ~VehicleAnswers() = default;
+  const vehicle::DescribedVehicle& described() const { return described_; }
+
+  /// With the probability that every limit of the vehicle holds.
+  virtual vehicle::Solution Solve(const vehicle::Motion& motion, vehicle::GoProbability* go) = 0;
+  virtual vehicle::PowerInterval Energy(const vehicle::Motion& motion) = 0;
+  /// Returns at how many points the plan does not hold.
+  virtual std::size_t Plan(std::span<const vehicle::PathPoint> path,
+                           const vehicle::SpeedOptions& options,
+                           std::span<vehicle::SpeedPoint> out) = 0;
+  virtual vehicle::GradeRange Grades(double speed, std::uint8_t soil,
+                                     const vehicle::SpeedOptions& options) = 0;
+  virtual std::vector<vehicle::SkidConstants> Constants(std::span<const double> speeds,
+                                                        std::span<const double> radii) = 0;
+
+ protected:
+  vehicle::DescribedVehicle described_;
+};
+
+/// The vehicle of a file. Throws as vehicle::ReadVehicle.
+std::unique_ptr<VehicleAnswers> AnswersOfFile(const std::string& file);
+
+/// A server of VehicleService.
+struct VehicleServer {
+  std::string address;
+  int deadline_ms = 10000;
+};
+/// The vehicle of a name on a server. Throws client::ClientError; std::runtime_error where this
+/// program was built without gRPC.
+std::unique_ptr<VehicleAnswers> AnswersOfServer(const VehicleServer& server,
+                                                const std::string& name);
+/// Names of its vehicles with what is known of them, a line each.
+std::string ListVehicles(const VehicleServer& server);
+
+}  // namespace grouser::cli

@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include "clients/cpp/client_error.h"
+#include "clients/cpp/vehicle_client.h"
+#include "clients/vehicle/answers.h"
+
+namespace grouser::cli {
+namespace {
+
+using namespace vehicle;
+
+class ServerAnswers final : public VehicleAnswers {
+ public:
+  ServerAnswers(const VehicleServer& server, const std::string& name)
+      : client_(server.address, client::Milliseconds(server.deadline_ms)) {
+    const v1alpha1::GetVehicleResponse response = Ask(&VehicleClient::GetVehicle, name);
+    described_ = FromMessage(response.vehicle());
+  }
+
+  Solution Solve(const Motion& motion, GoProbability* go) override {
+    v1alpha1::SolveRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    Append(motion, described_, request.mutable_motions());
+    request.set_with_go_probability(true);
+    request.mutable_margins()->set_tip(0);  // the limits of the vehicle alone
+    const v1alpha1::SolveResponse response = Ask(&VehicleClient::Solve, request);
+    const Solution solution = SolutionAt(response.solutions(), described_, 0);
+    if (response.go_probability_least().empty() || response.go_probability_most().empty()) {
+      throw std::runtime_error("the server gave no probability to go");
+    }
+    *go = {response.go_probability_least(0), response.go_probability_most(0)};
+    return solution;
+  }
+  PowerInterval Energy(const Motion& motion) override {
+    v1alpha1::EnergyRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    Append(motion, described_, request.mutable_motions());
+    return PowerAt(Ask(&VehicleClient::Energy, request).powers(), described_, 0);
+  }
+  std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+                   std::span<SpeedPoint> out) override {
+    v1alpha1::PlanSpeedRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    ToMessage(path, request.mutable_path());
+    client::SetOptions(options, &request);
+    const v1alpha1::PlanSpeedResponse response =
+        Ask<v1alpha1::PlanSpeedResponse>(&VehicleClient::PlanSpeed, request);
+    FromMessage(response.plan(), out);
+    return response.not_held();
+  }
+  GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options) override {
+    v1alpha1::GradesRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    request.set_speed_m_per_s(speed);
+    request.add_soils(described_.soils[soil]);
+    request.set_worse_by_sd(options.worse_by_sd);
+    ToMessage(options, request.mutable_margins());
+    const v1alpha1::GradesResponse response = Ask(&VehicleClient::Grades, request);
+    if (response.grades().empty()) throw std::runtime_error("the server gave no grades");
+    return FromMessage(response.grades(0));
+  }
+  std::vector<SkidConstants> Constants(std::span<const double> speeds,
+                                       std::span<const double> radii) override {
+    v1alpha1::ConstantsRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    *request.mutable_speeds_m_per_s() = {speeds.begin(), speeds.end()};
+    *request.mutable_radii_m() = {radii.begin(), radii.end()};
+    const v1alpha1::ConstantsResponse response = Ask(&VehicleClient::Constants, request);
+    std::vector<SkidConstants> constants;
+    for (const auto& c : response.constants()) constants.push_back(FromMessage(c));
+    return constants;
+  }
+
+ private:
+  using VehicleClient = client::VehicleClient;
+
+  /// One call. What the server finds wrong with it is bad usage here.
+  template <class Response, class Request>
+  Response Ask(Response (VehicleClient::*method)(const Request&) const,
+               const Request& request) const {
+    try {
+      return (client_.*method)(request);
+    } catch (const client::ClientError& error) {
+      if (error.code() != grpc::StatusCode::INVALID_ARGUMENT &&
+          error.code() != grpc::StatusCode::FAILED_PRECONDITION &&
+          error.code() != grpc::StatusCode::NOT_FOUND) {
+        throw;
+      }
+      throw std::invalid_argument(error.what());
+    }
+  }
+
+  VehicleClient client_;
+};
+
+}  // namespace
+
+std::unique_ptr<VehicleAnswers> AnswersOfServer(const VehicleServer& server,
+                                                const std::string& name) {
+  return std::make_unique<ServerAnswers>(server, name);
+}
+
+std::string ListVehicles(const VehicleServer& server) {
+  const client::VehicleClient client(server.address, client::Milliseconds(server.deadline_ms));
+  std::string out;
+  const v1alpha1::ListVehiclesResponse response = client.ListVehicles();
+  for (const v1alpha1::VehicleInfo& v : response.vehicles()) {
+    out += fmt::format("{:16} {:8g} kg  {} wheels  {:8}  {}\n", v.name(), v.mass_kg(), v.wheels(),
+                       v.steered() ? "steered" : "", fmt::join(v.soils(), ", "));
+  }
+  return out;
+}
+
+}  // namespace grouser::cli

@@ -1,0 +1,97 @@
+#include "server/vehicle/vehicle_service.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+
+#include "server/net/grpc_status.h"
+#include "server/vehicle/vehicle_answer.h"
+
+namespace grouser::server {
+namespace {
+
+// Of the threads: wheel queries, which take microseconds, go first where processors are short.
+constexpr int kNice = 5;
+
+/// A call that another thread finishes.
+class LaterCall final : public UnaryCall {
+ public:
+  using UnaryCall::UnaryCall;
+  void OnCancel() override { cancelled_ = true; }
+  const std::function<bool()>& cancelled() const { return is_cancelled_; }
+
+ private:
+  std::atomic<bool> cancelled_{false};
+  std::function<bool()> is_cancelled_ = [this] { return cancelled_.load(); };
+};
+
+}  // namespace
+
+VehicleService::VehicleService(const Fleet& fleet, CallGate& gate, int threads)
+    : fleet_(fleet), gate_(gate), queue_(threads, kMostWaiting, kNice) {
+  for (int t = 0; t < threads; ++t) benches_.emplace_back(fleet);
+}
+VehicleService::~VehicleService() = default;
+
+template <class Request, class Response>
+grpc::ServerUnaryReactor* VehicleService::Later(const grpc::CallbackServerContext& context,
+                                                const Request& request, Response* response) {
+  auto* call = new LaterCall(gate_, context);
+  if (!call->admitted()) return call;
+  const bool taken = queue_.Post([this, call, &request, response](int worker) {
+    if (call->cancelled()()) return call->Finish(grpc::Status::CANCELLED);
+    VehicleBench& bench = benches_[static_cast<std::size_t>(worker)];
+    const Status status = Answer({fleet_, bench, call->cancelled()}, request, response);
+    call->Finish(call->cancelled()() ? grpc::Status::CANCELLED : ToGrpcStatus(status));
+  });
+  if (!taken) {
+    call->Finish(ToGrpcStatus(Status::ResourceExhausted(
+        fmt::format("calls: {} wait already, expected fewer", kMostWaiting))));
+  }
+  return call;
+}
+
+grpc::ServerUnaryReactor* VehicleService::Solve(grpc::CallbackServerContext* context,
+                                                const v1alpha1::SolveRequest* request,
+                                                v1alpha1::SolveResponse* response) {
+  return Later(*context, *request, response);
+}
+grpc::ServerUnaryReactor* VehicleService::Energy(grpc::CallbackServerContext* context,
+                                                 const v1alpha1::EnergyRequest* request,
+                                                 v1alpha1::EnergyResponse* response) {
+  return Later(*context, *request, response);
+}
+grpc::ServerUnaryReactor* VehicleService::PlanSpeed(grpc::CallbackServerContext* context,
+                                                    const v1alpha1::PlanSpeedRequest* request,
+                                                    v1alpha1::PlanSpeedResponse* response) {
+  return Later(*context, *request, response);
+}
+grpc::ServerUnaryReactor* VehicleService::Grades(grpc::CallbackServerContext* context,
+                                                 const v1alpha1::GradesRequest* request,
+                                                 v1alpha1::GradesResponse* response) {
+  return Later(*context, *request, response);
+}
+grpc::ServerUnaryReactor* VehicleService::Constants(grpc::CallbackServerContext* context,
+                                                    const v1alpha1::ConstantsRequest* request,
+                                                    v1alpha1::ConstantsResponse* response) {
+  return Later(*context, *request, response);
+}
+
+grpc::ServerUnaryReactor* VehicleService::ListVehicles(grpc::CallbackServerContext* context,
+                                                       const v1alpha1::ListVehiclesRequest* request,
+                                                       v1alpha1::ListVehiclesResponse* response) {
+  return AnswerNow(gate_, *context, [&] { return ToGrpcStatus(fleet_.List(*request, response)); });
+}
+
+grpc::ServerUnaryReactor* VehicleService::GetVehicle(grpc::CallbackServerContext* context,
+                                                     const v1alpha1::GetVehicleRequest* request,
+                                                     v1alpha1::GetVehicleResponse* response) {
+  return AnswerNow(gate_, *context, [&] {
+    const ServedVehicle* served = nullptr;
+    const Status status = fleet_.Find(request->vehicle(), &served);
+    if (status.ok()) vehicle::ToMessage(served->described, response->mutable_vehicle());
+    return ToGrpcStatus(status);
+  });
+}
+
+}  // namespace grouser::server
