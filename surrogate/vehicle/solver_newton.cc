@@ -32,6 +32,7 @@ void Solver::Work::Step(Lane* lane) noexcept {
   lane->halvings = 0;
   if (lane->damping == 0 && !SolveLinear(lane->jacobian, lane->residual, n, &lane->step)) {
     lane->damping = kLeastDamping;
+    lane->growth = 4;
   }
   if (lane->damping > 0) SolveDamped(lane->jacobian, lane->residual, n, lane->damping, &lane->step);
   // Speeds change by a part of the fastest one, angles by a part of a radian; each unknown by
