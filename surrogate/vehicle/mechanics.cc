@@ -107,6 +107,18 @@ double Mechanics::Command(std::size_t drive, double v_x, double yaw) const noexc
   return sum / count;
 }
 
+// The velocity of a wheel's hub along its heading.
+double Mechanics::AlongWheel(const Twist& t, std::size_t i) const noexcept {
+  const Wheel& w = vehicle_.wheels[i];
+  const double x = t.v_x - t.yaw * w.y_m, y = t.v_y + t.yaw * w.x_m;
+  if (!w.steered) return x;
+  const double along = (w.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
+  const double a = t.cos - t.sin * w.y_m / vehicle_.steering.length_m, b = t.sin * along;
+  return (a * x + b * y) / std::max(std::sqrt(a * a + b * b), 1e-9);
+}
+
+// Wheels with a speed of their own roll along their heading: on ice a free wheel that begins some
+// percent off slides as a whole, and from there balances are missed that exist.
 void Mechanics::Guess(Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
   const Motion& m = *lane->motion;
@@ -145,17 +157,19 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   for (std::size_t i = 0; i < wheels(); ++i) {
     if (l.rim[i] < 0) continue;
     const Wheel& w = vehicle_.wheels[i];
-    x[static_cast<std::size_t>(l.rim[i])] = v_x - yaw * w.y_m;
+    x[static_cast<std::size_t>(l.rim[i])] = AlongWheel(TwistOf(*lane), i);
     if (w.drive >= 0) x[static_cast<std::size_t>(l.rim[i])] += pull * more * lane->speed;
   }
 }
 
-bool Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
+bool Mechanics::Recall(const Solution& from, bool unbalanced, Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
   // What was found for another speed, in proportion.
   const double before =
       std::max(std::fabs(from.v_x_m_per_s), std::fabs(from.yaw_rate_rad_per_s) * length_);
-  if (!from.balanced || !(before > 0) || l.v_x >= 0) return false;
+  if (!(from.balanced || (unbalanced && std::isfinite(from.residual))) || !(before > 0) ||
+      l.v_x >= 0)
+    return false;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
   lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;

@@ -95,8 +95,9 @@ class Mechanics {
   bool Begin(Lane* lane) const noexcept;
   /// A first guess of the unknowns; a different one for each attempt.
   void Guess(Lane* lane) const noexcept;
-  /// Unknowns of a solution of such a motion; false: it is none to begin from.
-  bool Recall(const Solution& from, Lane* lane) const noexcept;
+  /// Unknowns of a solution of such a motion, also of one that did not balance; false: it is none
+  /// to begin from.
+  bool Recall(const Solution& from, bool unbalanced, Lane* lane) const noexcept;
   /// Wheel states at lane->at.
   void Place(Lane* lane) const noexcept;
   /// Imbalance at lane->at, scaled; where `jacobian` is not null also its derivatives by scaled
@@ -112,6 +113,7 @@ class Mechanics {
     double cos = 1, sin = 0;  // of psi, of steered vehicles
   };
   Twist TwistOf(const Lane& lane) const noexcept;
+  double AlongWheel(const Twist& twist, std::size_t i) const noexcept;
   double DriveSpeed(const Lane& lane, std::size_t drive) const noexcept;
   void PlaceLoads(const Twist& twist, Lane* lane) const noexcept;
   void PlaceWheel(const Twist& twist, std::size_t i, Lane* lane) const noexcept;

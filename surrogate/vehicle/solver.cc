@@ -50,7 +50,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
     solution->residual = kNaN;
     return false;
   }
-  lane->warm = effort.warm && mechanics.Recall(*solution, lane);
+  lane->warm = effort.warm && mechanics.Recall(*solution, effort.from_least, lane);
   if (!lane->warm) mechanics.Guess(lane);
   RecallSlope(*solution, lane);
   lane->phase = Lane::Phase::kSearch;

@@ -110,6 +110,8 @@ struct Effort {
   /// Angles and slips are not asked for: side_slip_rad and slip, slip_angle_rad,
   /// steer_rad of the wheels are NaN.
   bool brief = false;
+  /// With `warm`: solutions that did not balance, too, from where their imbalance is least.
+  bool from_least = false;
 };
 
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two

@@ -189,6 +189,10 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     mechanics.Place(&lane);
     return;
   }
+  if (better && lane.best_merit == merit) {  // the answers of the wheels are those of this point
+    Finish(&lane, felt[index]);
+    return;
+  }
   lane.phase = Lane::Phase::kWrite;  // the best point, once more
   lane.at = lane.best;
   lane.residual = lane.best_residual;
