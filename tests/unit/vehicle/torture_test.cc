@@ -183,25 +183,21 @@ TEST(VehicleTorture, NearTippingIsContinuousAndThenTips) {
   }
 }
 
-// In a curve on ice every speed up to the limit is found from nothing, not only from a neighbour:
-// where a free wheel was started off its heading, a tenth of them were missed.
-TEST(VehicleTorture, ACurveOnIceIsFoundAtEverySpeedThatBalances) {
+// In a curve on ice every speed up to 0.88 of what all of the friction would hold (from 0.89 on the
+// tightest of these has no balance) is found from nothing, not only from a neighbour: where a free
+// wheel was started off its heading, balances were missed from a quarter of it on.
+TEST(VehicleTorture, ACurveOnIceIsFoundAtEverySpeed) {
   const VehicleFile file = Shipped("cart");
   Solver solver(file.vehicle, file.grounds);
   for (const double curvature : {0.1, 0.2, 0.3, 0.5}) {
-    Solution near;
-    const double fastest = std::sqrt(0.15 * 9.81 / curvature);  // with all of the friction
+    const double fastest = std::sqrt(0.88 * 0.15 * 9.81 / curvature);
     for (int i = 1; i <= 200; ++i) {
       Motion motion = Motion::OnPath(fastest * i / 200, curvature);
       motion.soil.fill(1);
       Solution s;
       solver.Solve({&motion, 1}, {&s, 1});
-      Solution beside = near;
-      solver.Solve({&motion, 1}, {&beside, 1}, true);
-      EXPECT_EQ(s.balanced, s.balanced || beside.balanced) << curvature << " " << i;
-      if (beside.balanced) near = beside;
+      EXPECT_TRUE(s.balanced) << curvature << " " << i << " residual " << s.residual;
     }
-    EXPECT_GT(near.v_x_m_per_s, 0.9 * fastest) << curvature;
   }
 }
 
