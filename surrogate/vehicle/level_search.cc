@@ -114,7 +114,7 @@ Effort LevelSearch::Start(const Track& t, Solution* start) {
   return kFromNeighbour;
 }
 
-void LevelSearch::Judge(Track* t, double slack, const Solution& solution) const {
+void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const {
   if (slack >= 0) {
     if (t->level >= t->high) {  // it was not, from one start: all of them from here on
       t->high = levels_ + 1;

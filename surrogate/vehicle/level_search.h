@@ -84,7 +84,7 @@ class LevelSearch {
   bool Up(Track* t) const;
   void Down(Track* t) const;
   void Follow(Track* t) const;
-  void Judge(Track* t, double slack, const Solution& solution) const;
+  void Settle(Track* t, double slack, const Solution& solution) const;
   void Fail(Track* t, double slack, const Solution& solution) const;
   static Effort Start(const Track& t, Solution* start);
   bool Remote(const Failure& failure, const Motion& motion) const;
@@ -120,7 +120,7 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
   };
   for (Track& t : tracks_) prepare(&t);
   const auto advance = [&](Track* t, std::size_t k) {
-    Judge(t, slack(solutions_[k]), solutions_[k]);
+    Settle(t, slack(solutions_[k]), solutions_[k]);
     if (Next(t)) return;
     t->shortfall = t->low == levels_ ? 0
                    : t->failed_here  ? shortfall(t->failed.solution)
