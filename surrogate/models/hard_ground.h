@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "surrogate/models/hard_ground_kernel.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::surrogate {
@@ -50,7 +51,7 @@ std::span<const HardGroundField> HardGroundFields() noexcept;
 /// to each, their squares summed; the aligning part of m_z has none of its own. sd_patch is 0, the
 /// interval value +- 1.645 sd_fit. Forces are proportional to the load. Where a yaw rate is given
 /// it is used, not flagged. Gradients are analytic; a slope or a pass number changes nothing and
-/// sets no flag.
+/// sets no flag. Eight states at a time by one kernel per instruction set, with the same bits.
 class HardGroundModel final : public WheelModel {
  public:
   /// `flags`: set on every answer of a wheel on the ground (of a model file: UNTUNED,
@@ -63,14 +64,20 @@ class HardGroundModel final : public WheelModel {
   const HardGround& ground() const { return ground_; }
   double radius_m() const { return radius_m_; }
   /// rho [m], of the contact patch as a rectangle.
-  double scrub_radius_m() const { return scrub_radius_m_; }
+  double scrub_radius_m() const { return law_.scrub_radius; }
+
+  /// Answers by the kernel of an instruction set (isa.h), for tests; false: this machine lacks it.
+  bool SelectIsa(const char* isa) noexcept;
 
  private:
-  void EvaluateOne(const WheelStatesView& in, const ResponsesView& out,
-                   std::size_t i) const noexcept;
+  void Fill(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
+            std::size_t count) const noexcept;
+  void Finish(const WheelStatesView& in, const ResponsesView& out, std::size_t i) const noexcept;
 
   HardGround ground_;
-  double radius_m_, scrub_radius_m_;
+  double radius_m_;
+  hard::Law law_;
+  hard::BlockFn kernel_;
   std::uint32_t flags_;
 };
 

@@ -85,4 +85,16 @@ constexpr BlockFn kKernels[3] = GROUSER_KERNELS(Evaluate);
 
 response::BlockFn KernelFor(const char* isa) noexcept { return Pick(isa, response::kKernels); }
 
+namespace hard {
+#define GROUSER_DECLARE(isa)                                  \
+  namespace isa {                                             \
+  void Evaluate(const Law& law, const Block& block) noexcept; \
+  }
+GROUSER_EACH_ISA(GROUSER_DECLARE)
+#undef GROUSER_DECLARE
+constexpr BlockFn kKernels[3] = GROUSER_KERNELS(Evaluate);
+}  // namespace hard
+
+hard::BlockFn HardGroundKernelFor(const char* isa) noexcept { return Pick(isa, hard::kKernels); }
+
 }  // namespace grouser::surrogate

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "surrogate/models/bekker_lanes.h"
+#include "surrogate/models/hard_ground_kernel.h"
 #include "surrogate/models/response_kernel.h"
 
 /// Kernels that are compiled once for each instruction set: "avx512" (F, DQ, BW, VL),
@@ -13,5 +14,6 @@ const char* BestIsa() noexcept;
 /// The kernel of a set, null where this machine lacks it; `isa` null: BestIsa.
 BlockSolver BlockSolverFor(const char* isa) noexcept;
 response::BlockFn KernelFor(const char* isa) noexcept;
+hard::BlockFn HardGroundKernelFor(const char* isa) noexcept;
 
 }  // namespace grouser::surrogate

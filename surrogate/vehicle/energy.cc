@@ -42,7 +42,8 @@ PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
   motions[2].worse_by_sd = motion.worse_by_sd + sds;
   std::array<Solution, 3> solutions;
   solver->Solve(motions, solutions);
-  solver->Solve(motions, solutions, true);  // from there once more: closer to balance
+  // From there once more, as near to balance as it goes.
+  solver->Solve(motions, solutions, Effort{.warm = true, .goal = 1e-11});
   out.solution = solutions[0];
   out.mean = PowerOf(v, motion, solutions[0]);
   const auto electric = [&](const Solution& s) { return s.balanced ? s.electric_power_w : kNaN; };

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdlib>
 #include <span>
 
 #include "surrogate/vehicle/solver.h"
@@ -11,153 +9,147 @@
 namespace grouser::vehicle {
 
 /// Finds for each item along a path the highest of the levels 0 to `levels` at which it is good,
-/// all levels below a good one taken to be good. An item begins at the level that those before it
-/// suggest, from their last solution, and goes on up or down by 1, 1, 2, 4, ... levels, then by
-/// halves; sixteen stretches of the path advance together. A solve from a neighbour's solution that
-/// does not balance within a few evaluations counts as not good; where the level found is far from
-/// the suggested one, that is asked again with all starts.
+/// all levels below a good one taken to be good. Sixteen stretches of the path advance together.
+///
+/// An item begins at the level that those before it suggest, from their solutions, both moved on
+/// in a straight line. Slack (what is left to the nearest limit; below 0: exceeded) is taken to be
+/// linear in the level near the limit: where its slope is known from the items before, the level
+/// follows by the secant, and a level above the best one that it puts clearly beyond the limit is
+/// not solved. Every eighth item solves it all the same. Otherwise levels go on up or down by 1, 1,
+/// 2, 4, ..., then by halves.
+///
+/// A level at which nothing is expected to balance, as at the item before, is asked from the point
+/// where the imbalance was least there, but for every eighth item. Where the level found is far
+/// from the suggested one it is asked again with all starts.
 class LevelSearch {
  public:
+  static constexpr int kNone = -2;  ///< no item before
+
+  /// A solution that is not good, and its motion.
+  struct Failure {
+    Motion motion;
+    Solution solution;
+    double slack = 0;   ///< NaN: no matter of margins
+    int level = kNone;  ///< kNone: there is none
+    Motion asked;       ///< the last for which this level was asked in full, and what was left
+    double least = 0;
+  };
   /// One item on its way.
   struct Track {
     std::size_t item = 0, end = 0;
     int low = -1, high = 0;  ///< highest good and lowest failed level until now
     int level = 0, stride = 0, suggested = kNone;
-    int before = kNone;                     ///< level of the item before the last
-    bool all_starts = false, sure = false;  ///< of this solve; of `high`
-    Solution good;                          ///< the last that was good, of this item or one before
-    Motion failed_motion;                   ///< at `high`
-    Solution failed;
+    Motion motion;               ///< at `level`
+    int low_before = kNone;      ///< of the item before the last
+    double slack = 0;            ///< at `low`
+    double slope = 0;            ///< of the slack by the level, at the limit; 0: unknown
+    double edge_before = kNone;  ///< level without slack of the item before; kNone: unknown
+    int unsolved = 0;            ///< items since `high` was asked in full
+    bool all_starts = false, near_failure = false;  ///< where this solve begins
+    bool sure = false;                              ///< `high` was asked with all starts
+    bool doubt = false;  ///< a failure near another one is to be asked in full
+    bool here = false;   ///< `good` is of this item
+    bool failed_here = false;
+    bool two = false;         ///< `before` holds a solution
+    Solution good;            ///< the last that was good, of this item or one before
+    Solution before;          ///< the last of the item before that
+    Failure failed;           ///< at `high`, or of an item before where `high` was not solved
+    Failure lowest, highest;  ///< at the ends of all levels, of items where none is good
+    double shortfall = 0;     ///< by how much `high` fails, extrapolated where it was not solved
   };
-  static constexpr int kNone = -2;  ///< no item before
 
-  /// Levels of all items: `motion(item, level)` is what to solve, `good(solution)` judges,
-  /// `same(item)` tells an item equal to the one before, `fresh(item)` one to which that suggests
-  /// nothing, `report(item, track)` takes what was
-  /// found (level track.low, -1: none). No allocation.
-  template <typename MotionOf, typename Good, typename Same, typename Fresh, typename Report>
-  void Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion, const Good& good,
-           const Same& same, const Fresh& fresh, const Report& report);
+  /// Levels of all items: `motion(item, level)` is what to solve; `slack(solution)` judges: from 0
+  /// on good, NaN not good for a reason without a measure; `shortfall(solution)` says by how much
+  /// one fails; `same(item)` tells an item equal to the one before, `fresh(item)` one to which that
+  /// suggests nothing, `report(item, track)` takes what was found (level track.low, -1: none). No
+  /// allocation.
+  template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
+            typename Report>
+  void Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
+           const Slack& slack, const Shortfall& shortfall, const Same& same, const Fresh& fresh,
+           const Report& report);
 
  private:
   static constexpr std::size_t kTracks = 16;
-  static constexpr Effort kAll{};
-  static constexpr Effort kQuick{
-      .warm = true, .attempts = 2, .evaluations = 12, .goal = Solution::kTolerance};
-  static constexpr int kNear = 1;  // levels around the suggested one that are no surprise
 
-  static int Stride(Track* track);
-  void Begin(Track* track) const;
-  bool Next(Track* track) const;
-  void Follow(Track* track) const;
+  enum Kind { kNear, kAll, kFailed };
+  static Kind KindOf(const Track& t) {
+    return t.all_starts ? kAll : t.near_failure ? kFailed : kNear;
+  }
+
+  void SetScales(const Vehicle& vehicle);
+  static void Forget(Track* t);
+  void Begin(Track* t) const;
+  bool Next(Track* t) const;
+  bool Up(Track* t) const;
+  void Down(Track* t) const;
+  void Follow(Track* t) const;
+  void Settle(Track* t, double slack, const Solution& solution) const;
+  void Fail(Track* t, double slack, const Solution& solution) const;
+  static Effort Start(const Track& t, Solution* start);
+  bool Remote(const Failure& failure, const Motion& motion) const;
+  void Prepare(Track* t) const;
 
   int levels_ = 0;
+  double length_ = 0, gravity_ = 0;  ///< of the vehicle
   std::array<Track, kTracks> tracks_;
   std::array<Motion, kTracks> motions_;
   std::array<Solution, kTracks> solutions_;
   std::array<std::size_t, kTracks> owner_;
 };
 
-// The first level of an item: where those before it point to.
-inline void LevelSearch::Begin(Track* t) const {
-  t->low = -1;
-  t->high = levels_ + 1;
-  t->stride = 0;
-  t->level = t->suggested < 0 ? levels_ : std::min(t->suggested, levels_);
-  t->all_starts = t->suggested == kNone;
-  t->sure = false;
-}
-
-// Levels to go on by: 1, 1, 2, 4, ...
-inline int LevelSearch::Stride(Track* t) {
-  const int stride = std::max(1, t->stride);
-  t->stride += stride;
-  return stride;
-}
-
-// The next level to try; false: found.
-inline bool LevelSearch::Next(Track* t) const {
-  t->all_starts = t->suggested == kNone;
-  if (t->low == levels_) return false;
-  if (t->high == t->low + 1) {
-    const bool surprise = t->low < 0 ? t->suggested >= 0 : std::abs(t->low - t->suggested) > kNear;
-    if (t->sure || !surprise) return false;
-    t->level = t->high;
-    t->all_starts = true;
-    return true;
-  }
-  if (t->low < 0) {  // none is good yet
-    t->level = t->suggested < 0 ? 0 : std::max(0, t->high - Stride(t));
-    t->all_starts |= t->suggested < 0;
-  } else if (t->high > levels_) {  // none has failed yet
-    t->level = std::min(levels_, t->low + Stride(t));
-  } else {
-    t->level = (t->low + t->high) / 2;
-  }
-  return true;
-}
-
-// What an item suggests to the next: its level, moved on as from the one before it.
-inline void LevelSearch::Follow(Track* t) const {
-  const int change = t->before >= 0 && t->low >= 0 ? t->low - t->before : 0;
-  t->before = t->low;
-  t->suggested = t->low;
-  if (t->low >= 0 && t->low < levels_ && std::abs(change) <= 16) {
-    t->suggested = std::clamp(t->low + change, 0, levels_);
-  }
-}
-
-template <typename MotionOf, typename Good, typename Same, typename Fresh, typename Report>
+template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
+          typename Report>
 void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
-                      const Good& good, const Same& same, const Fresh& fresh,
-                      const Report& report) {
+                      const Slack& slack, const Shortfall& shortfall, const Same& same,
+                      const Fresh& fresh, const Report& report) {
   levels_ = levels;
+  SetScales(solver->vehicle());
   for (std::size_t k = 0; k < kTracks; ++k) {
     Track& t = tracks_[k];
     t.item = items * k / kTracks;
     t.end = items * (k + 1) / kTracks;
-    t.suggested = t.before = kNone;
     t.good.balanced = false;
+    Forget(&t);
     Begin(&t);
   }
-  const auto judge = [&](Track* t, std::size_t k) {
-    if (good(solutions_[k])) {
-      if (t->level >= t->high) {  // it was not, from one start: all of them from here on
-        t->high = levels_ + 1;
-        t->stride = 0;
-        t->suggested = kNone;
-      }
-      t->low = t->level;
-      t->good = solutions_[k];
-    } else {
-      t->high = t->level;
-      t->sure = t->all_starts;
-      t->failed_motion = motions_[k];
-      t->failed = solutions_[k];
-    }
+  const auto prepare = [&](Track* t) {
+    if (t->item >= t->end) return;
+    t->motion = motion(t->item, t->level);
+    Prepare(t);
+  };
+  for (Track& t : tracks_) prepare(&t);
+  const auto advance = [&](Track* t, std::size_t k) {
+    Settle(t, slack(solutions_[k]), solutions_[k]);
     if (Next(t)) return;
+    t->shortfall = t->low == levels_ ? 0
+                   : t->failed_here  ? shortfall(t->failed.solution)
+                                     : -(t->slack + t->slope);
     report(t->item, *t);
     Follow(t);
     while (++t->item < t->end && same(t->item)) report(t->item, *t);
-    if (t->item < t->end && fresh(t->item)) t->suggested = t->before = kNone;
+    if (t->item < t->end && fresh(t->item)) Forget(t);
     Begin(t);
   };
   for (bool any = true; any;) {
     any = false;
-    for (const bool all : {false, true}) {
+    for (const Kind kind : {kNear, kAll, kFailed}) {
+      Effort effort;
       std::size_t n = 0;
       for (std::size_t k = 0; k < kTracks; ++k) {
         Track& t = tracks_[k];
-        if (t.item >= t.end || t.all_starts != all) continue;
-        motions_[n] = motion(t.item, t.level);
-        solutions_[n] = t.good;
+        if (t.item >= t.end || KindOf(t) != kind) continue;
+        motions_[n] = t.motion;
+        effort = Start(t, &solutions_[n]);
         owner_[n++] = k;
       }
       if (n == 0) continue;
       any = true;
-      solver->Solve(std::span(motions_).first(n), std::span(solutions_).first(n),
-                    all ? kAll : kQuick);
-      for (std::size_t k = 0; k < n; ++k) judge(&tracks_[owner_[k]], k);
+      solver->Solve(std::span(motions_).first(n), std::span(solutions_).first(n), effort);
+      for (std::size_t k = 0; k < n; ++k) {
+        advance(&tracks_[owner_[k]], k);
+        prepare(&tracks_[owner_[k]]);
+      }
     }
   }
 }

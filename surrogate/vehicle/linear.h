@@ -54,7 +54,14 @@ bool Eliminate(const std::array<Column, kMostUnknowns>& matrix, const Column& ri
 
 inline bool SolveLinear(const std::array<Column, kMostUnknowns>& a, const Column& b, std::size_t n,
                         Column* x) noexcept {
-  return n == 4 ? Eliminate<4>(a, b, n, x) : Eliminate<0>(a, b, n, x);
+  switch (n) {  // skid steering, and steering with independent wheels; a cart with a differential
+    case 4:
+      return Eliminate<4>(a, b, n, x);
+    case 8:
+      return Eliminate<8>(a, b, n, x);
+    default:
+      return Eliminate<0>(a, b, n, x);
+  }
 }
 
 /// x of least |a x - b|^2 + damping |D x|^2, D^2 = diagonal of a^T a, or its mean where an unknown

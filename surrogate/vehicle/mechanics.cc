@@ -13,7 +13,11 @@ int Number(std::size_t i) { return static_cast<int>(i); }
 
 }  // namespace
 
-Mechanics::Mechanics(const Vehicle& vehicle) : vehicle_(vehicle), support_(vehicle) {
+Mechanics::Mechanics(const Vehicle& vehicle)
+    : vehicle_(vehicle), support_(vehicle), steered_(vehicle.steered()) {
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    radius_[i] = vehicle.wheel_types[vehicle.wheels[i].type].radius_m;
+  }
   double mean_x = 0, mean_y = 0;
   for (std::size_t i = 0; i < wheels(); ++i) {
     mean_x += vehicle.wheels[i].x_m / static_cast<double>(wheels());
@@ -25,6 +29,7 @@ Mechanics::Mechanics(const Vehicle& vehicle) : vehicle_(vehicle), support_(vehic
   }
   middle_x_ = vehicle.steered() ? vehicle.steering.centre_x_m : mean_x;
   weight_ = vehicle.mass_kg * vehicle.gravity_m_per_s2;
+  per_ = Four{1, 1, 1 / length_, 1 / mean_radius_} / weight_;
   for (std::size_t i = wheels(); i-- > 0;) {
     if (const int drive = vehicle.wheels[i].drive; drive >= 0) {
       first_[static_cast<std::size_t>(drive)] = i;
@@ -102,6 +107,18 @@ double Mechanics::Command(std::size_t drive, double v_x, double yaw) const noexc
   return sum / count;
 }
 
+// The velocity of a wheel's hub along its heading.
+double Mechanics::AlongWheel(const Twist& t, std::size_t i) const noexcept {
+  const Wheel& w = vehicle_.wheels[i];
+  const double x = t.v_x - t.yaw * w.y_m, y = t.v_y + t.yaw * w.x_m;
+  if (!w.steered) return x;
+  const double along = (w.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
+  const double a = t.cos - t.sin * w.y_m / vehicle_.steering.length_m, b = t.sin * along;
+  return (a * x + b * y) / std::max(std::sqrt(a * a + b * b), 1e-9);
+}
+
+// Wheels with a speed of their own roll along their heading: on ice a free wheel that begins some
+// percent off slides as a whole, and from there balances are missed that exist.
 void Mechanics::Guess(Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
   const Motion& m = *lane->motion;
@@ -140,17 +157,19 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   for (std::size_t i = 0; i < wheels(); ++i) {
     if (l.rim[i] < 0) continue;
     const Wheel& w = vehicle_.wheels[i];
-    x[static_cast<std::size_t>(l.rim[i])] = v_x - yaw * w.y_m;
+    x[static_cast<std::size_t>(l.rim[i])] = AlongWheel(TwistOf(*lane), i);
     if (w.drive >= 0) x[static_cast<std::size_t>(l.rim[i])] += pull * more * lane->speed;
   }
 }
 
-bool Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
+bool Mechanics::Recall(const Solution& from, bool unbalanced, Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
   // What was found for another speed, in proportion.
   const double before =
       std::max(std::fabs(from.v_x_m_per_s), std::fabs(from.yaw_rate_rad_per_s) * length_);
-  if (!from.balanced || !(before > 0) || l.v_x >= 0) return false;
+  if (!(from.balanced || (unbalanced && std::isfinite(from.residual))) || !(before > 0) ||
+      l.v_x >= 0)
+    return false;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
   lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;
@@ -169,10 +188,15 @@ bool Mechanics::Recall(const Solution& from, Lane* lane) const noexcept {
 Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {
   const Layout& l = *lane.layout;
   const bool given = l.v_x < 0;
-  return {given ? lane.v_x : lane.at[1], lane.at[0], given ? lane.yaw : lane.at[2],
+  Twist t{given ? lane.v_x : lane.at[1], lane.at[0], given ? lane.yaw : lane.at[2],
           l.psi >= 0 ? lane.at[1]
           : given    ? 0
                      : lane.motion->steering_rad};
+  if (steered_) {
+    t.cos = std::cos(t.psi);
+    t.sin = std::sin(t.psi);
+  }
+  return t;
 }
 
 double Mechanics::DriveSpeed(const Lane& lane, std::size_t drive) const noexcept {
@@ -205,13 +229,13 @@ void Mechanics::PlaceLoads(const Twist& t, Lane* lane) const noexcept {
     Placed& p = lane->placed[i];
     const Resultant& s = loads.slope[i];
     p.load = loads.load[i];
-    for (std::size_t k = 0; k < l.size; ++k) p.d_load[k] = 0;
+    p.load_by_v_x = p.load_by_v_y = p.load_by_yaw = p.load_by_moment = 0;
     if (!(lane->tip_margin > 0)) continue;
-    p.d_load[static_cast<std::size_t>(l.moment)] = s.by_x;
-    p.d_load[0] = s.by_x * z * m * t.yaw;
+    p.load_by_moment = s.by_x;
+    p.load_by_v_y = s.by_x * z * m * t.yaw;
     if (l.v_x < 0) continue;
-    p.d_load[1] = -s.by_y * z * m * t.yaw;
-    p.d_load[2] =
+    p.load_by_v_x = -s.by_y * z * m * t.yaw;
+    p.load_by_yaw =
         s.by_x * z * m * (t.v_y + 2 * t.yaw * x) - s.by_y * z * m * (t.v_x - 2 * t.yaw * y);
   }
 }
@@ -220,25 +244,22 @@ void Mechanics::PlaceWheel(const Twist& t, std::size_t i, Lane* lane) const noex
   const Layout& l = *lane->layout;
   const Wheel& wheel = vehicle_.wheels[i];
   Placed& p = lane->placed[i];
-  for (std::size_t k = 0; k < l.size; ++k) p.d_v_x[k] = p.d_v_y[k] = p.d_rim[k] = 0;
   // What the steering asks of this wheel: direction and, over that of the drive, speed.
   double asked = 1, asked_slope = 0;
   p.cos = 1;
-  p.sin = p.steer = p.steer_slope = 0;
-  if (vehicle_.steered()) {
+  p.sin = p.steer_slope = 0;
+  if (steered_) {
     const double across = wheel.y_m / vehicle_.steering.length_m;
     const double along = (wheel.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
-    const double c = std::cos(t.psi), s = std::sin(t.psi);
-    const double a = c - s * across, b = s * along;
+    const double a = t.cos - t.sin * across, b = t.sin * along;
     asked = a;
-    asked_slope = -s - c * across;
+    asked_slope = -t.sin - t.cos * across;
     if (wheel.steered) {
-      const double h = std::max(std::hypot(a, b), 1e-9);
+      const double h = std::max(std::sqrt(a * a + b * b), 1e-9);
       p.cos = a / h;
       p.sin = b / h;
-      p.steer = std::atan2(b, a);
-      p.steer_slope = (a * c * along - b * asked_slope) / (h * h);
-      asked_slope = (a * asked_slope + b * c * along) / h;
+      p.steer_slope = (a * t.cos * along - b * asked_slope) / (h * h);
+      asked_slope = (a * asked_slope + b * t.cos * along) / h;
       asked = h;
     }
   }
@@ -246,30 +267,21 @@ void Mechanics::PlaceWheel(const Twist& t, std::size_t i, Lane* lane) const noex
   p.v_x = p.cos * x + p.sin * y;
   p.v_y = p.cos * y - p.sin * x;
   p.yaw_rate = t.yaw;
-  p.d_v_x[0] = p.sin;
-  p.d_v_y[0] = p.cos;
-  if (l.v_x >= 0) {
-    p.d_v_x[1] = p.cos;
-    p.d_v_y[1] = -p.sin;
-    p.d_v_x[2] = -p.cos * wheel.y_m + p.sin * wheel.x_m;
-    p.d_v_y[2] = p.cos * wheel.x_m + p.sin * wheel.y_m;
-  } else if (l.psi >= 0) {
-    p.d_v_x[1] = p.v_y * p.steer_slope;
-    p.d_v_y[1] = -p.v_x * p.steer_slope;
-  }
-  if (l.rim[i] >= 0) {
-    p.rim = lane->at[static_cast<std::size_t>(l.rim[i])];
-    p.d_rim[static_cast<std::size_t>(l.rim[i])] = 1;
+  p.own = l.rim[i];
+  p.rim_by_own = 1;
+  p.rim_by_psi = 0;
+  if (p.own >= 0) {
+    p.rim = lane->at[static_cast<std::size_t>(p.own)];
     return;
   }
   const auto drive = static_cast<std::size_t>(wheel.drive);
   const bool follows = vehicle_.drives[drive].coupling == Coupling::kIndependent;
   const double speed = DriveSpeed(*lane, drive);
+  p.own = l.drive[drive];
   p.rim = follows ? speed * asked : speed;
-  if (l.drive[drive] >= 0) {
-    p.d_rim[static_cast<std::size_t>(l.drive[drive])] = follows ? asked : 1;
-  }
-  if (l.psi >= 0 && follows) p.d_rim[1] = speed * asked_slope;
+  if (!follows) return;
+  p.rim_by_own = asked;
+  p.rim_by_psi = speed * asked_slope;
 }
 
 }  // namespace grouser::vehicle

@@ -38,8 +38,11 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
   lane->solution = solution;
   bool known = mechanics.Begin(lane);
   for (std::size_t i = 0; known && i < mechanics.wheels(); ++i) {
-    known = motion.soil[i] < grounds.soils.size() &&
-            grounds.At(mechanics.vehicle().wheels[i].type, motion.soil[i]) != nullptr;
+    known = motion.soil[i] < grounds.soils.size();
+    if (!known) break;
+    const std::size_t type = mechanics.vehicle().wheels[i].type;
+    lane->model[i] = place[type * grounds.soils.size() + motion.soil[i]];
+    known = lane->model[i] < models.size();
   }
   if (!known) {
     *solution = Solution{};
@@ -47,7 +50,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
     solution->residual = kNaN;
     return false;
   }
-  lane->warm = effort.warm && mechanics.Recall(*solution, lane);
+  lane->warm = effort.warm && mechanics.Recall(*solution, effort.from_least, lane);
   if (!lane->warm) mechanics.Guess(lane);
   RecallSlope(*solution, lane);
   lane->phase = Lane::Phase::kSearch;
@@ -59,7 +62,7 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
 
 void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
   Solution& s = *lane->solution;
-  mechanics.Write(*lane, felt);
+  mechanics.Write(*lane, felt, effort.brief);
   KeepSlope(*lane, &s);
   s.residual = Largest(lane->residual, lane->layout->size);
   s.balanced = s.residual <= Solution::kTolerance;

@@ -107,6 +107,11 @@ struct Effort {
   int attempts = 4;      ///< starts, the warm one among them; there are four others
   int evaluations = 40;  ///< of the wheels, most for a start
   double goal = 1e-7;    ///< imbalance at which the search ends, at most Solution::kTolerance
+  /// Angles and slips are not asked for: side_slip_rad and slip, slip_angle_rad,
+  /// steer_rad of the wheels are NaN.
+  bool brief = false;
+  /// With `warm`: solutions that did not balance, too, from where their imbalance is least.
+  bool from_least = false;
 };
 
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two

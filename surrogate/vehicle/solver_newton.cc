@@ -32,6 +32,7 @@ void Solver::Work::Step(Lane* lane) noexcept {
   lane->halvings = 0;
   if (lane->damping == 0 && !SolveLinear(lane->jacobian, lane->residual, n, &lane->step)) {
     lane->damping = kLeastDamping;
+    lane->growth = 4;
   }
   if (lane->damping > 0) SolveDamped(lane->jacobian, lane->residual, n, lane->damping, &lane->step);
   // Speeds change by a part of the fastest one, angles by a part of a radian; each unknown by
@@ -186,6 +187,10 @@ void Solver::Work::Advance(std::size_t index) noexcept {
     lane.damping = 0;
     mechanics.Guess(&lane);
     mechanics.Place(&lane);
+    return;
+  }
+  if (better && lane.best_merit == merit) {  // the answers of the wheels are those of this point
+    Finish(&lane, felt[index]);
     return;
   }
   lane.phase = Lane::Phase::kWrite;  // the best point, once more

@@ -27,18 +27,18 @@ struct Solver::Work {
       if (model == nullptr || std::count(models.begin(), models.end(), model) > 0) continue;
       models.push_back(model);
     }
-    for (int o : {0, 1, 2, 3}) {
-      for (auto& part : answer[static_cast<std::size_t>(o)]) part.resize(kSlots);
+    for (std::size_t k = 0; k < g.models.size(); ++k) {
+      const auto at = std::find(models.begin(), models.end(), g.models[k]);
+      place.push_back(static_cast<std::uint8_t>(at - models.begin()));
     }
-    for (auto* array : {&v_x, &v_y, &rim, &load, &yaw, &sinkage}) array->resize(kSlots);
-    for (auto& h : high) h.resize(kSlots);
-    flags.resize(kSlots);
-    owner.resize(kSlots);
+    for (std::size_t i = 0; i < mechanics.wheels(); ++i) per_radius[i] = 1 / mechanics.radius(i);
   }
 
   void Run(std::span<const Motion> motions, std::span<Solution> out, const Effort& e) noexcept;
   bool Start(const Motion& motion, Solution* solution, Lane* lane) noexcept;
   void Evaluate() noexcept;
+  void Ask(const surrogate::WheelModel& model, std::size_t n) noexcept;
+  void Take(std::size_t state) noexcept;
   void Advance(std::size_t lane) noexcept;
   void Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
                  bool begins) noexcept;
@@ -52,14 +52,17 @@ struct Solver::Work {
   Mechanics mechanics;
   Grounds grounds;
   std::vector<const surrogate::WheelModel*> models;
+  std::vector<std::uint8_t> place;  ///< in `models`, by Grounds::models
+  std::array<double, kMostWheels> per_radius{};
   std::array<Lane, kLanes> lanes;
   std::array<std::array<Felt, kMostWheels>, kLanes> felt;
   // Wheel states of a batch and their answers; owner: lane * kMostWheels + wheel.
-  std::vector<double> v_x, v_y, rim, load, yaw, sinkage;
-  std::array<std::array<std::vector<double>, 5>, 4> answer;
-  std::array<std::vector<double>, 3> high;  ///< ends of intervals of f_x, f_y, torque
-  std::vector<std::uint32_t> flags;
-  std::vector<std::size_t> owner;
+  using Batch = std::array<double, kSlots>;
+  Batch v_x, v_y, rim, load, yaw, sinkage;
+  std::array<std::array<Batch, 5>, 4> answer;  ///< of Felt: by output and part
+  std::array<Batch, 3> high;                   ///< ends of intervals of f_x, f_y, torque
+  std::array<std::uint32_t, kSlots> flags;
+  std::array<std::uint16_t, kSlots> owner;
   Effort effort;
   bool risky = false;  ///< some motion asks for worse ground
 };

@@ -48,11 +48,13 @@ Motion SpeedPlanner::MotionAt(const PathPoint& p, const SpeedOptions& options, d
   return m;
 }
 
-bool SpeedPlanner::Good(const Solution& s, const SpeedOptions& o) const {
-  if (!s.balanced || (s.reasons & kLimits) != 0) return false;
-  if (o.trained_only && (s.reasons & kUntrained) != 0) return false;
-  return s.tip_margin >= o.tip_margin && s.torque_margin >= o.torque_margin &&
-         s.sinkage_margin >= o.sinkage_margin;
+double SpeedPlanner::Slack(const Solution& s, const SpeedOptions& o) const {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  if (!s.balanced || (s.reasons & (kNoBalance | kTips | kBadInput)) != 0) return kNaN;
+  if (o.trained_only && (s.reasons & kUntrained) != 0) return kNaN;
+  if ((s.reasons & kSinksIn) != 0 && s.sinkage_margin >= 0) return kNaN;  // carried nowhere
+  return std::min({s.tip_margin - o.tip_margin, s.torque_margin - std::max(0.0, o.torque_margin),
+                   s.sinkage_margin - std::max(0.0, o.sinkage_margin)});
 }
 
 Binding SpeedPlanner::BindingOf(const Motion& m, const Solution& s, const SpeedOptions& o) const {

@@ -92,13 +92,20 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
-// Solves the first motions from what stands in tried_; anew where that finds nothing that is good.
+// Solves the first motions from what stands in tried_; anew where that finds nothing that is good:
+// with two starts, at every fourth failure of a point with all.
 void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
   constexpr Effort kQuick{
-      .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance};
+      .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
+  constexpr Effort kSome{
+      .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
+  constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
+  constexpr int kOften = 4;
   solver_.Solve(std::span(motions_).first(count), std::span(tried_).first(count), kQuick);
   for (std::size_t k = 0; k < count; ++k) {
-    if (!Good(tried_[k], o)) solver_.Solve({&motions_[k], 1}, {&tried_[k], 1});
+    if (Good(tried_[k], o)) continue;
+    solver_.Solve({&motions_[k], 1}, {&tried_[k], 1},
+                  failures_[open_[k]] % kOften == kOften - 1 ? kAll : kSome);
   }
 }
 
@@ -114,6 +121,10 @@ bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o
       continue;
     tried_speed_[i] = v;
     tried_acceleration_[i] = a;
+    if (v == out[i].safe_m_per_s && a == 0) {  // solved by the search
+      out[i].holds = true;
+      continue;
+    }
     motions_[open] = MotionAt(path[i], o, v, a);
     tried_[open] = solutions_[i];
     open_[open++] = i;

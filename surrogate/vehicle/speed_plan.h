@@ -51,8 +51,9 @@ struct SpeedPoint {
   double speed_m_per_s = 0;  ///< of the plan
   double acceleration_m_per_s2 = 0;
   Binding binding = Binding::kSpeedLimit;  ///< of the plan
-  /// By how much the binding one is exceeded 1 % above the safe speed: residual over weight, or
-  /// the margin that is missing. 0 for kSpeedLimit.
+  /// By how much the binding one is exceeded one step of the search above the safe speed: residual
+  /// over weight, or the margin that is missing (extrapolated from the points before where that was
+  /// clear). 0 for kSpeedLimit.
   double shortfall = 0;
   /// The plan can be driven here: solved with its speed and acceleration, every margin left, and
   /// not at rest up to the next point; at the first point also no slower than the start asks.
@@ -95,7 +96,9 @@ class SpeedPlanner {
  private:
   static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                          double acceleration);
-  bool Good(const Solution& s, const SpeedOptions& options) const;
+  /// What is left to the nearest margin; below 0: exceeded, NaN: not good for another reason.
+  double Slack(const Solution& s, const SpeedOptions& options) const;
+  bool Good(const Solution& s, const SpeedOptions& options) const { return Slack(s, options) >= 0; }
   Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,

@@ -24,7 +24,8 @@ void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
   search_.Run(
       &solver_, path.size(), kSpeedLevels,
       [&](std::size_t i, int level) { return MotionAt(path[i], o, step * level, 0); },
-      [&](const Solution& s) { return Good(s, o); },
+      [&](const Solution& s) { return Slack(s, o); },
+      [&](const Solution& s) { return ShortfallOf(s, o); },
       [&](std::size_t i) { return Same(path[i], path[i - 1]); },
       [&](std::size_t i) { return path[i].soil != path[i - 1].soil; },
       [&](std::size_t i, const LevelSearch::Track& t) {
@@ -32,10 +33,9 @@ void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
         p.safe_m_per_s = step * std::max(0, t.low);
         solutions_[i] = t.good;
         p.safe_binding = Binding::kSpeedLimit;
-        p.shortfall = 0;
+        p.shortfall = t.shortfall;
         if (t.low == kSpeedLevels) return;
-        p.safe_binding = BindingOf(t.failed_motion, t.failed, o);
-        p.shortfall = ShortfallOf(t.failed, o);
+        p.safe_binding = BindingOf(t.failed.motion, t.failed.solution, o);
       });
 }
 
@@ -72,7 +72,8 @@ void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
     search_.Run(
         &solver_, knots, kReachLevels,
         [&](std::size_t k, int level) { return MotionAt(path[knots_[k]], o, 0, step * level); },
-        [&](const Solution& s) { return Good(s, o); },
+        [&](const Solution& s) { return Slack(s, o); },
+        [&](const Solution& s) { return ShortfallOf(s, o); },
         [&](std::size_t k) { return Same(path[knots_[k]], path[knots_[k - 1]]); },
         [&](std::size_t k) { return path[knots_[k]].soil != path[knots_[k - 1]].soil; },
         [&](std::size_t k, const LevelSearch::Track& t) {

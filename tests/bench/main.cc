@@ -144,7 +144,7 @@ int main(int argc, char** argv) {
   grouser::bench::PlannerOptions plans;
   auto* planner = app.add_subcommand(
       "planner",
-      "Speed plans of 1,000 points and solves of vehicles in-process, one thread: straight, curvy, "
+      "Speed plans and solves of vehicles in-process, one thread: straight, curvy, "
       "hilly and mixed paths, interleaved; wall clock, and processor time where others run too");
   planner->add_option("--repetitions", plans.repetitions, "Of every row")
       ->check(CLI::PositiveNumber)
@@ -154,6 +154,9 @@ int main(int argc, char** argv) {
   planner->add_option("--server", plans.server,
                       "grouser-server with the shipped vehicles, HOST:PORT: it plans the same by "
                       "turns");
+  planner->add_option("--points", plans.points, "Of every path")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
   planner->add_flag("--json", json, "JSON on stdout");
   try {
     app.parse(argc, argv);

@@ -20,7 +20,6 @@ namespace {
 using namespace vehicle;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kPoints = 1000;
 constexpr double kStep = 0.1;     // [m]
 constexpr double kFaster = 1.01;  // of a motion near one that is solved
 
@@ -31,9 +30,10 @@ struct Case {
 constexpr Case kCases[] = {
     {"husky", 1.5, 0.8}, {"cart", 6, 0.3}, {"atv", 3, 0.25}, {"rover", 0.1, 1}};
 
-std::vector<PathPoint> PathOf(const std::string& name, double curvature, std::size_t soils) {
-  std::vector<PathPoint> path(kPoints);
-  for (std::size_t i = 0; i < kPoints; ++i) {
+std::vector<PathPoint> PathOf(const std::string& name, double curvature, std::size_t soils,
+                              std::size_t points) {
+  std::vector<PathPoint> path(points);
+  for (std::size_t i = 0; i < points; ++i) {
     PathPoint& p = path[i];
     p.s_m = kStep * static_cast<double>(i);
     if (name == "straight") continue;
@@ -96,23 +96,23 @@ class ServerPlan {
 /// One row and what it runs.
 class PlanCell {
  public:
-  PlanCell(const Case& c, const std::string& path)
+  PlanCell(const Case& c, const std::string& path, std::size_t points)
       : file_(ReadVehicle(
             FindShipped("surrogate/vehicle/shipped/" + std::string(c.vehicle) + ".vehicle.yaml"))),
-        path_(PathOf(path, c.curvature_per_m, file_.grounds.soils.size())),
-        planner_(file_.vehicle, file_.grounds, kPoints),
+        path_(PathOf(path, c.curvature_per_m, file_.grounds.soils.size(), points)),
+        planner_(file_.vehicle, file_.grounds, points),
         solver_(file_.vehicle, file_.grounds),
-        plan_(kPoints),
-        motions_(kPoints),
-        near_(kPoints),
-        solutions_(kPoints) {
+        plan_(points),
+        motions_(points),
+        near_(points),
+        solutions_(points) {
     options_.speed_limit_m_per_s = c.limit_m_per_s;
     row_.vehicle = c.vehicle;
     row_.path = path;
-    row_.points = kPoints;
+    row_.points = points;
     row_.wheels = file_.vehicle.wheels.size();
     row_.not_held = planner_.Plan(path_, options_, plan_);
-    for (std::size_t i = 0; i < kPoints; ++i) {
+    for (std::size_t i = 0; i < points; ++i) {
       Motion& m = motions_[i];
       m = Motion::OnPath(plan_[i].speed_m_per_s, path_[i].curvature_per_m);
       m.acceleration_m_per_s2 = plan_[i].acceleration_m_per_s2;
@@ -152,8 +152,8 @@ class PlanCell {
       row.grpc_p50_ms = Quantile(times_.grpc, 0.5);
       row.grpc_p99_ms = Quantile(times_.grpc, 0.99);
     }
-    row.solve_cold_us = 1e3 / kPoints * Quantile(times_.cold, 0.5);
-    row.solve_warm_us = 1e3 / kPoints * Quantile(times_.warm, 0.5);
+    row.solve_cold_us = 1e3 / static_cast<double>(path_.size()) * Quantile(times_.cold, 0.5);
+    row.solve_warm_us = 1e3 / static_cast<double>(path_.size()) * Quantile(times_.warm, 0.5);
     return row;
   }
 
@@ -200,7 +200,7 @@ std::vector<PlannerRow> MeasurePlanner(const PlannerOptions& options) {
     for (const char* path : {"straight", "curvy", "hilly", "mixed"}) {
       const bool asked = (options.vehicle.empty() || options.vehicle == c.vehicle) &&
                          (options.path.empty() || options.path == path);
-      if (asked) cells.push_back(std::make_unique<PlanCell>(c, path));
+      if (asked) cells.push_back(std::make_unique<PlanCell>(c, path, options.points));
     }
   }
   for (auto& cell : cells) {

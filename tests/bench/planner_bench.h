@@ -6,13 +6,14 @@
 namespace grouser::bench {
 
 struct PlannerOptions {
-  int repetitions = 100;  ///< plans of every row, interleaved
   /// grouser-server with the shipped vehicles, which plans the same paths by turns; empty: none.
   std::string server;
   std::string vehicle, path;  ///< these rows alone; empty: all
+  int repetitions = 100;      ///< plans of every row, interleaved
+  std::size_t points = 1000;  ///< of every path
 };
 
-/// A vehicle along a path of 1,000 points, in this process on one thread.
+/// A vehicle along a path, in this process on one thread.
 struct PlannerRow {
   std::string vehicle, path;  ///< path: "straight", "curvy", "hilly", "mixed"
   std::size_t points = 0, wheels = 0;

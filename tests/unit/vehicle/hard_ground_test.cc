@@ -154,5 +154,44 @@ TEST(HardGround, RefusesParametersByName) {
   EXPECT_NE(message(ground).find("contact_width_m"), std::string::npos);
 }
 
+// Every part of every output, batches of all sizes up to two groups, all instruction sets.
+TEST(HardGround, AllInstructionSetsAndBatchesGiveTheSameBits) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> speed(-1, 1), load(0, 200);
+  HardGround ground = Asphalt();
+  ground.friction_sd = 0.08;
+  ground.slip_stiffness_sd = 2;
+  ground.rolling_resistance_sd = 0.01;
+  HardGroundModel model(ground, 0.2), other(ground, 0.2);
+  ASSERT_TRUE(model.SelectIsa("baseline"));
+  EXPECT_FALSE(model.SelectIsa("mmx"));
+  for (const char* isa : {"baseline", "avx2", "avx512"}) {
+    if (!other.SelectIsa(isa)) continue;  // not this machine's
+    for (std::size_t n = 1; n <= 17; ++n) {
+      StateBatch batch(n), one(1);
+      batch.yaw_rate.resize(n);
+      for (std::size_t i = 0; i < n; ++i) {
+        const double v = speed(random), slip = i % 2 == 0 ? 0.02 : 1;
+        batch.Set(i, v, slip * speed(random), v + slip * speed(random),
+                  i % 5 == 4 ? 0 : load(random));
+        batch.yaw_rate[i] = i % 3 == 0 ? 0 : speed(random);
+      }
+      other.Evaluate(batch.In(), batch.Out());
+      for (std::size_t i = 0; i < n; ++i) {
+        one.yaw_rate = {batch.yaw_rate[i]};
+        one.Set(0, batch.v_x[i], batch.v_y[i], batch.rim_speed[i], batch.load[i]);
+        model.Evaluate(one.In(), one.Out());
+        EXPECT_EQ(one.flags[0], batch.flags[i]);
+        for (int o = 0; o < kOutputs; ++o) {
+          for (const auto part : kPartMembers) {
+            EXPECT_EQ((one.Out().output[o].*part)[0], (batch.Out().output[o].*part)[i])
+                << isa << " " << n << " " << i << " output " << o;
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace grouser::surrogate

@@ -48,11 +48,16 @@ class PlainSearch {
     Solution s;
     if (near != nullptr) s = *near;
     solver_.Solve({&m, 1}, {&s, 1}, near != nullptr);
+    if (!s.balanced) {  // once more from where it ended
+      solver_.Solve({&m, 1}, {&s, 1},
+                    Effort{.warm = true, .attempts = 1, .evaluations = 200, .from_least = true});
+    }
     const bool good = s.balanced && s.reasons == 0 && s.tip_margin >= options_.tip_margin;
     if (near != nullptr && good) *near = s;
     return good;
   }
-  /// Whether it is good from some start: none, the neighbour's in twenty steps, or lower speeds.
+  /// Whether it is good from some start: none, where the imbalance is least, the neighbour's in
+  /// twenty steps, or lower speeds.
   bool Reached(const PathPoint& before, double speed_before, const PathPoint& p, double speed,
                Solution* near) {
     if (Good(p, speed) || Good(p, speed, near)) return true;

@@ -107,6 +107,100 @@ TEST(VehicleTorture, EveryMotionOfEveryShippedVehicleIsSolvedOrHasAReason) {
   }
 }
 
+// The wheel at the same place on the other side.
+std::size_t Opposite(const Vehicle& v, std::size_t wheel) {
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
+    if (v.wheels[i].x_m == v.wheels[wheel].x_m && v.wheels[i].y_m == -v.wheels[wheel].y_m) return i;
+  }
+  return v.wheels.size();
+}
+
+Motion Mirrored(const Vehicle& v, const Motion& m) {
+  Motion mirrored = m;
+  mirrored.yaw_rate_rad_per_s *= -1;
+  mirrored.bank_rad *= -1;
+  mirrored.steering_rad *= -1;
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) {
+    const std::size_t other = Opposite(v, i);
+    mirrored.soil[other] = m.soil[i];
+    if (v.wheels[i].drive < 0) continue;
+    mirrored.rim_speed_m_per_s[static_cast<std::size_t>(v.wheels[other].drive)] =
+        m.rim_speed_m_per_s[static_cast<std::size_t>(v.wheels[i].drive)];
+  }
+  return mirrored;
+}
+
+TEST(VehicleTorture, EveryMotionMirrors) {
+  for (const char* name : kShipped) {
+    const VehicleFile file = Shipped(name);
+    Solver solver(file.vehicle, file.grounds);
+    const std::vector<Motion> motions = HardMotions(file);
+    std::vector<Motion> mirrored;
+    for (const Motion& m : motions) mirrored.push_back(Mirrored(file.vehicle, m));
+    std::vector<Solution> a(motions.size()), b(motions.size());
+    solver.Solve(motions, a);
+    solver.Solve(mirrored, b);
+    std::size_t compared = 0, other = 0;
+    const double weight = file.vehicle.mass_kg * file.vehicle.gravity_m_per_s2;
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      if (!a[k].balanced && !b[k].balanced) continue;
+      ++compared;
+      bool same = a[k].balanced == b[k].balanced && a[k].reasons == b[k].reasons;
+      for (std::size_t i = 0; same && i < file.vehicle.wheels.size(); ++i) {
+        const WheelSolution &l = a[k].wheel[i], &r = b[k].wheel[Opposite(file.vehicle, i)];
+        same = std::fabs(l.load_n - r.load_n) < 1e-4 * weight &&
+               std::fabs(l.f_y_n + r.f_y_n) < 1e-4 * weight &&
+               std::fabs(l.torque_n_m - r.torque_n_m) < 1e-4 * weight;
+      }
+      other += !same;
+    }
+    EXPECT_EQ(other, 0u) << name << " of " << compared;
+    EXPECT_GT(compared, motions.size() / 8) << name;
+  }
+}
+
+// Near tipping: loads, torques and the margin go on continuously to the last milliradian, and
+// beyond it the reason is TIP.
+TEST(VehicleTorture, NearTippingIsContinuousAndThenTips) {
+  for (const double way : {-1.0, 1.0}) {
+    OnHard on(Skid(0.25, 0.28, 0.5), {WithFriction(2)});
+    Motion motion = Motion::OnPath(0.3, 0);
+    const double edge = std::atan(0.25 / 0.5);
+    Solution before;
+    for (int i = 0; i < 60; ++i) {
+      motion.grade_rad = way * (edge - 1e-3 * (60 - i) - 0.03);
+      const Solution s = on.Solve(motion);
+      ASSERT_TRUE(s.balanced) << i << " " << NamesOf(s.reasons) << s.residual;
+      EXPECT_GT(s.tip_margin, 0) << i;
+      for (std::size_t w = 0; i > 0 && w < 4; ++w) {
+        EXPECT_NEAR(s.wheel[w].load_n, before.wheel[w].load_n, 1) << i;
+        EXPECT_NEAR(s.wheel[w].torque_n_m, before.wheel[w].torque_n_m, 0.3) << i;
+      }
+      before = s;
+    }
+    motion.grade_rad = way * (edge + 0.03);
+    EXPECT_NE(on.Solve(motion).reasons & kTips, 0u);
+  }
+}
+
+// In a curve on ice every speed up to 0.88 of what all of the friction would hold (from 0.89 on the
+// tightest of these has no balance) is found from nothing, not only from a neighbour: where a free
+// wheel was started off its heading, balances were missed from a quarter of it on.
+TEST(VehicleTorture, ACurveOnIceIsFoundAtEverySpeed) {
+  const VehicleFile file = Shipped("cart");
+  Solver solver(file.vehicle, file.grounds);
+  for (const double curvature : {0.1, 0.2, 0.3, 0.5}) {
+    const double fastest = std::sqrt(0.88 * 0.15 * 9.81 / curvature);
+    for (int i = 1; i <= 200; ++i) {
+      Motion motion = Motion::OnPath(fastest * i / 200, curvature);
+      motion.soil.fill(1);
+      Solution s;
+      solver.Solve({&motion, 1}, {&s, 1});
+      EXPECT_TRUE(s.balanced) << curvature << " " << i << " residual " << s.residual;
+    }
+  }
+}
+
 TEST(VehicleTorture, AnswersDoNotDependOnTheBatch) {
   const VehicleFile file = Shipped("husky");
   Solver solver(file.vehicle, file.grounds);
