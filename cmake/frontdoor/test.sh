@@ -104,7 +104,7 @@ word_test() {
     esac
     shift
   done
-  install_missing build libraries run multibody test ${full:+lint}
+  install_missing build libraries run multibody maps test ${full:+lint}
   TEST_RESULTS=() TESTS_FAILED=''
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
