@@ -118,6 +118,12 @@ void AddOptions(CLI::App* app, Arguments* a) {
   app->add_option("--worse-by-sd", limits.worse_by_sd, "Ground that must be stood")
       ->capture_default_str();
   app->add_option("--tip-margin", limits.tip_margin, "Least")->capture_default_str();
+  app->add_option("--heading-nodes", m.table.headings, "Of the table, around the way up")
+      ->check(CLI::Range(4, 1440))
+      ->capture_default_str();
+  app->add_option("--slope-nodes", m.table.slopes, "Of the table, of what is driven")
+      ->check(CLI::Range(3, 400))
+      ->capture_default_str();
   app->add_option("--check", a->check,
                   "Instead of a map: errors of the table at so many random states");
   app->add_option("--pictures-by", m.pictures, "Script that draws the pictures");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 
@@ -29,6 +30,7 @@ std::string WktOf(const OGRSpatialReference& crs) {
 void StartGdal() {
   GDALAllRegister();
   CPLSetErrorHandler(CPLQuietErrorHandler);
+  GDALSetCacheMax64(std::int64_t{256} << 20);  // not a share of the memory
 }
 
 std::string GdalCause() {

@@ -20,7 +20,7 @@ struct Interval {
 struct TableOptions {
   vehicle::SpeedOptions limits;  ///< speed limit, risk (worse_by_sd) and margins
   std::size_t headings = 72;     ///< nodes of heading around the way up
-  std::size_t slopes = 17;       ///< nodes from the lowest to the highest driven slope
+  std::size_t slopes = 33;       ///< nodes from the lowest to the highest driven slope
 };
 
 /// Speed shares at which power is tabulated, of the safe speed.

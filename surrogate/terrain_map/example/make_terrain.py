@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Makes a synthetic terrain of 200 x 200 cells of 2 m as GeoTIFF (UTM zone 32 north): elevation.tif (hills
-of a power-law spectrum, a hill with steep sides, a valley, a few cells without data), soil.tif (class
+of a power-law spectrum, noise of 4 cm, a hill with steep sides, a valley, a few cells without data), soil.tif (class
 1: firm ground, 2: ice on the valley's floor), p_firm.tif and p_ice.tif (the same as probabilities, unsure
 along the edge). Nothing in it was measured.
 Usage: make_terrain.py FOLDER [--cells N] [--seed K]"""
@@ -41,10 +41,10 @@ def terrain(n, seed):
     random = np.random.default_rng(seed)
     y, x = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij")
     scale = n * CELL_M / 400
-    hill = 60 * np.exp(-((x - 0.62) ** 2 + (y - 0.42) ** 2) / 0.012) * scale
+    hill = 45 * np.exp(-((x - 0.62) ** 2 + (y - 0.42) ** 2) / 0.012) * scale
     valley_at = 0.75 + 0.06 * np.sin(7 * x)
-    valley = -22 * np.exp(-((y - valley_at) / 0.07) ** 2) * scale
-    z = 400 + 7 * scale * rough(n, random, 3.6, n) + hill + valley
+    valley = -8 * np.exp(-((y - valley_at) / 0.11) ** 2) * scale
+    z = 400 + 5 * scale * rough(n, random, 4.6, n) + 0.04 * random.normal(size=(n, n)) + hill + valley
     ice = 1 / (1 + np.exp((np.abs(y - valley_at) - 0.045) / 0.008))
     z[int(0.08 * n):int(0.11 * n), int(0.2 * n):int(0.27 * n)] = NODATA
     return z.astype(np.float32), ice.astype(np.float32)
