@@ -17,8 +17,8 @@ struct Rows {
   std::span<const float> north, middle, south;
 };
 
-/// Slope at column 1 to columns - 2, by the weighted differences of Horn (Hill shading and the
-/// reflectance map, Proc. IEEE 69(1), 1981), with cells of width x height metres:
+/// Slope at column 1 to columns - 2, by the weighted differences of Horn (1981,
+/// docs/references.md), with cells of width x height metres:
 ///   dz/dx = ((z_ne + 2 z_e + z_se) - (z_nw + 2 z_w + z_sw))/(8 width),   dz/dy so with height.
 /// A NaN among the nine gives NaN.
 Slope SlopeAt(const Rows& rows, std::size_t column, double width_m, double height_m) noexcept;

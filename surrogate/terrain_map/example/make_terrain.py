@@ -43,7 +43,7 @@ def terrain(n, seed):
     scale = n * CELL_M / 400
     hill = 45 * np.exp(-((x - 0.62) ** 2 + (y - 0.42) ** 2) / 0.012) * scale
     valley_at = 0.75 + 0.06 * np.sin(7 * x)
-    valley = -8 * np.exp(-((y - valley_at) / 0.11) ** 2) * scale
+    valley = -9 * (0.2 + 0.8 * np.sin(5 * x) ** 2) * np.exp(-((y - valley_at) / 0.11) ** 2) * scale
     z = 400 + 5 * scale * rough(n, random, 4.6, n) + 0.04 * random.normal(size=(n, n)) + hill + valley
     ice = 1 / (1 + np.exp((np.abs(y - valley_at) - 0.045) / 0.008))
     z[int(0.08 * n):int(0.11 * n), int(0.2 * n):int(0.27 * n)] = NODATA
