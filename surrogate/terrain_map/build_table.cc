@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "surrogate/terrain_map/slope.h"
 
@@ -24,38 +25,45 @@ double SlopeOf(const SlopeTable& t, std::size_t h, std::size_t row) {
   return i.lo + u * (double{i.hi} - double{i.lo});
 }
 
-// Up one column and down the next, so that neighbours on the path are neighbours in the table.
-std::size_t RowAt(std::size_t h, std::size_t k, std::size_t rows) {
-  return h % 2 == 0 ? k : rows - 1 - k;
+// Heading and row of the k-th state of a walk: up one column and down the next, or around one row
+// and back around the next, so that neighbours on the walk are neighbours in the table.
+std::pair<std::size_t, std::size_t> StateAt(const SlopeTable& t, bool columns, std::size_t k) {
+  const std::size_t rows = t.slopes + 2, inner = columns ? rows : t.headings;
+  const std::size_t outer = k / inner, at = k % inner;
+  const std::size_t turned = outer % 2 == 0 ? at : inner - 1 - at;
+  return columns ? std::pair(outer, turned) : std::pair(turned, outer);
 }
 
 double HeadingOf(const SlopeTable& t, std::size_t h) {
   return 2 * std::numbers::pi * static_cast<double>(h) / static_cast<double>(t.headings);
 }
 
+// By two walks, the higher of both speeds: each was found driven, but a walk may miss a balance
+// that exists, above all on ice.
 void FillSpeeds(const vehicle::Vehicle& vehicle, const vehicle::Grounds& grounds, std::uint8_t soil,
                 const vehicle::SpeedOptions& limits, SlopeTable* t) {
-  const std::size_t rows = t->slopes + 2;
-  std::vector<SlopeHeading> states;
-  for (std::size_t h = 0; h < t->headings; ++h) {
-    for (std::size_t k = 0; k < rows; ++k) {
-      states.push_back({SlopeOf(*t, h, RowAt(h, k, rows)), HeadingOf(*t, h)});
-    }
-  }
-  const std::vector<vehicle::SpeedPoint> plan = SafeSpeeds(vehicle, grounds, soil, limits, states);
-  t->speed.resize(t->headings * t->slopes);
+  t->speed.assign(t->headings * t->slopes, -1);
   t->binding.resize(t->speed.size());
   t->edges.resize(t->headings);
-  for (std::size_t h = 0; h < t->headings; ++h) {
-    const bool any = t->least[t->risk * t->headings + h].any();
-    for (std::size_t k = 0; k < rows; ++k) {
-      const vehicle::SpeedPoint& p = plan[h * rows + k];
-      const std::size_t row = RowAt(h, k, rows);
-      if (row == 0) t->edges[h].below = p.safe_binding;
-      if (row > t->slopes) t->edges[h].beyond = p.safe_binding;
+  for (const bool columns : {true, false}) {
+    std::vector<SlopeHeading> states;
+    for (std::size_t k = 0; k < (t->slopes + 2) * t->headings; ++k) {
+      const auto [h, row] = StateAt(*t, columns, k);
+      states.push_back({SlopeOf(*t, h, row), HeadingOf(*t, h)});
+    }
+    const std::vector<vehicle::SpeedPoint> plan =
+        SafeSpeeds(vehicle, grounds, soil, limits, states);
+    for (std::size_t k = 0; k < plan.size(); ++k) {
+      const auto [h, row] = StateAt(*t, columns, k);
+      if (row == 0) t->edges[h].below = plan[k].safe_binding;
+      if (row > t->slopes) t->edges[h].beyond = plan[k].safe_binding;
       if (row == 0 || row > t->slopes) continue;
-      t->speed[h * t->slopes + row - 1] = any ? static_cast<float>(p.safe_m_per_s) : 0.0F;
-      t->binding[h * t->slopes + row - 1] = static_cast<std::uint8_t>(p.safe_binding);
+      const std::size_t i = h * t->slopes + row - 1;
+      const bool any = t->least[t->risk * t->headings + h].any();
+      const float safe = any ? static_cast<float>(plan[k].safe_m_per_s) : 0.0F;
+      if (safe <= t->speed[i]) continue;
+      t->speed[i] = safe;
+      t->binding[i] = static_cast<std::uint8_t>(plan[k].safe_binding);
     }
   }
 }

@@ -13,7 +13,9 @@ namespace {
 constexpr double kStep = 2.5 * std::numbers::pi / 180;
 constexpr int kSteps = 28;
 constexpr int kInnerSteps = 16;  // of an interval whose lower edge is no longer driven
+constexpr int kGrowSteps = 8;    // out from an edge, a level better
 constexpr double kResolution = 2e-4;
+constexpr Interval kAnySlope = {0, static_cast<float>(kStep* kSteps)};
 
 // One heading on its way: an edge between a slope that is driven and one that is not.
 struct Edge {
@@ -123,6 +125,43 @@ class Search {
     }
     return out;
   }
+  /// Better ground than that of `inner`: out from its edges to the first slope that is not driven;
+  /// where it has none, anywhere.
+  std::vector<Interval> Grow(const std::vector<Interval>& inner, double sd) {
+    std::vector<Interval> all(headings_), out = inner;
+    std::vector<Edge> edges;
+    for (const bool up : {true, false}) {
+      const auto slope = [&](const Interval& i, int k) {
+        return up ? i.hi + kStep * k : std::max(0.0, i.lo - kStep * k);
+      };
+      std::vector<std::size_t> asked;
+      for (std::size_t h = 0; h < headings_; ++h) {
+        if (!inner[h].any()) {
+          all[h] = kAnySlope;
+        } else if (up || inner[h].lo > 0) {
+          for (int k = 1; k <= kGrowSteps; ++k) Ask(h, slope(inner[h], k), sd);
+          asked.push_back(h);
+        }
+      }
+      edges.clear();
+      const std::vector<char>& goes = Answer();
+      for (std::size_t n = 0; n < asked.size(); ++n) {
+        const std::size_t h = asked[n];
+        int k = 0;
+        while (k < kGrowSteps && goes[n * kGrowSteps + static_cast<std::size_t>(k)]) ++k;
+        edges.push_back({h, slope(inner[h], k), slope(inner[h], std::min(k + 1, kGrowSteps))});
+      }
+      Narrow(&edges, sd);
+      for (const Edge& e : edges) {
+        (up ? out[e.heading].hi : out[e.heading].lo) = static_cast<float>(e.good);
+      }
+    }
+    const std::vector<Interval> anywhere = Scan(all, kSteps, sd);
+    for (std::size_t h = 0; h < headings_; ++h) {
+      if (all[h].any()) out[h] = anywhere[h];
+    }
+    return out;
+  }
   /// The worst ground on which the level is driven.
   double LevelSd() {
     double low = SlopeTable::kFewestSds, high = SlopeTable::kMostSds;
@@ -180,11 +219,23 @@ DrivenSlopes FindDrivenSlopes(vehicle::Solver* solver, std::uint8_t soil,
                               const Progress& progress) {
   Search search(solver, soil, limits, headings, unknown);
   DrivenSlopes out;
-  std::vector<Interval> intervals(headings, {0, static_cast<float>(kStep * kSteps)});
-  for (std::size_t k = 0; k < levels.size(); ++k) {
-    progress(static_cast<double>(k) / static_cast<double>(levels.size()));
-    intervals =
-        k == 0 ? search.Scan(intervals, kSteps, levels[k]) : search.Shrink(intervals, levels[k]);
+  const std::size_t n = levels.size();
+  const auto middle =
+      static_cast<std::size_t>(std::lower_bound(levels.begin(), levels.end(), 0) - levels.begin());
+  std::vector<std::vector<Interval>> found(n);
+  std::size_t done = 0;
+  const auto tick = [&] { progress(static_cast<double>(done++) / static_cast<double>(n)); };
+  tick();
+  found[middle] = search.Scan(std::vector<Interval>(headings, kAnySlope), kSteps, levels[middle]);
+  for (std::size_t k = middle + 1; k < n; ++k) {
+    tick();
+    found[k] = search.Shrink(found[k - 1], levels[k]);
+  }
+  for (std::size_t k = middle; k-- > 0;) {
+    tick();
+    found[k] = search.Grow(found[k + 1], levels[k]);
+  }
+  for (const auto& intervals : found) {
     out.intervals.insert(out.intervals.end(), intervals.begin(), intervals.end());
   }
   out.level_sd = search.LevelSd();

@@ -27,9 +27,11 @@ struct DrivenSlopes {
   bool unknown_decides = false;     ///< somewhere what the runs do not cover decided
 };
 
-/// Searches them, all headings side by side: steps of 2.5 degrees up to 70 for the first level,
-/// then inside of the level before, as worse ground is taken to carry no more; edges to 2e-4 rad.
-/// Of several intervals at one heading the one at the least slope counts.
+/// Searches them, all headings side by side: on mean ground in steps of 2.5 degrees up to 70; on
+/// worse ground inside of the level before, on better ground out from it, as worse ground is taken
+/// to carry no more (better ground may be outside of what the models' runs cover, and is not asked
+/// where worse is driven); edges to 2e-4 rad. Of several intervals at one heading the one at the
+/// least slope counts. Precondition: `levels` ascend around 0, which is one of them.
 DrivenSlopes FindDrivenSlopes(vehicle::Solver* solver, std::uint8_t soil,
                               const vehicle::SpeedOptions& limits,
                               const std::vector<double>& levels, std::size_t headings, bool unknown,
