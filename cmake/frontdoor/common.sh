@@ -110,12 +110,15 @@ run_ninja() {
   return $code
 }
 
-# Whether a build in folder $1 was configured without Simbody or clang, which is there now.
-lacks_package() {
-  grep -qs '^Simbody_DIR:PATH=Simbody_DIR-NOTFOUND' "$1/CMakeCache.txt" &&
-    compgen -G '/usr/lib/*/cmake/simbody' >/dev/null ||
-    { grep -qs '^GROUSER_CLANGXX:FILEPATH=GROUSER_CLANGXX-NOTFOUND' "$1/CMakeCache.txt" &&
-      command -v clang++ >/dev/null; }
+# Whether a build in folder $1 was configured without an optional package that is there now.
+lacks_optional() {
+  local library
+  for library in Simbody GDAL; do
+    grep -qs "^${library}_DIR:PATH=${library}_DIR-NOTFOUND" "$1/CMakeCache.txt" &&
+      compgen -G "/usr/lib/*/cmake/${library,,}" >/dev/null && return 0
+  done
+  grep -qs '^GROUSER_CLANGXX:FILEPATH=GROUSER_CLANGXX-NOTFOUND' "$1/CMakeCache.txt" &&
+    command -v clang++ >/dev/null
 }
 
 # build_preset PRESET [TARGET]: configures where that was not done, then builds. One
@@ -128,7 +131,7 @@ build_preset() {
   flock -n 9 || { say "another build of this checkout is running; waiting for it"; flock 9; }
   : >"$log"
   home="$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$dir/CMakeCache.txt" 2>/dev/null || true)"
-  if [ ! -f "$dir/build.ninja" ] || [ "$home" != "$GROUSER_ROOT" ] || lacks_package "$dir"; then
+  if [ ! -f "$dir/build.ninja" ] || [ "$home" != "$GROUSER_ROOT" ] || lacks_optional "$dir"; then
     [ -z "$home" ] || fresh=(--fresh)  # the checkout was moved, or a configure failed
     say "configuring preset $preset"
     (cd "$GROUSER_ROOT" && cmake "${fresh[@]}" --preset "$preset") 9>&- </dev/null >>"$log" 2>&1 ||

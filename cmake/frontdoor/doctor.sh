@@ -23,6 +23,9 @@ check_packages() {
   [ -z "$missing" ] || finding absent joints "not installed: $missing" \
     "no joints and springs in experiment files, no reproduction of shin2020" \
     "./grouser setup installs it and builds with it"
+  missing="$(missing_packages maps)"
+  [ -z "$missing" ] || finding absent maps "not installed: $missing" "no ./grouser map" \
+    "./grouser setup installs it and builds with it"
 }
 
 check_build() {

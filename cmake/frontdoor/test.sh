@@ -106,7 +106,7 @@ word_test() {
   done
   TEST_RESULTS=() TESTS_FAILED='' TEST_TARGETS=()
   case "$label" in *fuzz* | *slow*) packages=(full) TEST_TARGETS=(all fuzzers) ;; esac
-  install_missing build libraries run multibody "${packages[@]}" ${full:+full lint}
+  install_missing build libraries run multibody "${packages[@]}" ${full:+full maps lint}
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
   else

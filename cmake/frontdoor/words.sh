@@ -39,7 +39,7 @@ HELP
     return
   fi
   [ $# -eq 0 ] || usage_error "setup: takes no arguments; see ./grouser setup --help"
-  install_missing multibody
+  install_missing multibody maps
   set_up
 }
 
@@ -178,6 +178,12 @@ word_vehicle() {
     run_program grouser-measured-vehicles "$@"
   fi
   run_program grouser-vehicle "$@"
+}
+
+word_map() {
+  require_packages run maps
+  build_if_missing grouser-map
+  exec "$(program_path grouser-map)" --pictures-by "$GROUSER_ROOT/surrogate/terrain_map/map_pictures.py" "$@"
 }
 
 word_jobs() {
