@@ -30,10 +30,17 @@ std::string Changed(std::string bytes, std::mt19937* random) {
   for (std::size_t k = 0; k <= below(4); ++k) {
     const std::size_t at = below(bytes.size());
     switch (below(4)) {
-      case 0: bytes[at] = static_cast<char>(below(256)); break;
-      case 1: bytes[at] = "0-9.:{[]}\n"[below(10)]; break;
-      case 2: bytes.erase(at, 1 + below(8)); break;
-      default: bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(8)));
+      case 0:
+        bytes[at] = static_cast<char>(below(256));
+        break;
+      case 1:
+        bytes[at] = "0-9.:{[]}\n"[below(10)];
+        break;
+      case 2:
+        bytes.erase(at, 1 + below(8));
+        break;
+      default:
+        bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(8)));
     }
     if (bytes.empty()) break;
   }
@@ -46,7 +53,8 @@ TEST(Corpus, IsReadOrRefused) {
   for (const char* folder : {GROUSER_CORPUS}) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
-      std::fprintf(stderr, "%s\n", entry.path().c_str());  // the last one, where it ends the program
+      std::fprintf(stderr, "%s\n",
+                   entry.path().c_str());  // the last one, where it ends the program
       std::ifstream file(entry.path(), std::ios::binary);
       std::string bytes(std::istreambuf_iterator<char>(file), {});
       ++files;
