@@ -22,13 +22,14 @@ double SideOf(const Vehicle& v, int drive) {
 }
 
 // Largest acceleration that balances on the level, over g.
-double PullOf(Solver* solver, Motion motion) {
+double PullOf(Solver* solver, Motion motion, StopFlag stop) {
   const double g = solver->vehicle().gravity_m_per_s2;
   double low = 0, high = 2;
   for (int i = 0; i < 20; ++i) {
     const double middle = (low + high) / 2;
     motion.acceleration_m_per_s2 = middle * g;
     Solution s;
+    StopIfAsked(stop);
     solver->Solve({&motion, 1}, {&s, 1});
     (s.balanced && s.tip_margin > 0 ? low : high) = middle;
   }
@@ -39,7 +40,7 @@ double PullOf(Solver* solver, Motion motion) {
 
 std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii) {
+                                       std::span<const double> radii, StopFlag stop) {
   if (v.steered()) {
     throw std::invalid_argument("constants: got steered wheels, expected a skid-steered vehicle");
   }
@@ -58,9 +59,9 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
   for (std::size_t soil = 0; soil < grounds.soils.size(); ++soil) {
     Motion straight = Motion::OnPath(*std::min_element(speeds.begin(), speeds.end()), 0);
     straight.soil.fill(static_cast<std::uint8_t>(soil));
-    const double pull = PullOf(&solver, straight);
+    const double pull = PullOf(&solver, straight, stop);
     straight.worse_by_sd = kSds;
-    const double pull_low = PullOf(&solver, straight);
+    const double pull_low = PullOf(&solver, straight, stop);
     for (const double speed : speeds) {
       for (const double radius : radii) {
         Motion motion = Motion::OnPath(speed, 1 / radius);
@@ -69,6 +70,7 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
         motions[1].worse_by_sd = -kSds;
         motions[2].worse_by_sd = kSds;
         std::array<Solution, 3> s;
+        StopIfAsked(stop);
         solver.Solve(motions, s);
         std::array<double, 3> separation, wheel;
         for (std::size_t k = 0; k < 3; ++k) {

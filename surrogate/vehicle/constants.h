@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surrogate/vehicle/solver.h"
+#include "surrogate/vehicle/stop.h"
 
 namespace grouser::vehicle {
 
@@ -28,10 +29,11 @@ struct SkidConstants {
 };
 
 /// For each soil of `grounds` and each speed and radius. Throws std::invalid_argument where the
-/// vehicle is no skid-steered one, or a number is not above 0.
+/// vehicle is no skid-steered one, or a number is not above 0; Stopped, at most three solves after
+/// `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii);
+                                       std::span<const double> radii, StopFlag stop = nullptr);
 
 /// As YAML for ros2_control's diff_drive_controller, a document a soil, speed and radius.
 std::string YamlOf(const Vehicle& vehicle, std::span<const SkidConstants> constants);

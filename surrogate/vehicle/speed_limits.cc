@@ -50,6 +50,7 @@ Motion SpeedPlanner::MotionAt(const PathPoint& p, const SpeedOptions& options, d
 
 double SpeedPlanner::Slack(const Solution& s, const SpeedOptions& o) const {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  StopIfAsked(o.stop);
   if (!s.balanced || (s.reasons & (kNoBalance | kTips | kBadInput)) != 0) return kNaN;
   if (o.trained_only && (s.reasons & kUntrained) != 0) return kNaN;
   if ((s.reasons & kSinksIn) != 0 && s.sinkage_margin >= 0) return kNaN;  // carried nowhere

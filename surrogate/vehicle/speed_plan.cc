@@ -92,8 +92,8 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
-// Solves the first motions from what stands in tried_; anew where that finds nothing that is good:
-// with two starts, at every fourth failure of a point with all.
+// Solves the first motions from what stands in tried_, some at once, and anew where that finds
+// nothing that is good: with two starts, at every fourth failure of a point with all.
 void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
   constexpr Effort kQuick{
       .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
@@ -101,8 +101,12 @@ void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
       .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
   constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
   constexpr int kOften = 4;
-  solver_.Solve(std::span(motions_).first(count), std::span(tried_).first(count), kQuick);
   for (std::size_t k = 0; k < count; ++k) {
+    if (k % kMostSolvesToStop == 0) {
+      const std::size_t some = std::min(kMostSolvesToStop, count - k);
+      StopIfAsked(o.stop);
+      solver_.Solve({&motions_[k], some}, {&tried_[k], some}, kQuick);
+    }
     if (Good(tried_[k], o)) continue;
     solver_.Solve({&motions_[k], 1}, {&tried_[k], 1},
                   failures_[open_[k]] % kOften == kOften - 1 ? kAll : kSome);
@@ -184,8 +188,8 @@ std::size_t SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptio
   CheckOptions(options);
   for (std::size_t i = 0; i < path.size(); ++i) {
     const PathPoint& p = path[i];
-    if (!std::isfinite(p.s_m + p.curvature_per_m + p.grade_rad + p.bank_rad)) {
-      fail(i, "got a number that is not finite");
+    for (const double x : {p.s_m, p.curvature_per_m, p.grade_rad, p.bank_rad}) {
+      if (!std::isfinite(x)) fail(i, "got a number that is not finite");
     }
     if (i > 0 && !(p.s_m > path[i - 1].s_m)) {
       fail(i, "s_m: got " + std::to_string(p.s_m) + ", expected more than that before");

@@ -5,6 +5,7 @@
 
 #include "surrogate/vehicle/level_search.h"
 #include "surrogate/vehicle/solver.h"
+#include "surrogate/vehicle/stop.h"
 
 namespace grouser::vehicle {
 
@@ -22,6 +23,9 @@ struct SpeedOptions {
   double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;          ///< of comfort, largest
   double start_m_per_s = 0, end_m_per_s = 0;
   bool trained_only = true;  ///< no faster than what the models' runs cover
+  /// Asked for every solution that is judged; set: what is under way throws Stopped, at most
+  /// SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
+  StopFlag stop = nullptr;
 };
 
 /// Throws std::invalid_argument "FIELD: expected X" unless `good`.
@@ -51,9 +55,9 @@ struct SpeedPoint {
   double speed_m_per_s = 0;  ///< of the plan
   double acceleration_m_per_s2 = 0;
   Binding binding = Binding::kSpeedLimit;  ///< of the plan
-  /// By how much the binding one is exceeded one step of the search above the safe speed: residual
-  /// over weight, or the margin that is missing (extrapolated from the points before where that was
-  /// clear). 0 for kSpeedLimit.
+  /// By how much the binding one is exceeded one level of the search (1/256 of the speed limit)
+  /// above the safe speed: residual over weight, or the margin that is missing; by the secant of
+  /// the margin from the points before where that level was not solved. 0 for kSpeedLimit.
   double shortfall = 0;
   /// The plan can be driven here: solved with its speed and acceleration, every margin left, and
   /// not at rest up to the next point; at the first point also no slower than the start asks.
@@ -77,26 +81,30 @@ struct GoProbability {
 /// and acceleration, and slowed down, at last to rest, where that does not hold.
 class SpeedPlanner {
  public:
+  static constexpr std::size_t kMostSolvesToStop = 64;
+
   /// Room for paths of so many points. Throws as Solver does.
   SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::size_t most_points);
 
   /// Throws std::invalid_argument naming the point for fewer than two points, more than there is
   /// room for, numbers that are not finite, ways that do not ascend, unknown soils, options that
-  /// make no sense. Then no allocation. Returns at how many points the plan does not hold.
+  /// make no sense; Stopped, after which the planner is as good as new. Then no allocation. Returns
+  /// at how many points the plan does not hold.
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out);
 
   /// Grades that are driven straight at `speed`; 0 is the limit of creeping. Throws
-  /// std::invalid_argument for speed, soil or margins that make no sense.
+  /// std::invalid_argument for speed, soil or margins that make no sense; Stopped.
   GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options);
   /// Probability that a motion is within every limit: by the largest worse_by_sd that is, from
-  /// -4 to 4, one deviation for all wheels.
+  /// -4 to 4, one deviation for all wheels. Throws Stopped.
   GoProbability ProbabilityToGo(const Motion& motion, const SpeedOptions& options);
 
  private:
   static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                          double acceleration);
   /// What is left to the nearest margin; below 0: exceeded, NaN: not good for another reason.
+  /// Every solution is judged by it: throws Stopped where the options ask for that.
   double Slack(const Solution& s, const SpeedOptions& options) const;
   bool Good(const Solution& s, const SpeedOptions& options) const { return Slack(s, options) >= 0; }
   Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;

@@ -6,7 +6,8 @@ import sys
 
 FIELDS = {"vehicle": str, "path": str, "points": int, "wheels": int, "plan_p50_ms": float,
           "plan_p99_ms": float, "plan_cpu_ms": float, "solve_cold_us": float,
-          "solve_warm_us": float, "allocations": int, "not_held": int}
+          "solve_warm_us": float, "allocations": int, "not_held": int,
+          "grpc_p50_ms": float, "grpc_p99_ms": float, "grpc_differ": int}
 POINTS = 12
 
 
@@ -21,6 +22,7 @@ def main(bench):
         assert row["points"] == POINTS and row["wheels"] in (4, 6), row
         assert row["allocations"] == 0, row
         assert 0 <= row["not_held"] <= POINTS, row
+        assert row["grpc_p50_ms"] == row["grpc_p99_ms"] == row["grpc_differ"] == 0, row  # no server
         assert row["plan_p50_ms"] > 0 and row["plan_p99_ms"] >= row["plan_p50_ms"], row
     table = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert len(table.splitlines()) == 17 and "solve cold us" in table, table

@@ -96,8 +96,11 @@ struct Solutions {
 
 /// Where the power of n motions goes [W]; spans as of Solutions. With T w shaft power, F and M_z in
 /// a wheel's axes:
-///   rolling = sum (T - r F_x) w,  slip = sum F_x (r w - v_x),  scrub = -sum (F_y v_y + M_z yaw
-///   rate) electric = drive + rolling + slip + scrub + grade + acceleration + imbalance
+///   rolling = sum (T - r F_x) w
+///   slip = sum F_x (r w - v_x)
+///   scrub = -sum (F_y v_y + M_z yaw rate)
+///   electric = drive + rolling + slip + scrub + grade + acceleration + imbalance
+///
 /// drive: losses of the motors, electric - shaft. imbalance: what the solve left over.
 struct Powers {
   std::span<std::uint32_t> reasons{};  ///< required, n entries
@@ -155,7 +158,9 @@ struct SpeedPlan {
   std::span<double> speed{};         ///< of the plan; required, n entries [m/s]
   std::span<double> acceleration{};  ///< [m/s^2]
   std::span<double> safe{};          ///< highest at constant speed; 0: cannot be driven [m/s]
-  /// By how much what binds is exceeded 1 % above the safe speed: residual, or missing margin.
+  /// By how much the binding one is exceeded one level of the search (1/256 of the speed limit)
+  /// above the safe speed: residual over weight, or the margin that is missing; by the secant of
+  /// the margin from the points before where that level was not solved. 0 for kSpeedLimit.
   std::span<double> shortfall{};
   std::span<Binding> safe_binding{}, binding{};  ///< of the safe speed, of the plan
   /// 1: the plan can be driven here with every margin left, and does not rest up to the next point.

@@ -263,6 +263,9 @@ TEST(InProcessVehicle, RefusesSizesAndNamesThem) {
   EXPECT_THAT(problem({.s = s}, {.speed_limit = 1, .margins = {.tip = 1}}, speed),
               HasSubstr("margins.tip: 1"));
   EXPECT_TRUE(planner.Plan({.s = s}, options, {.speed = speed}));
+  const std::vector<double> large = {1e307, 1e308, 1.7e308};  // finite, their sums are not
+  EXPECT_TRUE(planner.Plan({.s = large, .curvature = large, .grade = large, .bank = large}, options,
+                           {.speed = speed}));
   GradeRange grades;
   EXPECT_FALSE(planner.Grades(0, 200, 0, {}, &grades));
   EXPECT_THAT(planner.Problem(kNaN, 0, 0, {}), HasSubstr("speed: nan"));

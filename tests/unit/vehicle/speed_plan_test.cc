@@ -210,6 +210,17 @@ TEST(SpeedPlan, ProbabilityToGoFallsWithTheSlope) {
   }
 }
 
+// Each of them is finite, their sum is not.
+TEST(SpeedPlan, TakesNumbersWhoseSumOverflows) {
+  Planning p(Skid(), {Asphalt()});
+  const std::vector<PathPoint> path = {{-1e308, 1e308, 1e308, 1e308, 0},
+                                       {1e308, 1e308, 1e308, 1e308, 0}};
+  std::vector<SpeedPoint> out(path.size());
+  SpeedOptions options;
+  options.speed_limit_m_per_s = 1;
+  EXPECT_EQ(p.planner->Plan(path, options, out), 2u);  // driven at neither
+}
+
 TEST(SpeedPlan, RefusesPathsByPoint) {
   Planning p(Skid(), {Asphalt()});
   SpeedOptions options;

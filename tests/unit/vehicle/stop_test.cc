@@ -1,0 +1,113 @@
+// Work that takes long ends within a bounded number of solves once it is told to.
+#include "surrogate/vehicle/stop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "surrogate/vehicle/constants.h"
+#include "tests/unit/vehicle/vehicles.h"
+
+namespace grouser::vehicle {
+namespace {
+
+using testing::Skid;
+using testing::WithFriction;
+
+/// Hard ground that counts the wheels it is asked for, and sets a flag at one of them.
+class CountingModel final : public surrogate::WheelModel {
+ public:
+  explicit CountingModel(double friction) : model_(WithFriction(friction), 0.165) {}
+
+  void Evaluate(const surrogate::WheelStatesView& in,
+                const surrogate::ResponsesView& out) const noexcept override {
+    count_ += static_cast<long>(in.load.size());
+    if (stop_at > 0 && count_ >= stop_at) stop = true;
+    model_.Evaluate(in, out);
+  }
+  bool UsesYawRate() const noexcept override { return true; }
+
+  /// Counts `work` anew, with the flag set at wheel `at` (0: never). False: it was stopped.
+  template <class Work>
+  bool Run(long at, const Work& work) {
+    count_ = 0;
+    stop = false;
+    stop_at = at;
+    try {
+      work();
+    } catch (const Stopped&) {
+      return false;
+    }
+    return true;
+  }
+  long count() const { return count_; }
+
+  mutable std::atomic<bool> stop{false};
+  long stop_at = 0;
+
+ private:
+  surrogate::HardGroundModel model_;
+  mutable long count_ = 0;
+};
+
+// Most wheels that a solve asks for: every evaluation of every start, and the last one.
+constexpr long kWheelsOfASolve = 4 * (4 * 40 + 1);
+
+class StopTest : public ::testing::Test {
+ protected:
+  StopTest() : grounds_{{"ground"}, {&model_}} {
+    options_.speed_limit_m_per_s = 4;
+    options_.stop = &model_.stop;
+  }
+
+  // `work` ends as soon as it should, wherever it is told to.
+  template <class Work>
+  void EndsSoon(const Work& work, std::size_t solves) {
+    ASSERT_TRUE(model_.Run(0, work));
+    const long all = model_.count(), most = static_cast<long>(solves) * kWheelsOfASolve;
+    for (const double share : {0.001, 0.2, 0.4, 0.6, 0.8, 0.95}) {
+      const long at = 1 + static_cast<long>(share * static_cast<double>(all));
+      EXPECT_FALSE(model_.Run(at, work)) << share;
+      EXPECT_LE(model_.count(), at + most) << share << " of " << all;
+    }
+  }
+
+  CountingModel model_{0.4};
+  Grounds grounds_;
+  SpeedOptions options_;
+};
+
+// Every point unlike the one before.
+TEST_F(StopTest, PlanEndsAndLeavesThePlannerAsGoodAsNew) {
+  std::vector<PathPoint> path(400);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double x = static_cast<double>(i);
+    path[i] = {0.1 * x, std::sin(7 * x * x), 0.4 * std::sin(3 * x * x), 0.4 * std::cos(5 * x * x),
+               0};
+  }
+  SpeedPlanner planner(Skid(), grounds_, path.size());
+  std::vector<SpeedPoint> before(path.size()), after(path.size());
+  planner.Plan(path, options_, before);
+  EndsSoon([&] { planner.Plan(path, options_, after); }, SpeedPlanner::kMostSolvesToStop);
+  EXPECT_GT(model_.count(), 0);
+  model_.Run(0, [&] { planner.Plan(path, options_, after); });
+  EXPECT_GT(model_.count(), 2 * static_cast<long>(SpeedPlanner::kMostSolvesToStop) *
+                                kWheelsOfASolve);  // else a plan that cannot be stopped would pass
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    ASSERT_EQ(before[i].speed_m_per_s, after[i].speed_m_per_s) << i;
+    ASSERT_EQ(before[i].shortfall, after[i].shortfall) << i;
+  }
+}
+
+TEST_F(StopTest, GradesProbabilityAndConstantsEnd) {
+  SpeedPlanner planner(Skid(), grounds_, 1);
+  EndsSoon([&] { planner.Grades(0.3, 0, options_); }, 1);
+  Motion motion = Motion::OnPath(0.3, 0.2);
+  motion.grade_rad = 0.2;
+  EndsSoon([&] { planner.ProbabilityToGo(motion, options_); }, 1);
+  const std::vector<double> speeds = {0.3, 0.5, 0.9}, radii = {0.8, 2, 9};
+  EndsSoon([&] { ConstantsOf(Skid(), grounds_, speeds, radii, &model_.stop); }, 3);
+}
+
+}  // namespace
+}  // namespace grouser::vehicle
