@@ -6,22 +6,25 @@
 // A step goes from a cell to one of its eight neighbours, d metres away on heading h, half of it in
 // each: d/2 (1/v_h(a) + 1/v_h(b)) seconds, d/2 (e_h(a) + e_h(b)) joules, where a step that would
 // give energy back counts as none (Dijkstra's costs are not negative). Cells that are not driven on
-// that heading are not entered or left by it. OUT: routes.csv, and backdrop.png for map_route.py.
+// that heading, or whose energy there is not known, are not entered or left by it. OUT: routes.csv,
+// and backdrop.png for map_route.py.
 #include <gdal_priv.h>
 
 #include <algorithm>
 #include <array>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <boost/graph/dijkstra_shortest_paths.hpp>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace {
@@ -34,12 +37,16 @@ constexpr std::array<Step, 8> kSteps = {
     {{0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}}};
 constexpr int kFirstBand = 4;  // before it: up, down, across
 
-/// All bands from `first` on of a raster of the map, cell by cell.
+/// `bands` bands from `first` on of a raster of the map, cell by cell.
 class Raster {
  public:
   Raster(const std::string& file, int first, int bands) {
     GDALDataset* data = GDALDataset::Open(file.c_str(), GDAL_OF_RASTER);
     if (data == nullptr) throw std::runtime_error(file + ": no raster of a map");
+    if (data->GetRasterCount() < first + bands - 1) {
+      throw std::runtime_error(file + ": " + std::to_string(data->GetRasterCount()) +
+                               " bands, expected " + std::to_string(first + bands - 1));
+    }
     columns = data->GetRasterXSize();
     rows = data->GetRasterYSize();
     data->GetGeoTransform(transform.data());
@@ -56,6 +63,13 @@ class Raster {
     GDALClose(data);
   }
   float At(std::size_t band, std::size_t cell) const { return values_[band][cell]; }
+  /// Throws where the other one has not as many cells each way.
+  void CheckSize(const std::string& file, const Raster& other) const {
+    if (columns == other.columns && rows == other.rows) return;
+    throw std::runtime_error(file + ": " + std::to_string(columns) + " x " + std::to_string(rows) +
+                             " cells, expected " + std::to_string(other.columns) + " x " +
+                             std::to_string(other.rows) + " as in speed.tif");
+  }
 
   int columns = 0, rows = 0;
   std::array<double, 6> transform{};
@@ -73,6 +87,7 @@ class Terrain {
  public:
   explicit Terrain(const std::string& map)
       : speed_(map + "/speed.tif", kFirstBand, 8), energy_(map + "/energy.tif", kFirstBand, 8) {
+    energy_.CheckSize(map + "/energy.tif", speed_);
     std::vector<std::pair<std::size_t, std::size_t>> edges;
     std::vector<Cost> costs;
     for (int r = 0; r < speed_.rows; ++r) {
@@ -82,6 +97,7 @@ class Terrain {
           if (column < 0 || row < 0 || column >= speed_.columns || row >= speed_.rows) continue;
           const std::size_t a = CellAt(c, r), b = CellAt(column, row);
           if (!(speed_.At(h, a) > 0 && speed_.At(h, b) > 0)) continue;  // NaN: a hole
+          if (!std::isfinite(energy_.At(h, a) + energy_.At(h, b))) continue;
           edges.emplace_back(a, b);
           costs.push_back(CostOf(h, a, b));
         }
@@ -149,6 +165,7 @@ class Terrain {
 // Hillshade with the light from the north-west; red: driven on none of the eight headings.
 void DrawBackdrop(const std::string& map, const Raster& speed, const std::string& file) {
   const Raster slope(map + "/slope.tif", 1, 2);
+  slope.CheckSize(map + "/slope.tif", speed);
   GDALDataset* image = GetGDALDriverManager()->GetDriverByName("MEM")->Create(
       "", speed.columns, speed.rows, 3, GDT_Byte, nullptr);
   const auto n = static_cast<std::size_t>(speed.columns) * static_cast<std::size_t>(speed.rows);
@@ -178,14 +195,25 @@ void DrawBackdrop(const std::string& map, const Raster& speed, const std::string
   GDALClose(png);
 }
 
+// The whole text as a number; throws std::invalid_argument.
+double Number(const char* text) {
+  double value = 0;
+  const char* end = text + std::strlen(text);
+  const auto [rest, error] = std::from_chars(text, end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value)) {
+    throw std::invalid_argument("'" + std::string(text) + "', expected a number");
+  }
+  return value;
+}
+
 int Run(char** argv) {
   GDALAllRegister();
   const std::string map = argv[1], out = argv[6];
+  const std::array<double, 4> at = {Number(argv[2]), Number(argv[3]), Number(argv[4]),
+                                    Number(argv[5])};
   const Terrain terrain(map);
-  const auto cell = [&](int first) {
-    return terrain.CellOf(std::atof(argv[first]), std::atof(argv[first + 1]));
-  };
-  const std::size_t from = cell(2), to = cell(4);
+  const auto cell = [&](std::size_t first) { return terrain.CellOf(at[first], at[first + 1]); };
+  const std::size_t from = cell(0), to = cell(2);
   std::filesystem::create_directories(out);
   std::ofstream csv(out + "/routes.csv");
   csv.precision(10);
@@ -228,6 +256,9 @@ int main(int argc, char** argv) {
   }
   try {
     return Run(argv);
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "map_route: %s\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "map_route: %s\n", error.what());
     return 1;

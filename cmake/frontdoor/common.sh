@@ -117,8 +117,16 @@ lacks_optional() {
     grep -qs "^${library}_DIR:PATH=${library}_DIR-NOTFOUND" "$1/CMakeCache.txt" &&
       compgen -G "/usr/lib/*/cmake/${library,,}" >/dev/null && return 0
   done
-  grep -qs '^GROUSER_CLANGXX:FILEPATH=GROUSER_CLANGXX-NOTFOUND' "$1/CMakeCache.txt" &&
+  # A build that searches for inputs (the others do not look for clang++), but could not.
+  grep -qs '^GROUSER_CLANGXX:FILEPATH=' "$1/CMakeCache.txt" || return 1
+  if grep -q '^GROUSER_CLANGXX:FILEPATH=GROUSER_CLANGXX-NOTFOUND' "$1/CMakeCache.txt"; then
     command -v clang++ >/dev/null
+  else
+    # clang++ alone links no libFuzzer; what was there already when that was tried does not count.
+    ! grep -q '^GROUSER_CLANG_FUZZES:' "$1/CMakeCache.txt" &&
+      [ -n "$(find "${LLVM_ROOT:-/usr/lib}"/llvm-* -name 'libclang_rt.fuzzer*' \
+        -newercm "$1/CMakeCache.txt" 2>/dev/null | head -n 1)" ]
+  fi
 }
 
 # build_preset PRESET [TARGET]: configures where that was not done, then builds. One

@@ -12,6 +12,8 @@ SIGTERM.
   --shipped DIR      read-only models (default: surrogate/shipped)
   --vehicles PATH    vehicle file, or folder of them; may stand several times
                      (default: surrogate/vehicle/shipped)
+  --vehicle-threads N  threads that solve and plan for them, 1 to 64 (default:
+                     half of the processors)
   --grpc ADDR        of queries (default 127.0.0.1:50151)
   --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152); both: HOST:PORT or unix:PATH
   --no-lcm           gRPC only (chosen for you where no multicast route goes by lo)
@@ -78,7 +80,7 @@ word_serve() {
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
       --vehicles) vehicles+=("$1" "$2") ;;
-      --grpc | --port-file) server+=("$1" "$2") ;;
+      --grpc | --port-file | --vehicle-threads) server+=("$1" "$2") ;;
       --max-connections | --idle-s | --drain-s | --probe-s)
         server+=("$1" "$2"); jobs+=("$1" "$2") ;;
       --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;

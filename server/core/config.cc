@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 
 namespace grouser::server {
 namespace {
-
-constexpr int kMostVehicleThreads = 64;
 
 [[noreturn]] void Fail(const std::string& key, const std::string& value, const char* expected) {
   throw std::invalid_argument(fmt::format("{}: '{}', expected {}", key, value, expected));
@@ -27,11 +26,16 @@ void ServerConfig::Validate() const {
     Fail("shipped", shipped_dir, "a folder that exists");
   }
   if (vehicle_threads < 1 || vehicle_threads > kMostVehicleThreads) {
-    Fail("vehicle-threads", std::to_string(vehicle_threads), "1 to 64");
+    Fail("vehicle-threads", std::to_string(vehicle_threads),
+         fmt::format("1 to {}", kMostVehicleThreads).c_str());
   }
   if (poll_period.count() <= 0) {
     Fail("poll_period", fmt::format("{} ms", poll_period.count()), "more than 0 ms");
   }
+}
+
+int DefaultVehicleThreads(unsigned processors) {
+  return static_cast<int>(std::clamp(processors / 2, 1u, unsigned{kMostVehicleThreads}));
 }
 
 std::string DefaultStateDir() {

@@ -24,6 +24,11 @@ struct ServerConfig {
   void Validate() const;
 };
 
+/// More threads that answer for vehicles are refused.
+inline constexpr int kMostVehicleThreads = 64;
+/// Half of the processors, 1 to kMostVehicleThreads; `processors` 0: unknown.
+int DefaultVehicleThreads(unsigned processors);
+
 /// $GROUSER_STATE, else $XDG_STATE_HOME/grouser, else ~/.local/state/grouser.
 /// Empty when the environment names none of them.
 std::string DefaultStateDir();

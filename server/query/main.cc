@@ -105,14 +105,16 @@ int main(int argc, char** argv) {
   app.add_option("--state", config.state_dir, "State folder; its models/ is served")
       ->capture_default_str();
   app.add_option("--shipped", config.shipped_dir, "Folder of shipped models, read only");
-  config.vehicle_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency() / 2));
+  config.vehicle_threads =
+      grouser::server::DefaultVehicleThreads(std::thread::hardware_concurrency());
   app.add_option(
          "--vehicles", config.vehicles,
          "Vehicle files, and folders of *.vehicle.yaml (default: none); what cannot be read is "
          "named and left out")
       ->expected(1, -1);
-  app.add_option("--vehicle-threads", config.vehicle_threads,
-                 "Threads that solve and plan for vehicles; default: half of the processors");
+  app.add_option(
+      "--vehicle-threads", config.vehicle_threads,
+      "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors");
   net.AddTo(app);
   auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
   app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")

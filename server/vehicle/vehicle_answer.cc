@@ -7,7 +7,10 @@
 #include <chrono>
 #include <cmath>
 #include <span>
-#include <stdexcept>
+#include <vector>
+
+#include "server/vehicle/vehicle_check.h"
+#include "surrogate/vehicle/stop.h"
 
 namespace grouser::server {
 namespace {
@@ -16,16 +19,9 @@ using namespace vehicle;
 
 constexpr std::size_t kChunk = 64;  // motions between two looks at whether the call is cancelled
 
-/// Of a call that was cancelled; the status reaches nobody.
-Status Dropped() { return {StatusCode::kUnavailable, "cancelled"}; }
-
-Status TooMany(const char* field, std::size_t count, std::size_t most) {
-  return Status::ResourceExhausted(
-      fmt::format("{}: {} entries, at most {} in one message", field, count, most));
-}
-
 [[noreturn]] void Refuse(const std::string& field, double got, const char* expected) {
-  throw std::invalid_argument(fmt::format("{}: {}, expected {}", field, got, expected));
+  throw StatusError(StatusCode::kInvalidArgument,
+                    fmt::format("{}: {}, expected {}", field, got, expected));
 }
 
 double PositiveOr(bool has, double value, double otherwise, const char* field) {
@@ -43,9 +39,31 @@ double FromZero(double value, const char* field) {
   return value;
 }
 
-SpeedOptions OptionsOf(const v1alpha1::PlanSpeedRequest& r) {
-  SpeedOptions o;
-  vehicle::FromMessage(r.margins(), &o);
+/// Finds the vehicle, has `fill` make the response and says how long that took.
+template <class Request, class Response, class Fill>
+Status Timed(const VehicleContext& context, const Request& request, Response* response,
+             const Fill& fill) {
+  return Guarded([&] {
+    const auto start = std::chrono::steady_clock::now();
+    const ServedVehicle* served = nullptr;
+    if (Status status = context.fleet.Find(request.vehicle(), &served); !status.ok()) return status;
+    fill(*served);
+    const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
+    response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
+    response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
+    return Status::Ok();
+  });
+}
+
+SpeedOptions MarginsOf(const VehicleContext& context, const v1alpha1::Margins& margins) {
+  SpeedOptions options;
+  Reading([&] { vehicle::FromMessage(margins, &options); });
+  options.stop = &context.cancelled;
+  return options;
+}
+
+SpeedOptions OptionsOf(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& r) {
+  SpeedOptions o = MarginsOf(context, r.margins());
   o.speed_limit_m_per_s = PositiveOr(true, r.speed_limit_m_per_s(), 0, "speed_limit_m_per_s");
   o.worse_by_sd = FiniteOr(r.has_worse_by_sd(), r.worse_by_sd(), o.worse_by_sd, "worse_by_sd");
   o.acceleration_m_per_s2 = PositiveOr(r.has_acceleration_m_per_s2(), r.acceleration_m_per_s2(),
@@ -57,29 +75,14 @@ SpeedOptions OptionsOf(const v1alpha1::PlanSpeedRequest& r) {
   return o;
 }
 
-/// Finds the vehicle, has `answer` fill the response and says how long that took. What it throws
-/// is something that is wrong with the message.
-template <class Request, class Response, class Fill>
-Status Timed(const VehicleContext& context, const Request& request, Response* response,
-             const Fill& fill) {
-  const auto start = std::chrono::steady_clock::now();
-  const ServedVehicle* served = nullptr;
-  if (Status status = context.fleet.Find(request.vehicle(), &served); !status.ok()) return status;
-  Status status;
-  try {
-    status = fill(*served);
-  } catch (const std::invalid_argument& error) {
-    status = Status::InvalidArgument(error.what());
-  }
-  if (!status.ok()) return status;
-  const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
-  response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
-  response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
-  return status;
+std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const ServedVehicle& v) {
+  return Reading([&] { return vehicle::FromMessage(motions, v.described); });
 }
 
 void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const char* field) {
-  if (numbers.empty()) throw std::invalid_argument(fmt::format("{}: none, expected one", field));
+  if (numbers.empty()) {
+    throw StatusError(StatusCode::kInvalidArgument, fmt::format("{}: none, expected one", field));
+  }
   for (int i = 0; i < numbers.size(); ++i) {
     if (!(numbers[i] > 0) || !std::isfinite(numbers[i])) {
       Refuse(fmt::format("{}[{}]", field, i), numbers[i], "a finite number above 0");
@@ -87,94 +90,84 @@ void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const c
   }
 }
 
+std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
+  return {numbers.data(), static_cast<std::size_t>(numbers.size())};
+}
+
 }  // namespace
 
 Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& request,
               v1alpha1::SolveResponse* response) {
   return Timed(context, request, response, [&](const ServedVehicle& v) {
-    const std::size_t n = CountOf(request.motions(), v.described);
-    if (n > kMaxMotions) return TooMany("motions", n, kMaxMotions);
-    SpeedOptions options;
-    vehicle::FromMessage(request.margins(), &options);
-    const std::vector<Motion> motions = vehicle::FromMessage(request.motions(), v.described);
+    const SpeedOptions options = MarginsOf(context, request.margins());
+    const std::vector<Motion> motions = MotionsOf(request.motions(), v);
     std::array<Solution, kChunk> solutions;
     Solver* solver = context.bench.SolverOf(v);
-    for (std::size_t first = 0; first < n; first += kChunk) {
-      const std::size_t count = std::min(kChunk, n - first);
-      if (context.cancelled()) return Dropped();
+    for (std::size_t first = 0; first < motions.size(); first += kChunk) {
+      const std::size_t count = std::min(kChunk, motions.size() - first);
+      vehicle::StopIfAsked(options.stop);
       solver->Solve(std::span(motions).subspan(first, count), std::span(solutions).first(count));
       for (std::size_t k = 0; k < count; ++k) {
         Append(solutions[k], v.described, response->mutable_solutions());
       }
     }
-    if (!request.with_go_probability()) return Status::Ok();
+    if (!request.with_go_probability()) return;
     SpeedPlanner* planner = context.bench.PlannerOf(v, 1);
     for (const Motion& motion : motions) {
-      if (context.cancelled()) return Dropped();
       const GoProbability go = planner->ProbabilityToGo(motion, options);
       response->add_go_probability_least(go.least);
       response->add_go_probability_most(go.most);
     }
-    return Status::Ok();
   });
 }
 
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,
               v1alpha1::EnergyResponse* response) {
   return Timed(context, request, response, [&](const ServedVehicle& v) {
-    const std::size_t n = CountOf(request.motions(), v.described);
-    if (n > kMaxMotions) return TooMany("motions", n, kMaxMotions);
     const double sds = request.has_interval_sds() ? FromZero(request.interval_sds(), "interval_sds")
                                                   : SpeedOptions{}.worse_by_sd;
     Solver* solver = context.bench.SolverOf(v);
-    for (const Motion& motion : vehicle::FromMessage(request.motions(), v.described)) {
-      if (context.cancelled()) return Dropped();
+    for (const Motion& motion : MotionsOf(request.motions(), v)) {
+      vehicle::StopIfAsked(&context.cancelled);
       Append(PowerOf(solver, motion, sds), v.described, response->mutable_powers());
     }
-    return Status::Ok();
   });
 }
 
 Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& request,
               v1alpha1::PlanSpeedResponse* response) {
   return Timed(context, request, response, [&](const ServedVehicle& v) {
-    const auto n = static_cast<std::size_t>(request.path().s_m_size());
-    if (n > kMaxPathPoints) return TooMany("path.s_m", n, kMaxPathPoints);
-    const SpeedOptions options = OptionsOf(request);
-    const std::vector<PathPoint> path = vehicle::FromMessage(request.path(), v.described);
-    std::vector<SpeedPoint> plan(n);
-    const std::size_t not_held = context.bench.PlannerOf(v, n)->Plan(path, options, plan);
+    const SpeedOptions options = OptionsOf(context, request);
+    const std::vector<PathPoint> path =
+        Reading([&] { return vehicle::FromMessage(request.path(), v.described); });
+    std::vector<SpeedPoint> plan(path.size());
+    const std::size_t not_held = context.bench.PlannerOf(v, path.size())->Plan(path, options, plan);
     vehicle::ToMessage(plan, response->mutable_plan());
     response->set_not_held(static_cast<std::uint32_t>(not_held));
-    return Status::Ok();
   });
 }
 
 Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& request,
               v1alpha1::GradesResponse* response) {
   return Timed(context, request, response, [&](const ServedVehicle& v) {
-    SpeedOptions options;
-    vehicle::FromMessage(request.margins(), &options);
+    SpeedOptions options = MarginsOf(context, request.margins());
     options.worse_by_sd = FiniteOr(request.has_worse_by_sd(), request.worse_by_sd(),
                                    options.worse_by_sd, "worse_by_sd");
     const double speed = FiniteOr(true, request.speed_m_per_s(), 0, "speed_m_per_s");
-    const auto asked = static_cast<std::size_t>(request.soils_size());
-    if (asked > v.described.soils.size()) return TooMany("soils", asked, v.described.soils.size());
     std::vector<std::uint8_t> soils;
     for (int i = 0; i < request.soils_size(); ++i) {
-      soils.push_back(
-          SoilIndexOf(fmt::format("soils[{}]", i), request.soils(i), v.described.soils));
+      soils.push_back(Reading([&] {
+        return SoilIndexOf(fmt::format("soils[{}]", i), request.soils(i), v.described.soils);
+      }));
     }
-    for (std::size_t s = 0; asked == 0 && s < v.described.soils.size(); ++s) {
+    for (std::size_t s = 0; request.soils().empty() && s < v.described.soils.size(); ++s) {
       soils.push_back(static_cast<std::uint8_t>(s));
     }
     SpeedPlanner* planner = context.bench.PlannerOf(v, 1);
     for (const std::uint8_t soil : soils) {
-      if (context.cancelled()) return Dropped();
       vehicle::ToMessage(v.described.soils[soil], planner->Grades(speed, soil, options),
                          response->add_grades());
     }
-    return Status::Ok();
   });
 }
 
@@ -182,23 +175,16 @@ Status Answer(const VehicleContext& context, const v1alpha1::ConstantsRequest& r
               v1alpha1::ConstantsResponse* response) {
   return Timed(context, request, response, [&](const ServedVehicle& v) {
     if (v.file.vehicle.steered()) {
-      return Status{StatusCode::kFailedPrecondition,
-                    "vehicle: steered wheels, expected a skid-steered vehicle"};
+      throw StatusError(StatusCode::kFailedPrecondition,
+                        "vehicle: steered wheels, expected a skid-steered vehicle");
     }
-    const auto pairs = static_cast<std::size_t>(request.speeds_m_per_s_size()) *
-                       static_cast<std::size_t>(request.radii_m_size());
-    if (pairs > kMaxConstants) return TooMany("speeds times radii", pairs, kMaxConstants);
     CheckAbove0(request.speeds_m_per_s(), "speeds_m_per_s");
     CheckAbove0(request.radii_m(), "radii_m");
     for (const SkidConstants& c :
-         ConstantsOf(v.file.vehicle, v.file.grounds,
-                     std::span(request.speeds_m_per_s().data(),
-                               static_cast<std::size_t>(request.speeds_m_per_s_size())),
-                     std::span(request.radii_m().data(),
-                               static_cast<std::size_t>(request.radii_m_size())))) {
+         ConstantsOf(v.file.vehicle, v.file.grounds, SpanOf(request.speeds_m_per_s()),
+                     SpanOf(request.radii_m()), &context.cancelled)) {
       vehicle::ToMessage(c, response->add_constants());
     }
-    return Status::Ok();
   });
 }
 

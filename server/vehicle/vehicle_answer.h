@@ -1,6 +1,6 @@
 #pragma once
 
-#include <functional>
+#include <atomic>
 
 #include "grouser/v1alpha1/vehicle_service.pb.h"
 #include "server/core/status.h"
@@ -9,17 +9,16 @@
 
 namespace grouser::server {
 
-/// Most of one call: answers stay below 4 MB, and the work of a call below some seconds.
-inline constexpr std::size_t kMaxMotions = 3000, kMaxPathPoints = 10000, kMaxConstants = 1000;
-
 /// Who answers, and when to give up.
 struct VehicleContext {
   const Fleet& fleet;
   VehicleBench& bench;
-  const std::function<bool()>& cancelled;  ///< asked now and then; true: drop the answer
+  const std::atomic<bool>& cancelled;  ///< asked at every round of solves; set: no answer
 };
 
-// One request each; requests are looked at in full before anything is solved.
+// One request each that Check lets pass; its entries are looked at before anything is solved. A
+// call that is cancelled ends with UNAVAILABLE. Nothing is thrown: what fails here, e.g. for want
+// of memory, is INTERNAL.
 Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& request,
               v1alpha1::SolveResponse* response);
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,

@@ -27,8 +27,9 @@ vehicle::SpeedPlanner* VehicleBench::PlannerOf(const ServedVehicle& v, std::size
   if (points > kKeptPoints) return (big_ = make(points)).get();
   Place& place = places_[v.index];
   if (!place.planner || place.points < points) {
-    place.points = std::bit_ceil(std::max<std::size_t>(points, 1));
-    place.planner = make(place.points);
+    const std::size_t room = std::bit_ceil(std::max<std::size_t>(points, 1));
+    place.planner = make(room);  // may throw: what is there stays
+    place.points = room;
   }
   return place.planner.get();
 }

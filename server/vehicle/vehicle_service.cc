@@ -6,6 +6,7 @@
 
 #include "server/net/grpc_status.h"
 #include "server/vehicle/vehicle_answer.h"
+#include "server/vehicle/vehicle_check.h"
 
 namespace grouser::server {
 namespace {
@@ -13,16 +14,22 @@ namespace {
 // Of the threads: wheel queries, which take microseconds, go first where processors are short.
 constexpr int kNice = 5;
 
-/// A call that another thread finishes.
+/// A call that another thread finishes, or that is cancelled while it waits for one.
 class LaterCall final : public UnaryCall {
  public:
-  using UnaryCall::UnaryCall;
-  void OnCancel() override { cancelled_ = true; }
-  const std::function<bool()>& cancelled() const { return is_cancelled_; }
+  LaterCall(CallGate& gate, const grpc::CallbackServerContext& context, WorkQueue& queue)
+      : UnaryCall(gate, context), queue_(queue) {}
+
+  // gRPC calls it after the reactor was returned, and OnDone after it.
+  void OnCancel() override {
+    cancelled_ = true;
+    if (queue_.Remove(this)) Finish(grpc::Status::CANCELLED);
+  }
+  const std::atomic<bool>& cancelled() const { return cancelled_; }
 
  private:
+  WorkQueue& queue_;
   std::atomic<bool> cancelled_{false};
-  std::function<bool()> is_cancelled_ = [this] { return cancelled_.load(); };
 };
 
 }  // namespace
@@ -36,18 +43,22 @@ VehicleService::~VehicleService() = default;
 template <class Request, class Response>
 grpc::ServerUnaryReactor* VehicleService::Later(const grpc::CallbackServerContext& context,
                                                 const Request& request, Response* response) {
-  auto* call = new LaterCall(gate_, context);
+  auto* call = new LaterCall(gate_, context, queue_);
   if (!call->admitted()) return call;
-  const bool taken = queue_.Post([this, call, &request, response](int worker) {
-    if (call->cancelled()()) return call->Finish(grpc::Status::CANCELLED);
+  const auto work = [this, call, &request, response](int worker) {
     VehicleBench& bench = benches_[static_cast<std::size_t>(worker)];
     const Status status = Answer({fleet_, bench, call->cancelled()}, request, response);
-    call->Finish(call->cancelled()() ? grpc::Status::CANCELLED : ToGrpcStatus(status));
+    call->Finish(call->cancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(status));
+  };
+  const Status status = Guarded([&] {
+    Status checked = Check(fleet_, request);
+    if (checked.ok() && !queue_.Post(call, work)) {
+      checked = Status::ResourceExhausted(
+          fmt::format("calls: {} wait already, expected fewer", kMostWaiting));
+    }
+    return checked;
   });
-  if (!taken) {
-    call->Finish(ToGrpcStatus(Status::ResourceExhausted(
-        fmt::format("calls: {} wait already, expected fewer", kMostWaiting))));
-  }
+  if (!status.ok()) call->Finish(ToGrpcStatus(status));
   return call;
 }
 

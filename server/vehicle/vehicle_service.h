@@ -12,10 +12,11 @@
 namespace grouser::server {
 
 /// grouser.v1alpha1.VehicleService. Lists are answered on gRPC's threads; all else on `threads`
-/// threads of its own, at nice 5, so that a plan of a second delays no wheel query. At most
-/// kMostWaiting calls wait; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its
-/// deadline among the reasons) is dropped when it is taken up, or between two motions; a plan under
-/// way is finished. `fleet` and `gate` must outlive the service.
+/// threads of its own, 5 nicer than the others, so that wheel queries are not queued behind plans.
+/// Requests are checked (see vehicle_check.h) before they wait. At most kMostWaiting calls wait, in
+/// 128 MiB; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its deadline and the
+/// server's end among the reasons) gives its place up at once, and its work ends at the next round
+/// of solves. `fleet` and `gate` must outlive the service.
 class VehicleService final : public v1alpha1::VehicleService::CallbackService {
  public:
   static constexpr std::size_t kMostWaiting = 64;

@@ -1,18 +1,44 @@
 #include "server/vehicle/work_queue.h"
 
+#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 namespace grouser::server {
+namespace {
+
+constexpr int kMostNice = 19;
+
+// Of the calling thread alone, on Linux. False, with errno: refused.
+bool AddNice(int more) {
+  const auto thread = static_cast<id_t>(::gettid());
+  errno = 0;
+  const int now = ::getpriority(PRIO_PROCESS, thread);
+  if (now == -1 && errno != 0) return false;
+  return ::setpriority(PRIO_PROCESS, thread, std::min(now + more, kMostNice)) == 0;
+}
+
+}  // namespace
 
 WorkQueue::WorkQueue(int threads, std::size_t most_waiting, int nice)
     : most_waiting_(most_waiting) {
-  for (int t = 0; t < threads; ++t) threads_.emplace_back([this, t, nice] { Run(t, nice); });
+  try {
+    for (int t = 0; t < threads; ++t) threads_.emplace_back([this, t, nice] { Run(t, nice); });
+  } catch (...) {
+    End();
+    throw;
+  }
 }
 
-WorkQueue::~WorkQueue() {
+WorkQueue::~WorkQueue() { End(); }
+
+// Lets the threads end, which are joined as the members go.
+void WorkQueue::End() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
@@ -20,24 +46,31 @@ WorkQueue::~WorkQueue() {
   some_.notify_all();
 }
 
-bool WorkQueue::Post(Work work) {
+bool WorkQueue::Post(const void* key, Work work) {
   {
     const std::lock_guard lock(mutex_);
     if (ends_ || waiting_.size() >= most_waiting_) return false;
-    waiting_.push_back(std::move(work));
+    waiting_.push_back({key, std::move(work)});
   }
   some_.notify_one();
   return true;
 }
 
+bool WorkQueue::Remove(const void* key) {
+  const std::lock_guard lock(mutex_);
+  return std::erase_if(waiting_, [key](const Entry& e) { return e.key == key; }) > 0;
+}
+
 void WorkQueue::Run(int worker, int nice) {
-  // On Linux this is the priority of the calling thread alone. Where it is refused, all are equal.
-  if (nice != 0) ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
+  if (nice != 0 && !AddNice(nice) && worker == 0) {
+    spdlog::warn("vehicle threads: nice +{} is refused ({}); they run with the priority of all",
+                 nice, std::strerror(errno));
+  }
   std::unique_lock lock(mutex_);
   while (true) {
     some_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
     if (waiting_.empty()) return;
-    const Work work = std::move(waiting_.front());
+    const Work work = std::move(waiting_.front().work);
     waiting_.pop_front();
     lock.unlock();
     work(worker);

@@ -12,24 +12,35 @@ namespace grouser::server {
 /// A few threads that do work in the order in which it came, at most so much of it waiting.
 class WorkQueue {
  public:
-  /// `worker`: which of the threads does it, 0 to threads - 1.
+  /// `worker`: which of the threads does it, 0 to threads - 1. Must not throw.
   using Work = std::function<void(int worker)>;
 
-  /// `nice` is added to the nice value of the threads, so that others go first (0: none).
+  /// `nice` is added to the nice value of the threads, up to 19, so that others go first (0: none);
+  /// where that is refused it is logged once. Throws std::system_error where a thread cannot be
+  /// started; those that were have ended then.
   WorkQueue(int threads, std::size_t most_waiting, int nice);
   /// Does what waits, then ends.
   ~WorkQueue();
 
-  /// False: too much waits already, or the queue ends; `work` is not done then.
-  bool Post(Work work);
+  /// False: too much waits already, or the queue ends; `work` is not done then. `key` is what
+  /// Remove finds it by.
+  bool Post(const void* key, Work work);
+  /// Takes work out that has not begun. False: there is none with this key; it was begun, or done.
+  bool Remove(const void* key);
 
  private:
+  struct Entry {
+    const void* key;
+    Work work;
+  };
+
+  void End();
   void Run(int worker, int nice);
 
   const std::size_t most_waiting_;
   std::mutex mutex_;
   std::condition_variable some_;
-  std::deque<Work> waiting_;
+  std::deque<Entry> waiting_;
   bool ends_ = false;
   std::vector<std::jthread> threads_;
 };

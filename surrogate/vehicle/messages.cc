@@ -48,13 +48,18 @@ std::uint8_t SoilIndexOf(const std::string& field, const std::string& name,
   Refuse(field, "'" + name.substr(0, 64) + "'", "one of " + all);
 }
 
-std::vector<PathPoint> FromMessage(const v1alpha1::Path& from, const DescribedVehicle& vehicle) {
+void CheckSizes(const v1alpha1::Path& from) {
   const int n = from.s_m_size();
   if (n < 2) Refuse("path.s_m", std::to_string(n) + " entries", "2 or more");
   CheckSize("path.curvature_per_m", from.curvature_per_m_size(), n);
   CheckSize("path.grade_rad", from.grade_rad_size(), n);
   CheckSize("path.bank_rad", from.bank_rad_size(), n);
   CheckSize("path.soil", from.soil_size(), n);
+}
+
+std::vector<PathPoint> FromMessage(const v1alpha1::Path& from, const DescribedVehicle& vehicle) {
+  CheckSizes(from);
+  const int n = from.s_m_size();
   CheckFinite("path.s_m", from.s_m());
   CheckFinite("path.curvature_per_m", from.curvature_per_m());
   CheckFinite("path.grade_rad", from.grade_rad());

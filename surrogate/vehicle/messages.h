@@ -27,6 +27,9 @@ DescribedVehicle FromMessage(const v1alpha1::Vehicle& from);
 
 /// How many motions; without a check.
 std::size_t CountOf(const v1alpha1::Motions& from, const DescribedVehicle& vehicle);
+/// Lengths of all arrays by each other, no entry: what the readers below throw of them, earlier.
+void CheckSizes(const v1alpha1::Motions& from, const DescribedVehicle& vehicle);
+void CheckSizes(const v1alpha1::Path& from);
 /// All motions of a message. Throws std::invalid_argument "motions.FIELD: 3 entries, expected 4 or
 /// none", "motions.soil[2]: 9, expected ...". Numbers that are not finite are left to the solve.
 std::vector<Motion> FromMessage(const v1alpha1::Motions& from, const DescribedVehicle& vehicle);

@@ -84,7 +84,9 @@ void ReadAll(const Message& from, std::size_t i, const std::array<NumberField<T>
   }
 }
 
-void CheckMotions(const v1alpha1::Motions& from, const DescribedVehicle& vehicle) {
+}  // namespace
+
+void CheckSizes(const v1alpha1::Motions& from, const DescribedVehicle& vehicle) {
   const auto n = static_cast<int>(CountOf(from, vehicle));
   const auto drives = static_cast<int>(vehicle.vehicle.drives.size());
   if (from.given_case() == v1alpha1::Motions::GIVEN_NOT_SET) {
@@ -105,8 +107,6 @@ void CheckMotions(const v1alpha1::Motions& from, const DescribedVehicle& vehicle
   if (from.soil_size() != by_wheel) CheckSize("motions.soil", from.soil_size(), n);
 }
 
-}  // namespace
-
 std::size_t CountOf(const v1alpha1::Motions& from, const DescribedVehicle& vehicle) {
   if (from.has_twist()) return static_cast<std::size_t>(from.twist().v_x_m_per_s_size());
   const auto entries = static_cast<std::size_t>(from.controls().rim_speed_m_per_s_size());
@@ -115,7 +115,7 @@ std::size_t CountOf(const v1alpha1::Motions& from, const DescribedVehicle& vehic
 }
 
 std::vector<Motion> FromMessage(const v1alpha1::Motions& from, const DescribedVehicle& vehicle) {
-  CheckMotions(from, vehicle);
+  CheckSizes(from, vehicle);
   const SoilTable soils("motions", from.soils(), vehicle.soils);
   const auto wheels = static_cast<int>(vehicle.vehicle.wheels.size());
   const auto drives = static_cast<int>(vehicle.vehicle.drives.size());

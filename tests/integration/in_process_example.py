@@ -71,6 +71,9 @@ def check_vehicles(prefix, app):
         assert len(re.findall(r"J/m", text)) == 5, text
     speeds = [float(x) for x in re.findall(r" m +(\S+) m/s", run(app / "speed_example"))]
     assert len(speeds) == 200 and speeds[0] == 0 and 0.5 < max(speeds) <= 1.5, f"{speeds}"
+    for name, bad, word in (("speed_example", "-1", "speed_limit"), ("energy_example", "nan", "sds")):
+        result = subprocess.run([app / name, vehicles[0], bad], text=True, capture_output=True, check=False)
+        assert result.returncode == 1 and word in result.stderr and not result.stdout, f"{result}"
 
 
 def check_refusal(program, work):

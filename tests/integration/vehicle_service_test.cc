@@ -1,5 +1,5 @@
 // VehicleService by a real server: the answers of the in-process header and of the command line,
-// bit for bit; bad input named; hostile sizes; cancelled calls.
+// bit for bit; bad input named; hostile sizes. Cancelled calls: vehicle_cancel_test.cc.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ testing::ServerProcess* VehicleServiceTest::server_ = nullptr;
 TEST_F(VehicleServiceTest, SolvesAndWeighsEnergyAsInProcess) {
   for (const char* name : {"husky", "cart"}) {
     const Vehicle vehicle = Vehicle::Open(FileOf(name));
-    const std::size_t n = 200, wheels = vehicle.wheels();
+    const std::size_t n = 120, wheels = vehicle.wheels();
     std::vector<double> v_x(n), yaw(n), grade(n), worse(n);
     std::vector<std::uint8_t> soil(n * wheels);
     v1alpha1::SolveRequest request;
@@ -356,30 +356,6 @@ TEST_F(VehicleServiceTest, RefusesHostileSizes) {
   const auto answer = Client().Solve(largest);
   EXPECT_EQ(answer.solutions().wheels().load_n_size(), 18000);
   EXPECT_LT(answer.ByteSizeLong() * 8 / 6, 4u << 20);  // with eight wheels
-}
-
-// A client that gives up costs no place: calls that wait are dropped, wheel queries go on.
-TEST_F(VehicleServiceTest, CancelledCallsAreDropped) {
-  v1alpha1::SolveRequest slow;  // minutes of work, looked at between two motions
-  slow.set_vehicle("cart");
-  for (int i = 0; i < 3000; ++i) {
-    slow.mutable_motions()->mutable_twist()->add_v_x_m_per_s(3);
-    slow.mutable_motions()->add_grade_rad(0.9);
-  }
-  slow.set_with_go_probability(true);
-  std::vector<std::thread> clients;
-  std::atomic<int> late{0};
-  for (int i = 0; i < 12; ++i) {
-    clients.emplace_back([&] {
-      RefusalOf(grpc::StatusCode::DEADLINE_EXCEEDED, [&] { Client(50).Solve(slow); });
-      ++late;
-    });
-  }
-  for (auto& thread : clients) thread.join();
-  EXPECT_EQ(late, 12);
-  // Both threads answer again at once, and so does the rest of the server.
-  EXPECT_EQ(Client(5000).PlanSpeed(PathRequest("husky", 20)).plan().holds_size(), 20);
-  EXPECT_EQ(client::TerrainClient(server_->address()).ListModels().models_size(), 1);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
-// Joules per metre of a skid-steered vehicle by radius of the path: energy_example [VEHICLE_FILE]
+// Joules per metre of a vehicle by radius of the path: energy_example [VEHICLE_FILE [SDS]]
+// SDS: standard deviations of the ground that the interval spans each way. Exit code 1: refused.
 #include <cstdio>
+#include <cstdlib>
 
 #include "grouser/vehicle.h"
 
@@ -15,7 +17,11 @@ int main(int argc, char** argv) try {
                                .joules_per_metre = mean,
                                .joules_per_metre_low = low,
                                .joules_per_metre_high = high};
-  if (!solver.Energy(motions, powers)) puts(solver.Problem(motions, powers).c_str());
+  const double sds = argc > 2 ? std::strtod(argv[2], nullptr) : grouser::kWorseBySd;
+  if (!solver.Energy(motions, powers, sds)) {
+    std::fprintf(stderr, "energy_example: %s\n", solver.Problem(motions, powers, sds).c_str());
+    return 1;
+  }
   for (std::size_t i = 0; i < 5; ++i)
     std::printf("radius %5.1f m: %7.2f J/m (90 %%: %.2f to %.2f)\n", radius[i], mean[i], low[i],
                 high[i]);

@@ -45,5 +45,19 @@ TEST_F(ConfigTest, RefusesLimitsByName) {
   EXPECT_THAT(Refusal(config_), HasSubstr("poll_period"));
 }
 
+TEST_F(ConfigTest, VehicleThreadsByDefaultAreTaken) {
+  for (const unsigned processors : {0u, 1u, 2u, 8u, 128u, 130u, 1024u}) {
+    config_.vehicle_threads = DefaultVehicleThreads(processors);
+    EXPECT_EQ(Refusal(config_), "") << processors;
+  }
+  EXPECT_EQ(DefaultVehicleThreads(0), 1);
+  EXPECT_EQ(DefaultVehicleThreads(9), 4);
+  EXPECT_EQ(DefaultVehicleThreads(1024), kMostVehicleThreads);
+  for (const int threads : {0, -1, kMostVehicleThreads + 1}) {
+    config_.vehicle_threads = threads;
+    EXPECT_THAT(Refusal(config_), AllOf(HasSubstr("vehicle-threads"), HasSubstr("1 to 64")));
+  }
+}
+
 }  // namespace
 }  // namespace grouser::server

@@ -1,0 +1,97 @@
+#include "server/vehicle/vehicle_check.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <string>
+
+#include "surrogate/vehicle/messages.h"
+#include "surrogate/vehicle/stop.h"
+
+namespace grouser::server {
+namespace {
+
+void AtMost(const std::string& field, std::size_t count, std::size_t most, const char* of = "") {
+  if (count <= most) return;
+  throw StatusError(Status::ResourceExhausted(
+      fmt::format("{}: {} entries{}, at most {} in one message", field, count, of, most)));
+}
+
+void CheckMotions(const v1alpha1::Motions& motions, const ServedVehicle& v, std::size_t most,
+                  const char* of = "") {
+  AtMost("motions", vehicle::CountOf(motions, v.described), most, of);
+  AtMost("motions.soils", static_cast<std::size_t>(motions.soils_size()), kMaxSoilNames);
+  vehicle::CheckSizes(motions, v.described);
+}
+
+/// `sizes(vehicle)` throws where an array does not fit.
+template <class Request, class Sizes>
+Status Checked(const Fleet& fleet, const Request& request, const Sizes& sizes) {
+  return Guarded([&] {
+    const ServedVehicle* served = nullptr;
+    if (Status status = fleet.Find(request.vehicle(), &served); !status.ok()) return status;
+    Reading([&] { sizes(*served); });
+    // What is left: fields that this program does not know.
+    if (const std::size_t bytes = request.SpaceUsedLong(); bytes > kMaxRequestBytes) {
+      return Status::ResourceExhausted(fmt::format(
+          "request: {} bytes of memory, at most {} in one message", bytes, kMaxRequestBytes));
+    }
+    return Status::Ok();
+  });
+}
+
+}  // namespace
+
+Status StatusOfException() {
+  try {
+    throw;
+  } catch (const StatusError& error) {
+    return error.status();
+  } catch (const vehicle::Stopped&) {
+    return {StatusCode::kUnavailable, "cancelled"};
+  } catch (const std::exception& error) {
+    spdlog::error("vehicle: a call failed: {}", error.what());
+    return {StatusCode::kInternal, "the server failed to answer; its log says why"};
+  }
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::SolveRequest& request) {
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
+    const bool go = request.with_go_probability();
+    CheckMotions(request.motions(), v, go ? kMaxMotions / kSolvesToGo : kMaxMotions,
+                 go ? " with go_probability" : "");
+  });
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::EnergyRequest& request) {
+  return Checked(fleet, request,
+                 [&](const ServedVehicle& v) { CheckMotions(request.motions(), v, kMaxMotions); });
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {
+  return Checked(fleet, request, [&](const ServedVehicle&) {
+    const v1alpha1::Path& path = request.path();
+    AtMost("path.s_m", static_cast<std::size_t>(path.s_m_size()), kMaxPathPoints);
+    AtMost("path.soils", static_cast<std::size_t>(path.soils_size()), kMaxSoilNames);
+    vehicle::CheckSizes(path);
+  });
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::GradesRequest& request) {
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
+    AtMost("soils", static_cast<std::size_t>(request.soils_size()), v.described.soils.size());
+  });
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::ConstantsRequest& request) {
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
+    const auto speeds = static_cast<std::size_t>(request.speeds_m_per_s_size());
+    const auto radii = static_cast<std::size_t>(request.radii_m_size());
+    AtMost("speeds_m_per_s", speeds, kMaxConstants);
+    AtMost("radii_m", radii, kMaxConstants);
+    AtMost("speeds times radii times soils", speeds * radii * v.described.soils.size(),
+           kMaxConstants);
+  });
+}
+
+}  // namespace grouser::server

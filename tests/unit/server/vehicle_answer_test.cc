@@ -1,0 +1,184 @@
+// Answers for vehicles without gRPC: sizes that are refused before a request waits, faults of the
+// client and of the server, memory that runs out. Replaces operator new.
+#include "server/vehicle/vehicle_answer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "server/vehicle/vehicle_check.h"
+
+namespace {
+std::size_t g_largest = 0;  // larger requests fail; 0: none does
+void* Take(std::size_t size) {
+  if (g_largest > 0 && size > g_largest) throw std::bad_alloc();
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) { return Take(size); }
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace grouser::server {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// Allocations of more than so many bytes fail meanwhile.
+struct Short {
+  explicit Short(std::size_t largest) { g_largest = largest; }
+  ~Short() { g_largest = 0; }
+};
+
+class VehicleAnswerTest : public ::testing::Test {
+ protected:
+  template <class Response, class Request>
+  Status Ask(const Request& request, Response* response) {
+    const Status checked = Check(fleet_, request);
+    return checked.ok() ? Answer({fleet_, bench_, cancelled_}, request, response) : checked;
+  }
+  static v1alpha1::PlanSpeedRequest Plan(int n) {
+    v1alpha1::PlanSpeedRequest request;
+    request.set_vehicle("husky");
+    request.set_speed_limit_m_per_s(1);
+    for (int i = 0; i < n; ++i) request.mutable_path()->add_s_m(0.1 * i);
+    return request;
+  }
+  static v1alpha1::SolveRequest Motions(int n) {
+    v1alpha1::SolveRequest request;
+    request.set_vehicle("husky");
+    for (int i = 0; i < n; ++i) request.mutable_motions()->mutable_twist()->add_v_x_m_per_s(0.5);
+    return request;
+  }
+  template <class Request>
+  void ExpectExhausted(const Request& request, const char* text) {
+    const Status status = Check(fleet_, request);
+    EXPECT_EQ(status.code, StatusCode::kResourceExhausted) << status.message;
+    EXPECT_THAT(status.message, HasSubstr(text));
+  }
+
+  Fleet fleet_{{GROUSER_VEHICLES}};
+  VehicleBench bench_{fleet_};
+  std::atomic<bool> cancelled_{false};
+};
+
+TEST_F(VehicleAnswerTest, RefusesSizesBeforeARequestWaits) {
+  ExpectExhausted(Motions(3001), "motions: 3001 entries, at most 3000");
+  v1alpha1::SolveRequest go = Motions(120);
+  go.set_with_go_probability(true);
+  EXPECT_TRUE(Check(fleet_, go).ok());
+  go.mutable_motions()->mutable_twist()->add_v_x_m_per_s(1);
+  ExpectExhausted(go, "motions: 121 entries with go_probability, at most 120");
+  ExpectExhausted(Plan(10001), "path.s_m: 10001 entries, at most 10000");
+
+  v1alpha1::PlanSpeedRequest plan = Plan(2);
+  v1alpha1::SolveRequest solve = Motions(1);
+  v1alpha1::EnergyRequest energy;
+  v1alpha1::GradesRequest grades;
+  energy.set_vehicle("husky");
+  grades.set_vehicle("husky");
+  for (int i = 0; i < 256; ++i) {
+    plan.mutable_path()->add_soils();
+    solve.mutable_motions()->add_soils();
+    energy.mutable_motions()->add_soils();
+    grades.add_soils();
+  }
+  ExpectExhausted(plan, "path.soils: 256 entries, at most 255");
+  ExpectExhausted(solve, "motions.soils: 256 entries, at most 255");
+  ExpectExhausted(energy, "motions.soils: 256 entries, at most 255");
+  ExpectExhausted(grades, "soils: 256 entries, at most 3");
+
+  v1alpha1::ConstantsRequest constants;
+  constants.set_vehicle("husky");  // three soils
+  for (int i = 0; i < 18; ++i) constants.add_speeds_m_per_s(1), constants.add_radii_m(1);
+  EXPECT_TRUE(Check(fleet_, constants).ok());
+  constants.add_radii_m(1);
+  ExpectExhausted(constants, "speeds times radii times soils: 1026 entries, at most 1000");
+  for (int i = 0; i < 1000; ++i) constants.add_radii_m(1);
+  ExpectExhausted(constants, "radii_m: 1019 entries");
+}
+
+TEST_F(VehicleAnswerTest, RefusesArraysThatDoNotFitBeforeARequestWaits) {
+  v1alpha1::SolveRequest solve = Motions(3);
+  solve.mutable_motions()->add_bank_rad(0);
+  EXPECT_THAT(Check(fleet_, solve).message, HasSubstr("motions.bank_rad: 1 entries"));
+  v1alpha1::PlanSpeedRequest plan = Plan(3);
+  plan.mutable_path()->mutable_soil()->Resize(100000, 0);
+  EXPECT_EQ(Check(fleet_, plan).code, StatusCode::kInvalidArgument);
+  EXPECT_THAT(Check(fleet_, plan).message, HasSubstr("path.soil: 100000 entries, expected 3"));
+  plan.set_vehicle("tank");
+  EXPECT_EQ(Check(fleet_, plan).code, StatusCode::kNotFound);
+}
+
+// Fields that this program does not know take memory as well: 2 bytes each on the wire.
+TEST_F(VehicleAnswerTest, RefusesARequestThatTakesTooMuchMemory) {
+  std::string wire = Plan(10).SerializeAsString();
+  for (int i = 0; i < 300000; ++i) wire += "\x78\x01";  // field 15
+  v1alpha1::PlanSpeedRequest request;
+  ASSERT_TRUE(request.ParseFromString(wire));
+  ExpectExhausted(request, "request: ");
+  v1alpha1::PlanSpeedRequest largest = Plan(10000);
+  for (int i = 0; i < 10000; ++i) {
+    v1alpha1::Path* path = largest.mutable_path();
+    path->add_curvature_per_m(0), path->add_grade_rad(0), path->add_bank_rad(0), path->add_soil(0);
+  }
+  EXPECT_TRUE(Check(fleet_, largest).ok()) << Check(fleet_, largest).message;
+}
+
+TEST_F(VehicleAnswerTest, MemoryThatRunsOutEndsACallAlone) {
+  v1alpha1::PlanSpeedResponse response;
+  ASSERT_TRUE(Ask(Plan(100), &response).ok());  // a planner with room for 128 points
+  const v1alpha1::PlanSpeedRequest longer = Plan(1000);
+  {
+    const Short no_memory(300000);
+    const Status status = Ask(longer, &response);
+    EXPECT_EQ(status.code, StatusCode::kInternal) << status.message;
+  }
+  response.Clear();
+  const Status status = Ask(longer, &response);  // not by the planner for 128
+  EXPECT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(response.plan().holds_size(), 1000);
+}
+
+TEST_F(VehicleAnswerTest, TellsTheClientsFaultFromItsOwn) {
+  EXPECT_EQ(Guarded([]() -> Status { throw std::invalid_argument("ours"); }).code,
+            StatusCode::kInternal);
+  EXPECT_EQ(Guarded([] {
+              return Reading([]() -> Status { throw std::invalid_argument("theirs"); });
+            }).code,
+            StatusCode::kInvalidArgument);
+  v1alpha1::PlanSpeedRequest plan = Plan(3);
+  plan.mutable_margins()->set_tip(1);
+  v1alpha1::PlanSpeedResponse response;
+  EXPECT_EQ(Ask(plan, &response).code, StatusCode::kInvalidArgument);
+}
+
+TEST_F(VehicleAnswerTest, EveryCallThatIsCancelledEnds) {
+  cancelled_ = true;
+  const auto expect_dropped = [&](const auto& request, auto response) {
+    EXPECT_EQ(Ask(request, &response).code, StatusCode::kUnavailable);
+  };
+  expect_dropped(Plan(10), v1alpha1::PlanSpeedResponse());
+  expect_dropped(Motions(3), v1alpha1::SolveResponse());
+  v1alpha1::EnergyRequest energy;
+  energy.set_vehicle("husky");
+  *energy.mutable_motions() = Motions(3).motions();
+  expect_dropped(energy, v1alpha1::EnergyResponse());
+  v1alpha1::GradesRequest grades;
+  grades.set_vehicle("husky");
+  expect_dropped(grades, v1alpha1::GradesResponse());
+  v1alpha1::ConstantsRequest constants;
+  constants.set_vehicle("husky");
+  constants.add_speeds_m_per_s(1);
+  constants.add_radii_m(1);
+  expect_dropped(constants, v1alpha1::ConstantsResponse());
+}
+
+}  // namespace
+}  // namespace grouser::server
