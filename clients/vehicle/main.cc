@@ -31,7 +31,9 @@ constexpr const char* kExamples =
     "  grouser-vehicle schema\n"
     "  grouser vehicle measured: measured vehicles beside the solver (grouser-measured-vehicles)\n"
     "With --server FILE is the name of a vehicle there; the answers are the same.\n"
-    "Exit codes: 0 ok, 1 no solution within every limit, or no answer, 2 usage or a bad file.";
+    "Exit codes: 0 ok, 1 no solution within every limit, or no answer (a server that is away, has\n"
+    "too many calls waiting or takes less at once: RESOURCE_EXHAUSTED), 2 usage, a bad file, or\n"
+    "what a server finds wrong with the call.";
 
 struct Arguments {
   std::string file, path;

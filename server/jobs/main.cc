@@ -57,7 +57,8 @@ void Describe(CLI::App& app, Settings& s) {
   app.add_option("--memory-gib", s.memory_gib, "Address space of a worker; 0: unbounded")
       ->check(CLI::Range(0.0, 4096.0))
       ->capture_default_str();
-  app.add_option("--nice", s.jobs.scheduler.limits.nice, "Priority of workers")
+  app.add_option("--nice", s.jobs.scheduler.limits.nice,
+                 "Added to this program's nice value for workers")
       ->check(CLI::Range(0, 19))
       ->capture_default_str();
   app.add_option("--grace-s", s.jobs.grace_s, "From SIGTERM to SIGKILL of a worker")

@@ -62,7 +62,7 @@ void ResetSignals() {
   if (::getppid() != plan.parent) ::_exit(127);  // it died before the line above
   ResetSignals();
   bool ok = ::dup2(plan.in, 0) == 0 && ::dup2(plan.out, 1) == 1 && ::dup2(plan.log, 2) == 2;
-  ::setpriority(PRIO_PROCESS, 0, plan.nice);
+  [[maybe_unused]] const int nice = ::nice(plan.nice);  // added; where refused, as this program
   const struct rlimit no_core { 0, 0 };
   ::setrlimit(RLIMIT_CORE, &no_core);
   os::RestoreDescriptorLimit();

@@ -11,7 +11,7 @@
 namespace grouser::server {
 
 struct WorkerLimits {
-  int nice = 10;
+  int nice = 10;                                        ///< added to this program's, up to 19
   std::uint64_t memory_bytes = std::uint64_t{8} << 30;  ///< address space; 0: unbounded
 };
 

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <fstream>
 #include <optional>
+#include <thread>
 
 #include "proto/records/os/file_lock.h"
 #include "server/jobs/worker_log.h"
@@ -60,6 +63,23 @@ TEST(WorkerProcess, HasNoDescriptorAboveTwo) {
   EXPECT_EQ(count, 3);
 }
 
+// A child begins with the nice value of the thread that makes it.
+TEST(WorkerProcess, NiceIsAddedUpTo19) {
+  for (const int more : {0, 3, 6}) {
+    std::thread([more] {
+      const auto thread = static_cast<id_t>(::gettid());
+      const int now = ::getpriority(PRIO_PROCESS, thread) + more;
+      ASSERT_EQ(::setpriority(PRIO_PROCESS, thread, now), 0);
+      TempDir dir;
+      auto command = Sh(dir, "cut -d' ' -f19 /proc/$$/stat");
+      command.limits.nice = 10;
+      auto worker = WorkerProcess::Spawn(std::move(command));
+      EXPECT_TRUE(worker.Reap().Exited(0));
+      EXPECT_EQ(ReadText(dir / "stdout"), std::to_string(std::min(now + 10, 19)) + "\n");
+    }).join();
+  }
+}
+
 TEST(WorkerProcess, LeadsItsOwnSessionWithDefaultSignalsAndLowPriority) {
   TempDir dir;
   ::signal(SIGUSR1, SIG_IGN);
@@ -76,7 +96,8 @@ TEST(WorkerProcess, LeadsItsOwnSessionWithDefaultSignalsAndLowPriority) {
   EXPECT_THAT(out, HasSubstr("SigIgn:\t0000000000000000"));
   EXPECT_THAT(out, HasSubstr("SigBlk:\t0000000000000000"));
   EXPECT_THAT(out, ::testing::ContainsRegex("Max address space +1073741824 +1073741824"));
-  EXPECT_THAT(out, HasSubstr("\n" + pid + " 10\n")) << "session, nice";
+  const int nice = std::min(::getpriority(PRIO_PROCESS, 0) + 10, 19);
+  EXPECT_THAT(out, HasSubstr("\n" + pid + " " + std::to_string(nice) + "\n")) << "session, nice";
   EXPECT_THAT(out, HasSubstr("\n" + dir.path() + "\n"));
   EXPECT_EQ(ReadText(dir / "log"), "oops\n");
 }
