@@ -63,7 +63,7 @@ class VehicleAnswerTest : public ::testing::Test {
     EXPECT_THAT(status.message, HasSubstr(text));
   }
 
-  Fleet fleet_{{GROUSER_VEHICLES}};
+  Fleet fleet_{std::vector<std::string>{GROUSER_VEHICLE}};
   VehicleBench bench_{fleet_};
   std::atomic<bool> cancelled_{false};
 };
