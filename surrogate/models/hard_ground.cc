@@ -71,12 +71,13 @@ bool HardGroundModel::SelectIsa(const char* isa) noexcept {
 
 void HardGroundModel::Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept {
   const std::size_t n = in.load.size(), whole = n / hard::kGroup * hard::kGroup;
-  Fill(in, out, 0, whole);
+  if (whole > 0) Fill(in, out, 0, whole);
   if (whole < n) Fill(in, out, whole, n - whole);
   for (std::size_t i = 0; i < n; ++i) Finish(in, out, i);
 }
 
 // By the kernel: whole groups in place, fewer states than a group through a padded copy.
+// Precondition: count > 0.
 void HardGroundModel::Fill(const WheelStatesView& in, const ResponsesView& out, std::size_t first,
                            std::size_t count) const noexcept {
   double input[5][hard::kGroup], output[kOutputs][kParts][hard::kGroup];

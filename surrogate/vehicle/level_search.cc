@@ -10,18 +10,22 @@ namespace {
 constexpr Effort kWithAllStarts{.brief = true};
 constexpr Effort kFromNeighbour{
     .warm = true, .attempts = 2, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
-constexpr Effort kFromFailure{.warm = true,
-                              .attempts = 1,
-                              .evaluations = 12,
-                              .goal = Solution::kTolerance,
-                              .brief = true,
-                              .from_least = true};
+constexpr Effort FromLeast(int evaluations) {
+  return {.warm = true,
+          .attempts = 1,
+          .evaluations = evaluations,
+          .goal = Solution::kTolerance,
+          .brief = true,
+          .from_least = true};
+}
+constexpr Effort kFromFailure = FromLeast(12), kGoingOn = FromLeast(200);
 constexpr int kExpected = 1;      // levels around the suggested one that are no surprise
 constexpr int kMostUnsolved = 8;  // items in a row whose limit is not asked in full
 constexpr int kMostChange = 16;   // levels between items that are followed
 constexpr double kClear = 0.75;   // of a level: a limit nearer than that is not taken for the next
 constexpr double kRemote = 0.5;   // of the least imbalance: changes that cannot make up for it
 constexpr double kDoubt = 2;      // of the imbalance beyond the limit at the items before
+constexpr double kOpen = 0.12;    // of a level: loss by a wrong failure that is worth more solves
 constexpr double kMostSlope = 0.05;  // of the slack in a level; more is another balance
 
 // The last solution, moved on as from the one before to it, in proportion to the speed.
@@ -47,6 +51,11 @@ int Stride(LevelSearch::Track* t) {
   return stride;
 }
 
+// Whether more steps may balance it: neither tipped over nor outside of what the models know.
+bool Unbalanced(const Solution& s) {
+  return !s.balanced && (s.reasons & ~(kNoBalance | kOverTorque)) == 0;
+}
+
 }  // namespace
 
 void LevelSearch::Forget(Track* t) {
@@ -59,13 +68,22 @@ void LevelSearch::Forget(Track* t) {
 
 // The first level of an item: where those before it point to.
 void LevelSearch::Begin(Track* t) const {
+  if (t->suggested == -1 && t->unsolved >= kMostUnsolved) Forget(t);
   t->low = -1;
   t->high = levels_ + 1;
   t->stride = 0;
   t->level = t->suggested < 0 ? levels_ : std::min(t->suggested, levels_);
   t->all_starts = t->suggested == kNone;
-  t->sure = t->doubt = t->here = t->failed_here = false;
+  t->thorough = t->wide = t->sure = t->goes_on = t->doubt = t->here = t->failed_here = false;
   t->near_failure = t->suggested == -1;
+}
+
+void LevelSearch::BeginAt(int level, const Solution& solution, Track* t) {
+  t->suggested = t->level = level;
+  t->good = solution;
+  t->slack = NAN;  // at a `low` that was known before
+  t->all_starts = t->near_failure = false;
+  t->thorough = true;
 }
 
 void LevelSearch::SetScales(const Vehicle& vehicle) {
@@ -99,11 +117,15 @@ void LevelSearch::Prepare(Track* t) const {
   if (!t->near_failure || t->low >= 0) return;
   if (Remote(t->level > 0 ? t->highest : t->lowest, t->motion)) return;
   t->near_failure = false;
-  t->all_starts = t->level == 0;
+  t->all_starts = true;
 }
 
 // Where a solve begins, and how hard it tries.
 Effort LevelSearch::Start(const Track& t, Solution* start) {
+  if (t.goes_on) {
+    *start = t.level > t.high ? t.highest.solution : t.failed.solution;
+    return kGoingOn;
+  }
   if (t.all_starts) return kWithAllStarts;
   if (t.near_failure) {
     *start = t.low >= 0 ? t.failed.solution : t.level > 0 ? t.highest.solution : t.lowest.solution;
@@ -119,7 +141,7 @@ void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const
     if (t->level >= t->high) {  // it was not, from one start: all of them from here on
       t->high = levels_ + 1;
       t->stride = 0;
-      t->suggested = kNone;
+      if (!t->thorough) t->suggested = kNone;
       t->failed_here = false;
     }
     t->low = t->level;
@@ -141,12 +163,14 @@ void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const
 }
 
 void LevelSearch::Fail(Track* t, double slack, const Solution& solution) const {
+  if (t->level > t->high) return;  // the highest once more: level 0 stays what failed
   if (t->near_failure && t->low >= 0 && !(solution.residual < kDoubt * t->failed.least)) {
     t->doubt = true;
     return;
   }
+  if (t->level < t->high) t->above = t->high;
   t->high = t->level;
-  t->sure = t->all_starts;
+  t->sure = t->all_starts || t->goes_on;
   t->failed_here = true;
   const auto keep = [&](Failure* f) {
     f->motion = t->motion;
@@ -159,13 +183,34 @@ void LevelSearch::Fail(Track* t, double slack, const Solution& solution) const {
   };
   keep(&t->failed);
   if (t->level == 0) keep(&t->lowest);
-  if (t->level == levels_ && t->suggested < 0) keep(&t->highest);
+  if (t->level == levels_ && t->suggested < 0) {
+    keep(&t->highest);
+    t->wide = !t->near_failure && Unbalanced(solution);
+  }
+}
+
+// Whether the level that failed last is to be tried harder: much is lost if it is good.
+bool LevelSearch::Open(const Track& t) {
+  return t.thorough && t.failed_here && t.high == t.level && Unbalanced(t.failed.solution) &&
+         t.above - std::max(t.low, 0) > kOpen * t.above;
 }
 
 // The next level to try; false: found.
 bool LevelSearch::Next(Track* t) const {
+  const bool all = t->all_starts, went_on = t->goes_on;
   t->all_starts = t->suggested == kNone;
-  t->near_failure = false;
+  t->near_failure = t->goes_on = false;
+  if (t->level > t->high) return false;  // the highest, the last that was left
+  if (went_on && t->low < 0 && t->level == 0) {
+    t->goes_on = t->wide;
+    t->level = levels_;
+    return t->wide;
+  }
+  if (!went_on && Open(*t)) {
+    t->all_starts = !all;
+    t->goes_on = all;
+    return true;
+  }
   if (t->doubt) {  // the same level in full
     t->doubt = false;
     return true;
@@ -175,6 +220,11 @@ bool LevelSearch::Next(Track* t) const {
   if (t->high == t->low + 1) {
     const bool surprise =
         t->low < 0 ? t->suggested >= 0 : std::abs(t->low - t->suggested) > kExpected;
+    if (t->low < 0 && t->sure && Unbalanced(t->failed.solution)) {
+      t->level = 0;
+      t->goes_on = true;
+      return true;
+    }
     if (t->sure || !surprise) return false;
     t->level = t->high;
     t->all_starts = true;
@@ -239,6 +289,7 @@ void LevelSearch::Follow(Track* t) const {
                                                          : static_cast<double>(t->low + change);
     t->suggested = static_cast<int>(std::clamp<double>(next, 0, levels_));
   }
+  if (t->low < 0) t->unsolved = t->sure ? 0 : t->unsolved + 1;
   t->low_before = t->low;
   t->edge_before = edge;
 }

@@ -20,7 +20,9 @@ namespace grouser::vehicle {
 ///
 /// A level at which nothing is expected to balance, as at the item before, is asked from the point
 /// where the imbalance was least there, but for every eighth item. Where the level found is far
-/// from the suggested one it is asked again with all starts.
+/// from the suggested one it is asked again with all starts. Where none is good, the lowest and the
+/// highest are, and then go on from where the starts ended; again at every eighth item, and before
+/// that where the motion has changed by more than the least imbalance can make up for.
 class LevelSearch {
  public:
   static constexpr int kNone = -2;  ///< no item before
@@ -38,6 +40,7 @@ class LevelSearch {
   struct Track {
     std::size_t item = 0, end = 0;
     int low = -1, high = 0;  ///< highest good and lowest failed level until now
+    int above = 0;           ///< `high` before the last failure
     int level = 0, stride = 0, suggested = kNone;
     Motion motion;               ///< at `level`
     int low_before = kNone;      ///< of the item before the last
@@ -47,8 +50,11 @@ class LevelSearch {
     int unsolved = 0;            ///< items since `high` was asked in full
     bool all_starts = false, near_failure = false;  ///< where this solve begins
     bool sure = false;                              ///< `high` was asked with all starts
-    bool doubt = false;  ///< a failure near another one is to be asked in full
-    bool here = false;   ///< `good` is of this item
+    bool goes_on = false;   ///< an end of all levels is asked again, from where the starts ended
+    bool thorough = false;  ///< where much may be lost, a failure is asked as hard as level 0
+    bool wide = false;      ///< `highest` was asked in full at this item
+    bool doubt = false;     ///< a failure near another one is to be asked in full
+    bool here = false;      ///< `good` is of this item
     bool failed_here = false;
     bool two = false;         ///< `before` holds a solution
     Solution good;            ///< the last that was good, of this item or one before
@@ -58,28 +64,34 @@ class LevelSearch {
     double shortfall = 0;     ///< by how much `high` fails, extrapolated where it was not solved
   };
 
+  /// To be called by `seed` of Run: an item begins at that level from that solution, of a
+  /// neighbour, and down to its own Track::low, if `seed` knows one. As long as much may be lost by
+  /// a failure it is asked with all starts, and on from where these ended.
+  static void BeginAt(int level, const Solution& solution, Track* t);
+
   /// Levels of all items: `motion(item, level)` is what to solve; `slack(solution)` judges: from 0
   /// on good, NaN not good for a reason without a measure; `shortfall(solution)` says by how much
   /// one fails; `same(item)` tells an item equal to the one before, `fresh(item)` one to which that
-  /// suggests nothing, `report(item, track)` takes what was found (level track.low, -1: none). No
-  /// allocation.
+  /// suggests nothing, `seed(item, track)` may set where an item begins, `report(item, track)`
+  /// takes what was found (level track.low, -1: none). No allocation.
   template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
-            typename Report>
+            typename Seed, typename Report>
   void Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
            const Slack& slack, const Shortfall& shortfall, const Same& same, const Fresh& fresh,
-           const Report& report);
+           const Seed& seed, const Report& report);
 
  private:
   static constexpr std::size_t kTracks = 16;
 
-  enum Kind { kNear, kAll, kFailed };
+  enum Kind { kNear, kAll, kFailed, kLong };
   static Kind KindOf(const Track& t) {
-    return t.all_starts ? kAll : t.near_failure ? kFailed : kNear;
+    return t.goes_on ? kLong : t.all_starts ? kAll : t.near_failure ? kFailed : kNear;
   }
 
   void SetScales(const Vehicle& vehicle);
   static void Forget(Track* t);
   void Begin(Track* t) const;
+  static bool Open(const Track& t);
   bool Next(Track* t) const;
   bool Up(Track* t) const;
   void Down(Track* t) const;
@@ -99,10 +111,10 @@ class LevelSearch {
 };
 
 template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
-          typename Report>
+          typename Seed, typename Report>
 void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
                       const Slack& slack, const Shortfall& shortfall, const Same& same,
-                      const Fresh& fresh, const Report& report) {
+                      const Fresh& fresh, const Seed& seed, const Report& report) {
   levels_ = levels;
   SetScales(solver->vehicle());
   for (std::size_t k = 0; k < kTracks; ++k) {
@@ -112,6 +124,7 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     t.good.balanced = false;
     Forget(&t);
     Begin(&t);
+    if (t.item < t.end) seed(t.item, &t);
   }
   const auto prepare = [&](Track* t) {
     if (t->item >= t->end) return;
@@ -130,10 +143,11 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     while (++t->item < t->end && same(t->item)) report(t->item, *t);
     if (t->item < t->end && fresh(t->item)) Forget(t);
     Begin(t);
+    if (t->item < t->end) seed(t->item, t);
   };
   for (bool any = true; any;) {
     any = false;
-    for (const Kind kind : {kNear, kAll, kFailed}) {
+    for (const Kind kind : {kNear, kAll, kFailed, kLong}) {
       Effort effort;
       std::size_t n = 0;
       for (std::size_t k = 0; k < kTracks; ++k) {

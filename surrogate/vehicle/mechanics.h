@@ -75,7 +75,7 @@ struct Lane {
   double tip_margin = 0;
   double f_x = 0, f_y = 0, m_z = 0;  ///< that gravity and inertia ask for, at `at`
   std::array<Placed, kMostWheels> placed;
-  std::array<std::uint8_t, kMostWheels> model{};  ///< that answers for each wheel, by number
+  std::array<std::uint32_t, kMostWheels> model{};  ///< that answers for each wheel, by number
 };
 
 /// The mechanics of one vehicle: unknowns to wheel states, answers of wheels to imbalance.

@@ -29,7 +29,7 @@ struct Solver::Work {
     }
     for (std::size_t k = 0; k < g.models.size(); ++k) {
       const auto at = std::find(models.begin(), models.end(), g.models[k]);
-      place.push_back(static_cast<std::uint8_t>(at - models.begin()));
+      place.push_back(static_cast<std::uint32_t>(at - models.begin()));
     }
     for (std::size_t i = 0; i < mechanics.wheels(); ++i) per_radius[i] = 1 / mechanics.radius(i);
   }
@@ -52,7 +52,7 @@ struct Solver::Work {
   Mechanics mechanics;
   Grounds grounds;
   std::vector<const surrogate::WheelModel*> models;
-  std::vector<std::uint8_t> place;  ///< in `models`, by Grounds::models
+  std::vector<std::uint32_t> place;  ///< in `models`, by Grounds::models
   std::array<double, kMostWheels> per_radius{};
   std::array<Lane, kLanes> lanes;
   std::array<std::array<Felt, kMostWheels>, kLanes> felt;

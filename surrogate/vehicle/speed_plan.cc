@@ -43,6 +43,8 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       tried_(most),
       open_(most),
       knots_(most),
+      higher_(most),
+      risen_(most),
       cap_(most),
       faster_(most),
       slower_(most),

@@ -111,6 +111,11 @@ class SpeedPlanner {
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);
+  void Found(const LevelSearch::Track& t, const SpeedOptions& options, std::size_t i,
+             std::span<SpeedPoint> out);
+  void Raise(std::span<const PathPoint> path, const SpeedOptions& options,
+             std::span<SpeedPoint> out);
+  std::size_t Low(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
   std::size_t Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
   void Reach(std::span<const PathPoint> path, const SpeedOptions& options,
              std::span<const SpeedPoint> out);
@@ -130,7 +135,9 @@ class SpeedPlanner {
   std::vector<Solution> tried_;
   LevelSearch search_;
   std::vector<std::size_t> open_;   // points that are verified
-  std::vector<std::size_t> knots_;  // points whose reach is searched
+  std::vector<std::size_t> knots_;  // points whose reach is searched; before: see Low
+  std::vector<std::size_t> higher_;
+  std::vector<std::uint8_t> risen_;
   std::vector<double> cap_;
   std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
   std::vector<double> tried_speed_, tried_acceleration_;  // as last verified

@@ -9,6 +9,24 @@ namespace {
 constexpr int kSpeedLevels = 256;   // of the safe speed: 0.4 % of the limit
 constexpr int kReachLevels = 32;    // of acceleration and braking
 constexpr std::size_t kStride = 8;  // points between those whose reach is searched
+constexpr double kNoticed = 0.004;  // change of grade, bank and lateral acceleration over gravity
+constexpr double kFarBelow = 0.2;   // a neighbour, of its speed
+
+// Whether the limit of grip is that of the point before although the motion has changed.
+bool Stays(std::span<const PathPoint> path, std::span<const SpeedPoint> out, std::size_t i,
+           double gravity) {
+  if (i == 0 || path[i].soil != path[i - 1].soil) return false;
+  const double v = out[i].safe_m_per_s;
+  const Binding b = out[i].safe_binding;
+  if (!(v > 0) || v != out[i - 1].safe_m_per_s) return false;
+  if (b != Binding::kTraction && b != Binding::kLateralGrip) return false;
+  const PathPoint &p = path[i], &q = path[i - 1];
+  const double change = std::fabs(p.grade_rad - q.grade_rad) + std::fabs(p.bank_rad - q.bank_rad) +
+                        v * v / gravity * std::fabs(p.curvature_per_m - q.curvature_per_m);
+  return change > kNoticed;
+}
+
+double StepOf(const SpeedOptions& o) { return o.speed_limit_m_per_s / kSpeedLevels; }
 
 bool Same(const PathPoint& a, const PathPoint& b) {
   return a.soil == b.soil && a.curvature_per_m == b.curvature_per_m && a.grade_rad == b.grade_rad &&
@@ -20,23 +38,78 @@ bool Same(const PathPoint& a, const PathPoint& b) {
 // The solution at the safe speed stays in solutions_.
 void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
                         std::span<SpeedPoint> out) {
-  const double step = o.speed_limit_m_per_s / kSpeedLevels;
   search_.Run(
       &solver_, path.size(), kSpeedLevels,
-      [&](std::size_t i, int level) { return MotionAt(path[i], o, step * level, 0); },
+      [&](std::size_t i, int level) { return MotionAt(path[i], o, StepOf(o) * level, 0); },
       [&](const Solution& s) { return Slack(s, o); },
       [&](const Solution& s) { return ShortfallOf(s, o); },
       [&](std::size_t i) { return Same(path[i], path[i - 1]); },
       [&](std::size_t i) { return path[i].soil != path[i - 1].soil; },
-      [&](std::size_t i, const LevelSearch::Track& t) {
-        SpeedPoint& p = out[i];
-        p.safe_m_per_s = step * std::max(0, t.low);
-        solutions_[i] = t.good;
-        p.safe_binding = Binding::kSpeedLimit;
-        p.shortfall = t.shortfall;
-        if (t.low == kSpeedLevels) return;
-        p.safe_binding = BindingOf(t.failed.motion, t.failed.solution, o);
-      });
+      [](std::size_t, LevelSearch::Track*) {},
+      [&](std::size_t i, const LevelSearch::Track& t) { Found(t, o, i, out); });
+  Raise(path, o, out);
+}
+
+void SpeedPlanner::Found(const LevelSearch::Track& t, const SpeedOptions& o, std::size_t i,
+                         std::span<SpeedPoint> out) {
+  SpeedPoint& p = out[i];
+  p.safe_m_per_s = StepOf(o) * std::max(0, t.low);
+  solutions_[i] = t.good;
+  p.safe_binding = Binding::kSpeedLimit;
+  p.shortfall = t.shortfall;
+  if (t.low < kSpeedLevels) p.safe_binding = BindingOf(t.failed.motion, t.failed.solution, o);
+}
+
+// Points far below a neighbour are searched once more, from its speed and its solution down; those
+// that rise may raise their neighbours, so that runs fill from both ends. Points that stay are from
+// as far above themselves.
+void SpeedPlanner::Raise(std::span<const PathPoint> path, const SpeedOptions& o,
+                         std::span<SpeedPoint> out) {
+  const auto level = [&](std::size_t i) {
+    return static_cast<int>(std::lround(out[i].safe_m_per_s / StepOf(o)));
+  };
+  std::fill(risen_.begin(), risen_.end(), true);
+  for (std::size_t low = Low(path, out); low > 0; low = Low(path, out)) {
+    search_.Run(
+        &solver_, low, kSpeedLevels,
+        [&](std::size_t k, int l) { return MotionAt(path[knots_[k]], o, StepOf(o) * l, 0); },
+        [&](const Solution& s) { return Slack(s, o); },
+        [&](const Solution& s) { return ShortfallOf(s, o); }, [](std::size_t) { return false; },
+        [](std::size_t) { return true; },
+        [&](std::size_t k, LevelSearch::Track* t) {
+          const std::size_t from = higher_[k], at = knots_[k];
+          const double most = from == at ? level(at) / (1 - kFarBelow) : level(from);
+          LevelSearch::BeginAt(std::min<int>(kSpeedLevels, std::ceil(most)), solutions_[from], t);
+          if (out[knots_[k]].safe_m_per_s > 0) t->low = level(knots_[k]);
+        },
+        [&](std::size_t k, const LevelSearch::Track& t) {
+          if (!t.here) return;  // none above the one that was known
+          Found(t, o, knots_[k], out);
+          risen_[knots_[k]] = true;
+        });
+  }
+}
+
+// Points that are far below a neighbour on their soil which has risen, to knots_, and the highest
+// such neighbour, to higher_; at first (all have risen) also points that stay where the point
+// before is, themselves in higher_. Returns how many; none has risen then.
+std::size_t SpeedPlanner::Low(std::span<const PathPoint> path, std::span<const SpeedPoint> out) {
+  const bool first = std::count(risen_.begin(), risen_.end(), false) == 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double least = out[i].safe_m_per_s / (1 - kFarBelow);
+    std::size_t from = i;
+    for (const std::size_t k : {i - 1, i + 1}) {  // 0 - 1 is beyond the path, too
+      if (k >= path.size() || !risen_[k] || path[k].soil != path[i].soil) continue;
+      const double v = out[k].safe_m_per_s;
+      if (v > least && (from == i || v > out[from].safe_m_per_s)) from = k;
+    }
+    if (from == i && !(first && Stays(path, out, i, vehicle_.gravity_m_per_s2))) continue;
+    knots_[count] = i;
+    higher_[count++] = from;
+  }
+  std::fill(risen_.begin(), risen_.end(), false);
+  return count;
 }
 
 // Points whose reach is searched: both ends of every stretch of one soil that can be driven, and
@@ -76,6 +149,7 @@ void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
         [&](const Solution& s) { return ShortfallOf(s, o); },
         [&](std::size_t k) { return Same(path[knots_[k]], path[knots_[k - 1]]); },
         [&](std::size_t k) { return path[knots_[k]].soil != path[knots_[k - 1]].soil; },
+        [](std::size_t, LevelSearch::Track*) {},
         [&](std::size_t k, const LevelSearch::Track& t) {
           reach[knots_[k]] = std::fabs(step) * std::max(0, t.low);
         });

@@ -305,6 +305,27 @@ TEST(VehicleSolver, NamesWhatCannotBeSolved) {
   EXPECT_EQ(NamesOf(kTips | kModelDomain), "TIP|MODEL_DOMAIN");
 }
 
+// Two wheel types on 200 soils, a model for each: the last one answers for its soil.
+TEST(VehicleSolver, TellsMoreModelsApartThanAByteCounts) {
+  Vehicle v = Skid();
+  v.wheel_types.push_back(v.wheel_types[0]);
+  for (Wheel& w : v.wheels) w.type = 1;
+  std::vector<surrogate::HardGround> grounds(200, Asphalt());
+  for (std::size_t i = 0; i < grounds.size(); ++i) {
+    grounds[i].rolling_resistance = 0.001 * static_cast<double>(i);
+  }
+  OnHard on(v, grounds);
+  for (const std::uint8_t soil : {55, 56, 199}) {  // the 256th model, the one after it, the last
+    Motion motion = Motion::OnPath(0.5, 0);
+    motion.soil.fill(soil);
+    const Solution s = on.Solve(motion);
+    ASSERT_TRUE(s.balanced);
+    double torque = 0;
+    for (std::size_t i = 0; i < 4; ++i) torque += s.wheel[i].torque_n_m;
+    EXPECT_NEAR(torque, 0.001 * soil * 60 * 9.81 * 0.165, 1e-5 * 60 * 9.81) << int{soil};
+  }
+}
+
 std::string Refusal(const Vehicle& v) {
   try {
     Check(v);

@@ -1,8 +1,11 @@
 // The search of safe speeds against plain halving with all starts, point by point.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <random>
+#include <string>
 #include <vector>
 
 #include "surrogate/vehicle/speed_plan.h"
@@ -17,17 +20,30 @@ struct Case {
   double limit_m_per_s, curvature_per_m;
 };
 
-std::vector<PathPoint> PathOf(const std::string& kind, double curvature, std::size_t soils) {
+/// Waves of curvature, grade and bank; with a seed above 0 of other lengths, phases and heights.
+std::vector<PathPoint> PathOf(const std::string& kind, double curvature, std::size_t soils,
+                              unsigned seed) {
+  std::mt19937 random(seed);
+  const auto draw = [&](double low, double high) {
+    return seed == 0 ? 1 : std::uniform_real_distribution<double>(low, high)(random);
+  };
+  struct Wave {
+    double length, phase;
+    double At(double s) const { return std::sin(6.2831853 * (s / length + phase)); }
+  };
+  const auto wave = [&](double length) { return Wave{length * draw(0.7, 1.3), draw(0, 1)}; };
+  const Wave bend = wave(31), twist = wave(17), grade = wave(23), bank = wave(13);
+  const double sharper = draw(0.7, 1.3), steeper = draw(0.7, 1.5);
+  const auto run = static_cast<std::size_t>(23 * draw(0.6, 1.5));
   std::vector<PathPoint> path(200);
   for (std::size_t i = 0; i < path.size(); ++i) {
     PathPoint& p = path[i];
     p.s_m = 0.25 * static_cast<double>(i);
-    const auto wave = [&](double length) { return std::sin(6.2831853 * p.s_m / length); };
-    p.curvature_per_m = curvature * wave(31) * wave(17);
+    p.curvature_per_m = sharper * curvature * bend.At(p.s_m) * twist.At(p.s_m);
     if (kind == "curvy") continue;
-    p.grade_rad = 0.08 * wave(23);
-    p.bank_rad = 0.05 * wave(13);
-    if (kind == "mixed") p.soil = static_cast<std::uint8_t>(i / 23 % soils);
+    p.grade_rad = steeper * 0.08 * grade.At(p.s_m);
+    p.bank_rad = steeper * 0.05 * bank.At(p.s_m);
+    if (kind == "mixed") p.soil = static_cast<std::uint8_t>((i / run + seed) % soils);
   }
   return path;
 }
@@ -60,7 +76,12 @@ class PlainSearch {
   /// twenty steps, or lower speeds.
   bool Reached(const PathPoint& before, double speed_before, const PathPoint& p, double speed,
                Solution* near) {
-    if (Good(p, speed) || Good(p, speed, near)) return true;
+    Solution own;
+    if (Good(p, speed, near)) return true;
+    if (Good(p, speed, &own)) {
+      *near = own;
+      return true;
+    }
     const auto along = [&](const PathPoint& from, double speed_from, Solution start) {
       bool good = false;
       for (int i = 1; i <= 20; ++i) {
@@ -75,6 +96,11 @@ class PlainSearch {
       return good;
     };
     return along(before, speed_before, *near) || along(p, speed / 3, Solution{});
+  }
+  /// The same from another motion, by itself.
+  bool ReachedFrom(const PathPoint& other, double speed_other, const PathPoint& p, double speed) {
+    Solution near;
+    return Good(other, speed_other, &near) && Reached(other, speed_other, p, speed, &near);
   }
   double Safe(const PathPoint& p) {
     double low = 0, high = options_.speed_limit_m_per_s;
@@ -92,50 +118,77 @@ class PlainSearch {
   SpeedOptions options_;
 };
 
-TEST(SpeedSearch, FindsWhatPlainHalvingFinds) {
-  int higher = 0, lower = 0, points = 0;
+struct Count {
+  int points = 0, higher = 0, lower = 0;
+  double worst = 0;  ///< what is lost, of the plain one
+};
+
+/// A path planned and compared point by point.
+void Compare(const VehicleFile& file, const std::string& where, const SpeedOptions& options,
+             const std::vector<PathPoint>& path, Count* count) {
+  const double step = options.speed_limit_m_per_s / 256;
+  PlainSearch plain(file, options);
+  SpeedPlanner planner(file.vehicle, file.grounds, path.size());
+  std::vector<SpeedPoint> out(path.size());
+  const long before = g_allocations;
+  planner.Plan(path, options, out);
+  EXPECT_EQ(g_allocations, before);
+  Solution near;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double expected = plain.Safe(path[i]), got = out[i].safe_m_per_s;
+    const std::string at = where + " point " + std::to_string(i) + " levels " +
+                           std::to_string(got / step) + " " + std::to_string(expected / step) +
+                           " " + NameOf(out[i].safe_binding);
+    if (expected > 0) {
+      EXPECT_GT(got, 0) << at;
+      count->worst = std::max(count->worst, 1 - got / expected);
+    }
+    if (got < expected - 1.001 * step) {
+      ++count->lower;
+      std::cout << "lower: " << at << "\n";
+    }
+    // More than a step above: what was found balances, plain starts only did not find it.
+    const std::size_t last = i > 0 ? i - 1 : i;
+    const std::size_t next = std::min(i + 1, path.size() - 1);
+    if (got > 0) {
+      EXPECT_TRUE(plain.Reached(path[last], out[last].safe_m_per_s, path[i], got, &near) ||
+                  plain.ReachedFrom(path[i], expected, path[i], got) ||
+                  plain.ReachedFrom(path[next], out[next].safe_m_per_s, path[i], got))
+          << at;
+    }
+    count->higher += got > expected + 1.001 * step;
+    ++count->points;
+  }
+}
+
+/// Every vehicle on every kind of path.
+Count CompareAll(unsigned seed) {
+  Count count;
   for (const Case& c : {Case{"husky", 1.5, 0.8}, Case{"cart", 6, 0.3}, Case{"rover", 0.1, 1},
                         Case{"atv", 3, 0.25}}) {
     const VehicleFile file =
         ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + c.vehicle + ".vehicle.yaml");
     SpeedOptions options;
     options.speed_limit_m_per_s = c.limit_m_per_s;
-    const double step = c.limit_m_per_s / 256;
-    PlainSearch plain(file, options);
     for (const char* kind : {"curvy", "hilly", "mixed"}) {
-      const auto path = PathOf(kind, c.curvature_per_m, file.grounds.soils.size());
-      SpeedPlanner planner(file.vehicle, file.grounds, path.size());
-      std::vector<SpeedPoint> out(path.size());
-      const long before = g_allocations;
-      planner.Plan(path, options, out);
-      EXPECT_EQ(g_allocations, before);
-      Solution near;
-      for (std::size_t i = 0; i < path.size(); ++i) {
-        const double expected = plain.Safe(path[i]), got = out[i].safe_m_per_s;
-        const auto where = [&] {
-          return std::string(c.vehicle) + " " + kind + " point " + std::to_string(i) + " levels " +
-                 std::to_string(got / step) + " " + std::to_string(expected / step) + " " +
-                 NameOf(out[i].safe_binding);
-        };
-        if (got < expected - 1.001 * step) {
-          ++lower;
-          std::cout << "lower: " << where() << "\n";
-        }
-        // More than a step above: what was found balances, plain starts only did not find it.
-        const std::size_t last = i > 0 ? i - 1 : i;
-        if (got > 0) {
-          EXPECT_TRUE(plain.Reached(path[last], out[last].safe_m_per_s, path[i], got, &near))
-              << where();
-        }
-        higher += got > expected + 1.001 * step;
-        ++points;
-      }
+      const auto path = PathOf(kind, c.curvature_per_m, file.grounds.soils.size(), seed);
+      const std::string where = std::string(c.vehicle) + " " + kind + " " + std::to_string(seed);
+      Compare(file, where, options, path, &count);
     }
   }
-  std::cout << points << " points, " << lower << " lower, " << higher << " higher\n";
-  // On ice a cart has several balances, and which is found depends on where the solve began.
-  EXPECT_LE(lower, points / 200);
-  EXPECT_LE(higher, points / 20);
+  std::cout << "paths " << seed << ": " << count.points << " points, " << count.lower
+            << " lower, at most by " << 100 * count.worst << " %, " << count.higher << " higher\n";
+  return count;
+}
+
+// Where nothing balances near the limit it depends on the start which balance is found.
+TEST(SpeedSearch, FindsWhatPlainHalvingFinds) {
+  for (const unsigned seed : {0u, 1u, 2u, 3u, 4u}) {
+    const Count count = CompareAll(seed);
+    EXPECT_LE(count.worst, 0.2) << seed;
+    EXPECT_LE(count.lower, count.points / 100) << seed;
+    EXPECT_LE(count.higher, count.points / 20) << seed;
+  }
 }
 
 }  // namespace
