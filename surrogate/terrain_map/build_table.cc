@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "surrogate/terrain_map/creeping.h"
 #include "surrogate/terrain_map/slope.h"
 
 namespace grouser::terrain_map {
@@ -12,23 +13,23 @@ namespace {
 
 using vehicle::Need;
 
-constexpr double kBeyond = 5e-3;           // [rad] from an edge to where it is asked what binds
+constexpr std::size_t kStretch = 400;      // states of a walk that are planned at a time
+constexpr int kSweeps = 8;                 // to mend nodes from their neighbours
+constexpr double kBeside = 1e-3;           // [rad]
 constexpr double kLeastSpeed = 1.0 / 512;  // over the limit, at which power is asked: half a level
 
-// Slopes of one heading's column: below the driven interval, its nodes, beyond it.
+// Slope of a node of one heading's column.
 double SlopeOf(const SlopeTable& t, std::size_t h, std::size_t row) {
   const Interval& i = t.least[t.risk * t.headings + h];
   if (!i.any()) return 0;
-  if (row == 0) return std::max(0.0, i.lo - kBeyond);
-  if (row > t.slopes) return i.hi + kBeyond;
-  const double u = static_cast<double>(row - 1) / static_cast<double>(t.slopes - 1);
+  const double u = static_cast<double>(row) / static_cast<double>(t.slopes - 1);
   return i.lo + u * (double{i.hi} - double{i.lo});
 }
 
 // Heading and row of the k-th state of a walk: up one column and down the next, or around one row
 // and back around the next, so that neighbours on the walk are neighbours in the table.
 std::pair<std::size_t, std::size_t> StateAt(const SlopeTable& t, bool columns, std::size_t k) {
-  const std::size_t rows = t.slopes + 2, inner = columns ? rows : t.headings;
+  const std::size_t inner = columns ? t.slopes : t.headings;
   const std::size_t outer = k / inner, at = k % inner;
   const std::size_t turned = outer % 2 == 0 ? at : inner - 1 - at;
   return columns ? std::pair(outer, turned) : std::pair(turned, outer);
@@ -39,43 +40,112 @@ double HeadingOf(const SlopeTable& t, std::size_t h) {
 }
 
 // By two walks, the higher of both speeds: each was found driven, but a walk may miss a balance
-// that exists, above all on ice.
+// that exists, above all on ice. In stretches, between which it can be ended.
 void FillSpeeds(const vehicle::Vehicle& vehicle, const vehicle::Grounds& grounds, std::uint8_t soil,
-                const vehicle::SpeedOptions& limits, SlopeTable* t) {
-  t->speed.assign(t->headings * t->slopes, -1);
-  t->binding.resize(t->speed.size());
-  t->edges.resize(t->headings);
+                const vehicle::SpeedOptions& limits, SlopeTable* t, const Progress& progress) {
+  const std::size_t n = t->headings * t->slopes;
+  t->speed.assign(n, -1);
+  t->binding.resize(n);
+  std::size_t done = 0;
   for (const bool columns : {true, false}) {
-    std::vector<SlopeHeading> states;
-    for (std::size_t k = 0; k < (t->slopes + 2) * t->headings; ++k) {
-      const auto [h, row] = StateAt(*t, columns, k);
-      states.push_back({SlopeOf(*t, h, row), HeadingOf(*t, h)});
-    }
-    const std::vector<vehicle::SpeedPoint> plan =
-        SafeSpeeds(vehicle, grounds, soil, limits, states);
-    for (std::size_t k = 0; k < plan.size(); ++k) {
-      const auto [h, row] = StateAt(*t, columns, k);
-      if (row == 0) t->edges[h].below = plan[k].safe_binding;
-      if (row > t->slopes) t->edges[h].beyond = plan[k].safe_binding;
-      if (row == 0 || row > t->slopes) continue;
-      const std::size_t i = h * t->slopes + row - 1;
-      const bool any = t->least[t->risk * t->headings + h].any();
-      const float safe = any ? static_cast<float>(plan[k].safe_m_per_s) : 0.0F;
-      if (safe <= t->speed[i]) continue;
-      t->speed[i] = safe;
-      t->binding[i] = static_cast<std::uint8_t>(plan[k].safe_binding);
+    for (std::size_t first = 0; first < n;) {
+      progress(static_cast<double>(done) / static_cast<double>(2 * n));
+      // A single one left over is no path.
+      const std::size_t last = first + kStretch + 1 >= n ? n : first + kStretch;
+      std::vector<SlopeHeading> states;
+      for (std::size_t k = first; k < last; ++k) {
+        const auto [h, row] = StateAt(*t, columns, k);
+        states.push_back({SlopeOf(*t, h, row), HeadingOf(*t, h)});
+      }
+      const std::vector<vehicle::SpeedPoint> plan =
+          SafeSpeeds(vehicle, grounds, soil, limits, states);
+      for (std::size_t k = first; k < last; ++k) {
+        const auto [h, row] = StateAt(*t, columns, k);
+        const vehicle::SpeedPoint& p = plan[k - first];
+        const std::size_t i = h * t->slopes + row;
+        const bool any = t->least[t->risk * t->headings + h].any();
+        const float safe = any ? static_cast<float>(p.safe_m_per_s) : 0.0F;
+        if (safe <= t->speed[i]) continue;
+        t->speed[i] = safe;
+        t->binding[i] = static_cast<std::uint8_t>(p.safe_binding);
+      }
+      done += last - first;
+      first = last;
     }
   }
 }
 
-void FillPower(vehicle::Solver* solver, std::uint8_t soil, SlopeTable* t) {
+// The fastest of the four neighbours of a node.
+std::size_t FastestBeside(const SlopeTable& t, std::size_t i) {
+  const std::size_t h = i / t.slopes, row = i % t.slopes, n = t.headings;
+  std::size_t best = i;
+  const auto look = [&](std::size_t k) { best = t.speed[k] > t.speed[best] ? k : best; };
+  look((h + 1) % n * t.slopes + row);
+  look((h + n - 1) % n * t.slopes + row);
+  if (row > 0) look(i - 1);
+  if (row + 1 < t.slopes) look(i + 1);
+  return best;
+}
+
+// Nodes that are driven creeping, but that both walks missed (an edge found from a neighbour's
+// solution is apt to be one): asked from the solution of the fastest node beside them, by halves of
+// its speed. At single states a solve stalls at 1e-4 of the weight: it then stands for them what
+// is found kBeside next to them. Returns whether one became driven.
+bool Raise(vehicle::Solver* solver, std::uint8_t soil, const vehicle::SpeedOptions& limits,
+           SlopeTable* t) {
+  const auto motion = [&](std::size_t i, double turned, double v) {
+    const std::size_t h = i / t->slopes;
+    return MotionOn(SlopeOf(*t, h, i % t->slopes), HeadingOf(*t, h) + turned, v, limits.worse_by_sd,
+                    soil);
+  };
+  bool any = false;
+  for (std::size_t i = 0; i < t->speed.size(); ++i) {
+    const std::size_t beside = FastestBeside(*t, i);
+    double low = 0, high = t->speed[beside];
+    if (t->speed[i] > 0 || !(high > 0) || !t->least[t->risk * t->headings + i / t->slopes].any()) {
+      continue;
+    }
+    const vehicle::Motion there = motion(beside, 0, high);
+    vehicle::Solution near;
+    solver->Solve({&there, 1}, {&near, 1});
+    auto binding = static_cast<vehicle::Binding>(t->binding[beside]);
+    const auto goes = [&](double v) {
+      for (const double turned : {0.0, kBeside, -kBeside}) {
+        const vehicle::Motion m = motion(i, turned, v);
+        const vehicle::Solution s = SolveNear(solver, m, near);
+        if (Goes(s, limits, false)) {
+          near = s;
+          return true;
+        }
+        binding = BindingOf(m, s, limits, solver->vehicle().gravity_m_per_s2);
+      }
+      return false;
+    };
+    if (goes(high)) {
+      low = high;
+      binding = static_cast<vehicle::Binding>(t->binding[beside]);
+    }
+    while (high - low > 2 * kLeastSpeed * limits.speed_limit_m_per_s) {
+      (goes((low + high) / 2) ? low : high) = (low + high) / 2;
+    }
+    if (!(low > 0)) continue;
+    t->speed[i] = static_cast<float>(low);
+    t->binding[i] = static_cast<std::uint8_t>(binding);
+    any = true;
+  }
+  return any;
+}
+
+void FillPower(vehicle::Solver* solver, std::uint8_t soil, SlopeTable* t,
+               const Progress& progress) {
   const std::size_t n = t->speed.size();
   std::vector<vehicle::Motion> motions(n);
   std::vector<vehicle::Solution> solutions(n);
   for (std::size_t share = 0; share < kShares.size(); ++share) {
+    progress(static_cast<double>(share) / kShares.size());
     for (std::size_t i = 0; i < n; ++i) {
       const double v = std::max<double>(t->speed[i], kLeastSpeed * t->speed_limit_m_per_s);
-      const std::size_t h = i / t->slopes, row = i % t->slopes + 1;
+      const std::size_t h = i / t->slopes, row = i % t->slopes;
       motions[i] = MotionOn(SlopeOf(*t, h, row), HeadingOf(*t, h), kShares[share] * v, 0, soil);
     }
     solver->Solve(motions, solutions);
@@ -139,16 +209,19 @@ SlopeTable BuildTable(const vehicle::Vehicle& vehicle, const vehicle::Grounds& g
   DrivenSlopes found =
       FindDrivenSlopes(&solver, soil, limits, t.levels, t.headings, false, part(0, 0.4));
   t.least = std::move(found.intervals);
+  const auto edges = found.edges.begin() + static_cast<std::ptrdiff_t>(t.risk * t.headings);
+  t.edges.assign(edges, edges + static_cast<std::ptrdiff_t>(t.headings));
   t.level_least_sd = t.level_most_sd = found.level_sd;
   if (found.unknown_decides) {
     found = FindDrivenSlopes(&solver, soil, limits, t.levels, t.headings, true, part(0.4, 0.7));
     t.most = std::move(found.intervals);
     t.level_most_sd = found.level_sd;
   }
-  progress(0.7);
-  FillSpeeds(vehicle, grounds, soil, limits, &t);
-  progress(0.95);
-  FillPower(&solver, soil, &t);
+  FillSpeeds(vehicle, grounds, soil, limits, &t, part(0.7, 0.95));
+  for (int sweep = 0; sweep < kSweeps && Raise(&solver, soil, limits, &t); ++sweep) {
+    progress(0.95);
+  }
+  FillPower(&solver, soil, &t, part(0.95, 1));
   progress(1);
   return t;
 }

@@ -10,7 +10,7 @@
 namespace grouser::terrain_map {
 
 /// Safe speeds and what binds at each of the states, by SpeedPlanner (its plan between them is of
-/// no account: they stand far apart on its path).
+/// no account: they stand far apart on its path). Precondition: two states or more.
 std::vector<vehicle::SpeedPoint> SafeSpeeds(const vehicle::Vehicle& vehicle,
                                             const vehicle::Grounds& grounds, std::uint8_t soil,
                                             vehicle::SpeedOptions limits,

@@ -10,7 +10,11 @@ namespace grouser::terrain_map {
 CellAnswer AnswerOf(std::span<const SlopeTable> tables, std::span<const float> probabilities,
                     double negligible, double slope_rad, double heading_rad) noexcept {
   const float most_probable = *std::max_element(probabilities.begin(), probabilities.end());
-  const auto counts = [&](float p) { return p >= negligible || p == most_probable; };
+  const auto counts = [&](float p) {
+    double sum = 0;  // of those that are as improbable or more so
+    for (const float other : probabilities) sum += other <= p ? other : 0;
+    return sum >= negligible || p == most_probable;
+  };
   CellAnswer out;
   double speed = -1, least = 0, most = 0;
   for (std::size_t s = 0; s < tables.size(); ++s) {

@@ -15,8 +15,9 @@ struct CellAnswer {
   vehicle::Binding binding{};
 };
 
-/// Cell of soils with probabilities p_s (of sum 1), one a table. With V the soils with p_s of at
-/// least `negligible`, and the most probable one:
+/// Cell of soils with probabilities p_s (of sum 1), one a table. With V what is left when the least
+/// probable soils are left out as long as their probabilities sum to less than `negligible` (equal
+/// ones together; never the most probable one):
 ///   P(GO) = sum p_s P_s over all soils,  v = min of the safe speeds of V (what binds is its),
 ///   speed made good = v cos(grade),
 ///   energy per metre = sum_V p_s power_s(v)/(v cos(grade)) / sum_V p_s.

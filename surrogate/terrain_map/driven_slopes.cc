@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 
-#include "surrogate/terrain_map/slope.h"
+#include "surrogate/terrain_map/creeping.h"
 
 namespace grouser::terrain_map {
 namespace {
@@ -17,201 +16,218 @@ constexpr int kGrowSteps = 8;    // out from an edge, a level better
 constexpr double kResolution = 2e-4;
 constexpr Interval kAnySlope = {0, static_cast<float>(kStep* kSteps)};
 
-// One heading on its way: an edge between a slope that is driven and one that is not.
+// One heading on its way: an edge between a slope that is driven, and its solution, and one that
+// is not, and what binds there.
 struct Edge {
   std::size_t heading = 0;
   double good = 0, bad = 0;
+  vehicle::Solution at_good;
+  vehicle::Binding binding{};
+};
+
+// What is driven at one level of the ground, by heading; solutions at both ends.
+struct Level {
+  std::vector<Interval> intervals;
+  std::vector<vehicle::Solution> lo, hi;
+  std::vector<SlopeTable::Edge> edges;
+
+  explicit Level(std::size_t headings, Interval all = {})
+      : intervals(headings, all), lo(headings), hi(headings), edges(headings) {}
+  void Put(const std::vector<Edge>& found, bool upper) {
+    for (const Edge& e : found) {
+      Interval& i = intervals[e.heading];
+      (upper ? i.hi : i.lo) = static_cast<float>(e.good);
+      (upper ? hi : lo)[e.heading] = e.at_good;
+      (upper ? edges[e.heading].beyond : edges[e.heading].below) = e.binding;
+    }
+  }
+  void Copy(const Level& from, std::size_t h) {
+    intervals[h] = from.intervals[h];
+    lo[h] = from.lo[h];
+    hi[h] = from.hi[h];
+    edges[h] = from.edges[h];
+  }
 };
 
 class Search {
  public:
   Search(vehicle::Solver* solver, std::uint8_t soil, const vehicle::SpeedOptions& limits,
          std::size_t headings, bool unknown)
-      : solver_(solver), soil_(soil), limits_(limits), headings_(headings), unknown_(unknown) {}
+      : ask_(solver, soil, limits, headings, unknown), headings_(headings) {}
 
-  double Heading(std::size_t h) const {
-    return 2 * std::numbers::pi * static_cast<double>(h) / static_cast<double>(headings_);
-  }
-  void Ask(std::size_t heading, double slope, double sd) {
-    motions_.push_back(MotionOn(slope, Heading(heading), 0, sd, soil_));
-  }
-  /// What was asked, in that order.
-  const std::vector<char>& Answer() {
-    solutions_.resize(motions_.size());
-    solver_->Solve(motions_, solutions_);
-    goes_.resize(motions_.size());
-    for (std::size_t i = 0; i < motions_.size(); ++i) {
-      goes_[i] = Goes(solutions_[i], limits_, unknown_);
-      unknown_decides_ |= !goes_[i] && (solutions_[i].reasons & vehicle::kUntrained) != 0;
-    }
-    motions_.clear();
-    return goes_;
-  }
   void Narrow(std::vector<Edge>* edges, double sd) {
     while (true) {
       std::vector<Edge*> open;
       for (Edge& e : *edges) {
         if (std::fabs(e.bad - e.good) <= kResolution) continue;
-        Ask(e.heading, (e.good + e.bad) / 2, sd);
+        ask_.Ask(e.heading, (e.good + e.bad) / 2, sd, &e.at_good);
         open.push_back(&e);
       }
       if (open.empty()) return;
-      const std::vector<char>& goes = Answer();
+      ask_.Answer(1);
       for (std::size_t i = 0; i < open.size(); ++i) {
         Edge& e = *open[i];
-        (goes[i] ? e.good : e.bad) = (e.good + e.bad) / 2;
+        (ask_.goes(i) ? e.good : e.bad) = (e.good + e.bad) / 2;
+        if (ask_.goes(i)) {
+          e.at_good = ask_.solution(i);
+        } else {
+          e.binding = ask_.BindingAt(i);
+        }
       }
     }
   }
   /// The intervals of one level within `outer`, looked at in steps.
-  std::vector<Interval> Scan(const std::vector<Interval>& outer, int steps, double sd) {
-    const auto slope = [&](const Interval& o, int i) { return o.lo + (o.hi - o.lo) * i / steps; };
+  Level Scan(const Level& outer, int steps, double sd) {
+    const auto slope = [&](std::size_t h, int i) {
+      const Interval& o = outer.intervals[h];
+      return o.lo + (o.hi - o.lo) * i / steps;
+    };
     std::vector<std::size_t> asked;
     for (std::size_t h = 0; h < headings_; ++h) {
-      if (!outer[h].any()) continue;
-      for (int i = 0; i <= steps; ++i) Ask(h, slope(outer[h], i), sd);
+      if (!outer.intervals[h].any()) continue;
+      for (int i = 0; i <= steps; ++i) ask_.Ask(h, slope(h, i), sd, &outer.lo[h]);
       asked.push_back(h);
     }
-    std::vector<Interval> out(headings_);
+    Level out(headings_);
+    out.edges = outer.edges;
     std::vector<Edge> low, high;
-    const std::vector<char>& goes = Answer();
+    const auto row = static_cast<std::size_t>(steps + 1);
+    ask_.Answer(row);
     for (std::size_t k = 0; k < asked.size(); ++k) {
       const std::size_t h = asked[k];
-      const char* g = &goes[k * static_cast<std::size_t>(steps + 1)];
+      const auto at = [&](int i) { return k * row + static_cast<std::size_t>(i); };
       int a = 0;
-      while (a <= steps && !g[a]) ++a;
-      if (a > steps) continue;
+      while (a <= steps && !ask_.goes(at(a))) ++a;
+      if (a > steps) {
+        out.edges[h].below = out.edges[h].beyond = ask_.BindingAt(at(0));
+        continue;
+      }
       int b = a;
-      while (b < steps && g[b + 1]) ++b;
-      out[h] = {static_cast<float>(slope(outer[h], a)), static_cast<float>(slope(outer[h], b))};
-      if (a > 0) low.push_back({h, out[h].lo, slope(outer[h], a - 1)});
-      if (b < steps) high.push_back({h, out[h].hi, slope(outer[h], b + 1)});
+      while (b < steps && ask_.goes(at(b + 1))) ++b;
+      out.intervals[h] = {static_cast<float>(slope(h, a)), static_cast<float>(slope(h, b))};
+      out.lo[h] = ask_.solution(at(a));
+      out.hi[h] = ask_.solution(at(b));
+      if (a > 0) {
+        low.push_back({h, slope(h, a), slope(h, a - 1), out.lo[h], ask_.BindingAt(at(a - 1))});
+      }
+      if (b < steps) {
+        high.push_back({h, slope(h, b), slope(h, b + 1), out.hi[h], ask_.BindingAt(at(b + 1))});
+      }
     }
     Narrow(&low, sd);
     Narrow(&high, sd);
-    for (const Edge& e : low) out[e.heading].lo = static_cast<float>(e.good);
-    for (const Edge& e : high) out[e.heading].hi = static_cast<float>(e.good);
+    out.Put(low, false);
+    out.Put(high, true);
     return out;
   }
   /// The same where most lower edges still hold: these are asked first.
-  std::vector<Interval> Shrink(const std::vector<Interval>& outer, double sd) {
+  Level Shrink(const Level& outer, double sd) {
     std::vector<std::size_t> asked;
     for (std::size_t h = 0; h < headings_; ++h) {
-      if (!outer[h].any()) continue;
-      Ask(h, outer[h].lo, sd);
-      Ask(h, outer[h].hi, sd);
+      if (!outer.intervals[h].any()) continue;
+      ask_.Ask(h, outer.intervals[h].lo, sd, &outer.lo[h]);
+      ask_.Ask(h, outer.intervals[h].hi, sd, &outer.hi[h]);
       asked.push_back(h);
     }
-    std::vector<Interval> out(headings_), rest(headings_);
+    Level out(headings_), rest(headings_);
+    out.edges = outer.edges;
     std::vector<Edge> high;
     bool any = false;
-    const std::vector<char> goes = Answer();
+    ask_.Answer(2);
     for (std::size_t k = 0; k < asked.size(); ++k) {
       const std::size_t h = asked[k];
-      if (!goes[2 * k]) {
-        rest[h] = outer[h];
+      const Interval& o = outer.intervals[h];
+      if (!ask_.goes(2 * k)) {
+        rest.Copy(outer, h);
         any = true;
         continue;
       }
-      out[h] = outer[h];
-      if (!goes[2 * k + 1]) high.push_back({h, outer[h].lo, outer[h].hi});
+      out.intervals[h] = o;
+      out.lo[h] = ask_.solution(2 * k);
+      out.hi[h] = ask_.solution(2 * k + 1);
+      if (!ask_.goes(2 * k + 1)) {
+        high.push_back({h, o.lo, o.hi, out.lo[h], ask_.BindingAt(2 * k + 1)});
+      }
     }
     Narrow(&high, sd);
-    for (const Edge& e : high) out[e.heading].hi = static_cast<float>(e.good);
+    out.Put(high, true);
     if (!any) return out;
-    const std::vector<Interval> scanned = Scan(rest, kInnerSteps, sd);
+    const Level scanned = Scan(rest, kInnerSteps, sd);
     for (std::size_t h = 0; h < headings_; ++h) {
-      if (rest[h].any()) out[h] = scanned[h];
+      if (rest.intervals[h].any()) out.Copy(scanned, h);
     }
     return out;
   }
   /// Better ground than that of `inner`: out from its edges to the first slope that is not driven;
   /// where it has none, anywhere.
-  std::vector<Interval> Grow(const std::vector<Interval>& inner, double sd) {
-    std::vector<Interval> all(headings_), out = inner;
-    std::vector<Edge> edges;
-    for (const bool up : {true, false}) {
-      const auto slope = [&](const Interval& i, int k) {
-        return up ? i.hi + kStep * k : std::max(0.0, i.lo - kStep * k);
-      };
-      std::vector<std::size_t> asked;
-      for (std::size_t h = 0; h < headings_; ++h) {
-        if (!inner[h].any()) {
-          all[h] = kAnySlope;
-        } else if (up || inner[h].lo > 0) {
-          for (int k = 1; k <= kGrowSteps; ++k) Ask(h, slope(inner[h], k), sd);
-          asked.push_back(h);
-        }
-      }
-      edges.clear();
-      const std::vector<char>& goes = Answer();
-      for (std::size_t n = 0; n < asked.size(); ++n) {
-        const std::size_t h = asked[n];
-        int k = 0;
-        while (k < kGrowSteps && goes[n * kGrowSteps + static_cast<std::size_t>(k)]) ++k;
-        edges.push_back({h, slope(inner[h], k), slope(inner[h], std::min(k + 1, kGrowSteps))});
-      }
-      Narrow(&edges, sd);
-      for (const Edge& e : edges) {
-        (up ? out[e.heading].hi : out[e.heading].lo) = static_cast<float>(e.good);
-      }
-    }
-    const std::vector<Interval> anywhere = Scan(all, kSteps, sd);
+  Level Grow(const Level& inner, double sd) {
+    Level all(headings_), out = inner;
     for (std::size_t h = 0; h < headings_; ++h) {
-      if (all[h].any()) out[h] = anywhere[h];
+      if (!inner.intervals[h].any()) all.intervals[h] = kAnySlope;
+    }
+    for (const bool up : {true, false}) out.Put(GrowSide(inner, up, sd), up);
+    const Level anywhere = Scan(all, kSteps, sd);
+    for (std::size_t h = 0; h < headings_; ++h) {
+      if (all.intervals[h].any()) out.Copy(anywhere, h);
     }
     return out;
   }
   /// The worst ground on which the level is driven.
   double LevelSd() {
     double low = SlopeTable::kFewestSds, high = SlopeTable::kMostSds;
-    for (const double end : {low, high}) {
-      Ask(0, 0, end);
-      const bool good = Answer()[0] != 0;
-      if (good == (end > 0)) return end;
-    }
+    vehicle::Solution near;
+    const auto good = [&](double sd) {
+      ask_.Ask(0, 0, sd, &near);
+      ask_.Answer(1);
+      if (ask_.goes(0)) near = ask_.solution(0);
+      return ask_.goes(0);
+    };
+    if (!good(low)) return low;
+    if (good(high)) return high;
     while (high - low > 2e-3) {
-      Ask(0, 0, (low + high) / 2);
-      (Answer()[0] ? low : high) = (low + high) / 2;
+      const double middle = (low + high) / 2;
+      (good(middle) ? low : high) = middle;
     }
     return low;
   }
-  bool unknown_decides() const { return unknown_decides_; }
+  bool unknown_decides() const { return ask_.unknown_decides(); }
 
  private:
-  vehicle::Solver* solver_;
-  std::uint8_t soil_;
-  const vehicle::SpeedOptions& limits_;
+  std::vector<Edge> GrowSide(const Level& inner, bool up, double sd) {
+    const auto slope = [&](std::size_t h, int k) {
+      const Interval& i = inner.intervals[h];
+      return up ? i.hi + kStep * k : std::max(0.0, i.lo - kStep * k);
+    };
+    std::vector<Edge> edges;
+    for (std::size_t h = 0; h < headings_; ++h) {
+      if (!inner.intervals[h].any() || (!up && !(inner.intervals[h].lo > 0))) continue;
+      edges.push_back({h, slope(h, 0), slope(h, 0), (up ? inner.hi : inner.lo)[h],
+                       up ? inner.edges[h].beyond : inner.edges[h].below});
+      for (int k = 1; k <= kGrowSteps; ++k) ask_.Ask(h, slope(h, k), sd, &edges.back().at_good);
+    }
+    ask_.Answer(kGrowSteps);
+    for (std::size_t n = 0; n < edges.size(); ++n) {
+      Edge& e = edges[n];
+      for (int k = 1; k <= kGrowSteps; ++k) {
+        const std::size_t i = n * kGrowSteps + static_cast<std::size_t>(k - 1);
+        e.bad = slope(e.heading, k);
+        if (!ask_.goes(i)) {
+          e.binding = ask_.BindingAt(i);
+          break;
+        }
+        e.good = e.bad;
+        e.at_good = ask_.solution(i);
+      }
+    }
+    Narrow(&edges, sd);
+    return edges;
+  }
+
+  CreepingBatch ask_;
   std::size_t headings_;
-  bool unknown_, unknown_decides_ = false;
-  std::vector<vehicle::Motion> motions_;
-  std::vector<vehicle::Solution> solutions_;
-  std::vector<char> goes_;
 };
 
 }  // namespace
-
-vehicle::Motion MotionOn(double slope_rad, double heading_rad, double speed_m_per_s,
-                         double worse_by_sd, std::uint8_t soil) {
-  constexpr double kCreeping = 1e-9;  // [m/s]: at rest, about to move forward
-  const Attitude attitude = AttitudeOf(slope_rad, heading_rad);
-  vehicle::Motion m = vehicle::Motion::OnPath(std::max(speed_m_per_s, kCreeping), 0);
-  m.grade_rad = attitude.grade_rad;
-  m.bank_rad = attitude.bank_rad;
-  m.worse_by_sd = worse_by_sd;
-  m.soil.fill(soil);
-  return m;
-}
-
-bool Goes(const vehicle::Solution& s, const vehicle::SpeedOptions& o, bool unknown) {
-  using vehicle::kLimits, vehicle::kNoBalance, vehicle::kUntrained;
-  const bool untrained = (s.reasons & kUntrained) != 0;
-  if (!s.balanced) {
-    return unknown && untrained && (s.reasons & (kLimits & ~kNoBalance)) == 0;
-  }
-  return (s.reasons & kLimits) == 0 && (unknown || !untrained) && s.tip_margin >= o.tip_margin &&
-         s.torque_margin >= o.torque_margin && s.sinkage_margin >= o.sinkage_margin;
-}
 
 DrivenSlopes FindDrivenSlopes(vehicle::Solver* solver, std::uint8_t soil,
                               const vehicle::SpeedOptions& limits,
@@ -222,11 +238,11 @@ DrivenSlopes FindDrivenSlopes(vehicle::Solver* solver, std::uint8_t soil,
   const std::size_t n = levels.size();
   const auto middle =
       static_cast<std::size_t>(std::lower_bound(levels.begin(), levels.end(), 0) - levels.begin());
-  std::vector<std::vector<Interval>> found(n);
+  std::vector<Level> found(n, Level(headings));
   std::size_t done = 0;
   const auto tick = [&] { progress(static_cast<double>(done++) / static_cast<double>(n)); };
   tick();
-  found[middle] = search.Scan(std::vector<Interval>(headings, kAnySlope), kSteps, levels[middle]);
+  found[middle] = search.Scan(Level(headings, kAnySlope), kSteps, levels[middle]);
   for (std::size_t k = middle + 1; k < n; ++k) {
     tick();
     found[k] = search.Shrink(found[k - 1], levels[k]);
@@ -235,8 +251,9 @@ DrivenSlopes FindDrivenSlopes(vehicle::Solver* solver, std::uint8_t soil,
     tick();
     found[k] = search.Grow(found[k + 1], levels[k]);
   }
-  for (const auto& intervals : found) {
-    out.intervals.insert(out.intervals.end(), intervals.begin(), intervals.end());
+  for (const Level& l : found) {
+    out.intervals.insert(out.intervals.end(), l.intervals.begin(), l.intervals.end());
+    out.edges.insert(out.edges.end(), l.edges.begin(), l.edges.end());
   }
   out.level_sd = search.LevelSd();
   out.unknown_decides = search.unknown_decides();

@@ -15,7 +15,7 @@ namespace {
 using namespace grouser::terrain_map;
 namespace vehicle = grouser::vehicle;
 
-constexpr int kOk = 0, kFailed = 1, kUsage = 2;
+constexpr int kOk = 0, kFailed = 1, kUsage = 2, kNoPictures = 3;
 
 constexpr const char* kExamples =
     "Examples:\n"
@@ -25,7 +25,8 @@ constexpr const char* kExamples =
     "  grouser map FILE --elevation DEM.tif --soil-probability asphalt=A.tif --soil-probability"
     " ice=I.tif --out M\n"
     "  grouser map FILE --soil asphalt --check 500     # errors of the table, no raster\n"
-    "Exit codes: 0 ok, 1 failed or interrupted, 2 usage or bad input.";
+    "Exit codes: 0 ok, 1 failed or interrupted, 2 usage or bad input, 3 a map without its "
+    "pictures.";
 
 // "1=loam" -> {1, "loam"}
 std::pair<std::string, std::string> PartsOf(const std::string& option, const std::string& text) {
@@ -34,6 +35,29 @@ std::pair<std::string, std::string> PartsOf(const std::string& option, const std
     throw std::invalid_argument(option + ": got " + text + ", expected A=B");
   }
   return {text.substr(0, at), text.substr(at + 1)};
+}
+
+// As a shell takes it again. --pictures-by is of the front door, not of who called it.
+std::string CommandOf(int argc, char** argv) {
+  const auto quoted = [](const std::string& word) {
+    const bool plain = !word.empty() && word.find_first_not_of(
+                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                            "0123456789_-+=./,:@%") == std::string::npos;
+    if (plain) return word;
+    std::string out = "'";
+    for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return out + "'";
+  };
+  std::string command = "grouser map";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--pictures-by") {
+      ++i;
+    } else {
+      command += " " + quoted(word);
+    }
+  }
+  return command;
 }
 
 struct Arguments {
@@ -65,26 +89,40 @@ void ReadSoilOptions(const vehicle::VehicleFile& file, Arguments* a) {
       throw std::invalid_argument("--soils: got class " + value + ", expected a whole number");
     }
     SoilIndexOf(file, "--soils", soil);
+    for (const auto& [before, other] : s.classes) {
+      if (before != number) continue;
+      throw std::invalid_argument("--soils: got class " + value + " twice, expected it once");
+    }
     s.classes.emplace_back(number, soil);
   }
   for (const std::string& text : a->probabilities) {
     s.probabilities.push_back(PartsOf("--soil-probability", text));
     SoilIndexOf(file, "--soil-probability", s.probabilities.back().first);
   }
+  if (!(a->map.negligible >= 0)) {  // CLI's range lets "nan" through
+    throw std::invalid_argument("--negligible: got nan, expected 0 to 1");
+  }
   if (s.soil.empty()) s.soil = file.grounds.soils[0];
   SoilIndexOf(file, "--soil", s.soil);
 }
 
 void PrintErrors(const char* name, const Errors& e) {
-  std::cout << "  " << name << " (" << e.count << " states): median " << e.median << ", 95 % "
-            << e.p95 << ", largest " << e.largest << "\n";
+  std::cout << "  " << name << " (" << e.count << " states";
+  if (e.skipped > 0) std::cout << ", " << e.skipped << " without a number";
+  std::cout << "): median " << e.median << ", 95 % " << e.p95 << ", largest " << e.largest << "\n";
 }
 
 int Check(const vehicle::VehicleFile& file, const Arguments& a) {
   const std::uint8_t soil = SoilIndexOf(file, "--soil", a.map.soils.soil);
-  const SlopeTable table = BuildTable(file.vehicle, file.grounds, soil, a.map.table, [](double) {});
+  ProgressReport report(nullptr, isatty(STDERR_FILENO) != 0);
+  const Progress progress = [&](double done) { report.Tick(done); };
+  report.Stage("slopes and headings on " + a.map.soils.soil);
+  const SlopeTable table = BuildTable(file.vehicle, file.grounds, soil, a.map.table, progress);
+  report.Done();
+  report.Stage("direct solves");
   const TableErrors e =
-      CheckTable(file.vehicle, file.grounds, soil, a.map.table, table, a.check, 1);
+      CheckTable(file.vehicle, file.grounds, soil, a.map.table, table, a.check, 1, progress);
+  report.Done();
   std::cout << file.vehicle.name << " on " << table.soil << ", " << e.states
             << " random slopes and headings, table against direct solves:\n";
   PrintErrors("safe speed over the limit", e.speed);
@@ -109,7 +147,7 @@ void AddOptions(CLI::App* app, Arguments* a) {
                   "SOIL=GeoTIFF of its probability, once a soil; their sum is 1")
       ->take_all();
   app->add_option("--negligible", m.negligible,
-                  "Least probability of a soil that speed and energy look at")
+                  "Speed and energy leave out the least probable soils while their sum is below it")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app->add_option("--limit", limits.speed_limit_m_per_s, "Never faster [m/s]")
@@ -133,7 +171,6 @@ void AddOptions(CLI::App* app, Arguments* a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const HeldSignals signals;
   CLI::App app{
       "What a vehicle can drive of a terrain: speed made good, P(GO), energy per metre and "
       "what binds, as GeoTIFF."};
@@ -152,18 +189,15 @@ int main(int argc, char** argv) {
       throw std::invalid_argument("--elevation, --out: expected both (or --check N)");
     }
     if (a.no_pictures) a.map.pictures.clear();
-    a.map.command = "grouser map";
-    for (int i = 1; i < argc; ++i) {
-      if (std::string(argv[i]) == "--pictures-by") {
-        ++i;  // of the front door, not of who called it
-      } else {
-        a.map.command += " " + std::string(argv[i]);
-      }
-    }
+    a.map.command = CommandOf(argc, argv);
+    const HeldSignals signals;  // up to the end: then nothing is left to be cleaned up
     ProgressReport progress(&signals, isatty(STDERR_FILENO) != 0);
-    MakeMap(a.map, signals, &progress);
+    const std::string no_pictures = MakeMap(a.map, signals, &progress);
     std::cout << a.map.out << "\n";
-    return kOk;
+    if (no_pictures.empty()) return kOk;
+    std::cerr << "grouser-map: " << no_pictures << "; " << a.map.out
+              << " is complete but for its pictures\n";
+    return kNoPictures;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   } catch (const std::invalid_argument& e) {

@@ -60,11 +60,14 @@ std::vector<std::pair<int, std::string>> BindingNames() {
 void WriteMapJson(const std::filesystem::path& path, const MapOptions& o,
                   const vehicle::VehicleFile& file, const TerrainInput& terrain,
                   std::span<const SlopeTable> tables, const CellCounts& counts,
-                  const std::vector<std::string>& rasters) {
+                  const std::vector<std::string>& rasters, const std::function<void()>& tick) {
   const Grid& g = terrain.grid();
   Json inputs = Json::array(), soils = Json::array(), bands = Json::array(),
        binding = Json::object(), files = Json::array();
-  for (const std::string& f : terrain.files()) inputs.push_back(FileOf(f));
+  for (const std::string& f : terrain.files()) {
+    tick();
+    inputs.push_back(FileOf(f));
+  }
   for (const SlopeTable& t : tables) soils.push_back(SoilOf(t, file));
   for (const Direction& d : kDirections) bands.push_back(d.name);
   for (const auto& [value, name] : BindingNames()) binding[std::to_string(value)] = name;
@@ -97,7 +100,7 @@ void WriteMapJson(const std::filesystem::path& path, const MapOptions& o,
                     {"bands", bands},
                     {"binding", binding}};
   std::ofstream stream(path);
-  stream << out.dump(1) << "\n";
+  stream << out.dump(1, ' ', false, Json::error_handler_t::replace) << "\n";
   stream.close();
   if (!stream) throw std::runtime_error(path.string() + ": cannot be written");
 }

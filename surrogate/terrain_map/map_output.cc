@@ -38,13 +38,27 @@ OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(fol
     throw std::invalid_argument("--out: got " + folder_.string() +
                                 ", which is there, expected a folder that is not");
   }
-  partial_ = folder_.string() + ".partial-" + std::to_string(getpid());
+  const std::string name = folder_.string() + ".partial-" + std::to_string(getpid());
   std::error_code error;
-  std::filesystem::create_directories(partial_, error);
+  if (folder_.has_parent_path()) {
+    std::filesystem::create_directories(folder_.parent_path(), error);
+  }
+  // One that is there is of a process that was killed, or of another machine on the same disk.
+  bool made = false;
+  partial_ = name;
+  for (int n = 1; !error && !made; ++n) {
+    made = std::filesystem::create_directory(partial_, error);
+    if (!made && !error) partial_ = name + "-" + std::to_string(n);
+  }
   if (error) {
     throw std::invalid_argument("--out: " + partial_.string() +
                                 " cannot be made: " + error.message());
   }
+}
+
+std::size_t ThinnedSize(std::size_t side, std::size_t longest, std::size_t most) {
+  const std::size_t step = (longest + most - 1) / most;
+  return std::max<std::size_t>(2, side / step);
 }
 
 OutputFolder::~OutputFolder() {
@@ -123,9 +137,8 @@ std::vector<float> RasterOutput::Thinned(std::size_t most, std::size_t* columns,
                                          std::size_t* rows) {
   const auto width = static_cast<std::size_t>(data_->GetRasterXSize());
   const auto height = static_cast<std::size_t>(data_->GetRasterYSize());
-  const std::size_t step = (std::max(width, height) + most - 1) / most;
-  *columns = std::max<std::size_t>(1, width / step);
-  *rows = std::max<std::size_t>(1, height / step);
+  *columns = ThinnedSize(width, std::max(width, height), most);
+  *rows = ThinnedSize(height, std::max(width, height), most);
   std::vector<float> out(bands_ * *columns * *rows);
   for (std::size_t b = 0; b < bands_; ++b) {
     if (data_->GetRasterBand(static_cast<int>(b) + 1)

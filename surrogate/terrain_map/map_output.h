@@ -11,8 +11,8 @@
 
 namespace grouser::terrain_map {
 
-/// A folder that is written aside, as NAME.partial-PID beside it, and gets its name when all of it
-/// is there; else it is removed.
+/// A folder that is written aside, as NAME.partial-PID (or PID-1, ...) beside it, and gets its name
+/// when all of it is there; else it is removed.
 class OutputFolder {
  public:
   /// Throws std::invalid_argument where `folder` is there already or cannot be made.
@@ -25,6 +25,10 @@ class OutputFolder {
   std::filesystem::path folder_, partial_;
   bool published_ = false;
 };
+
+/// Cells of a side of a raster thinned out to about at most `most` a side: both sides by one step,
+/// neither below 2.
+std::size_t ThinnedSize(std::size_t side, std::size_t longest, std::size_t most);
 
 /// A raster that is written in windows, then made a cloud-optimised GeoTIFF: tiles of 512 cells,
 /// overviews of single cells (no means), DEFLATE.
@@ -43,7 +47,7 @@ class RasterOutput {
   /// `cells`: band by band, rows one after the other.
   void Write(const Window& window, std::span<const float> cells);
   void Write(const Window& window, std::span<const unsigned char> cells);
-  /// The whole raster thinned out to at most `most` rows and columns: band by band.
+  /// The whole raster thinned out (ThinnedSize): band by band.
   std::vector<float> Thinned(std::size_t most, std::size_t* columns, std::size_t* rows);
   void Finish(ProgressReport* progress);
 

@@ -10,6 +10,7 @@ import sys
 import matplotlib
 
 matplotlib.use("Agg")
+matplotlib.rcParams["text.parse_math"] = False  # a "$" in a name is one
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.colors import BoundaryNorm, ListedColormap  # noqa: E402
@@ -30,7 +31,7 @@ def hillshade(z, width, height):
 class Map:
     def __init__(self, folder):
         self.folder = folder
-        self.info = json.loads((folder / "map.json").read_text())
+        self.info = json.loads((folder / "map.json").read_text(encoding="utf-8"))
         x, width, _, y, _, height = self.info["grid"]["geotransform"]
         columns, rows = self.info["grid"]["columns"], self.info["grid"]["rows"]
         self.extent = np.array([0, columns * width, rows * height, 0])
@@ -111,7 +112,8 @@ def main(arguments):
         print(__doc__, file=sys.stderr)
         return 2
     drawn = Map(pathlib.Path(arguments[0]))
-    drawn.numbers("speed", "Speed made good", "m/s", "viridis", lambda c: (0, np.nanmax(c)))
+    drawn.numbers("speed", "Speed made good", "m/s", "viridis", 
+                  lambda c: (0, np.nanmax(c)) if np.isfinite(c).any() else (0, 1))
     drawn.numbers("energy", "Energy per metre of the map", "J/m", "magma_r",
                   lambda c: np.nanpercentile(c, [1, 99]) if np.isfinite(c).any() else (0, 1))
     drawn.numbers("go_least", "P(GO), creeping", "probability", "RdYlGn", lambda c: (0, 1), cover=False)

@@ -201,7 +201,8 @@ std::uint8_t SoilIndexOf(const vehicle::VehicleFile& file, const std::string& op
   return static_cast<std::uint8_t>(found - soils.begin());
 }
 
-void MakeMap(const MapOptions& options, const HeldSignals& signals, ProgressReport* progress) {
+std::string MakeMap(const MapOptions& options, const HeldSignals& signals,
+                    ProgressReport* progress) {
   const vehicle::VehicleFile file = vehicle::ReadVehicle(options.vehicle);
   const TerrainInput terrain(options.elevation, options.soils);
   for (const std::string& soil : terrain.soils()) SoilIndexOf(file, "soils", soil);
@@ -223,15 +224,26 @@ void MakeMap(const MapOptions& options, const HeldSignals& signals, ProgressRepo
       names.push_back(raster.name());
     }
   }
-  WriteMapJson(folder.partial() / "map.json", options, file, terrain, tables, counts, names);
+  progress->Stage("writing map.json");
+  WriteMapJson(folder.partial() / "map.json", options, file, terrain, tables, counts, names,
+               [&] { progress->Tick(0); });
+  std::string no_pictures;
   if (!options.pictures.empty()) {
     progress->Stage("drawing pictures");
-    KeepThinnedElevation(folder.partial(), terrain);
-    DrawPictures(options.pictures, folder.partial(), signals, progress);
+    try {
+      KeepThinnedElevation(folder.partial(), terrain);
+      DrawPictures(options.pictures, folder.partial(), signals, progress);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::exception& e) {  // the map is what was asked for first
+      no_pictures = e.what();
+      RemovePictures(folder.partial());
+    }
     progress->Done();
   }
   progress->Tick(1);
   folder.Publish();
+  return no_pictures;
 }
 
 }  // namespace grouser::terrain_map

@@ -19,7 +19,7 @@ struct MapOptions {
   std::string vehicle, elevation, out;
   SoilSources soils;
   TableOptions table;
-  double negligible = 0.05;  ///< least probability of a soil that speed and energy look at
+  double negligible = 0.05;  ///< of AnswerOf
   std::string pictures;      ///< Python script that draws them; empty: none
   std::string command;       ///< as it was called, for map.json
 };
@@ -53,8 +53,10 @@ struct CellCounts {
   std::uint64_t all_ways = 0, no_way = 0;  ///< driven on all of the eight headings; on none
 };
 
-/// Makes the map. Throws std::invalid_argument for bad input, Interrupted.
-void MakeMap(const MapOptions& options, const HeldSignals& signals, ProgressReport* progress);
+/// Makes the map. Returns why it has no pictures though some were asked for; else "". Throws
+/// std::invalid_argument for bad input, Interrupted.
+std::string MakeMap(const MapOptions& options, const HeldSignals& signals,
+                    ProgressReport* progress);
 
 /// Index of a soil of the vehicle file. Throws std::invalid_argument "OPTION: ...".
 std::uint8_t SoilIndexOf(const vehicle::VehicleFile& file, const std::string& option,

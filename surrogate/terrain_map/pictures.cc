@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -46,13 +47,16 @@ void KeepThinned(const std::filesystem::path& folder, RasterOutput* raster) {
 
 void KeepThinnedElevation(const std::filesystem::path& folder, const TerrainInput& terrain) {
   const Grid& g = terrain.grid();
-  const std::size_t step = (std::max(g.columns, g.rows) + kMostPixels - 1) / kMostPixels;
-  const std::size_t columns = g.columns / step, rows = g.rows / step;
+  const std::size_t longest = std::max(g.columns, g.rows);
+  const std::size_t columns = ThinnedSize(g.columns, longest, kMostPixels);
+  const std::size_t rows = ThinnedSize(g.rows, longest, kMostPixels);
   std::vector<float> values, row;
   for (std::size_t r = 0; r < rows; ++r) {
-    terrain.ReadElevation({0, static_cast<std::ptrdiff_t>(r * step + step / 2), g.columns, 1},
-                          &row);
-    for (std::size_t c = 0; c < columns; ++c) values.push_back(row[c * step + step / 2]);
+    const std::size_t from = (2 * r + 1) * g.rows / (2 * rows);
+    terrain.ReadElevation({0, static_cast<std::ptrdiff_t>(from), g.columns, 1}, &row);
+    for (std::size_t c = 0; c < columns; ++c) {
+      values.push_back(row[(2 * c + 1) * g.columns / (2 * columns)]);
+    }
   }
   WriteNpy(folder / "thinned" / "elevation.npy", values, 1, rows, columns);
 }
@@ -71,19 +75,31 @@ void DrawPictures(const std::string& script, const std::filesystem::path& folder
   if (error != 0) throw std::runtime_error(python + ": " + std::strerror(error));
   int status = 0;
   try {
-    while (waitpid(child, &status, WNOHANG) == 0) {
+    pid_t ended = 0;
+    while ((ended = waitpid(child, &status, WNOHANG)) == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       progress->Tick(0);
     }
+    if (ended < 0) throw std::runtime_error(script + ": " + std::strerror(errno));
   } catch (...) {
     kill(child, SIGTERM);
     waitpid(child, &status, 0);
     throw;
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw std::runtime_error(script + ": failed; the map can be made with --no-pictures");
+    throw std::runtime_error(script + ": failed");
   }
   std::filesystem::remove_all(folder / "thinned");
+}
+
+void RemovePictures(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove_all(folder / "thinned", error);
+  std::vector<std::filesystem::path> drawn;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".png") drawn.push_back(entry.path());
+  }
+  for (const auto& picture : drawn) std::filesystem::remove(picture, error);
 }
 
 }  // namespace grouser::terrain_map

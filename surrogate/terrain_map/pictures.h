@@ -9,7 +9,8 @@
 
 namespace grouser::terrain_map {
 
-/// Writes FOLDER/thinned/NAME.npy (float32, bands x rows x columns of at most 900) for the script
+/// Writes FOLDER/thinned/NAME.npy (float32, bands x rows x columns, ThinnedSize
+/// of 900) for the script
 /// that draws: it needs no GDAL.
 void KeepThinned(const std::filesystem::path& folder, RasterOutput* raster);
 void KeepThinnedElevation(const std::filesystem::path& folder, const TerrainInput& terrain);
@@ -18,5 +19,7 @@ void KeepThinnedElevation(const std::filesystem::path& folder, const TerrainInpu
 /// where the script fails, Interrupted having ended it.
 void DrawPictures(const std::string& script, const std::filesystem::path& folder,
                   const HeldSignals& signals, ProgressReport* progress);
+/// What a script that failed has left, and FOLDER/thinned.
+void RemovePictures(const std::filesystem::path& folder);
 
 }  // namespace grouser::terrain_map

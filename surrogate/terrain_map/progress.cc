@@ -11,13 +11,17 @@ HeldSignals::HeldSignals() {
   sigemptyset(&held_);
   sigaddset(&held_, SIGINT);
   sigaddset(&held_, SIGTERM);
+  sigaddset(&held_, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &held_, &before_);
 }
 
 bool HeldSignals::Pending() const {
   sigset_t pending;
   sigpending(&pending);
-  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (sigismember(&pending, signal) == 1) return true;
+  }
+  return false;
 }
 
 double ProgressReport::Elapsed() const {
@@ -32,7 +36,7 @@ void ProgressReport::Stage(const std::string& name) {
 }
 
 void ProgressReport::Tick(double done) {
-  if (signals_->Pending()) {
+  if (signals_ != nullptr && signals_->Pending()) {
     if (live_) std::fputs("\r\x1b[K", stderr);
     throw Interrupted("interrupted while " + stage_ + "; nothing was left behind");
   }

@@ -8,14 +8,14 @@
 
 namespace grouser::terrain_map {
 
-/// SIGINT or SIGTERM came.
+/// SIGINT, SIGTERM or SIGHUP came.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Holds SIGINT and SIGTERM back, so that work ends where it looks for them and cleans up. Before
-/// any thread is made.
+/// Holds SIGINT, SIGTERM and SIGHUP back, so that work ends where it looks for them and cleans up.
+/// Before any thread is made.
 class HeldSignals {
  public:
   HeldSignals();
@@ -31,6 +31,7 @@ class HeldSignals {
 /// else a line a quarter.
 class ProgressReport {
  public:
+  /// `signals` may be null: none are held.
   ProgressReport(const HeldSignals* signals, bool live) : signals_(signals), live_(live) {}
   void Stage(const std::string& name);
   /// Share of the stage that is done. Throws Interrupted.

@@ -5,13 +5,20 @@
 #include <ogr_spatialref.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace grouser::terrain_map {
 namespace {
+
+constexpr double kMostHeight = 2e4;    // [m]
+constexpr double kMostStretch = 0.02;  // of a metre of the map on the ground
+constexpr const char* kMetres =
+    "a projected one with metres of the ground (gdalwarp -t_srs EPSG:..., such as UTM)";
 
 void Close(GDALDataset* data) { GDALClose(data); }
 
@@ -40,7 +47,7 @@ std::string GdalCause() {
 }
 
 RasterInput::RasterInput(const std::string& file, const std::string& what, bool heights)
-    : file_(file), what_(what), data_(nullptr, Close) {
+    : file_(file), what_(what), heights_(heights), data_(nullptr, Close) {
   CPLErrorReset();
   data_.reset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (data_ == nullptr) Refuse("no raster (" + GdalCause() + ")", "a GeoTIFF");
@@ -52,7 +59,7 @@ RasterInput::RasterInput(const std::string& file, const std::string& what, bool 
   if (GDALDataTypeIsComplex(data_->GetRasterBand(1)->GetRasterDataType()) != 0) {
     Refuse("complex numbers", "real ones");
   }
-  CheckPlace(heights);
+  CheckPlace();
   int given = 0;
   const double scale = data_->GetRasterBand(1)->GetScale(&given);
   if (given != 0) scale_ = scale;
@@ -66,8 +73,8 @@ void RasterInput::Refuse(const std::string& got, const std::string& expected) co
   throw std::invalid_argument(file_ + ": " + what_ + ": got " + got + ", expected " + expected);
 }
 
-void RasterInput::CheckPlace(bool heights) {
-  const std::string metres = "a projected one in metres (gdalwarp -t_srs EPSG:..., such as UTM)";
+void RasterInput::CheckPlace() {
+  const std::string metres = kMetres;
   const OGRSpatialReference* crs = data_->GetSpatialRef();
   if (crs == nullptr || crs->IsEmpty()) Refuse("no coordinate reference system", metres);
   grid_.crs_name = TextOf(crs->GetName());
@@ -82,11 +89,6 @@ void RasterInput::CheckPlace(bool heights) {
   if (std::fabs(crs->GetLinearUnits(&unit) - 1) > 1e-9) {
     Refuse("a coordinate reference system in " + TextOf(unit), metres);
   }
-  if (TextOf(crs->GetAttrValue("PROJECTION")).starts_with("Mercator")) {
-    Refuse(
-        "a Mercator projection (" + grid_.crs_name + "), whose metres are not metres on the ground",
-        metres);
-  }
   std::array<double, 6>& t = grid_.transform;
   if (data_->GetGeoTransform(t.data()) != CE_None) Refuse("no geotransform", "one");
   if (t[2] != 0 || t[4] != 0 || !(t[1] > 0) || !(t[5] < 0) || !std::isfinite(t[1] * t[5])) {
@@ -96,10 +98,69 @@ void RasterInput::CheckPlace(bool heights) {
   if (grid_.columns < 3 || grid_.rows < 3) {
     Refuse(fmt::format("{} x {} cells", grid_.columns, grid_.rows), "3 x 3 or more");
   }
-  const std::string cells = TextOf(data_->GetRasterBand(1)->GetUnitType());
-  if (heights && !cells.empty() && cells != "m" && cells != "metre" && cells != "meter") {
-    Refuse("heights in " + cells, "metres");
+  CheckLengths();
+  const std::string unit_type = TextOf(data_->GetRasterBand(1)->GetUnitType());
+  std::string cells = unit_type;
+  std::transform(cells.begin(), cells.end(), cells.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kUnits = {"", "m", "metre", "metres", "meter", "meters"};
+  if (heights_ && std::find(kUnits.begin(), kUnits.end(), cells) == kUnits.end()) {
+    Refuse("heights in " + unit_type, "metres");
   }
+}
+
+// Steps of a cell to the east, north-east, south-east and south at centre and corners, by the radii
+// of curvature M, N of the ellipsoid: ds^2 = (M dlat)^2 + (N cos(lat) dlon)^2.
+void RasterInput::CheckLengths() const {
+  OGRSpatialReference crs(*data_->GetSpatialRef());
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const std::unique_ptr<OGRSpatialReference> degrees(crs.CloneGeogCS());
+  if (degrees == nullptr) Refuse("no ellipsoid (" + grid_.crs_name + ")", kMetres);
+  degrees->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const std::unique_ptr<OGRCoordinateTransformation> to(
+      OGRCreateCoordinateTransformation(&crs, degrees.get()));
+  if (to == nullptr) Refuse("no way to degrees (" + GdalCause() + ")", kMetres);
+  const double a = crs.GetSemiMajor(), flattening = crs.GetInvFlattening();
+  const double f = flattening > 0 ? 1 / flattening : 0, e2 = f * (2 - f);
+  const double radians = degrees->GetAngularUnits();
+  const auto& t = grid_.transform;
+  const auto columns = static_cast<double>(grid_.columns), rows = static_cast<double>(grid_.rows);
+  const std::array<std::array<double, 2>, 5> places = {{{columns / 2, rows / 2},
+                                                        {0.5, 0.5},
+                                                        {columns - 0.5, 0.5},
+                                                        {0.5, rows - 0.5},
+                                                        {columns - 0.5, rows - 0.5}}};
+  const std::array<std::array<double, 2>, 4> steps = {{{1, 0}, {1, -1}, {1, 1}, {0, 1}}};
+  for (const auto& [column, row] : places) {
+    for (const auto& [east, south] : steps) {
+      std::array<double, 2> x, y;
+      for (const int end : {0, 1}) {
+        x[end] = t[0] + t[1] * (column + (end - 0.5) * east);
+        y[end] = t[3] + t[5] * (row + (end - 0.5) * south);
+      }
+      if (to->Transform(2, x.data(), y.data()) == FALSE) {
+        Refuse(fmt::format("cells outside of the projection {}", grid_.crs_name), kMetres);
+      }
+      const double lat = (y[0] + y[1]) / 2 * radians, w = 1 - e2 * std::pow(std::sin(lat), 2);
+      const double north = a * (1 - e2) / std::pow(w, 1.5) * (y[1] - y[0]) * radians;
+      const double along = a / std::sqrt(w) * std::cos(lat) *
+                           std::remainder((x[1] - x[0]) * radians, 2 * std::numbers::pi);
+      const double share = std::hypot(north, along) / std::hypot(t[1] * east, t[5] * south);
+      if (std::fabs(share - 1) <= kMostStretch) continue;
+      Refuse(fmt::format("a projection ({}) whose metre is {:.3f} m on the ground at column {:.0f},"
+                         " row {:.0f}",
+                         grid_.crs_name, share, std::floor(column), std::floor(row)),
+             kMetres);
+    }
+  }
+}
+
+void RasterInput::CheckNumber(double value, std::ptrdiff_t column, std::ptrdiff_t row) const {
+  const bool finite = std::isfinite(value);
+  if (finite && (!heights_ || std::fabs(value) <= kMostHeight)) return;
+  Refuse(fmt::format("{} at column {}, row {}", value, column, row),
+         std::string(finite ? "a height within 20 km of 0" : "a finite number") +
+             ", or a nodata value that says that there is none");
 }
 
 void RasterInput::CheckSameGrid(const RasterInput& reference) const {
@@ -155,13 +216,11 @@ void RasterInput::Read(const Window& w, std::vector<float>* out) const {
       const std::size_t i = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) +
                             static_cast<std::size_t>(c);
       if (valid[i] == 0) continue;
-      if (!std::isfinite(values[i])) {
-        Refuse(fmt::format("{} at column {}, row {}", values[i], left + c, top + r),
-               "a finite number, or a nodata value that says that there is none");
-      }
+      const double value = values[i] * scale_ + offset_;
+      CheckNumber(value, left + c, top + r);
       const auto row = static_cast<std::size_t>(top + r - w.row);
       const auto column = static_cast<std::size_t>(left + c - w.column);
-      (*out)[row * w.columns + column] = static_cast<float>(values[i] * scale_ + offset_);
+      (*out)[row * w.columns + column] = static_cast<float>(value);
     }
   }
 }

@@ -25,11 +25,13 @@ struct Window {
   std::size_t cells() const { return columns * rows; }
 };
 
-/// One band of numbers that GDAL reads, checked: north up, projected, metres. Every refusal is a
+/// One band of numbers that GDAL reads, checked: north up, projected, metres that are metres on the
+/// ground within 2 %. Every refusal is a
 /// std::invalid_argument "FILE: got X, expected Y".
 class RasterInput {
  public:
-  /// `what`: of what kind it is, for messages. `heights`: the unit of the cells has to be metres.
+  /// `what`: of what kind it is, for messages. `heights`: the unit of the cells has to be metres,
+  /// and they lie within 20 km of 0.
   RasterInput(const std::string& file, const std::string& what, bool heights);
   ~RasterInput();
   RasterInput(RasterInput&&) noexcept;
@@ -44,9 +46,12 @@ class RasterInput {
 
  private:
   [[noreturn]] void Refuse(const std::string& got, const std::string& expected) const;
-  void CheckPlace(bool heights);
+  void CheckPlace();
+  void CheckLengths() const;
+  void CheckNumber(double value, std::ptrdiff_t column, std::ptrdiff_t row) const;
 
   std::string file_, what_;
+  bool heights_;
   Grid grid_;
   std::unique_ptr<GDALDataset, void (*)(GDALDataset*)> data_;
   double scale_ = 1, offset_ = 0;

@@ -10,7 +10,10 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-double Mix(double a, double b, double share) { return a + share * (b - a); }
+// What has no share may be NaN.
+double Mix(double a, double b, double share) {
+  return share == 0 ? a : share == 1 ? b : a + share * (b - a);
+}
 
 }  // namespace
 

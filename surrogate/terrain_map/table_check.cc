@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "surrogate/terrain_map/creeping.h"
 #include "surrogate/terrain_map/slope.h"
 #include "surrogate/vehicle/energy.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 Errors ErrorsOf(std::vector<double> errors) {
   Errors out;
+  out.skipped = std::erase_if(errors, [](double e) { return std::isnan(e); });
   out.count = errors.size();
   if (errors.empty()) return out;
   std::sort(errors.begin(), errors.end());
@@ -37,11 +39,31 @@ double ToEdge(const SlopeTable& table, double slope, double heading) {
   return 0.5;
 }
 
+// Highest safe speed [m/s] of one state by itself; 0: not even creeping.
+double SafeSpeed(vehicle::Solver* solver, const SlopeHeading& at, std::uint8_t soil,
+                 const vehicle::SpeedOptions& limits) {
+  constexpr int kLevels = 256;
+  const auto goes = [&](int level) {
+    const vehicle::Motion m =
+        MotionOn(at.slope_rad, at.heading_rad, limits.speed_limit_m_per_s * level / kLevels,
+                 limits.worse_by_sd, soil);
+    vehicle::Solution s;
+    solver->Solve({&m, 1}, {&s, 1});
+    return Goes(s, limits, false);
+  };
+  if (!goes(0)) return 0;
+  int low = 0, high = kLevels + 1;
+  for (int level = kLevels; high - low > 1; level = (low + high) / 2) {
+    (goes(level) ? low : high) = level;
+  }
+  return limits.speed_limit_m_per_s * low / kLevels;
+}
+
 }  // namespace
 
 TableErrors CheckTable(const vehicle::Vehicle& vehicle, const vehicle::Grounds& grounds,
                        std::uint8_t soil, const TableOptions& options, const SlopeTable& table,
-                       std::size_t states, std::uint32_t seed) {
+                       std::size_t states, std::uint32_t seed, const Progress& progress) {
   double steepest = 0.05;
   for (std::size_t h = 0; h < table.headings; ++h) {
     const Interval& i = table.least[table.risk * table.headings + h];
@@ -53,8 +75,6 @@ TableErrors CheckTable(const vehicle::Vehicle& vehicle, const vehicle::Grounds& 
   for (SlopeHeading& s : at) {
     s = {1.2 * steepest * even(random), 2 * std::numbers::pi * even(random)};
   }
-  const std::vector<vehicle::SpeedPoint> plan =
-      SafeSpeeds(vehicle, grounds, soil, options.limits, at);
   vehicle::SpeedPlanner planner(vehicle, grounds, 1);
   vehicle::Solver solver(vehicle, grounds);
 
@@ -62,12 +82,13 @@ TableErrors CheckTable(const vehicle::Vehicle& vehicle, const vehicle::Grounds& 
   out.states = states;
   std::vector<double> speed, energy, direct_energy, go;
   for (std::size_t i = 0; i < states; ++i) {
+    progress(static_cast<double>(i) / static_cast<double>(states));
     const auto [slope, heading] = at[i];
     const GroundAnswer answer = table.At(slope, heading);
     const vehicle::Motion creeping = MotionOn(slope, heading, 0, 0, soil);
     go.push_back(
         std::fabs(answer.go.least - planner.ProbabilityToGo(creeping, options.limits).least));
-    const double direct = plan[i].safe_m_per_s;
+    const double direct = SafeSpeed(&solver, at[i], soil, options.limits);
     if ((direct > 0) != (answer.safe_m_per_s > 0)) {
       ++(direct > 0 ? out.only_direct : out.only_table);
       out.edge_rad = std::max(out.edge_rad, ToEdge(table, slope, heading));
@@ -77,8 +98,7 @@ TableErrors CheckTable(const vehicle::Vehicle& vehicle, const vehicle::Grounds& 
     speed.push_back(std::fabs(answer.safe_m_per_s - direct) / options.limits.speed_limit_m_per_s);
     const vehicle::PowerInterval power =
         PowerOf(&solver, MotionOn(slope, heading, direct, 0, soil));
-    if (!power.solution.balanced) continue;
-    const double there = power.mean.electric / direct;
+    const double there = power.solution.balanced ? power.mean.electric / direct : std::nan("");
     const double here = table.PowerAt(slope, heading, answer.safe_m_per_s) / answer.safe_m_per_s;
     energy.push_back(std::fabs(here - there));
     direct_energy.push_back(std::fabs(there));

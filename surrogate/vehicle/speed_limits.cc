@@ -58,7 +58,7 @@ double SpeedPlanner::Slack(const Solution& s, const SpeedOptions& o) const {
                    s.sinkage_margin - std::max(0.0, o.sinkage_margin)});
 }
 
-Binding SpeedPlanner::BindingOf(const Motion& m, const Solution& s, const SpeedOptions& o) const {
+Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& o, double g) {
   if ((s.reasons & kBadInput) != 0) return Binding::kInput;
   if (s.tip_margin < o.tip_margin) return Binding::kRollover;
   if ((s.reasons & kSinksIn) != 0 || s.sinkage_margin < o.sinkage_margin) return Binding::kSinkage;
@@ -67,7 +67,6 @@ Binding SpeedPlanner::BindingOf(const Motion& m, const Solution& s, const SpeedO
     return Binding::kModelDomain;
   }
   if (s.balanced) return Binding::kTorque;
-  const double g = vehicle_.gravity_m_per_s2;
   const double along = std::fabs(m.acceleration_m_per_s2 + g * std::sin(m.grade_rad));
   const double across = std::fabs(m.v_x_m_per_s * m.yaw_rate_rad_per_s + g * std::sin(m.bank_rad));
   return along > across ? Binding::kTraction : Binding::kLateralGrip;

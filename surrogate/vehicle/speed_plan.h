@@ -48,6 +48,9 @@ enum class Binding : std::uint8_t {
   kInput
 };
 const char* NameOf(Binding binding);
+/// Of a motion whose solution is not within the limits; `gravity` [m/s^2].
+Binding BindingOf(const Motion& motion, const Solution& solution, const SpeedOptions& options,
+                  double gravity);
 
 struct SpeedPoint {
   double safe_m_per_s = 0;  ///< highest at constant speed; 0: cannot be driven (see binding)
@@ -107,7 +110,9 @@ class SpeedPlanner {
   /// Every solution is judged by it: throws Stopped where the options ask for that.
   double Slack(const Solution& s, const SpeedOptions& options) const;
   bool Good(const Solution& s, const SpeedOptions& options) const { return Slack(s, options) >= 0; }
-  Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const;
+  Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const {
+    return vehicle::BindingOf(m, s, options, vehicle_.gravity_m_per_s2);
+  }
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);

@@ -31,6 +31,8 @@ struct Made {
   int epsg = 32632;  // 0: none
   int bands = 1;
   bool nodata = true;
+  const char* unit = "";
+  double scale = 1;
   GDALDataType type = GDT_Float32;
 };
 
@@ -51,7 +53,13 @@ class TerrainMap : public ::testing::Test {
     d->SetGeoTransform(transform);
     if (m.epsg != 0) {
       OGRSpatialReference crs;
-      crs.importFromEPSG(m.epsg);
+      if (m.epsg == 54008) {  // ESRI's; sheared, every cell's sides are as long as they say
+        crs.SetSinusoidal(-60, 0, 0);
+        crs.SetProjCS("Sinusoidal");
+        crs.SetWellKnownGeogCS("WGS84");
+      } else {
+        crs.importFromEPSG(m.epsg);
+      }
       d->SetSpatialRef(&crs);
     }
     std::vector<double> cells;
@@ -59,6 +67,8 @@ class TerrainMap : public ::testing::Test {
       for (int c = 0; c < m.columns; ++c) cells.push_back(heights(m.cell * c, -m.cell * r));
     }
     for (int b = 1; b <= m.bands; ++b) {
+      d->GetRasterBand(b)->SetUnitType(m.unit);
+      if (m.scale != 1) d->GetRasterBand(b)->SetScale(m.scale);
       if (m.nodata) d->GetRasterBand(b)->SetNoDataValue(kHole);
       EXPECT_EQ(d->GetRasterBand(b)->RasterIO(GF_Write, 0, 0, m.columns, m.rows, cells.data(),
                                               m.columns, m.rows, GDT_Float64, 0, 0, nullptr),
@@ -68,14 +78,15 @@ class TerrainMap : public ::testing::Test {
     return file;
   }
   std::string Out() const { return folder_ / "map"; }
-  std::string Call(const std::string& arguments) const {
-    return std::string(GROUSER_MAP) + " " + kHusky +
+  std::string Call(const std::string& arguments, const std::string& vehicle = kHusky) const {
+    return std::string(GROUSER_MAP) + " " + vehicle +
            " --limit 0.5 --heading-nodes 24 --slope-nodes 9 " + arguments + " --out " + Out() +
            " >" + (folder_ / "out").string() + " 2>" + (folder_ / "error").string();
   }
-  int Run(const std::string& arguments) {
+  int Run(const std::string& arguments, const std::string& vehicle = kHusky,
+          const std::string& before = "") {
     fs::remove_all(Out());
-    const int status = std::system(Call(arguments).c_str());
+    const int status = std::system((before + Call(arguments, vehicle)).c_str());
     std::stringstream text;
     text << std::ifstream(folder_ / "error").rdbuf();
     error_ = text.str();
@@ -213,7 +224,9 @@ TEST_F(TerrainMap, IsACloudOptimisedGeoTiff) {
     const bool bytes = std::string(name) == "binding";
     EXPECT_EQ(band->GetRasterDataType(), bytes ? GDT_Byte : GDT_Float32);
     EXPECT_TRUE(bytes ? nodata == 255 : std::isnan(nodata));
-    if (std::string(name) != "slope") EXPECT_STREQ(d->GetRasterBand(4)->GetDescription(), "000");
+    if (std::string(name) != "slope") {
+      EXPECT_STREQ(d->GetRasterBand(4)->GetDescription(), "000");
+    }
     EXPECT_NE(d->GetSpatialRef(), nullptr);
     GDALClose(d);
   }
@@ -258,7 +271,10 @@ TEST_F(TerrainMap, RefusesBadRasters) {
   Refused(with([](Made* m) { m->epsg = 4326; }), {"in degrees", "WGS 84", "gdalwarp"});
   Refused(with([](Made* m) { m->epsg = 0; }), {"no coordinate reference system"});
   Refused(with([](Made* m) { m->epsg = 2263; }), {"foot"});
-  Refused(with([](Made* m) { m->epsg = 3857; }), {"Mercator"});
+  Refused(with([](Made* m) { m->epsg = 3857; }), {"Mercator", "whose metre is 0.7"});
+  Refused(with([](Made* m) { m->epsg = 32662; }), {"Plate Carree", "on the ground"});
+  Refused(with([](Made* m) { m->epsg = 4087; }), {"Equidistant Cylindrical", "on the ground"});
+  Refused(with([](Made* m) { m->epsg = 54008; }), {"Sinusoidal", "on the ground"});
   Refused(with([](Made* m) { m->bands = 2; }), {"2 bands"});
   Refused(with([](Made* m) { m->columns = 2; }), {"2 x 20 cells"});
   Refused("--elevation " + (folder_ / "none.tif").string(), {"none.tif", "expected a GeoTIFF"});
@@ -267,6 +283,16 @@ TEST_F(TerrainMap, RefusesBadRasters) {
       {"nan at column 4, row 0"});
   Refused("--elevation " + Make("inf.tif", [](double e, double) { return e == 8 ? INFINITY : 3; }),
           {"inf at"});
+  for (const double wall : {-32768.0, 1e300, -3.4028235e38, 20001.0}) {  // nodata, not declared
+    Made m;
+    m.type = GDT_Float64;
+    Refused(
+        "--elevation " + Make(
+                             "wall.tif", [=](double e, double) { return e == 8 ? wall : 3; }, m),
+        {"at column 4, row 0", "a height within 20 km", "or a nodata value"});
+  }
+  Refused(with([](Made* m) { m->scale = 1e3; }), {"a height within 20 km"});
+  Refused(with([](Made* m) { m->unit = "ft"; }), {"heights in ft"});
   Refused("--elevation " + Make("empty.tif", [](double, double) { return kHole; }), {"hole"});
   const std::string dem = "--elevation " + Make("dem.tif", plane) + " --soils 1=ice --soil-class ";
   const auto ones = [](double, double) { return 1.0; };
@@ -280,34 +306,189 @@ TEST_F(TerrainMap, RefusesBadRasters) {
   Refused(dem + soil([](Made* m) { m->cell = 2.1; }), {"cells of 2.1"});
   Refused(dem + soil([](Made* m) { m->epsg = 32633; }), {"zone 33N"});
   Refused("", {"--elevation"});
+  const std::string class_1 = dem + soil([](Made*) {});
+  Refused(class_1 + " --soils 1=asphalt", {"got class 1 twice"});
+  Refused(dem.substr(0, dem.find(" --soils")) + " --negligible nan", {"--negligible: got nan"});
   fs::create_directories(Out());
   EXPECT_EQ(WEXITSTATUS(std::system(Call("--elevation " + Make("dem.tif", plane)).c_str())), 2)
       << "is there";
 }
 
-// SIGTERM leaves nothing, SIGKILL nothing of the map's name.
-TEST_F(TerrainMap, EndsCleanly) {
+TEST_F(TerrainMap, TakesMetresByAnyName) {
+  for (const char* unit : {"Metre", "meters"}) {
+    Made m;
+    m.unit = unit;
+    EXPECT_EQ(Run("--elevation " + Make("unit.tif", Plane(5, 0), m)), 0) << error_;
+  }
+  Made m;  // a projection near its line of true length
+  m.epsg = 32662;
+  m.north = 10;
+  EXPECT_EQ(Run("--elevation " + Make("equator.tif", Plane(5, 0), m)), 0) << error_;
+}
+
+// A folder that a killed process left is not taken over.
+TEST_F(TerrainMap, LeavesOtherPartialFoldersAlone) {
+  const std::string stale = Out() + ".partial-$$";
+  ASSERT_EQ(Run("--elevation " + Make("plane.tif", Plane(5, 0)), kHusky,
+                "mkdir " + stale + " " + stale + "-1; touch " + stale + "/stale.tif; exec "),
+            0)
+      << error_;
+  EXPECT_TRUE(fs::exists(Out() + "/speed.tif"));
+  EXPECT_FALSE(fs::exists(Out() + "/stale.tif"));
+  EXPECT_EQ(Maps(), 3);
+}
+
+TEST_F(TerrainMap, NamesThatAreNoUtf8) {
+  const std::string file = Make("h\xf6he n.tif", Plane(5, 0));
+  ASSERT_EQ(Run("--elevation '" + file + "'"), 0) << error_;
+  std::ifstream stream(Out() + "/map.json");
+  const auto info = nlohmann::json::parse(stream);
+  const std::string expected = (folder_ / "h\xef\xbf\xbdhe n.tif").string();
+  EXPECT_EQ(info["inputs"][0]["file"], expected);
+  EXPECT_NE(info["command"].get<std::string>().find("--elevation '" + expected + "'"),
+            std::string::npos)
+      << info["command"];
+}
+
+class TerrainPictures : public TerrainMap {
+ protected:
+  void SetUp() override {
+    TerrainMap::SetUp();
+    if (std::system("/usr/bin/python3 -c 'import matplotlib, PIL' 2>/dev/null") != 0) {
+      GTEST_SKIP() << "no python3-matplotlib, python3-pil";
+    }
+  }
+  const std::string by_ =
+      " --pictures-by " GROUSER_SOURCE "/surrogate/terrain_map/map_pictures.py ";
+  void ExpectPictures() const {
+    for (const char* name : {"speed", "energy", "go_least", "binding"}) {
+      const fs::path picture = Out() + "/" + name + ".png";
+      ASSERT_TRUE(fs::exists(picture)) << name;
+      GDALDataset* d = GDALDataset::Open(picture.c_str(), GDAL_OF_RASTER);
+      ASSERT_NE(d, nullptr) << name;
+      EXPECT_GT(d->GetRasterXSize(), 1000) << name;
+      GDALClose(d);
+    }
+    EXPECT_FALSE(fs::exists(Out() + "/thinned"));
+  }
+};
+
+TEST_F(TerrainPictures, OfTheExampleTerrain) {
+  const std::string terrain = (folder_ / "terrain").string();
+  ASSERT_EQ(std::system(("/usr/bin/python3 " GROUSER_SOURCE
+                         "/surrogate/terrain_map/example/make_terrain.py --cells 60 " +
+                         terrain)
+                            .c_str()),
+            0);
+  ASSERT_EQ(Run("--elevation " + terrain + "/elevation.tif --soil-class " + terrain +
+                "/soil.tif --soils 1=asphalt,2=ice" + by_),
+            0)
+      << error_;
+  ExpectPictures();
+}
+
+TEST_F(TerrainPictures, OfAStripAndANameWithADollar) {
+  std::stringstream text;
+  text << std::ifstream(kHusky).rdbuf();
+  std::string yaml = text.str();
+  const std::size_t at = yaml.find("name: ");
+  ASSERT_NE(at, std::string::npos);
+  yaml.replace(at, yaml.find('\n', at) - at, "name: 'h$u_{s'");
+  const std::string copy = (folder_ / "dollar.vehicle.yaml").string();
+  std::ofstream(copy) << yaml;
+  Made m;
+  m.columns = 4;
+  m.rows = 2000;
+  ASSERT_EQ(Run("--elevation " + Make("strip.tif", Plane(5, 30), m) + by_, copy), 0) << error_;
+  ExpectPictures();
+}
+
+// The map is there, its pictures are not, and the exit code says so.
+TEST_F(TerrainPictures, ThatFailDoNotTakeTheMapAway) {
+  const std::string script = (folder_ / "fails.py").string();
+  std::ofstream(script) << "import pathlib, sys\n"
+                           "(pathlib.Path(sys.argv[1]) / 'speed.png').write_text('torn')\n"
+                           "sys.exit(1)\n";
+  EXPECT_EQ(Run("--elevation " + Make("plane.tif", Plane(5, 0)) + " --pictures-by " + script), 3)
+      << error_;
+  EXPECT_NE(error_.find("fails.py: failed"), std::string::npos) << error_;
+  for (const char* there : {"speed.tif", "map.json"}) {
+    EXPECT_TRUE(fs::exists(Out() + "/" + there)) << there;
+  }
+  for (const char* gone : {"speed.png", "thinned"}) {
+    EXPECT_FALSE(fs::exists(Out() + "/" + gone)) << gone;
+  }
+}
+
+class TerrainSignals : public TerrainMap {
+ protected:
+  pid_t Start(const std::string& command) const {
+    const pid_t child = fork();
+    if (child == 0) {
+      execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
+      _exit(127);
+    }
+    return child;
+  }
+  /// Waits for a file of the partial folder ("": the folder). False: the process ended before.
+  bool Appears(pid_t child, const std::string& name) const {
+    for (int i = 0; i < 60000; ++i) {
+      for (const auto& e : fs::directory_iterator(folder_)) {
+        if (e.path().filename().string().starts_with("map.partial-") &&
+            fs::exists(name.empty() ? e.path() : e.path() / name)) {
+          return true;
+        }
+      }
+      siginfo_t info = {};
+      if (waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+          info.si_pid == child) {
+        return false;
+      }
+      usleep(1000);
+    }
+    return false;
+  }
+};
+
+// SIGTERM, SIGINT and SIGHUP leave nothing, SIGKILL nothing of the map's name.
+TEST_F(TerrainSignals, EndCleanly) {
   Made m;
   m.columns = m.rows = 1500;
   const std::string dem = Make("large.tif", Plane(5, 30), m);
-  for (const auto& [signal, wait_ms] : std::vector<std::pair<int, int>>{
-           {SIGTERM, 300}, {SIGTERM, 2500}, {SIGINT, 4000}, {SIGKILL, 4000}}) {
-    const pid_t child = fork();
-    if (child == 0) {
-      execl("/bin/sh", "sh", "-c", ("exec " + Call("--elevation " + dem)).c_str(), nullptr);
-      _exit(127);
-    }
-    usleep(static_cast<useconds_t>(wait_ms) * 1000);
+  for (const auto& [signal, when] :
+       std::vector<std::pair<int, std::string>>{{SIGTERM, ""},
+                                                {SIGHUP, ""},
+                                                {SIGTERM, "speed.part"},
+                                                {SIGINT, "speed.tif"},
+                                                {SIGKILL, "speed.part"}}) {
+    const pid_t child = Start(Call("--elevation " + dem));
+    EXPECT_TRUE(Appears(child, when)) << when;
     kill(child, signal);
     int status = 0;
     waitpid(child, &status, 0);
     EXPECT_FALSE(fs::exists(Out())) << signal;
     if (signal != SIGKILL) {
-      EXPECT_TRUE(WIFEXITED(status));
-      EXPECT_EQ(WEXITSTATUS(status), 1) << wait_ms;
-      EXPECT_EQ(Maps(), 0) << wait_ms;
+      EXPECT_TRUE(WIFEXITED(status)) << signal;
+      EXPECT_EQ(WEXITSTATUS(status), 1) << when;
+      EXPECT_EQ(Maps(), 0) << when;
     }
   }
+}
+
+// Nothing is to be cleaned up: the signal ends it where it is.
+TEST_F(TerrainSignals, EndACheckAtOnce) {
+  const pid_t child = Start(std::string(GROUSER_MAP) + " " + kHusky + " --check 100000000 2>" +
+                            (folder_ / "error").string());
+  for (int i = 0; i < 60000; ++i) {  // its table is made
+    std::stringstream text;
+    text << std::ifstream(folder_ / "error").rdbuf();
+    if (text.str().find(" s\n") != std::string::npos) break;
+    usleep(1000);
+  }
+  kill(child, SIGTERM);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
 }
 
 }  // namespace
