@@ -12,6 +12,7 @@
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
 #include "surrogate/model_io/upgrade.h"
+#include "surrogate/models/draw_field.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser {
@@ -110,6 +111,30 @@ Model Model::Open(const std::filesystem::path& model_file) try {
 } catch (const std::exception& error) {
   const std::string file = model_file.string(), what = error.what();
   throw std::runtime_error(what.starts_with(file) ? what : file + ": " + what);
+}
+
+struct Draws::Parts {
+  surrogate::Draws draws;
+};
+
+static_assert(Draws::kMost == surrogate::Draws::kMost);
+Draws::Draws(const std::string& soil, std::size_t count)
+    : parts_(std::make_shared<const Parts>(surrogate::Draws(soil, count))) {}
+Draws::Draws(const Draws& other) noexcept = default;
+Draws& Draws::operator=(const Draws& other) noexcept = default;
+Draws::~Draws() = default;
+std::size_t Draws::size() const noexcept { return parts_->draws.size(); }
+
+bool Model::EvaluateDraws(const States& in, const Draws& draws, std::span<const std::uint32_t> k,
+                          const Answers& out) const noexcept {
+  if (parts_ == nullptr || !SizesFit(in, out) || k.size() != in.load.size()) return false;
+  if (std::any_of(k.begin(), k.end(), [&](std::uint32_t i) { return i >= draws.size(); })) {
+    return false;
+  }
+  if (!parts_->has_gradients) FillGradients(out, kNaN);
+  surrogate::EvaluateDraws(*parts_->evaluator, parts_->as_selectable.form, draws.parts_->draws, k,
+                           ToView(in), ToView(out), FormViewOf(out));
+  return true;
 }
 
 bool Model::Evaluate(const States& in, const Answers& out) const noexcept {

@@ -73,16 +73,22 @@ struct SpeedPlanner::Parts {
   vehicle::SpeedPlanner planner;
   std::vector<vehicle::PathPoint> path;
   std::vector<vehicle::SpeedPoint> plan;
+  std::size_t draws = 0;
 
+  void SetPath(const Path& in) noexcept {
+    for (std::size_t i = 0; i < in.s.size(); ++i) {
+      path[i] = {in.s[i], EntryOf(in.curvature, i), EntryOf(in.grade, i), EntryOf(in.bank, i),
+                 in.soil.empty() ? std::uint8_t{0} : in.soil[i]};
+    }
+  }
+  Fault FaultOf(const Path& in, const SpeedOptions& options) const noexcept {
+    FaultFinder finder;
+    CheckPath(in, options, &finder);
+    return finder.fault();
+  }
   Fault FaultOf(const Path& in, const SpeedOptions& options, const SpeedPlan& out) const noexcept {
     FaultFinder finder;
     const std::size_t n = in.s.size();
-    finder.Number(n >= 2 && n <= path.size(), "points", static_cast<double>(n),
-                  "2 to what the planner has room for");
-    finder.Size("curvature", in.curvature, n);
-    finder.Size("grade", in.grade, n);
-    finder.Size("bank", in.bank, n);
-    finder.Size("soil", in.soil, n);
     finder.Size("speed", out.speed, n, true);
     finder.Size("acceleration", out.acceleration, n);
     finder.Size("safe", out.safe, n);
@@ -90,20 +96,30 @@ struct SpeedPlanner::Parts {
     finder.Size("safe_binding", out.safe_binding, n);
     finder.Size("binding", out.binding, n);
     finder.Size("holds", out.holds, n);
-    Check(options, &finder);
-    finder.Finite("s", in.s);
-    finder.Finite("curvature", in.curvature);
-    finder.Finite("grade", in.grade);
-    finder.Finite("bank", in.bank);
-    for (std::size_t i = 1; i < n && !finder.fault(); ++i) {
-      finder.Number(in.s[i] > in.s[i - 1], "s", in.s[i], "more than that before",
-                    static_cast<std::ptrdiff_t>(i));
-    }
-    for (std::size_t i = 0; i < in.soil.size() && !finder.fault(); ++i) {
-      finder.Number(in.soil[i] < soils, "soil", in.soil[i], "an index into soils()",
-                    static_cast<std::ptrdiff_t>(i));
-    }
+    CheckPath(in, options, &finder);
     return finder.fault();
+  }
+  void CheckPath(const Path& in, const SpeedOptions& options, FaultFinder* finder) const noexcept {
+    const std::size_t n = in.s.size();
+    finder->Number(n >= 2 && n <= path.size(), "points", static_cast<double>(n),
+                   "2 to what the planner has room for");
+    finder->Size("curvature", in.curvature, n);
+    finder->Size("grade", in.grade, n);
+    finder->Size("bank", in.bank, n);
+    finder->Size("soil", in.soil, n);
+    Check(options, finder);
+    finder->Finite("s", in.s);
+    finder->Finite("curvature", in.curvature);
+    finder->Finite("grade", in.grade);
+    finder->Finite("bank", in.bank);
+    for (std::size_t i = 1; i < n && !finder->fault(); ++i) {
+      finder->Number(in.s[i] > in.s[i - 1], "s", in.s[i], "more than that before",
+                     static_cast<std::ptrdiff_t>(i));
+    }
+    for (std::size_t i = 0; i < in.soil.size() && !finder->fault(); ++i) {
+      finder->Number(in.soil[i] < soils, "soil", in.soil[i], "an index into soils()",
+                     static_cast<std::ptrdiff_t>(i));
+    }
   }
   Fault FaultOf(double speed, std::uint8_t soil, double worse_by_sd,
                 const Margins& margins) const noexcept {
@@ -122,14 +138,41 @@ SpeedPlanner::SpeedPlanner(SpeedPlanner&& other) noexcept = default;
 SpeedPlanner& SpeedPlanner::operator=(SpeedPlanner&& other) noexcept = default;
 SpeedPlanner::~SpeedPlanner() = default;
 
+void SpeedPlanner::UseDraws(std::size_t count) {
+  if (parts_ == nullptr) return;
+  parts_->planner.UseDraws(DrawsOf(parts_->vehicle.parts_->file.grounds, count));
+  parts_->draws = count;
+}
+
+bool SpeedPlanner::PlanByDraws(const Path& in, const SpeedOptions& options,
+                               std::span<const double> speed, std::span<const double> acceleration,
+                               double* holds, std::span<double> by_point) noexcept {
+  const std::size_t n = in.s.size();
+  if (parts_ == nullptr || parts_->draws == 0 || speed.size() != n || acceleration.size() != n ||
+      !(by_point.empty() || by_point.size() == n)) {
+    return false;
+  }
+  if (parts_->FaultOf(in, options)) return false;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(speed[i] >= 0) || !std::isfinite(speed[i]) || !std::isfinite(acceleration[i])) {
+      return false;
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    parts_->plan[i].speed_m_per_s = speed[i];
+    parts_->plan[i].acceleration_m_per_s2 = acceleration[i];
+  }
+  parts_->SetPath(in);
+  *holds = parts_->planner.PlanByDraws(std::span(parts_->path).first(n), ToOurs(options),
+                                       std::span(parts_->plan).first(n), by_point);
+  return true;
+}
+
 bool SpeedPlanner::Plan(const Path& in, const SpeedOptions& options, const SpeedPlan& out,
                         std::size_t* not_held) noexcept {
   if (parts_ == nullptr || parts_->FaultOf(in, options, out)) return false;
   const std::size_t n = in.s.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    parts_->path[i] = {in.s[i], EntryOf(in.curvature, i), EntryOf(in.grade, i), EntryOf(in.bank, i),
-                       in.soil.empty() ? std::uint8_t{0} : in.soil[i]};
-  }
+  parts_->SetPath(in);
   const std::size_t count = parts_->planner.Plan(std::span(parts_->path).first(n), ToOurs(options),
                                                  std::span(parts_->plan).first(n));
   if (not_held != nullptr) *not_held = count;

@@ -73,6 +73,13 @@ inline vehicle::SpeedOptions ToOurs(const Margins& m) noexcept {
   return o;
 }
 
+/// Null for none. Throws std::invalid_argument.
+inline std::shared_ptr<const vehicle::GroundDraws> DrawsOf(const vehicle::Grounds& grounds,
+                                                           std::size_t count) {
+  if (count == 0) return nullptr;
+  return std::make_shared<const vehicle::GroundDraws>(grounds, count);
+}
+
 /// The entry of a span, or 0 where there is none.
 inline double EntryOf(std::span<const double> span, std::size_t i) noexcept {
   return span.empty() ? 0.0 : span[i];

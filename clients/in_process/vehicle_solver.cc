@@ -66,6 +66,7 @@ void CheckMotions(const Motions& in, const Sizes& sizes, FaultFinder* finder) no
   for (std::size_t k = 0; k < kMotionSpans.size(); ++k) {
     finder->Size(vehicle::kMotionFields[k].name, in.*kMotionSpans[k], n);
   }
+  finder->Size("draw", in.draw, n);
   if (in.soil.size() != n * sizes.wheels) finder->Size("soil", in.soil, n);
 }
 
@@ -114,6 +115,7 @@ vehicle::Motion MotionOf(const Motions& in, const Sizes& sizes, std::size_t i) n
   for (std::size_t k = 0; k < kMotionSpans.size(); ++k) {
     m.*vehicle::kMotionFields[k].member = EntryOf(in.*kMotionSpans[k], i);
   }
+  if (!in.draw.empty()) m.draw = in.draw[i];
   if (in.soil.empty()) return m;
   const bool by_wheel = in.soil.size() != CountOf(in, sizes);
   for (std::size_t w = 0; w < sizes.wheels; ++w) {
@@ -176,6 +178,7 @@ struct VehicleSolver::Parts {
   vehicle::SpeedPlanner planner;  // of probabilities
   std::vector<vehicle::Motion> motions;
   std::vector<vehicle::Solution> solutions;
+  std::size_t draws = 0;
 
   Fault FaultOf(const Motions& in, const Solutions& out) const noexcept {
     FaultFinder finder;
@@ -223,6 +226,29 @@ bool VehicleSolver::Energy(const Motions& in, const Powers& out, double sds) noe
   const Sizes& sizes = parts_->sizes;
   for (std::size_t i = 0; i < CountOf(in, sizes); ++i) {
     Write(vehicle::PowerOf(&parts_->solver, MotionOf(in, sizes, i), sds), sizes, i, out);
+  }
+  return true;
+}
+
+void VehicleSolver::UseDraws(std::size_t count) {
+  if (parts_ == nullptr) return;
+  const auto draws = DrawsOf(parts_->vehicle.parts_->file.grounds, count);
+  parts_->solver.UseDraws(draws);
+  parts_->planner.UseDraws(draws);
+  parts_->draws = count;
+}
+
+bool VehicleSolver::ProbabilityByDraws(const Motions& in, const Margins& margins,
+                                       std::span<double> least, std::span<double> most) noexcept {
+  if (parts_ == nullptr || parts_->draws == 0 || parts_->FaultOf(in, margins, least, most)) {
+    return false;
+  }
+  const vehicle::SpeedOptions options = ToOurs(margins);
+  for (std::size_t i = 0; i < CountOf(in, parts_->sizes); ++i) {
+    const vehicle::GoProbability go =
+        parts_->planner.ProbabilityByDraws(MotionOf(in, parts_->sizes, i), options);
+    least[i] = go.least;
+    most[i] = go.most;
   }
   return true;
 }

@@ -97,4 +97,16 @@ constexpr BlockFn kKernels[3] = GROUSER_KERNELS(Evaluate);
 
 hard::BlockFn HardGroundKernelFor(const char* isa) noexcept { return Pick(isa, hard::kKernels); }
 
+namespace draws {
+#define GROUSER_DECLARE(isa)                                                  \
+  namespace isa {                                                             \
+  void Evaluate(const Frequencies& frequencies, const Block& block) noexcept; \
+  }
+GROUSER_EACH_ISA(GROUSER_DECLARE)
+#undef GROUSER_DECLARE
+constexpr BlockFn kKernels[3] = GROUSER_KERNELS(Evaluate);
+}  // namespace draws
+
+draws::BlockFn DrawKernelFor(const char* isa) noexcept { return Pick(isa, draws::kKernels); }
+
 }  // namespace grouser::surrogate

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "surrogate/models/bekker_lanes.h"
+#include "surrogate/models/draw_field_kernel.h"
 #include "surrogate/models/hard_ground_kernel.h"
 #include "surrogate/models/response_kernel.h"
 
@@ -15,5 +16,6 @@ const char* BestIsa() noexcept;
 BlockSolver BlockSolverFor(const char* isa) noexcept;
 response::BlockFn KernelFor(const char* isa) noexcept;
 hard::BlockFn HardGroundKernelFor(const char* isa) noexcept;
+draws::BlockFn DrawKernelFor(const char* isa) noexcept;
 
 }  // namespace grouser::surrogate

@@ -78,6 +78,9 @@ class WheelModel {
   virtual double Tolerance() const noexcept { return 0; }
   /// Whether a yaw rate changes the answer; else it is flagged.
   virtual bool UsesYawRate() const noexcept { return false; }
+  /// Radius [m] of a wheel on ground whose errors are those of one friction and one rolling
+  /// resistance (draw_field.h); 0: they vary with the state.
+  virtual double FrictionRadius() const noexcept { return 0; }
 };
 
 /// The answer to state i for a wheel off the ground; echoes are left alone.

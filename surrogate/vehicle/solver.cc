@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "surrogate/vehicle/solver_work.h"
 
@@ -44,6 +45,8 @@ bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) n
     lane->model[i] = place[type * grounds.soils.size() + motion.soil[i]];
     known = lane->model[i] < models.size();
   }
+  const int most = draws != nullptr ? static_cast<int>(draws->count()) : 0;
+  known = known && motion.draw >= Motion::kMeanGround && motion.draw < most;
   if (!known) {
     *solution = Solution{};
     solution->reasons = kBadInput;
@@ -77,6 +80,7 @@ void Solver::Work::Run(std::span<const Motion> motions, std::span<Solution> out,
   std::size_t next = 0;
   risky = std::any_of(motions.begin(), motions.end(),
                       [](const Motion& m) { return m.worse_by_sd != 0; });
+  drawn = std::any_of(motions.begin(), motions.end(), [](const Motion& m) { return m.draw >= 0; });
   const auto refill = [&](Lane* lane) {
     while (lane->phase == Lane::Phase::kIdle && next < motions.size()) {
       if (Start(motions[next], &out[next], lane)) mechanics.Place(lane);
@@ -113,6 +117,14 @@ Solver::Solver(const Vehicle& vehicle, const Grounds& grounds) {
 }
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
+
+void Solver::UseDraws(std::shared_ptr<const GroundDraws> draws) {
+  if (draws != nullptr && draws->of_soil.size() != work_->grounds.soils.size()) {
+    throw std::invalid_argument("draws: of " + std::to_string(draws->of_soil.size()) +
+                                " soils, expected those of the grounds");
+  }
+  work_->draws = std::move(draws);
+}
 
 void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out,
                    Effort effort) noexcept {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "surrogate/models/draw_field.h"
 #include "surrogate/models/wheel_model.h"
 #include "surrogate/vehicle/vehicle.h"
 
@@ -22,6 +23,17 @@ struct Grounds {
   const surrogate::WheelModel* At(std::size_t type, std::size_t soil) const {
     return models[type * soils.size() + soil];
   }
+};
+
+/// Coherent draws of every soil of some grounds, by its name (surrogate/models/draw_field.h).
+struct GroundDraws {
+  /// Throws std::invalid_argument as surrogate::Draws.
+  GroundDraws(const Grounds& grounds, std::size_t count) {
+    for (const std::string& soil : grounds.soils) of_soil.emplace_back(soil, count);
+  }
+  std::size_t count() const { return of_soil.front().size(); }
+
+  std::vector<surrogate::Draws> of_soil;
 };
 
 /// A steady motion to be solved: all but lateral velocity and controls, or the controls.
@@ -42,6 +54,9 @@ struct Motion {
   /// Ground worse than the models' mean by so many standard deviations, at all wheels at once:
   /// less gross traction and lateral force, more torque. 1.645: as bad as one time in twenty.
   double worse_by_sd = 0;
+  /// Ground of that draw of the solver's (Solver::UseDraws), at all wheels, each by its soil.
+  int draw = kMeanGround;
+  static constexpr int kMeanGround = -1;
   std::array<std::uint8_t, kMostWheels> soil{};  ///< index of the soil under each wheel
 
   /// A point of a path: curvature = yaw rate over v_x, to the left.
@@ -61,7 +76,7 @@ enum Reason : std::uint32_t {
   kTips = 8,        ///< gravity and inertia meet the ground outside the wheels
   kUntrainedSpeed = 16,  ///< faster than the model's runs: no limit of the ground
   kModelDomain = 32,     ///< outside what the model's runs covered: no limit of the ground
-  kBadInput = 64         ///< the motion is not finite, or a wheel has no model of its soil
+  kBadInput = 64  ///< the motion is not finite, a wheel has no model of its soil, no such draw
 };
 inline constexpr std::uint32_t kLimits = kNoBalance | kOverTorque | kSinksIn | kTips;
 inline constexpr std::uint32_t kUntrained = kUntrainedSpeed | kModelDomain;
@@ -136,6 +151,10 @@ class Solver {
   Solver(const Vehicle& vehicle, const Grounds& grounds);
   ~Solver();
   Solver(Solver&&) noexcept;
+
+  /// From now on motions may name a draw of these, which are of the same grounds; null: none.
+  /// Throws std::invalid_argument for draws of another number of soils.
+  void UseDraws(std::shared_ptr<const GroundDraws> draws);
 
   /// Solves all motions; no allocation, lock or system call. Not from two threads at once.
   /// Precondition: as many solutions as motions.

@@ -75,11 +75,55 @@ void Solver::Work::Ask(const surrogate::WheelModel& model, std::size_t n) noexce
     }
   }
   out.output[kSinkage].value = std::span(sinkage).first(n);
-  if (risky) {
+  if (risky || drawn) {
     for (std::size_t o = 0; o < 3; ++o) out.output[kAsked[o]].high = std::span(high[o]).first(n);
+  }
+  if (drawn) {
+    out.output[kMz].high = std::span(high[3]).first(n);
+    out.output[kSinkage].high = std::span(high[4]).first(n);
   }
   out.flags = std::span(flags).first(n);
   model.Evaluate(states, out);
+  if (drawn) Draw(model, n);
+}
+
+// The same answers as those of their motions' draws; intervals move with them.
+void Solver::Work::Draw(const surrogate::WheelModel& model, std::size_t n) noexcept {
+  constexpr surrogate::Output kDrawn[5] = {kFx, kFy, kTorque, kMz, kSinkage};
+  std::array<const surrogate::draws::Member*, kSlots> member;
+  for (std::size_t s = 0; s < n; ++s) {
+    const Motion& motion = *lanes[owner[s] / kMostWheels].motion;
+    const std::size_t soil = motion.soil[owner[s] % kMostWheels];
+    member[s] =
+        motion.draw < 0 ? nullptr : &draws->of_soil[soil][static_cast<std::size_t>(motion.draw)];
+  }
+  surrogate::DrawBatch batch{std::span(v_x).first(n),
+                             std::span(v_y).first(n),
+                             std::span(rim).first(n),
+                             std::span(load).first(n),
+                             std::span(member).first(n),
+                             {},
+                             {},
+                             {}};
+  for (std::size_t o = 0; o < 5; ++o) {
+    Batch& value = o < 4 ? answer[o][0] : sinkage;
+    batch.value[kDrawn[o]] = std::span(value).first(n);
+    batch.high[kDrawn[o]] = std::span(high[o]).first(n);
+    for (std::size_t p = 1; p < 5 && o < 4; ++p) {
+      batch.slope[kDrawn[o]][p - 1] = std::span(answer[o][p]).first(n);
+    }
+  }
+  if (!risky) {
+    surrogate::AddErrors(model, batch);
+    return;
+  }
+  for (std::size_t o = 0; o < 3; ++o) {
+    for (std::size_t s = 0; s < n; ++s) half[o][s] = high[o][s] - answer[o][0][s];
+  }
+  surrogate::AddErrors(model, batch);
+  for (std::size_t o = 0; o < 3; ++o) {
+    for (std::size_t s = 0; s < n; ++s) high[o][s] = answer[o][0][s] + half[o][s];
+  }
 }
 
 // The answer to state s, to the wheel that asked.

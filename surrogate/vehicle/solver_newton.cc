@@ -86,13 +86,13 @@ bool Solver::Work::Retreat(Lane* lane, double tried) noexcept {
 }
 
 // Derivatives at the accepted point. Models give no gradients of their intervals, on which worse
-// ground rests: what these add is taken from the steps (Broyden), against the mean of the gradients
-// at both ends of a step.
+// ground and draws rest: what these add is taken from the steps (Broyden), against the mean of the
+// gradients at both ends of a step.
 void Solver::Work::Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
                              bool begins) noexcept {
   const std::size_t n = lane->layout->size;
   Column residual;
-  if (lane->motion->worse_by_sd == 0) {
+  if (lane->motion->worse_by_sd == 0 && lane->motion->draw < 0) {
     mechanics.Imbalance(*lane, felt, &residual, &lane->jacobian);
     return;
   }

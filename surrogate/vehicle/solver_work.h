@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,7 @@ struct Solver::Work {
   bool Start(const Motion& motion, Solution* solution, Lane* lane) noexcept;
   void Evaluate() noexcept;
   void Ask(const surrogate::WheelModel& model, std::size_t n) noexcept;
+  void Draw(const surrogate::WheelModel& model, std::size_t n) noexcept;
   void Take(std::size_t state) noexcept;
   void Advance(std::size_t lane) noexcept;
   void Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
@@ -60,11 +62,14 @@ struct Solver::Work {
   using Batch = std::array<double, kSlots>;
   Batch v_x, v_y, rim, load, yaw, sinkage;
   std::array<std::array<Batch, 5>, 4> answer;  ///< of Felt: by output and part
-  std::array<Batch, 3> high;                   ///< ends of intervals of f_x, f_y, torque
+  std::array<Batch, 5> high;  ///< ends of intervals of f_x, f_y, torque; with draws m_z, sinkage
+  std::array<Batch, 3> half;  ///< of intervals, where a motion asks for worse ground and a draw
   std::array<std::uint32_t, kSlots> flags;
   std::array<std::uint16_t, kSlots> owner;
   Effort effort;
   bool risky = false;  ///< some motion asks for worse ground
+  bool drawn = false;  ///< some motion asks for a draw
+  std::shared_ptr<const GroundDraws> draws;
 };
 
 }  // namespace grouser::vehicle

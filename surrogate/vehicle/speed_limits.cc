@@ -118,20 +118,24 @@ GradeRange SpeedPlanner::Grades(double speed, std::uint8_t soil, const SpeedOpti
   return range;
 }
 
+bool SpeedPlanner::Goes(const Solution& s, const SpeedOptions& options, bool unknown) const {
+  SpeedOptions o = options;
+  o.trained_only = !unknown;
+  const bool outside =
+      !s.balanced && (s.reasons & kUntrained) != 0 && (s.reasons & (kLimits & ~kNoBalance)) == 0;
+  return Good(s, o) || (unknown && outside);
+}
+
 GoProbability SpeedPlanner::ProbabilityToGo(const Motion& motion, const SpeedOptions& options) {
   // `unknown`: what the runs do not cover goes.
   const auto probability = [&](bool unknown) {
-    SpeedOptions o = options;
-    o.trained_only = !unknown;
     double low = -kMostSds, high = kMostSds;
     for (int i = 0; i < kSdHalvings; ++i) {
       Motion m = motion;
       m.worse_by_sd = (low + high) / 2;
       Solution s;
       solver_.Solve({&m, 1}, {&s, 1});
-      const bool outside = !s.balanced && (s.reasons & kUntrained) != 0 &&
-                           (s.reasons & (kLimits & ~kNoBalance)) == 0;
-      (Good(s, o) || (unknown && outside) ? low : high) = m.worse_by_sd;
+      (Goes(s, options, unknown) ? low : high) = m.worse_by_sd;
     }
     return low <= -kMostSds ? 0 : high >= kMostSds ? 1 : 0.5 * std::erfc(-low / std::sqrt(2.0));
   };

@@ -162,6 +162,10 @@ void SpeedPlanner::Slow(std::size_t i, std::span<const SpeedPoint> out) {
   if (failures_[i + 1]++ == 0) slowed_by_[i + 1] = slowed_by_[i];
 }
 
+bool SpeedPlanner::Moves(std::span<const SpeedPoint> plan, std::size_t i) {
+  return i + 1 == plan.size() || plan[i].speed_m_per_s + plan[i + 1].speed_m_per_s > 0;
+}
+
 // Points that do not hold. What stands still up to the next point is not driven either, nor is a
 // start that is faster than what the path ahead allows.
 std::size_t SpeedPlanner::NotHeld(const SpeedOptions& o, std::span<SpeedPoint> out) const {
@@ -170,19 +174,18 @@ std::size_t SpeedPlanner::NotHeld(const SpeedOptions& o, std::span<SpeedPoint> o
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const bool moves = i + 1 == out.size() || out[i].speed_m_per_s + out[i + 1].speed_m_per_s > 0;
-    out[i].holds = out[i].holds && out[i].safe_m_per_s > 0 && moves;
+    out[i].holds = out[i].holds && out[i].safe_m_per_s > 0 && Moves(out, i);
     count += !out[i].holds;
   }
   return count;
 }
 
-std::size_t SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-                               std::span<SpeedPoint> out) {
+void SpeedPlanner::CheckPath(std::span<const PathPoint> path, const SpeedOptions& options,
+                             std::size_t answers) const {
   const auto fail = [](std::size_t i, const std::string& what) {
     throw std::invalid_argument("path point " + std::to_string(i) + ": " + what);
   };
-  if (path.size() < 2 || path.size() > motions_.size() || out.size() != path.size()) {
+  if (path.size() < 2 || path.size() > motions_.size() || answers != path.size()) {
     throw std::invalid_argument("path: got " + std::to_string(path.size()) +
                                 " points, expected 2 to " + std::to_string(motions_.size()) +
                                 " and as many answers");
@@ -198,6 +201,11 @@ std::size_t SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptio
     }
     if (p.soil >= soils_) fail(i, "soil: expected one of the vehicle file");
   }
+}
+
+std::size_t SpeedPlanner::Plan(std::span<const PathPoint> path, const SpeedOptions& options,
+                               std::span<SpeedPoint> out) {
+  CheckPath(path, options, out.size());
   Safe(path, options, out);
   Reach(path, options, out);
   for (std::size_t i = 0; i < path.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -103,6 +104,19 @@ class SpeedPlanner {
   /// -4 to 4, one deviation for all wheels. Throws Stopped.
   GoProbability ProbabilityToGo(const Motion& motion, const SpeedOptions& options);
 
+  /// Draws for what follows, as of Solver::UseDraws. Allocates.
+  void UseDraws(std::shared_ptr<const GroundDraws> draws);
+  /// Probability that a motion is within every limit: the share of the draws on which it is, all
+  /// wheels of a soil on the same draw; standard error sqrt(p (1 - p)/draws). Its worse_by_sd and
+  /// draw do not count. Throws std::invalid_argument where there are no draws; Stopped.
+  GoProbability ProbabilityByDraws(const Motion& motion, const SpeedOptions& options);
+  /// Share of the draws on which a plan holds at all points with every margin left, all points of
+  /// a soil on the same draw; `by_point`: at each (as many as points, or none). The plan is that of
+  /// Plan, for the same path. worse_by_sd of the options does not count. Throws as Plan and
+  /// ProbabilityByDraws.
+  double PlanByDraws(std::span<const PathPoint> path, const SpeedOptions& options,
+                     std::span<const SpeedPoint> plan, std::span<double> by_point);
+
  private:
   static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                          double acceleration);
@@ -110,6 +124,10 @@ class SpeedPlanner {
   /// Every solution is judged by it: throws Stopped where the options ask for that.
   double Slack(const Solution& s, const SpeedOptions& options) const;
   bool Good(const Solution& s, const SpeedOptions& options) const { return Slack(s, options) >= 0; }
+  /// Within every limit; what the runs do not cover goes if it is `unknown` that decides.
+  bool Goes(const Solution& s, const SpeedOptions& options, bool unknown) const;
+  void CheckPath(std::span<const PathPoint> path, const SpeedOptions& options,
+                 std::size_t answers) const;
   Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& options) const {
     return vehicle::BindingOf(m, s, options, vehicle_.gravity_m_per_s2);
   }
@@ -130,6 +148,8 @@ class SpeedPlanner {
               std::span<SpeedPoint> out);
   void Try(std::size_t count, const SpeedOptions& options);
   void Slow(std::size_t i, std::span<const SpeedPoint> out);
+  /// Not at rest from point i to the next.
+  static bool Moves(std::span<const SpeedPoint> plan, std::size_t i);
   std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
 
   Vehicle vehicle_;
@@ -143,6 +163,9 @@ class SpeedPlanner {
   std::vector<std::size_t> knots_;  // points whose reach is searched; before: see Low
   std::vector<std::size_t> higher_;
   std::vector<std::uint8_t> risen_;
+  std::shared_ptr<const GroundDraws> draws_;
+  std::vector<Motion> drawn_motions_;  // of ProbabilityByDraws
+  std::vector<Solution> drawn_;
   std::vector<double> cap_;
   std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
   std::vector<double> tried_speed_, tried_acceleration_;  // as last verified

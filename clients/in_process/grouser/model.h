@@ -109,6 +109,30 @@ struct Domain {
   double speed_m_per_s;  ///< of the training runs
 };
 
+/// K coherent draws of what models do not know of one soil. Intervals say how far one state's
+/// answer may be off, draws how far all answers are off together: draw k of every model of the
+/// soil, at every state, belongs together. At each state the draws are normal with the model's
+/// value as mean and 5 and 95 % of them where its 90 % interval ends; equations: docs/planning.md,
+/// "Draws". Draw k is the same, bit for bit, on every machine and for every count. Immutable;
+/// copies share it; may be used from any number of threads at once.
+class GROUSER_PUBLIC Draws {
+ public:
+  static constexpr std::size_t kMost = 1024;
+  /// Of a soil by name, say Model::soil(): other names are other, independent draws. Throws
+  /// std::invalid_argument "draws: got X, expected 1 to 1024".
+  Draws(const std::string& soil, std::size_t count);
+  Draws(const Draws& other) noexcept;
+  Draws& operator=(const Draws& other) noexcept;
+  ~Draws();
+
+  std::size_t size() const noexcept;
+
+ private:
+  friend class Model;
+  struct Parts;
+  std::shared_ptr<const Parts> parts_;
+};
+
 /// An immutable model. All const members may be called from any number of
 /// threads at once. After a move, the object that was moved from may only be
 /// assigned to, destroyed, or evaluated (which then refuses).
@@ -134,6 +158,13 @@ class GROUSER_PUBLIC Model {
 
   /// One state. A batch is cheaper by the state.
   Answer Evaluate(const State& state) const noexcept;
+
+  /// The same with `value` of draw k[i] at state i (a sinkage no less than 0); all other answers
+  /// are as of Evaluate. Also refuses a k that has another size than the states, or an entry that
+  /// is no draw.
+  [[nodiscard]] bool EvaluateDraws(const States& in, const Draws& draws,
+                                   std::span<const std::uint32_t> k,
+                                   const Answers& out) const noexcept;
 
   /// Which span makes Evaluate refuse, e.g. "output[2].low: 5 entries, expected
   /// 8 or none"; empty if none does. Allocates: not for the loop.

@@ -28,7 +28,7 @@ enum Reason : std::uint32_t {
   kTips = 8,        ///< gravity and inertia meet the ground outside the wheels
   kUntrainedSpeed = 16,  ///< faster than the models' runs: no limit of the ground
   kModelDomain = 32,     ///< outside what the models' runs covered: no limit of the ground
-  kBadInput = 64,        ///< the motion is not finite, or a wheel has no model of its soil
+  kBadInput = 64,  ///< the motion is not finite, a wheel has no model of its soil, no such draw
 };
 /// "BALANCE|TORQUE", ...; "" for none.
 GROUSER_PUBLIC std::string NamesOfReasons(std::uint32_t reasons);
@@ -55,6 +55,9 @@ struct Motions {
   std::span<const double> bank{};   ///< the ground rises to the left: the roll of ISO 8855 [rad]
   /// Ground worse than the models' mean by so many standard deviations, at all wheels at once.
   std::span<const double> worse_by_sd{};
+  /// Draw of the ground at all wheels (VehicleSolver::UseDraws), each by its soil; -1: the mean. Of
+  /// no such draw: kBadInput.
+  std::span<const std::int32_t> draw{};
   /// Index into soils(): n entries, or n times wheels(), motion by motion; none: the first soil.
   std::span<const std::uint8_t> soil{};
 };
@@ -253,6 +256,16 @@ class GROUSER_PUBLIC VehicleSolver {
   [[nodiscard]] bool ProbabilityToGo(const Motions& in, const Margins& margins,
                                      std::span<double> least, std::span<double> most) noexcept;
 
+  /// From now on motions may name one of so many coherent draws of the ground (grouser::Draws, of
+  /// each soil by its name in the vehicle file; docs/planning.md, "Draws"); 0: none. Allocates
+  /// 13 KiB a draw and soil. Throws std::invalid_argument for more than Draws::kMost.
+  void UseDraws(std::size_t count);
+  /// Probability that a motion leaves every margin: the share of the draws on which it does, all
+  /// wheels of a soil on the same one (draw and worse_by_sd of the motions do not count); least and
+  /// most as of ProbabilityToGo. False also where there are no draws.
+  [[nodiscard]] bool ProbabilityByDraws(const Motions& in, const Margins& margins,
+                                        std::span<double> least, std::span<double> most) noexcept;
+
   /// Which span or number makes an answer refuse, e.g. "wheel.load: 8 entries, expected 12 or
   /// none"; empty if none does. Allocates: not for the loop.
   std::string Problem(const Motions& in, const Solutions& out) const;
@@ -281,6 +294,17 @@ class GROUSER_PUBLIC SpeedPlanner {
   /// points the plan does not hold.
   [[nodiscard]] bool Plan(const Path& path, const SpeedOptions& options, const SpeedPlan& out,
                           std::size_t* not_held = nullptr) noexcept;
+  /// As VehicleSolver::UseDraws.
+  void UseDraws(std::size_t count);
+  /// Of a plan, by `speed` and `acceleration` of Plan for the same path: share of the draws on
+  /// which it holds at all points with every margin left, all points of a soil on the same draw;
+  /// `by_point`: at each (n entries, or none). worse_by_sd of the options does not count. False
+  /// where there are no draws, a span has the wrong size, a speed is below 0 or a number not
+  /// finite.
+  [[nodiscard]] bool PlanByDraws(const Path& path, const SpeedOptions& options,
+                                 std::span<const double> speed,
+                                 std::span<const double> acceleration, double* holds,
+                                 std::span<double> by_point = {}) noexcept;
   /// Grades driven straight at constant speed (0: the limit of creeping), on a soil. False where
   /// Problem says something.
   [[nodiscard]] bool Grades(double speed, std::uint8_t soil, double worse_by_sd,

@@ -1,0 +1,242 @@
+#include "surrogate/models/draw_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "surrogate/models/isa.h"
+#include "surrogate/models/number.h"
+
+namespace grouser::surrogate {
+namespace {
+
+using draws::Frequencies, draws::kFeatures, draws::Member;
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr int kCommonEvery = 4;       // one feature in so many has long lengths
+constexpr double kCommonLength = 4;   // over those of the others
+constexpr double kLeastGrip = -0.95;  // of c z, hard ground
+constexpr std::size_t kBlock = 64;    // states
+
+/// Two independent standard normal numbers of two uniform ones in (0, 1) (Box and Muller 1958), by
+/// functions that round alike everywhere.
+std::array<double, 2> Normal(double u, double v) {
+  const double size = Sqrt<double>(-2 * Log<double>(u));
+  const Angle<double> half = SinCos<double>((v - 0.5) * std::numbers::pi);
+  return {size * (1 - 2 * half.sin * half.sin), size * 2 * half.sin * half.cos};
+}
+
+/// Uniform numbers that follow from a key and their places alone (SplitMix64: Steele et al. 2014).
+double Uniform(std::uint64_t key, std::uint64_t place) {
+  std::uint64_t z = key + (place + 1) * 0x9e3779b97f4a7c15;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  z ^= z >> 31;
+  return (static_cast<double>(z >> 12) + 0.5) * 0x1p-52;
+}
+
+/// FNV-1a.
+std::uint64_t KeyOf(std::string_view soil) {
+  std::uint64_t key = 0xcbf29ce484222325;
+  for (const char c : soil) key = (key ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return key;
+}
+
+/// Normal frequencies, evenly spread (Kronecker's sequence by powers of the plastic number's
+/// relative in four dimensions), the same for all.
+Frequencies MakeFrequencies() {
+  Frequencies w;
+  for (int m = 0; m < kFeatures; ++m) {
+    double u[4], power = 1;
+    for (double& x : u) {
+      power *= 0.8566748838545029;  // 1/root of x^5 = x + 1
+      x = 0.5 + (m + 1) * power;
+      x -= static_cast<double>(static_cast<int>(x));
+    }
+    const std::array<double, 2> plane = Normal(u[0], u[1]), rest = Normal(u[2], u[3]);
+    const double length = kTurn * (m % kCommonEvery == 0 ? kCommonLength : 1);
+    w.v_x[m] = plane[0] / (length * DrawLengths::kPlane);
+    w.rim[m] = plane[1] / (length * DrawLengths::kPlane);
+    w.v_y[m] = rest[0] / (length * DrawLengths::kLateral);
+    w.load[m] = rest[1] / (length * DrawLengths::kLogLoad);
+  }
+  return w;
+}
+
+const Frequencies& TheFrequencies() noexcept {
+  static const Frequencies frequencies = MakeFrequencies();
+  return frequencies;
+}
+
+Member MakeMember(std::uint64_t key, std::uint64_t k) {
+  Member member;
+  constexpr std::uint64_t kPlaces = 2 * (2 * kOutputs * kFeatures + 1);  // numbers of a draw
+  std::uint64_t place = k * kPlaces;
+  const auto next = [&] {
+    place += 2;
+    return Normal(Uniform(key, place - 2), Uniform(key, place - 1));
+  };
+  const auto fill = [&](draws::Coefficients* c) {
+    for (int m = 0; m < kFeatures; ++m) {
+      const std::array<double, 2> pair = next();
+      c->a[m] = pair[0];
+      c->b[m] = pair[1];
+    }
+  };
+  for (draws::Coefficients& c : member.own) fill(&c);
+  for (draws::Coefficients& c : member.breaking) fill(&c);
+  const std::array<double, 2> hard = next();
+  member.friction = hard[0];
+  member.rolling = hard[1];
+  return member;
+}
+
+/// Errors of states `first` on, over their sds, to values.
+void AddField(const DrawBatch& b, std::size_t first, std::size_t count, draws::BlockFn kernel) {
+  double error[kOutputs][kBlock], slope[kOutputs][4][kBlock];
+  draws::Block block{static_cast<int>(count),
+                     b.v_x.data() + first,
+                     b.v_y.data() + first,
+                     b.rim_speed.data() + first,
+                     b.load.data() + first,
+                     b.member.data() + first,
+                     {},
+                     {}};
+  for (int o = 0; o < kOutputs; ++o) {
+    if (b.value[o].empty()) continue;
+    block.error[o] = error[o];
+    for (int k = 0; k < 4 && !b.slope[o][k].empty(); ++k) block.slope[o][k] = slope[o][k];
+  }
+  kernel(TheFrequencies(), block);
+  for (int o = 0; o < kOutputs; ++o) {
+    if (b.value[o].empty()) continue;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t at = first + i;
+      double& value = b.value[o][at];
+      if (b.member[at] == nullptr) continue;
+      const double sd = (b.high[o][at] - value) / kTwoSided90;
+      value += sd * error[o][i];
+      if (o == kSinkage && value < 0) value = 0;
+      if (b.slope[o][0].empty()) continue;
+      for (int k = 0; k < 4; ++k) b.slope[o][k][at] += sd * slope[o][k][i];
+      if (b.load[at] > 0) b.slope[o][3][at] += sd * error[o][i] / b.load[at];
+    }
+  }
+}
+
+/// One state of hard ground: torque first, as it has to do with the mean of f_x.
+void AddFriction(const DrawBatch& b, std::size_t i, double radius) {
+  const Member& member = *b.member[i];
+  const auto sd = [&](int o) {
+    return b.value[o].empty() ? 0 : (b.high[o][i] - b.value[o][i]) / kTwoSided90;
+  };
+  // Of an output with friction alone: c z.
+  const auto grip = [&](int o) {
+    const double size = b.value[o].empty() ? 0 : std::fabs(b.value[o][i]);
+    return size > 0 ? std::max(sd(o) * member.friction / size, kLeastGrip) : 0;
+  };
+  // Adds a share of an output to one.
+  const auto add = [&](int to, double share, int of) {
+    b.value[to][i] += share * b.value[of][i];
+    if (b.slope[to][0].empty() || b.slope[of][0].empty()) return;
+    for (int k = 0; k < 4; ++k) b.slope[to][k][i] += share * b.slope[of][k][i];
+  };
+  if (!b.value[kTorque].empty() && !b.value[kFx].empty()) {
+    const double pull = radius * sd(kFx), all = sd(kTorque);
+    const double rolling = std::sqrt(std::max(0.0, all * all - pull * pull)) * member.rolling;
+    add(kTorque, radius * grip(kFx), kFx);
+    b.value[kTorque][i] += b.rim_speed[i] < 0 ? -rolling : rolling;
+    if (!b.slope[kTorque][3].empty() && b.load[i] > 0) {
+      b.slope[kTorque][3][i] += (b.rim_speed[i] < 0 ? -rolling : rolling) / b.load[i];
+    }
+  }
+  for (const int o : {kFx, kFy, kMz}) {
+    if (!b.value[o].empty()) add(o, grip(o), o);
+  }
+}
+
+}  // namespace
+
+Draws::Draws(std::string_view soil, std::size_t count) {
+  if (count < 1 || count > kMost) {
+    throw std::invalid_argument("draws: got " + std::to_string(count) + ", expected 1 to " +
+                                std::to_string(kMost));
+  }
+  TheFrequencies();
+  const std::uint64_t key = KeyOf(soil);
+  members_.reserve(count);
+  for (std::size_t k = 0; k < count; ++k) members_.push_back(MakeMember(key, k));
+}
+
+double UnitErrorOf(const Member& member, int output, double v_x, double v_y, double rim,
+                   double load) noexcept {
+  const Frequencies& w = TheFrequencies();
+  const double size = std::sqrt(v_x * v_x + v_y * v_y + rim * rim), per = size > 0 ? 1 / size : 0;
+  const bool odd_x = kOutputFields[output].parity_x < 0, odd_y = kOutputFields[output].parity_y < 0;
+  double own = 0, own2 = 0, broken = 0, even2 = 0;
+  for (int m = 0; m < kFeatures; ++m) {
+    const double plane = kTurn * per * (w.v_x[m] * v_x + w.rim[m] * rim);
+    const double side = kTurn * per * w.v_y[m] * v_y, l = kTurn * w.load[m] * std::log(load);
+    const auto with = [&](const draws::Coefficients& c) {
+      return c.a[m] * std::cos(l) + c.b[m] * std::sin(l);
+    };
+    const double s =
+        (odd_x ? std::sin(plane) : std::cos(plane)) * (odd_y ? std::sin(side) : std::cos(side));
+    const double even = std::cos(plane) * std::cos(side);
+    own += s * with(member.own[output]);
+    own2 += s * s;
+    broken += even * with(member.breaking[output]);
+    even2 += even * even;
+  }
+  const double e = odd_x || odd_y ? draws::kBreaking : 0;
+  return (own + e * broken) / std::sqrt(own2 + e * e * even2);
+}
+
+void AddErrors(const WheelModel& model, const DrawBatch& batch, draws::BlockFn kernel) noexcept {
+  const std::size_t n = batch.load.size();
+  if (const double radius = model.FrictionRadius(); radius > 0) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (batch.member[i] != nullptr) AddFriction(batch, i, radius);
+    }
+    return;
+  }
+  if (kernel == nullptr) kernel = DrawKernelFor(nullptr);
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    AddField(batch, first, std::min(kBlock, n - first), kernel);
+  }
+}
+
+void EvaluateDraws(const WheelModel& model, const FormErrors& form, const Draws& draws,
+                   std::span<const std::uint32_t> k, const WheelStatesView& in,
+                   const ResponsesView& out, const FormView& to) noexcept {
+  std::array<std::array<double, kBlock>, kOutputs> high;
+  std::array<double, kBlock> pull;
+  const bool torque = !out.output[kTorque].value.empty();
+  for (std::size_t first = 0; first < in.load.size(); first += kBlock) {
+    const std::size_t count = std::min(kBlock, in.load.size() - first);
+    const WheelStatesView states = Cut(in, first, count);
+    ResponsesView answers = Cut(out, first, count);
+    std::array<const Member*, kBlock> member;
+    for (std::size_t i = 0; i < count; ++i) member[i] = &draws[k[first + i]];
+    DrawBatch batch{
+        states.v_x, states.v_y, states.rim_speed, states.load, std::span(member).first(count), {},
+        {},         {}};
+    // On hard ground a torque's error is that of f_x.
+    if (torque && answers.output[kFx].value.empty()) {
+      answers.output[kFx].value = std::span(pull).first(count);
+    }
+    for (int o = 0; o < kOutputs; ++o) {
+      OutputView& view = answers.output[o];
+      if (view.value.empty()) continue;
+      if (view.high.empty()) view.high = std::span(high[o]).first(count);
+      batch.value[o] = view.value;
+      batch.high[o] = view.high;
+    }
+    EvaluateWithForm(model, form, states, answers, Cut(to, first, count));
+    AddErrors(model, batch);
+  }
+}
+
+}  // namespace grouser::surrogate

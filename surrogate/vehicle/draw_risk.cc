@@ -1,0 +1,90 @@
+// Probabilities by coherent draws.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "surrogate/vehicle/speed_plan.h"
+
+namespace grouser::vehicle {
+
+void SpeedPlanner::UseDraws(std::shared_ptr<const GroundDraws> draws) {
+  solver_.UseDraws(draws);
+  draws_ = std::move(draws);
+  drawn_motions_.resize(kMostSolvesToStop);
+  drawn_.resize(kMostSolvesToStop);
+}
+
+// From the mean ground's solution, and where that finds nothing with all starts.
+GoProbability SpeedPlanner::ProbabilityByDraws(const Motion& motion, const SpeedOptions& o) {
+  Need(draws_ != nullptr, "draws", "some (UseDraws)");
+  constexpr Effort kWarm{.warm = true, .attempts = 5};
+  const std::size_t count = draws_->count();
+  Motion m = motion;
+  m.worse_by_sd = 0;
+  m.draw = Motion::kMeanGround;
+  Solution mean;
+  solver_.Solve({&m, 1}, {&mean, 1});
+  std::size_t least = 0, most = 0;
+  for (std::size_t first = 0; first < count; first += kMostSolvesToStop) {
+    const std::size_t some = std::min(kMostSolvesToStop, count - first);
+    for (std::size_t k = 0; k < some; ++k) {
+      drawn_motions_[k] = m;
+      drawn_motions_[k].draw = static_cast<int>(first + k);
+      drawn_[k] = mean;
+    }
+    StopIfAsked(o.stop);
+    solver_.Solve(std::span(drawn_motions_).first(some), std::span(drawn_).first(some), kWarm);
+    for (std::size_t k = 0; k < some; ++k) {
+      least += Goes(drawn_[k], o, false);
+      most += Goes(drawn_[k], o, true);
+    }
+  }
+  const auto share = [&](std::size_t n) {
+    return static_cast<double>(n) / static_cast<double>(count);
+  };
+  return {share(least), share(most)};
+}
+
+double SpeedPlanner::PlanByDraws(std::span<const PathPoint> path, const SpeedOptions& options,
+                                 std::span<const SpeedPoint> plan, std::span<double> by_point) {
+  Need(draws_ != nullptr, "draws", "some (UseDraws)");
+  Need(by_point.empty() || by_point.size() == path.size(), "by_point",
+       "as many as points, or none");
+  CheckPath(path, options, plan.size());
+  constexpr Effort kWarm{.warm = true, .attempts = 5, .goal = Solution::kTolerance, .brief = true};
+  const std::size_t n = path.size(), count = draws_->count();
+  SpeedOptions o = options;
+  o.worse_by_sd = 0;
+  const auto solve = [&](int draw, std::size_t first, std::size_t some) {
+    for (std::size_t i = 0; i < some; ++i) {
+      const SpeedPoint& p = plan[first + i];
+      motions_[first + i] = MotionAt(path[first + i], o, p.speed_m_per_s, p.acceleration_m_per_s2);
+      motions_[first + i].draw = draw;
+      if (draw >= 0) tried_[first + i] = solutions_[first + i];
+    }
+    StopIfAsked(o.stop);
+    solver_.Solve(std::span(motions_).subspan(first, some),
+                  std::span(draw < 0 ? solutions_ : tried_).subspan(first, some),
+                  draw < 0 ? Effort{.goal = Solution::kTolerance, .brief = true} : kWarm);
+  };
+  std::fill(by_point.begin(), by_point.end(), 0.0);
+  std::size_t holding = 0;
+  for (int draw = Motion::kMeanGround; draw < static_cast<int>(count); ++draw) {
+    bool all = true;
+    for (std::size_t first = 0; first < n; first += kMostSolvesToStop) {
+      const std::size_t some = std::min(kMostSolvesToStop, n - first);
+      solve(draw, first, some);
+      for (std::size_t i = first; draw >= 0 && i < first + some; ++i) {
+        const bool holds = Good(tried_[i], o) && Moves(plan, i);
+        all = all && holds;
+        if (!by_point.empty() && holds) by_point[i] += 1;
+      }
+      if (by_point.empty() && !all) break;
+    }
+    holding += draw >= 0 && all;
+  }
+  for (double& p : by_point) p /= static_cast<double>(count);
+  return static_cast<double>(holding) / static_cast<double>(count);
+}
+
+}  // namespace grouser::vehicle
