@@ -9,6 +9,18 @@
 
 namespace grouser::cli {
 
+/// One motion on coherent draws of the ground.
+struct MotionOnDraws {
+  std::vector<vehicle::Solution> solutions;  ///< by draw
+  vehicle::GoProbability go;                 ///< shares of the draws
+};
+/// The same of a plan.
+struct PlanOnDraws {
+  std::size_t draws = 0;   ///< asked for; 0: none
+  double holds = 0;        ///< share of them on which all points hold
+  std::vector<double> at;  ///< by point
+};
+
 /// Who answers for a vehicle: a file in this process, or a server. The answers are the same, bit
 /// for bit; what is printed is made of them in one place.
 class VehicleAnswers {
@@ -18,11 +30,12 @@ class VehicleAnswers {
 
   /// With the probability that every limit of the vehicle holds.
   virtual vehicle::Solution Solve(const vehicle::Motion& motion, vehicle::GoProbability* go) = 0;
+  virtual MotionOnDraws SolveOnDraws(const vehicle::Motion& motion, std::size_t draws) = 0;
   virtual vehicle::PowerInterval Energy(const vehicle::Motion& motion) = 0;
   /// Returns at how many points the plan does not hold.
   virtual std::size_t Plan(std::span<const vehicle::PathPoint> path,
-                           const vehicle::SpeedOptions& options,
-                           std::span<vehicle::SpeedPoint> out) = 0;
+                           const vehicle::SpeedOptions& options, std::span<vehicle::SpeedPoint> out,
+                           PlanOnDraws* on_draws) = 0;
   virtual vehicle::GradeRange Grades(double speed, std::uint8_t soil,
                                      const vehicle::SpeedOptions& options) = 0;
   virtual std::vector<vehicle::SkidConstants> Constants(std::span<const double> speeds,

@@ -15,18 +15,36 @@ class FileAnswers final : public VehicleAnswers {
   Solution Solve(const Motion& motion, GoProbability* go) override {
     Solution solution;
     Solver(file_.vehicle, file_.grounds).Solve({&motion, 1}, {&solution, 1});
-    SpeedOptions limits;  // those of the vehicle alone
-    limits.tip_margin = 0;
-    *go = SpeedPlanner(file_.vehicle, file_.grounds, 1).ProbabilityToGo(motion, limits);
+    *go = SpeedPlanner(file_.vehicle, file_.grounds, 1).ProbabilityToGo(motion, Limits());
     return solution;
+  }
+  MotionOnDraws SolveOnDraws(const Motion& motion, std::size_t count) override {
+    const auto draws = std::make_shared<const GroundDraws>(file_.grounds, count);
+    std::vector<Motion> motions(count, motion);
+    for (std::size_t k = 0; k < count; ++k) motions[k].draw = static_cast<int>(k);
+    MotionOnDraws out;
+    out.solutions.resize(count);
+    Solver solver(file_.vehicle, file_.grounds);
+    solver.UseDraws(draws);
+    solver.Solve(motions, out.solutions);
+    SpeedPlanner planner(file_.vehicle, file_.grounds, 1);
+    planner.UseDraws(draws);
+    out.go = planner.ProbabilityByDraws(motion, Limits());
+    return out;
   }
   PowerInterval Energy(const Motion& motion) override {
     Solver solver(file_.vehicle, file_.grounds);
     return PowerOf(&solver, motion);
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-                   std::span<SpeedPoint> out) override {
-    return SpeedPlanner(file_.vehicle, file_.grounds, path.size()).Plan(path, options, out);
+                   std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {
+    SpeedPlanner planner(file_.vehicle, file_.grounds, path.size());
+    const std::size_t not_held = planner.Plan(path, options, out);
+    if (on_draws->draws == 0) return not_held;
+    planner.UseDraws(std::make_shared<const GroundDraws>(file_.grounds, on_draws->draws));
+    on_draws->at.resize(path.size());
+    on_draws->holds = planner.PlanByDraws(path, options, out, on_draws->at);
+    return not_held;
   }
   GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options) override {
     return SpeedPlanner(file_.vehicle, file_.grounds, 1).Grades(speed, soil, options);
@@ -37,6 +55,12 @@ class FileAnswers final : public VehicleAnswers {
   }
 
  private:
+  /// Those of the vehicle alone.
+  static SpeedOptions Limits() {
+    SpeedOptions limits;
+    limits.tip_margin = 0;
+    return limits;
+  }
   VehicleFile file_;
 };
 

@@ -18,18 +18,24 @@ class ServerAnswers final : public VehicleAnswers {
   }
 
   Solution Solve(const Motion& motion, GoProbability* go) override {
+    return SolveToGo(motion, 0, go);
+  }
+  MotionOnDraws SolveOnDraws(const Motion& motion, std::size_t draws) override {
+    MotionOnDraws out;
+    SolveToGo(motion, draws, &out.go);
     v1alpha1::SolveRequest request;
     request.set_vehicle(described_.vehicle.name);
-    Append(motion, described_, request.mutable_motions());
-    request.set_with_go_probability(true);
-    request.mutable_margins()->set_tip(0);  // the limits of the vehicle alone
-    const v1alpha1::SolveResponse response = Ask(&VehicleClient::Solve, request);
-    const Solution solution = SolutionAt(response.solutions(), described_, 0);
-    if (response.go_probability_least().empty() || response.go_probability_most().empty()) {
-      throw std::runtime_error("the server gave no probability to go");
+    request.set_draws(static_cast<std::uint32_t>(draws));
+    Motion drawn = motion;
+    for (std::size_t k = 0; k < draws; ++k) {
+      drawn.draw = static_cast<int>(k);
+      Append(drawn, described_, request.mutable_motions());
     }
-    *go = {response.go_probability_least(0), response.go_probability_most(0)};
-    return solution;
+    const v1alpha1::SolveResponse response = Ask(&VehicleClient::Solve, request);
+    for (std::size_t k = 0; k < draws; ++k) {
+      out.solutions.push_back(SolutionAt(response.solutions(), described_, k));
+    }
+    return out;
   }
   PowerInterval Energy(const Motion& motion) override {
     v1alpha1::EnergyRequest request;
@@ -38,14 +44,18 @@ class ServerAnswers final : public VehicleAnswers {
     return PowerAt(Ask(&VehicleClient::Energy, request).powers(), described_, 0);
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
-                   std::span<SpeedPoint> out) override {
+                   std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {
     v1alpha1::PlanSpeedRequest request;
     request.set_vehicle(described_.vehicle.name);
     ToMessage(path, request.mutable_path());
     client::SetOptions(options, &request);
+    request.set_draws(static_cast<std::uint32_t>(on_draws->draws));
     const v1alpha1::PlanSpeedResponse response =
         Ask<v1alpha1::PlanSpeedResponse>(&VehicleClient::PlanSpeed, request);
     FromMessage(response.plan(), out);
+    on_draws->holds = response.hold_probability();
+    const auto& at = response.point_hold_probability();
+    on_draws->at.assign(at.begin(), at.end());
     return response.not_held();
   }
   GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options) override {
@@ -73,6 +83,21 @@ class ServerAnswers final : public VehicleAnswers {
 
  private:
   using VehicleClient = client::VehicleClient;
+
+  Solution SolveToGo(const Motion& motion, std::size_t draws, GoProbability* go) const {
+    v1alpha1::SolveRequest request;
+    request.set_vehicle(described_.vehicle.name);
+    Append(motion, described_, request.mutable_motions());
+    request.set_with_go_probability(true);
+    request.set_draws(static_cast<std::uint32_t>(draws));
+    request.mutable_margins()->set_tip(0);  // the limits of the vehicle alone
+    const v1alpha1::SolveResponse response = Ask(&VehicleClient::Solve, request);
+    if (response.go_probability_least().empty() || response.go_probability_most().empty()) {
+      throw std::runtime_error("the server gave no probability to go");
+    }
+    *go = {response.go_probability_least(0), response.go_probability_most(0)};
+    return SolutionAt(response.solutions(), described_, 0);
+  }
 
   /// One call. What the server finds wrong with it is bad usage here.
   template <class Response, class Request>

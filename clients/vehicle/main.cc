@@ -22,6 +22,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle solve FILE --soil asphalt --speed 0.8 --radius 2\n"
     "  grouser-vehicle solve FILE --speed 0.5 --grade-deg 12 --json\n"
     "  grouser-vehicle solve FILE --rim 0.4 0.8\n"
+    "  grouser-vehicle solve FILE --soil asphalt --speed 0.5 --grade-deg 20 --draws 200\n"
     "  grouser-vehicle climb FILE --soil asphalt --speed 0.5\n"
     "  grouser-vehicle speed FILE PATH.csv --limit 1.5\n"
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
@@ -41,6 +42,7 @@ struct Arguments {
   std::vector<double> speeds = {0.3, 0.8}, radii = {1, 3, 10};
   SpeedOptions plan;
   VehicleServer server;
+  std::size_t draws = 0;
   bool json = false, untrained = false;
 
   std::unique_ptr<VehicleAnswers> Open() const {
@@ -56,8 +58,12 @@ int SolveOne(const Arguments& a) {
   const auto answers = a.Open();
   const Vehicle& vehicle = answers->described().vehicle;
   GoProbability go;
-  const Solution solution = answers->Solve(a.motion.MotionOf(answers->described()), &go);
-  std::cout << (a.json ? JsonOf(vehicle, solution, go) : TextOf(vehicle, solution, go));
+  const Motion motion = a.motion.MotionOf(answers->described());
+  const Solution solution = answers->Solve(motion, &go);
+  MotionOnDraws on_draws;
+  if (a.draws > 0) on_draws = answers->SolveOnDraws(motion, a.draws);
+  std::cout << (a.json ? JsonOf(vehicle, solution, go, on_draws)
+                       : TextOf(vehicle, solution, go, on_draws));
   return ExitCodeOf(solution);
 }
 
@@ -74,8 +80,9 @@ int PlanSpeeds(Arguments a) {
   const std::vector<PathPoint> path = ReadPath(a.path, answers->described().soils);
   std::vector<SpeedPoint> out(path.size());
   a.plan.trained_only = !a.untrained;
-  const std::size_t not_held = answers->Plan(path, a.plan, out);
-  std::cout << (a.json ? JsonOf(path, out) : TextOf(path, out));
+  PlanOnDraws on_draws{.draws = a.draws, .holds = 0, .at = {}};
+  const std::size_t not_held = answers->Plan(path, a.plan, out, &on_draws);
+  std::cout << (a.json ? JsonOf(path, out, on_draws) : TextOf(path, out, on_draws));
   if (not_held == 0) return kOk;
   const auto first = std::find_if(out.begin(), out.end(), [](const auto& p) { return !p.holds; });
   const auto undriven =
@@ -130,6 +137,12 @@ void AddVehicle(CLI::App* app, Arguments* a) {
   AddServer(app, a);
 }
 
+void AddDraws(CLI::App* app, Arguments* a) {
+  app->add_option("--draws", a->draws,
+                  "Also on so many draws of the ground, each the same at all wheels and points")
+      ->check(CLI::Range(1, 1024));
+}
+
 void AddLimits(CLI::App* app, Arguments* a) {
   app->add_option("--worse-by-sd", a->plan.worse_by_sd, "Ground that must be stood")
       ->capture_default_str();
@@ -156,6 +169,7 @@ void AddSpeed(CLI::App* app, Arguments* a) {
   app->add_option("--braking", a->plan.braking_m_per_s2, "Largest [m/s^2]")->capture_default_str();
   app->add_option("--start", a->plan.start_m_per_s, "Speed at the first point [m/s]");
   app->add_option("--end", a->plan.end_m_per_s, "Speed at the last point [m/s]");
+  AddDraws(app, a);
   AddLimits(app, a);
 }
 
@@ -182,6 +196,7 @@ int main(int argc, char** argv) {
   AddVehicle(show, &a);
   auto* solve = app.add_subcommand("solve", "One steady motion");
   AddMotion(solve, &a);
+  AddDraws(solve, &a);
   auto* grades = app.add_subcommand("climb", "Steepest grades up and down, straight, on each soil");
   AddGrades(grades, &a);
   auto* energy = app.add_subcommand("energy", "Power of one steady motion, and where it goes");

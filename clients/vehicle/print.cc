@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -24,6 +25,79 @@ std::string ChanceOf(const GoProbability& go) {
   if (go.most - go.least < 1e-3) return fmt::format("{:.3f}", go.least);
   return fmt::format("{:.3f} to {:.3f}, as the models' runs do not cover all of it", go.least,
                      go.most);
+}
+
+/// 5, 50 and 95 % of what balances.
+struct Quantiles {
+  std::string name;
+  double low, middle, high;
+};
+
+std::vector<Quantiles> QuantilesOf(const Vehicle& v, std::span<const Solution> draws) {
+  std::vector<Quantiles> all;
+  const auto add = [&](const std::string& name, const auto& value) {
+    std::vector<double> values;
+    for (const Solution& s : draws) {
+      if (s.balanced) values.push_back(value(s));
+    }
+    if (values.empty()) return;
+    std::sort(values.begin(), values.end());
+    // Linear between the ordered values.
+    const auto at = [&](double share) {
+      const double place = share * static_cast<double>(values.size() - 1);
+      const auto below = static_cast<std::size_t>(place);
+      const double rest = place - static_cast<double>(below);
+      return rest > 0 ? values[below] + rest * (values[below + 1] - values[below]) : values[below];
+    };
+    all.push_back({name, at(0.05), at(0.5), at(0.95)});
+  };
+  const std::pair<const char*, double Solution::*> fields[] = {
+      {"v_x_m_per_s", &Solution::v_x_m_per_s},
+      {"v_y_m_per_s", &Solution::v_y_m_per_s},
+      {"yaw_rate_rad_per_s", &Solution::yaw_rate_rad_per_s},
+      {"steering_rad", &Solution::steering_rad},
+      {"shaft_power_w", &Solution::shaft_power_w},
+      {"electric_power_w", &Solution::electric_power_w},
+      {"torque_margin", &Solution::torque_margin},
+      {"sinkage_margin", &Solution::sinkage_margin}};
+  for (const auto& [name, member] : fields) {
+    add(name, [m = member](const Solution& s) { return s.*m; });
+  }
+  for (std::size_t d = 0; d < v.drives.size(); ++d) {
+    add("rim_speed_m_per_s." + v.drives[d].name,
+        [d](const Solution& s) { return s.rim_speed_m_per_s[d]; });
+  }
+  return all;
+}
+
+double StandardError(const MotionOnDraws& on) {
+  const double p = on.go.least;
+  return std::sqrt(p * (1 - p) / static_cast<double>(on.solutions.size()));
+}
+
+std::string DrawsOf(const Vehicle& v, const MotionOnDraws& on) {
+  if (on.solutions.empty()) return "";
+  std::string out = fmt::format(
+      "\nprobability to go on {} draws of the ground: {} (standard error {:.3f})\n"
+      "{:32} {:>10} {:>10} {:>10}\n",
+      on.solutions.size(), ChanceOf(on.go), StandardError(on), "of the draws that balance", "5 %",
+      "50 %", "95 %");
+  for (const Quantiles& q : QuantilesOf(v, on.solutions)) {
+    out += fmt::format("{:32} {:10.4g} {:10.4g} {:10.4g}\n", q.name, q.low, q.middle, q.high);
+  }
+  return out;
+}
+
+Json JsonOf(const Vehicle& v, const MotionOnDraws& on) {
+  Json quantiles = Json::object();
+  for (const Quantiles& q : QuantilesOf(v, on.solutions)) {
+    quantiles[q.name] = {q.low, q.middle, q.high};
+  }
+  const auto balanced = std::count_if(on.solutions.begin(), on.solutions.end(),
+                                      [](const Solution& s) { return s.balanced; });
+  return {{"count", on.solutions.size()},        {"balanced", balanced},
+          {"go_probability_least", on.go.least}, {"go_probability_most", on.go.most},
+          {"standard_error", StandardError(on)}, {"quantiles_5_50_95", quantiles}};
 }
 
 }  // namespace
@@ -49,7 +123,8 @@ std::string TextOf(const DescribedVehicle& described) {
   return out;
 }
 
-std::string TextOf(const Vehicle& v, const Solution& s, const GoProbability& go) {
+std::string TextOf(const Vehicle& v, const Solution& s, const GoProbability& go,
+                   const MotionOnDraws& on_draws) {
   std::string out = fmt::format(
       "reasons: {}\nv_x {:.4g} m/s, v_y {:.4g} m/s, yaw rate {:.4g} rad/s, side slip {:.2f} deg\n",
       ReasonsOf(s), s.v_x_m_per_s, s.v_y_m_per_s, s.yaw_rate_rad_per_s, s.side_slip_rad * kDegrees);
@@ -75,10 +150,11 @@ std::string TextOf(const Vehicle& v, const Solution& s, const GoProbability& go)
         v.wheels[i].name, w.load_n, w.rim_speed_m_per_s, w.slip, w.slip_angle_rad * kDegrees,
         w.f_x_n, w.f_y_n, w.torque_n_m, 1e3 * w.sinkage_m, w.shaft_power_w);
   }
-  return out;
+  return out + DrawsOf(v, on_draws);
 }
 
-std::string JsonOf(const Vehicle& v, const Solution& s, const GoProbability& go) {
+std::string JsonOf(const Vehicle& v, const Solution& s, const GoProbability& go,
+                   const MotionOnDraws& on_draws) {
   Json wheels = Json::array();
   for (std::size_t i = 0; i < v.wheels.size(); ++i) {
     const WheelSolution& w = s.wheel[i];
@@ -102,26 +178,27 @@ std::string JsonOf(const Vehicle& v, const Solution& s, const GoProbability& go)
   for (std::size_t d = 0; d < v.drives.size(); ++d) {
     drives[v.drives[d].name] = s.rim_speed_m_per_s[d];
   }
-  const Json out = {{"reasons", NamesOf(s.reasons)},
-                    {"balanced", s.balanced},
-                    {"residual", s.residual},
-                    {"v_x_m_per_s", s.v_x_m_per_s},
-                    {"v_y_m_per_s", s.v_y_m_per_s},
-                    {"yaw_rate_rad_per_s", s.yaw_rate_rad_per_s},
-                    {"side_slip_rad", s.side_slip_rad},
-                    {"steering_rad", s.steering_rad},
-                    {"rim_speed_m_per_s", drives},
-                    {"f_x_n", s.f_x_n},
-                    {"f_y_n", s.f_y_n},
-                    {"m_z_n_m", s.m_z_n_m},
-                    {"shaft_power_w", s.shaft_power_w},
-                    {"electric_power_w", s.electric_power_w},
-                    {"tip_margin", s.tip_margin},
-                    {"torque_margin", s.torque_margin},
-                    {"sinkage_margin", s.sinkage_margin},
-                    {"go_probability_least", go.least},
-                    {"go_probability_most", go.most},
-                    {"wheels", wheels}};
+  Json out = {{"reasons", NamesOf(s.reasons)},
+              {"balanced", s.balanced},
+              {"residual", s.residual},
+              {"v_x_m_per_s", s.v_x_m_per_s},
+              {"v_y_m_per_s", s.v_y_m_per_s},
+              {"yaw_rate_rad_per_s", s.yaw_rate_rad_per_s},
+              {"side_slip_rad", s.side_slip_rad},
+              {"steering_rad", s.steering_rad},
+              {"rim_speed_m_per_s", drives},
+              {"f_x_n", s.f_x_n},
+              {"f_y_n", s.f_y_n},
+              {"m_z_n_m", s.m_z_n_m},
+              {"shaft_power_w", s.shaft_power_w},
+              {"electric_power_w", s.electric_power_w},
+              {"tip_margin", s.tip_margin},
+              {"torque_margin", s.torque_margin},
+              {"sinkage_margin", s.sinkage_margin},
+              {"go_probability_least", go.least},
+              {"go_probability_most", go.most},
+              {"wheels", wheels}};
+  if (!on_draws.solutions.empty()) out["draws"] = JsonOf(v, on_draws);
   return out.dump(1) + "\n";
 }
 
@@ -168,21 +245,29 @@ std::string JsonOf(const Vehicle& v, const PowerInterval& p) {
   return out.dump(1) + "\n";
 }
 
-std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
-  std::string out =
-      fmt::format("{:>10} {:>10} {:>10} {:>10}  {:5} {:15} {:15} {:>10}\n", "s m", "safe m/s",
-                  "plan m/s", "a m/s^2", "holds", "safe binds", "plan binds", "short by");
+std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
+                   const PlanOnDraws& on_draws) {
+  const bool drawn = on_draws.draws > 0;
+  std::string out = fmt::format("{:>10} {:>10} {:>10} {:>10}  {:5} {:15} {:15} {:>10}{}\n", "s m",
+                                "safe m/s", "plan m/s", "a m/s^2", "holds", "safe binds",
+                                "plan binds", "short by", drawn ? "  on draws" : "");
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
     out +=
-        fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:5} {:15} {:15} {:10.2e}\n", path[i].s_m,
+        fmt::format("{:10.3f} {:10.3f} {:10.3f} {:10.3f}  {:5} {:15} {:15} {:10.2e}", path[i].s_m,
                     p.safe_m_per_s, p.speed_m_per_s, p.acceleration_m_per_s2,
                     p.holds ? "yes" : "NO", NameOf(p.safe_binding), NameOf(p.binding), p.shortfall);
+    out += drawn ? fmt::format("  {:8.3f}\n", on_draws.at[i]) : "\n";
+  }
+  if (drawn) {
+    out += fmt::format("holds at all points on a share of {:.3f} of {} draws of the ground\n",
+                       on_draws.holds, on_draws.draws);
   }
   return out;
 }
 
-std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan) {
+std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
+                   const PlanOnDraws& on_draws) {
   Json out = Json::array();
   for (std::size_t i = 0; i < path.size(); ++i) {
     const SpeedPoint& p = plan[i];
@@ -195,6 +280,9 @@ std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> 
                    {"holds", p.holds},
                    {"binding", NameOf(p.binding)},
                    {"shortfall", p.shortfall}});
+    if (on_draws.draws == 0) continue;
+    out.back()["hold_probability"] = on_draws.at[i];
+    out.back()["plan_hold_probability"] = on_draws.holds;  // of all points
   }
   return out.dump(1) + "\n";
 }

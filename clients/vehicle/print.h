@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "clients/vehicle/answers.h"
 #include "surrogate/vehicle/energy.h"
 #include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/speed_plan.h"
@@ -19,14 +20,19 @@ struct SoilGrades {
 
 /// For people, with a line feed at the end.
 std::string TextOf(const DescribedVehicle& described);
-std::string TextOf(const Vehicle& v, const Solution& solution, const GoProbability& go);
+/// `on_draws`: also quantiles over draws; without solutions: there are none.
+std::string TextOf(const Vehicle& v, const Solution& solution, const GoProbability& go,
+                   const MotionOnDraws& on_draws);
 std::string TextOf(const Vehicle& v, const PowerInterval& power);
-std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
+std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
+                   const PlanOnDraws& on_draws);
 std::string TextOf(std::span<const SoilGrades> soils);
 /// For programs; NaN as null.
-std::string JsonOf(const Vehicle& v, const Solution& solution, const GoProbability& go);
+std::string JsonOf(const Vehicle& v, const Solution& solution, const GoProbability& go,
+                   const MotionOnDraws& on_draws);
 std::string JsonOf(const Vehicle& v, const PowerInterval& power);
-std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan);
+std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
+                   const PlanOnDraws& on_draws);
 std::string JsonOf(std::span<const SoilGrades> soils);
 
 }  // namespace grouser::cli

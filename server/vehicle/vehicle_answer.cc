@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -79,6 +80,36 @@ std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const ServedVehi
   return Reading([&] { return vehicle::FromMessage(motions, v.described); });
 }
 
+/// Draws of a vehicle's grounds for one call: those who use them forget them at its end, so that
+/// their memory is given back.
+class CallDraws {
+ public:
+  CallDraws(const ServedVehicle& v, std::size_t count) {
+    if (count > 0) draws_ = std::make_shared<const GroundDraws>(v.file.grounds, count);
+  }
+  CallDraws(const CallDraws&) = delete;
+  ~CallDraws() {
+    if (solver_ != nullptr) solver_->UseDraws(nullptr);
+    if (planner_ != nullptr) planner_->UseDraws(nullptr);
+  }
+  explicit operator bool() const { return draws_ != nullptr; }
+  void For(Solver* solver) {
+    if (draws_ == nullptr) return;
+    solver_ = solver;
+    solver->UseDraws(draws_);
+  }
+  void For(SpeedPlanner* planner) {
+    if (draws_ == nullptr) return;
+    planner_ = planner;
+    planner->UseDraws(draws_);
+  }
+
+ private:
+  std::shared_ptr<const GroundDraws> draws_;
+  Solver* solver_ = nullptr;
+  SpeedPlanner* planner_ = nullptr;
+};
+
 void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const char* field) {
   if (numbers.empty()) {
     throw StatusError(StatusCode::kInvalidArgument, fmt::format("{}: none, expected one", field));
@@ -102,7 +133,9 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
     const SpeedOptions options = MarginsOf(context, request.margins());
     const std::vector<Motion> motions = MotionsOf(request.motions(), v);
     std::array<Solution, kChunk> solutions;
+    CallDraws draws(v, request.draws());
     Solver* solver = context.bench.SolverOf(v);
+    draws.For(solver);
     for (std::size_t first = 0; first < motions.size(); first += kChunk) {
       const std::size_t count = std::min(kChunk, motions.size() - first);
       vehicle::StopIfAsked(options.stop);
@@ -113,8 +146,10 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
     }
     if (!request.with_go_probability()) return;
     SpeedPlanner* planner = context.bench.PlannerOf(v, 1);
+    draws.For(planner);
     for (const Motion& motion : motions) {
-      const GoProbability go = planner->ProbabilityToGo(motion, options);
+      const GoProbability go = draws ? planner->ProbabilityByDraws(motion, options)
+                                     : planner->ProbabilityToGo(motion, options);
       response->add_go_probability_least(go.least);
       response->add_go_probability_most(go.most);
     }
@@ -141,9 +176,16 @@ Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& r
     const std::vector<PathPoint> path =
         Reading([&] { return vehicle::FromMessage(request.path(), v.described); });
     std::vector<SpeedPoint> plan(path.size());
-    const std::size_t not_held = context.bench.PlannerOf(v, path.size())->Plan(path, options, plan);
+    CallDraws draws(v, request.draws());
+    SpeedPlanner* planner = context.bench.PlannerOf(v, path.size());
+    draws.For(planner);
+    const std::size_t not_held = planner->Plan(path, options, plan);
     vehicle::ToMessage(plan, response->mutable_plan());
     response->set_not_held(static_cast<std::uint32_t>(not_held));
+    if (!draws) return;
+    std::vector<double> holds(path.size());
+    response->set_hold_probability(planner->PlanByDraws(path, options, plan, holds));
+    *response->mutable_point_hold_probability() = {holds.begin(), holds.end()};
   });
 }
 

@@ -17,6 +17,11 @@ void AtMost(const std::string& field, std::size_t count, std::size_t most, const
       fmt::format("{}: {} entries{}, at most {} in one message", field, count, of, most)));
 }
 
+void CheckDraws(std::size_t draws, const ServedVehicle& v) {
+  AtMost("draws", draws, kMaxDraws);
+  AtMost("draws times soils", draws * v.described.soils.size(), kMaxDraws);
+}
+
 void CheckMotions(const v1alpha1::Motions& motions, const ServedVehicle& v, std::size_t most,
                   const char* of = "") {
   AtMost("motions", vehicle::CountOf(motions, v.described), most, of);
@@ -58,7 +63,10 @@ Status StatusOfException() {
 Status Check(const Fleet& fleet, const v1alpha1::SolveRequest& request) {
   return Checked(fleet, request, [&](const ServedVehicle& v) {
     const bool go = request.with_go_probability();
-    CheckMotions(request.motions(), v, go ? kMaxMotions / kSolvesToGo : kMaxMotions,
+    const std::size_t draws = request.draws();
+    CheckDraws(draws, v);
+    CheckMotions(request.motions(), v,
+                 go ? kMaxMotions / (draws > 0 ? draws : kSolvesToGo) : kMaxMotions,
                  go ? " with go_probability" : "");
   });
 }
@@ -69,9 +77,12 @@ Status Check(const Fleet& fleet, const v1alpha1::EnergyRequest& request) {
 }
 
 Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {
-  return Checked(fleet, request, [&](const ServedVehicle&) {
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
     const v1alpha1::Path& path = request.path();
-    AtMost("path.s_m", static_cast<std::size_t>(path.s_m_size()), kMaxPathPoints);
+    const auto points = static_cast<std::size_t>(path.s_m_size());
+    AtMost("path.s_m", points, kMaxPathPoints);
+    CheckDraws(request.draws(), v);
+    AtMost("draws times points", request.draws() * points, kMaxDrawnPoints);
     AtMost("path.soils", static_cast<std::size_t>(path.soils_size()), kMaxSoilNames);
     vehicle::CheckSizes(path);
   });

@@ -15,7 +15,7 @@ namespace {
 using draws::Frequencies, draws::kFeatures, draws::Member;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr int kCommonEvery = 4;       // one feature in so many has long lengths
+constexpr int kCommonEvery = 2;       // of physics: one feature in so many has long lengths
 constexpr double kCommonLength = 4;   // over those of the others
 constexpr double kLeastGrip = -0.95;  // of c z, hard ground
 constexpr std::size_t kBlock = 64;    // states
@@ -44,30 +44,32 @@ std::uint64_t KeyOf(std::string_view soil) {
   return key;
 }
 
-/// Normal frequencies, evenly spread (Kronecker's sequence by powers of the plastic number's
-/// relative in four dimensions), the same for all.
-Frequencies MakeFrequencies() {
+/// Normal frequencies, evenly spread (Kronecker's sequence by powers of 1/root of x^5 = x + 1), the
+/// same for all. Every `common`-th feature has long lengths; 0: none.
+Frequencies MakeFrequencies(const DrawLengths& lengths, int common) {
   Frequencies w;
   for (int m = 0; m < kFeatures; ++m) {
     double u[4], power = 1;
     for (double& x : u) {
-      power *= 0.8566748838545029;  // 1/root of x^5 = x + 1
+      power *= 0.8566748838545029;
       x = 0.5 + (m + 1) * power;
       x -= static_cast<double>(static_cast<int>(x));
     }
     const std::array<double, 2> plane = Normal(u[0], u[1]), rest = Normal(u[2], u[3]);
-    const double length = kTurn * (m % kCommonEvery == 0 ? kCommonLength : 1);
-    w.v_x[m] = plane[0] / (length * DrawLengths::kPlane);
-    w.rim[m] = plane[1] / (length * DrawLengths::kPlane);
-    w.v_y[m] = rest[0] / (length * DrawLengths::kLateral);
-    w.load[m] = rest[1] / (length * DrawLengths::kLogLoad);
+    const bool is_common = common > 0 && m % common == 0;
+    const double per = 1 / (kTurn * (is_common ? kCommonLength : 1));
+    w.v_x[m] = plane[0] * per / lengths.plane;
+    w.rim[m] = plane[1] * per / lengths.plane;
+    w.v_y[m] = rest[0] * per / lengths.lateral;
+    w.load[m] = rest[1] * per / lengths.log_load;
   }
   return w;
 }
 
-const Frequencies& TheFrequencies() noexcept {
-  static const Frequencies frequencies = MakeFrequencies();
-  return frequencies;
+const Frequencies& FrequenciesOf(const ErrorForm& form) noexcept {
+  static const Frequencies of_fit = MakeFrequencies(DrawLengths::OfFit(), 0);
+  static const Frequencies of_physics = MakeFrequencies(DrawLengths::OfPhysics(), kCommonEvery);
+  return form.of_physics ? of_physics : of_fit;
 }
 
 Member MakeMember(std::uint64_t key, std::uint64_t k) {
@@ -94,7 +96,8 @@ Member MakeMember(std::uint64_t key, std::uint64_t k) {
 }
 
 /// Errors of states `first` on, over their sds, to values.
-void AddField(const DrawBatch& b, std::size_t first, std::size_t count, draws::BlockFn kernel) {
+void AddField(const Frequencies& frequencies, const DrawBatch& b, std::size_t first,
+              std::size_t count, draws::BlockFn kernel) {
   double error[kOutputs][kBlock], slope[kOutputs][4][kBlock];
   draws::Block block{static_cast<int>(count),
                      b.v_x.data() + first,
@@ -109,7 +112,7 @@ void AddField(const DrawBatch& b, std::size_t first, std::size_t count, draws::B
     block.error[o] = error[o];
     for (int k = 0; k < 4 && !b.slope[o][k].empty(); ++k) block.slope[o][k] = slope[o][k];
   }
-  kernel(TheFrequencies(), block);
+  kernel(frequencies, block);
   for (int o = 0; o < kOutputs; ++o) {
     if (b.value[o].empty()) continue;
     for (std::size_t i = 0; i < count; ++i) {
@@ -164,15 +167,15 @@ Draws::Draws(std::string_view soil, std::size_t count) {
     throw std::invalid_argument("draws: got " + std::to_string(count) + ", expected 1 to " +
                                 std::to_string(kMost));
   }
-  TheFrequencies();
+  FrequenciesOf({});  // not within a solve
   const std::uint64_t key = KeyOf(soil);
   members_.reserve(count);
   for (std::size_t k = 0; k < count; ++k) members_.push_back(MakeMember(key, k));
 }
 
-double UnitErrorOf(const Member& member, int output, double v_x, double v_y, double rim,
-                   double load) noexcept {
-  const Frequencies& w = TheFrequencies();
+double UnitErrorOf(const ErrorForm& form, const Member& member, int output, double v_x, double v_y,
+                   double rim, double load) noexcept {
+  const Frequencies& w = FrequenciesOf(form);
   const double size = std::sqrt(v_x * v_x + v_y * v_y + rim * rim), per = size > 0 ? 1 / size : 0;
   const bool odd_x = kOutputFields[output].parity_x < 0, odd_y = kOutputFields[output].parity_y < 0;
   double own = 0, own2 = 0, broken = 0, even2 = 0;
@@ -196,7 +199,8 @@ double UnitErrorOf(const Member& member, int output, double v_x, double v_y, dou
 
 void AddErrors(const WheelModel& model, const DrawBatch& batch, draws::BlockFn kernel) noexcept {
   const std::size_t n = batch.load.size();
-  if (const double radius = model.FrictionRadius(); radius > 0) {
+  const ErrorForm form = model.Errors();
+  if (const double radius = form.friction_radius_m; radius > 0) {
     for (std::size_t i = 0; i < n; ++i) {
       if (batch.member[i] != nullptr) AddFriction(batch, i, radius);
     }
@@ -204,7 +208,7 @@ void AddErrors(const WheelModel& model, const DrawBatch& batch, draws::BlockFn k
   }
   if (kernel == nullptr) kernel = DrawKernelFor(nullptr);
   for (std::size_t first = 0; first < n; first += kBlock) {
-    AddField(batch, first, std::min(kBlock, n - first), kernel);
+    AddField(FrequenciesOf(form), batch, first, std::min(kBlock, n - first), kernel);
   }
 }
 

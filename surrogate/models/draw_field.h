@@ -30,27 +30,34 @@ namespace grouser::surrogate {
 ///
 ///   S_m = t_x(w_x v_x + w_r r w) t_y(w_y v_y),  t: cos where the output is even in the mirror, or
 ///   sin own  = sum S_m (a_m cos(w_l l) + b_m sin(w_l l)),  a, b ~ N(0, 1), for each k and output
-///   g = (own + e broken)/sqrt(sum S_m^2 + e^2 sum E_m^2),   e = 0.2
+///   g = (own + e broken)/sqrt(sum S_m^2 + e^2 sum E_m^2),   e = 0.1
 ///
 /// The mirrors of a wheel are mirrors of its errors. Where symmetry would make an output 0 (a
 /// lateral force straight on) its interval is not 0, as a bed of grains is not symmetric: `broken`
 /// is the same sum over even features E_m with numbers of its own; within 5 degrees of the plane of
-/// symmetry it takes over, far from it states and mirrors are correlated by 0.92. Outputs that are
-/// even in both mirrors have no such term.
-/// w is normal, 1/w the lengths of DrawLengths, so that the correlation falls as
-/// exp(-distance^2/2); one feature in four has them four times as long: the bias of the form, which
-/// all states of a soil have in common, is that quarter of the variance. (sd_fit and sd_patch are
-/// not told apart: of the two the sum alone is calibrated, see Hull. sd_form is not in an interval
-/// for DEM runs.) The speed is no axis: states that differ in it alone have one error. At rest d =
-/// 0. Outputs of one state are independent: models say nothing else. (Not those of hard ground.)
+/// symmetry it takes over; at 35 degrees a state and its mirror are correlated by 0.9. Outputs that
+/// are even in both mirrors have no such term. w is normal with standard deviations 1/DrawLengths,
+/// so that the correlation falls as exp(-distance^2/2), distances over the lengths. Two kinds of
+/// models differ (ErrorForm), as the errors at held-out runs of the models in surrogate/pairs do
+/// (draw_lengths_test.cc):
+///   with a fit to runs beside its physics, or without physics: DrawLengths::OfFit;
+///   physics alone: DrawLengths::OfPhysics, and every second feature's lengths are four times as
+///   long. That half of the variance is the bias of the form, which all states have in common.
+/// Not told apart are sd_fit and sd_patch: of the two the sum alone is calibrated (Hull). A patch
+/// is taken to be the same under all wheels, which is on the safe side. sd_form is no part: it is
+/// not in the interval for DEM runs. The speed is no axis: states that differ in it alone have one
+/// error. At rest d = 0.
+/// Outputs of one state are independent, as models say nothing else. (At those held-out runs f_x
+/// and sinkage are correlated by -0.6 to -0.8, others by no common sign.)
 ///
-/// Hard ground (WheelModel::FrictionRadius) has two unknown numbers: with z, z' ~ N(0, 1) for each
-/// k, all of its states have (1 + c z) times the friction, c = sd/|f| that of each state, and
-/// torque = r f_x + the rolling resistance's with z'. c z is kept from -0.95 on.
+/// Hard ground has two unknown numbers: with z, z' ~ N(0, 1) for each k, all of its states have
+/// 1 + c z times the friction, c = sd/|f| that of each state, and torque = r f_x + the rolling
+/// resistance's with z'. c z is kept from -0.95 on.
 struct DrawLengths {
-  /// Those that the fit takes where runs tell none (surrogate/fit/trained.cc): along v_x and r w on
-  /// the sphere, along v_y, in ln load.
-  static constexpr double kPlane = 0.45, kLateral = 0.45, kLogLoad = 0.7;
+  double plane, lateral, log_load;  ///< along (v_x, r w) and v_y of d, in ln load
+  /// Of the residual that fits take where runs tell nothing (surrogate/fit/trained.cc), and half.
+  static constexpr DrawLengths OfPhysics() { return {0.45, 0.45, 0.7}; }
+  static constexpr DrawLengths OfFit() { return {0.225, 0.225, 0.35}; }
 };
 
 class Draws {
@@ -69,8 +76,8 @@ class Draws {
 
 /// g of one state and output by the formulas above with the standard library; for tests, which
 /// compare the kernels with it. Precondition: finite, load > 0.
-double UnitErrorOf(const draws::Member& member, int output, double v_x, double v_y,
-                   double rim_speed, double load) noexcept;
+double UnitErrorOf(const ErrorForm& form, const draws::Member& member, int output, double v_x,
+                   double v_y, double rim_speed, double load) noexcept;
 
 /// States whose answers become draws.
 struct DrawBatch {

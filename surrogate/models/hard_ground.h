@@ -60,7 +60,9 @@ class HardGroundModel final : public WheelModel {
 
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
   bool UsesYawRate() const noexcept override { return true; }
-  double FrictionRadius() const noexcept override { return radius_m_; }
+  ErrorForm Errors() const noexcept override {
+    return {.of_physics = false, .friction_radius_m = radius_m_};
+  }
 
   const HardGround& ground() const { return ground_; }
   double radius_m() const { return radius_m_; }

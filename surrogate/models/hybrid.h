@@ -62,6 +62,9 @@ class HybridModel final : public TabulatedModel {
   void Tabulate(const Resolution& resolution = {});
 
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
+  ErrorForm Errors() const noexcept override {
+    return {.of_physics = !table_.has_outputs(), .friction_radius_m = 0};
+  }
   double Tolerance() const noexcept override { return by_law_ ? 0 : TabulatedModel::Tolerance(); }
 
   /// One state, exactly; for the fitter and for tests. Same preconditions as

@@ -64,6 +64,13 @@ struct WheelAnswer {
   std::uint32_t flags;
 };
 
+/// How the errors of a model's answers at different states have to do with one another; see
+/// draw_field.h.
+struct ErrorForm {
+  bool of_physics = false;  ///< nothing was fitted to runs but the physics' parameters, if they
+  double friction_radius_m = 0;  ///< above 0, the wheel's: one friction, one rolling resistance
+};
+
 /// A fitted model of one wheel on one soil, immutable and thread-safe.
 class WheelModel {
  public:
@@ -78,9 +85,7 @@ class WheelModel {
   virtual double Tolerance() const noexcept { return 0; }
   /// Whether a yaw rate changes the answer; else it is flagged.
   virtual bool UsesYawRate() const noexcept { return false; }
-  /// Radius [m] of a wheel on ground whose errors are those of one friction and one rolling
-  /// resistance (draw_field.h); 0: they vary with the state.
-  virtual double FrictionRadius() const noexcept { return 0; }
+  virtual ErrorForm Errors() const noexcept { return {}; }
 };
 
 /// The answer to state i for a wheel off the ground; echoes are left alone.

@@ -103,6 +103,7 @@ void CheckSizes(const v1alpha1::Motions& from, const DescribedVehicle& vehicle) 
   for (const auto& array : kMotionArrays) {
     CheckSize(std::string("motions.") + array.name, (from.*array.get)().size(), n);
   }
+  CheckSize("motions.draw", from.draw_size(), n);
   const int by_wheel = n * static_cast<int>(vehicle.vehicle.wheels.size());
   if (from.soil_size() != by_wheel) CheckSize("motions.soil", from.soil_size(), n);
 }
@@ -137,6 +138,7 @@ std::vector<Motion> FromMessage(const v1alpha1::Motions& from, const DescribedVe
     for (std::size_t k = 0; k < kMotionArrays.size(); ++k) {
       m.*kMotionFields[k].member = EntryOr0((from.*kMotionArrays[k].get)(), i);
     }
+    if (!from.draw().empty()) m.draw = from.draw(i);
     m.soil.fill(soils.first());
     for (int w = 0; w < wheels && !from.soil().empty(); ++w) {
       const int at = from.soil_size() == n ? i : i * wheels + w;
@@ -157,6 +159,7 @@ void Append(const Motion& m, const DescribedVehicle& vehicle, v1alpha1::Motions*
     to->mutable_controls()->add_steering_rad(m.steering_rad);
   }
   AppendAll(m, kMotionFields, kMotionArrays, to);
+  to->add_draw(m.draw);
   for (std::size_t w = 0; w < vehicle.vehicle.wheels.size(); ++w) to->add_soil(m.soil[w]);
 }
 

@@ -215,9 +215,12 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       {"solve", "cart", "--rim", "1.5", "--steer-deg", "10"},
       {"energy", "husky", "--soil", "asphalt", "--speed", "0.5", "--radius", "1", "--json"},
       {"energy", "cart", "--speed", "2"},
+      {"solve", "husky", "--soil", "floor", "--speed", "0.3", "--grade-deg", "28", "--draws", "60"},
+      {"solve", "cart", "--speed", "2", "--radius", "6", "--draws", "30", "--json"},
       {"climb", "husky", "--json"},
       {"climb", "cart", "--speed", "0.5", "--soil", "ice", "--worse-by-sd", "0"},
       {"speed", "husky", path, "--limit", "1.5", "--json"},
+      {"speed", "husky", path, "--limit", "1.5", "--draws", "20"},
       {"speed", "cart", path, "--limit", "4", "--start", "1", "--tip-margin", "0.3"},
       {"constants", "husky", "--speeds", "0.5", "--radii", "1", "5"}};
   for (std::vector<std::string> call : calls) {

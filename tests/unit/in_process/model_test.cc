@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cctype>
@@ -182,6 +183,67 @@ TEST(Model, AllocatesNothingWhileItAnswers) {
   EXPECT_TRUE(done && refused && std::isfinite(one.output[kFx].value));
   const Model second = Model::Open(kShipped);
   EXPECT_GT(g_allocations, after) << "the library's allocations are not counted";
+}
+
+// 5 and 95 % of the draws are the interval, at every state: 4.5 standard errors. The shipped model
+// answers of a soil; a sinkage is no less than 0.
+TEST(Model, DrawsAreTheInterval) {
+  const Model model = Model::Open(kShipped);
+  const std::size_t n = 40;
+  Batch mean = MakeBatch(n + 3), drawn = mean;  // three bad ones at the end
+  const Draws draws(model.soil(), 1000);
+  ASSERT_TRUE(model.Evaluate(mean.states(), mean.answers()));
+  std::array<std::vector<std::array<double, 2>>, kOutputs> outside;
+  for (auto& of : outside) of.resize(n);
+  const Answers out = drawn.answers();
+  std::vector<std::uint32_t> k(n + 3);
+  const long before = g_allocations;
+  for (std::uint32_t draw = 0; draw < draws.size(); ++draw) {
+    std::fill(k.begin(), k.end(), draw);
+    ASSERT_TRUE(model.EvaluateDraws(drawn.states(), draws, k, out));
+    for (std::size_t o = 0; o < kOutputs; ++o) {
+      for (std::size_t i = 0; i < n; ++i) {
+        const double value = drawn.out[o][0][i];
+        outside[o][i][0] += value < mean.out[o][3][i];
+        outside[o][i][1] += value > mean.out[o][4][i];
+      }
+    }
+  }
+  EXPECT_EQ(g_allocations, before);
+  const double limit = 4.5 * std::sqrt(0.05 * 0.95 / 1000);
+  for (const Output o : {kFx, kFy, kTorque, kMz, kSinkage}) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (o != kSinkage || mean.out[o][3][i] > 0) {
+        EXPECT_NEAR(outside[o][i][0] / 1000, 0.05, limit) << o << " " << i;
+      }
+      EXPECT_NEAR(outside[o][i][1] / 1000, 0.05, limit) << o << " " << i;
+    }
+  }
+  // All else is the mean's, and bad states stay bad.
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    for (std::size_t f = 1; f < kFields; ++f) {
+      EXPECT_TRUE(SameBits(mean.out[o][f], drawn.out[o][f])) << o << " " << f;
+    }
+    EXPECT_TRUE(std::isnan(drawn.out[o][0][n + 1]));
+  }
+  EXPECT_EQ(mean.flags, drawn.flags);
+  // Another model of the soil, another count of draws, other states beside it: the same bits.
+  const Model again = Model::Open(kShipped);
+  const Draws few(model.soil(), 8);
+  const std::vector<std::uint32_t> seven(1, 7);
+  Batch one(1);
+  for (std::size_t i = 0; i < 4; ++i) one.in[i][0] = drawn.in[i][5];
+  ASSERT_TRUE(again.EvaluateDraws(one.states(), few, seven, one.answers()));
+  std::fill(k.begin(), k.end(), 7u);
+  ASSERT_TRUE(model.EvaluateDraws(drawn.states(), draws, k, out));
+  for (std::size_t o = 0; o < kOutputs; ++o) EXPECT_EQ(one.out[o][0][0], drawn.out[o][0][5]);
+  // What is no draw, and sizes, are refused.
+  Batch refused = MakeBatch(5);
+  EXPECT_FALSE(model.EvaluateDraws(refused.states(), few, seven, refused.answers()));
+  const std::vector<std::uint32_t> eight(5, 8);
+  EXPECT_FALSE(model.EvaluateDraws(refused.states(), few, eight, refused.answers()));
+  EXPECT_TRUE(refused.Untouched());
+  EXPECT_THROW(Draws("sand", 0), std::invalid_argument);
 }
 
 TEST(Model, TwoThreadsGetTheSameBits) {

@@ -225,6 +225,69 @@ TEST(InProcessVehicle, PlansBitForBitAsThePlannerWithoutAllocation) {
   }
 }
 
+TEST(InProcessVehicle, DrawsAreThoseOfTheSolverWithoutAllocation) {
+  for (const char* name : {"husky", "cart"}) {
+    const Vehicle vehicle = Vehicle::Open(FileOf(name));
+    const vehicle::VehicleFile file = vehicle::ReadVehicle(FileOf(name));
+    const auto draws = std::make_shared<const vehicle::GroundDraws>(file.grounds, 20);
+    const Batch batch(vehicle);
+    const std::size_t n = Batch::kCount;
+    std::vector<std::int32_t> draw(n);
+    for (std::size_t i = 0; i < n; ++i) draw[i] = static_cast<std::int32_t>(i % 21) - 1;
+    Motions in = batch.motions();
+    in.draw = draw;
+    std::vector<std::uint32_t> reasons(n);
+    std::vector<double> power(n), least(n), most(n);
+    VehicleSolver solver(vehicle);
+    solver.UseDraws(20);
+    const long before = g_allocations;
+    ASSERT_TRUE(solver.Solve(in, {.reasons = reasons, .electric_power = power}));
+    ASSERT_TRUE(solver.ProbabilityByDraws(in, {}, least, most));
+    EXPECT_EQ(g_allocations, before);
+    vehicle::Solver theirs(file.vehicle, file.grounds);
+    theirs.UseDraws(draws);
+    vehicle::SpeedPlanner planner(file.vehicle, file.grounds, 200);
+    planner.UseDraws(draws);
+    std::vector<vehicle::Motion> motions = batch.ours();
+    for (std::size_t i = 0; i < n; ++i) motions[i].draw = draw[i];
+    std::vector<vehicle::Solution> s(n);
+    theirs.Solve(motions, s);
+    for (std::size_t i = 0; i < n; ++i) {
+      ASSERT_EQ(reasons[i], s[i].reasons) << name << " " << i;
+      if (i != 77) {
+        ASSERT_TRUE(SameBits(power[i], s[i].electric_power_w)) << name << " " << i;
+      }
+      const vehicle::GoProbability go = planner.ProbabilityByDraws(motions[i], {});
+      ASSERT_EQ(least[i], go.least) << name << " " << i;
+      ASSERT_EQ(most[i], go.most) << name << " " << i;
+    }
+    const Course course(200, vehicle.soils().size());
+    std::vector<double> speed(200), acceleration(200), at(200), expected(200);
+    const SpeedOptions options{.speed_limit = 2};
+    SpeedPlanner along(vehicle, 200);
+    double holds = -1;
+    ASSERT_TRUE(along.Plan(course.path(), options, {.speed = speed, .acceleration = acceleration}));
+    EXPECT_FALSE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds));
+    along.UseDraws(20);
+    ASSERT_TRUE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds, at));
+    std::vector<vehicle::PathPoint> path;
+    for (std::size_t i = 0; i < 200; ++i) {
+      path.push_back({course.s[i], course.curvature[i], course.grade[i], 0, course.soil[i]});
+    }
+    std::vector<vehicle::SpeedPoint> plan(200);
+    vehicle::SpeedOptions limits;
+    limits.speed_limit_m_per_s = 2;
+    planner.Plan(path, limits, plan);
+    EXPECT_EQ(holds, planner.PlanByDraws(path, limits, plan, expected));
+    EXPECT_EQ(at, expected);
+    speed[3] = kNaN;
+    EXPECT_FALSE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds));
+    EXPECT_THROW(solver.UseDraws(2000), std::invalid_argument);
+    solver.UseDraws(0);
+    EXPECT_FALSE(solver.ProbabilityByDraws(in, {}, least, most));
+  }
+}
+
 TEST(InProcessVehicle, RefusesSizesAndNamesThem) {
   const Vehicle vehicle = Vehicle::Open(FileOf("husky"));
   VehicleSolver solver(vehicle);

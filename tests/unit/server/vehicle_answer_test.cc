@@ -104,6 +104,45 @@ TEST_F(VehicleAnswerTest, RefusesSizesBeforeARequestWaits) {
   ExpectExhausted(constants, "radii_m: 1019 entries");
 }
 
+TEST_F(VehicleAnswerTest, RefusesTooManyDrawsBeforeARequestWaits) {
+  v1alpha1::SolveRequest solve = Motions(1);
+  solve.set_draws(341);  // three soils
+  EXPECT_TRUE(Check(fleet_, solve).ok());
+  solve.set_draws(342);
+  ExpectExhausted(solve, "draws times soils: 1026 entries, at most 1024");
+  solve.set_draws(4000000000u);
+  ExpectExhausted(solve, "draws: 4000000000 entries, at most 1024");
+  solve = Motions(10);
+  solve.set_draws(300);
+  solve.set_with_go_probability(true);
+  EXPECT_TRUE(Check(fleet_, solve).ok());
+  solve.mutable_motions()->mutable_twist()->add_v_x_m_per_s(1);
+  ExpectExhausted(solve, "motions: 11 entries with go_probability, at most 10");
+  v1alpha1::PlanSpeedRequest plan = Plan(1000);
+  plan.set_draws(100);
+  EXPECT_TRUE(Check(fleet_, plan).ok());
+  plan.set_draws(101);
+  ExpectExhausted(plan, "draws times points: 101000 entries, at most 100000");
+  plan.set_draws(342);
+  ExpectExhausted(plan, "draws times soils: 1026");
+}
+
+// What a call used is not there for the next.
+TEST_F(VehicleAnswerTest, DrawsAreThoseOfTheirCallAlone) {
+  v1alpha1::SolveRequest solve = Motions(3);
+  for (const int draw : {-1, 0, 9}) solve.mutable_motions()->add_draw(draw);
+  v1alpha1::SolveResponse with, without;
+  solve.set_draws(10);
+  ASSERT_TRUE(Ask(solve, &with).ok());
+  EXPECT_EQ(with.solutions().reasons(1), 0u);
+  EXPECT_EQ(with.solutions().reasons(2), 0u);
+  EXPECT_NE(with.solutions().electric_power_w(0), with.solutions().electric_power_w(1));
+  solve.set_draws(0);
+  ASSERT_TRUE(Ask(solve, &without).ok());
+  EXPECT_EQ(without.solutions().electric_power_w(0), with.solutions().electric_power_w(0));
+  EXPECT_EQ(without.solutions().reasons(1), std::uint32_t{v1alpha1::MOTION_REASON_INPUT});
+}
+
 TEST_F(VehicleAnswerTest, RefusesArraysThatDoNotFitBeforeARequestWaits) {
   v1alpha1::SolveRequest solve = Motions(3);
   solve.mutable_motions()->add_bank_rad(0);
@@ -166,6 +205,9 @@ TEST_F(VehicleAnswerTest, EveryCallThatIsCancelledEnds) {
   };
   expect_dropped(Plan(10), v1alpha1::PlanSpeedResponse());
   expect_dropped(Motions(3), v1alpha1::SolveResponse());
+  v1alpha1::PlanSpeedRequest drawn = Plan(10);
+  drawn.set_draws(20);
+  expect_dropped(drawn, v1alpha1::PlanSpeedResponse());
   v1alpha1::EnergyRequest energy;
   energy.set_vehicle("husky");
   *energy.mutable_motions() = Motions(3).motions();

@@ -18,10 +18,15 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr ErrorForm kForm{.of_physics = true, .friction_radius_m = 0};
 
 /// Answers and interval half widths that vary with the state, in proportion to the load.
 class Varying final : public WheelModel {
  public:
+  explicit Varying(bool of_physics = false) : of_physics_(of_physics) {}
+  ErrorForm Errors() const noexcept override {
+    return {.of_physics = of_physics_, .friction_radius_m = 0};
+  }
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override {
     for (std::size_t i = 0; i < in.load.size(); ++i) {
       out.flags[i] = 0;
@@ -35,6 +40,9 @@ class Varying final : public WheelModel {
       }
     }
   }
+
+ private:
+  bool of_physics_;
 };
 
 /// n states all about, straight ones and ones at rest among them.
@@ -55,16 +63,18 @@ void Draw(const WheelModel& model, const Draws& draws, std::uint32_t k, StateBat
   EvaluateDraws(model, {}, draws, all, batch->In(), batch->Out(), {});
 }
 
-double ErrorOf(const Draws& draws, std::size_t k, int o, const VelocityState& v, double load) {
-  return UnitErrorOf(draws[k], o, v.v_x, v.v_y, v.rim_speed, load);
+double ErrorOf(const ErrorForm& form, const Draws& draws, std::size_t k, int o,
+               const VelocityState& v, double load) {
+  return UnitErrorOf(form, draws[k], o, v.v_x, v.v_y, v.rim_speed, load);
 }
 
-double Correlation(int o, const VelocityState& a, double load_a, const VelocityState& b,
-                   double load_b) {
-  const Draws draws("sand", Draws::kMost);
+double Correlation(const ErrorForm& form, int o, const VelocityState& a, double load_a,
+                   const VelocityState& b, double load_b) {
+  const Draws draws("sand", 500);
   double ab = 0, aa = 0, bb = 0;
   for (std::size_t k = 0; k < draws.size(); ++k) {
-    const double x = ErrorOf(draws, k, o, a, load_a), y = ErrorOf(draws, k, o, b, load_b);
+    const double x = ErrorOf(form, draws, k, o, a, load_a),
+                 y = ErrorOf(form, draws, k, o, b, load_b);
     ab += x * y;
     aa += x * x;
     bb += y * y;
@@ -74,8 +84,11 @@ double Correlation(int o, const VelocityState& a, double load_a, const VelocityS
 
 // At every state and output: mean, standard deviation and tails of 1,024 draws; limits are 4.5
 // standard errors.
-TEST(DrawField, AgreesWithTheIntervalAtEveryState) {
-  const Varying model;
+class DrawFieldOf : public ::testing::TestWithParam<bool> {};  // of physics alone
+INSTANTIATE_TEST_SUITE_P(Forms, DrawFieldOf, ::testing::Bool());
+
+TEST_P(DrawFieldOf, AgreesWithTheIntervalAtEveryState) {
+  const Varying model(GetParam());
   const Draws draws("sand", Draws::kMost);
   StateBatch batch = SomeStates(40), drawn = batch;
   model.Evaluate(batch.In(), batch.Out());
@@ -107,26 +120,33 @@ TEST(DrawField, AgreesWithTheIntervalAtEveryState) {
   }
 }
 
-TEST(DrawField, NeighboursAgreeAndFarStatesDoNot) {
+TEST_P(DrawFieldOf, NeighboursAgreeAndFarStatesDoNot) {
+  const ErrorForm form{.of_physics = GetParam(), .friction_radius_m = 0};
   const VelocityState at = FromSlip(0.1, 20 * kDegree, 1);
   for (const Output o : kPredicted) {
-    EXPECT_GT(Correlation(o, at, 20, FromSlip(0.15, 22 * kDegree, 1), 21), 0.9);
-    EXPECT_GT(Correlation(o, at, 20, FromSlip(0.1, 20 * kDegree, 0.3), 20), 0.999);  // its speed
+    EXPECT_GT(Correlation(form, o, at, 20, FromSlip(0.13, 21 * kDegree, 1), 21), 0.9);
+    EXPECT_GT(Correlation(form, o, at, 20, FromSlip(0.1, 20 * kDegree, 0.3), 20), 0.999);  // speed
     double last = 1;
-    for (const double slip : {0.2, 0.4, 0.6, 0.8}) {
-      const double now = Correlation(o, at, 20, FromSlip(slip, 20 * kDegree, 1), 20);
+    for (const double slip : {0.2, 0.4, 0.6}) {
+      const double now = Correlation(form, o, at, 20, FromSlip(slip, 20 * kDegree, 1), 20);
       EXPECT_LT(now, last) << kOutputFields[o].name << " " << slip;
       last = now;
     }
-    EXPECT_LT(std::fabs(Correlation(o, at, 20, FromSlip(-1, 80 * kDegree, 1), 60)), 0.35);
+    // Of physics, half of the variance is common to far states (less where symmetry turns the sign).
+    const double far = Correlation(form, o, at, 20, FromSlip(0.6, 60 * kDegree, 1), 50);
+    if (form.of_physics && kOutputFields[o].parity_y > 0) {
+      EXPECT_GT(far, 0.2) << kOutputFields[o].name;
+    } else {
+      EXPECT_LT(std::fabs(far), 0.35) << kOutputFields[o].name;
+    }
   }
   // Outputs of one state, and soils, have nothing to do with one another: 4.5 standard errors.
   const Draws sand("sand", Draws::kMost), loam("loam", Draws::kMost);
   double outputs = 0, soils = 0;
   for (std::size_t k = 0; k < Draws::kMost; ++k) {
-    const double x = ErrorOf(sand, k, kFx, at, 20);
-    outputs += x * ErrorOf(sand, k, kTorque, at, 20) / Draws::kMost;
-    soils += x * ErrorOf(loam, k, kFx, at, 20) / Draws::kMost;
+    const double x = ErrorOf(form, sand, k, kFx, at, 20);
+    outputs += x * ErrorOf(form, sand, k, kTorque, at, 20) / Draws::kMost;
+    soils += x * ErrorOf(form, loam, k, kFx, at, 20) / Draws::kMost;
   }
   EXPECT_LT(std::fabs(outputs), 4.5 / std::sqrt(Draws::kMost));
   EXPECT_LT(std::fabs(soils), 4.5 / std::sqrt(Draws::kMost));
@@ -146,24 +166,24 @@ TEST(DrawField, MirrorsOfAWheelAreMirrorsOfItsErrors) {
   };
   for (std::size_t k = 0; k < draws.size(); ++k) {
     for (int o = 0; o < kOutputs; ++o) {
-      const double one = UnitErrorOf(draws[k], o, 0.3, 0.1, 0.4, 20);
-      EXPECT_EQ(UnitErrorOf(mirrored(draws[k], false, true), o, 0.3, -0.1, 0.4, 20),
+      const double one = UnitErrorOf(kForm, draws[k], o, 0.3, 0.1, 0.4, 20);
+      EXPECT_EQ(UnitErrorOf(kForm, mirrored(draws[k], false, true), o, 0.3, -0.1, 0.4, 20),
                 kOutputFields[o].parity_y * one);
-      EXPECT_EQ(UnitErrorOf(mirrored(draws[k], true, false), o, -0.3, 0.1, -0.4, 20),
+      EXPECT_EQ(UnitErrorOf(kForm, mirrored(draws[k], true, false), o, -0.3, 0.1, -0.4, 20),
                 kOutputFields[o].parity_x * one);
     }
   }
   // On the same ground: alike where nothing is odd, nearly opposite for a lateral force.
   const VelocityState left = FromSlip(0.1, 35 * kDegree, 1),
                       right = {left.v_x, -left.v_y, left.rim_speed};
-  EXPECT_GT(Correlation(kFx, left, 20, right, 20), 0.9999);
-  EXPECT_GT(Correlation(kSinkage, left, 20, right, 20), 0.9999);
-  EXPECT_LT(Correlation(kFy, left, 20, right, 20), -0.8);
+  EXPECT_GT(Correlation(kForm, kFx, left, 20, right, 20), 0.9999);
+  EXPECT_GT(Correlation(kForm, kSinkage, left, 20, right, 20), 0.9999);
+  EXPECT_LT(Correlation(kForm, kFy, left, 20, right, 20), -0.8);
 }
 
 // The batched path, by every instruction set, in batches of every size, is the scalar one.
-TEST(DrawField, BatchIsTheScalarReference) {
-  const Varying model;
+TEST_P(DrawFieldOf, BatchIsTheScalarReference) {
+  const Varying model(GetParam());
   const Draws draws("sand", 9);
   StateBatch means = SomeStates(131);
   model.Evaluate(means.In(), means.Out());
@@ -202,8 +222,8 @@ TEST(DrawField, BatchIsTheScalarReference) {
       const double sd = (means.part[o][kHigh][i] - value) / kTwoSided90;
       const double error = member[i] == nullptr
                                ? 0
-                               : UnitErrorOf(*member[i], o, means.v_x[i], means.v_y[i],
-                                             means.rim_speed[i], means.load[i]);
+                               : UnitErrorOf(model.Errors(), *member[i], o, means.v_x[i],
+                                             means.v_y[i], means.rim_speed[i], means.load[i]);
       const double drawn = std::fmax(value + sd * error, o == kSinkage ? 0 : -1e300);
       EXPECT_NEAR(first.part[o][kValue][i], drawn, 1e-12 * (std::fabs(value) + sd));
     }
@@ -212,8 +232,8 @@ TEST(DrawField, BatchIsTheScalarReference) {
 
 // Derivatives of the errors, against differences of the scalar reference; sd is a share of the
 // load.
-TEST(DrawField, SlopesAreThoseOfTheReference) {
-  const Varying model;
+TEST_P(DrawFieldOf, SlopesAreThoseOfTheReference) {
+  const Varying model(GetParam());
   const Draws draws("sand", 2);
   constexpr double kSd = 0.3, kStep = 1e-6;
   for (std::size_t i = 0; i < 30; ++i) {
@@ -237,7 +257,8 @@ TEST(DrawField, SlopesAreThoseOfTheReference) {
         const auto error = [&](double step) {
           std::array<double, 4> moved = at;
           moved[k] += step;
-          return kSd * moved[3] * UnitErrorOf(*member, o, moved[0], moved[1], moved[2], moved[3]);
+          return kSd * moved[3] *
+                 UnitErrorOf(model.Errors(), *member, o, moved[0], moved[1], moved[2], moved[3]);
         };
         const double exact = (error(kStep) - error(-kStep)) / (2 * kStep);
         EXPECT_NEAR(slope[o][k], exact, 1e-6 * (kSd * at[3] + std::fabs(exact)))
@@ -269,7 +290,7 @@ TEST(DrawField, TheSameBitsAlwaysAndForEveryCount) {
       }
     }
   }
-  EXPECT_EQ(hash, 1951739672198097974u);
+  EXPECT_EQ(hash, 5373748692779770773u);
   EXPECT_THROW(Draws("sand", 0), std::invalid_argument);
   EXPECT_THROW(Draws("sand", Draws::kMost + 1), std::invalid_argument);
 }

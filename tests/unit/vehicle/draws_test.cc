@@ -67,7 +67,7 @@ class Drawn final : public Uncertain {
   double ErrorAt(int o, const std::array<double, 4>& at) const {
     if (!(at[3] > 0)) return 0;
     return kSd * surrogate::OutputScale(o, at[3], 0.165) *
-           surrogate::UnitErrorOf(member_, o, at[0], at[1], at[2], at[3]);
+           surrogate::UnitErrorOf(Errors(), member_, o, at[0], at[1], at[2], at[3]);
   }
   const surrogate::draws::Member& member_;
 };

@@ -105,6 +105,15 @@ TEST_F(StopTest, GradesProbabilityAndConstantsEnd) {
   Motion motion = Motion::OnPath(0.3, 0.2);
   motion.grade_rad = 0.2;
   EndsSoon([&] { planner.ProbabilityToGo(motion, options_); }, 1);
+  const auto draws = std::make_shared<const GroundDraws>(grounds_, 400);
+  planner.UseDraws(draws);
+  EndsSoon([&] { planner.ProbabilityByDraws(motion, options_); }, SpeedPlanner::kMostSolvesToStop);
+  std::vector<PathPoint> path(150);
+  for (std::size_t i = 0; i < path.size(); ++i) path[i].s_m = 0.1 * static_cast<double>(i);
+  const std::vector<SpeedPoint> plan(path.size(), {.speed_m_per_s = 0.4});
+  SpeedPlanner along(Skid(), grounds_, path.size());
+  along.UseDraws(draws);
+  EndsSoon([&] { along.PlanByDraws(path, options_, plan, {}); }, SpeedPlanner::kMostSolvesToStop);
   const std::vector<double> speeds = {0.3, 0.5, 0.9}, radii = {0.8, 2, 9};
   EndsSoon([&] { ConstantsOf(Skid(), grounds_, speeds, radii, &model_.stop); }, 3);
 }

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "surrogate/vehicle/speed_plan.h"
 #include "surrogate/vehicle/vehicle_file.h"
 #include "tests/unit/count_allocations.h"
 #include "tests/unit/vehicle/vehicles.h"
@@ -104,6 +105,36 @@ TEST(VehicleTorture, EveryMotionOfEveryShippedVehicleIsSolvedOrHasAReason) {
     }
     EXPECT_GT(balanced, motions.size() / 8) << name;
     RecordProperty(std::string(name) + "_balanced", static_cast<int>(balanced));
+  }
+}
+
+TEST(VehicleTorture, DrawsAreSoundWithoutAllocation) {
+  for (const char* name : kShipped) {
+    const VehicleFile file = Shipped(name);
+    const auto draws = std::make_shared<const GroundDraws>(file.grounds, 8);
+    Solver solver(file.vehicle, file.grounds);
+    solver.UseDraws(draws);
+    SpeedPlanner planner(file.vehicle, file.grounds, 8);
+    planner.UseDraws(draws);
+    std::vector<Motion> motions = HardMotions(file);
+    for (std::size_t k = 0; k < motions.size(); ++k) motions[k].draw = static_cast<int>(k % 9) - 1;
+    std::vector<Solution> out(motions.size());
+    std::vector<PathPoint> path(8);
+    for (std::size_t i = 0; i < path.size(); ++i) path[i].s_m = static_cast<double>(i);
+    const std::vector<SpeedPoint> plan(8, {.speed_m_per_s = 0.2});
+    SpeedOptions options;
+    options.speed_limit_m_per_s = 1;
+    const long before = g_allocations;
+    solver.Solve(motions, out);
+    planner.ProbabilityByDraws(motions[1], options);
+    planner.PlanByDraws(path, options, plan, {});
+    EXPECT_EQ(g_allocations, before) << name;
+    std::size_t balanced = 0;
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      ExpectSound(file, motions[k], out[k], std::string(name) + " " + std::to_string(k));
+      balanced += out[k].balanced;
+    }
+    EXPECT_GT(balanced, motions.size() / 8) << name;
   }
 }
 

@@ -103,6 +103,33 @@ TEST_F(VehicleCli, SolveSaysTheProbabilityToGo) {
   EXPECT_NE(out_.find("probability to go: 0.000"), std::string::npos) << out_;
 }
 
+// On hard ground the draws are of the friction: the share that exceeds what the grade needs.
+TEST_F(VehicleCli, SolveAndSpeedTakeDraws) {
+  const std::string call = "solve " + kHusky + " --soil floor --speed 0.3 --grade-deg 28 --draws ";
+  ASSERT_EQ(Run(call + "1000 --json"), 0) << error_;
+  const auto draws = nlohmann::json::parse(out_)["draws"];
+  const double p = 0.5 * std::erfc(-0.854 / std::sqrt(2.0));
+  EXPECT_NEAR(draws["go_probability_least"].get<double>(), p, 4.5 * std::sqrt(p * (1 - p) / 1000));
+  EXPECT_EQ(draws["count"], 1000);
+  const auto& slip = draws["quantiles_5_50_95"]["rim_speed_m_per_s.left"];
+  EXPECT_GT(slip[2].get<double>(), 1.01 * slip[0].get<double>());
+  ASSERT_EQ(Run(call + "50"), 0) << error_;
+  EXPECT_NE(out_.find("probability to go on 50 draws of the ground: 0."), std::string::npos)
+      << out_;
+  EXPECT_EQ(Run(call + "1025"), 2);
+
+  const std::string path = Path("s_m,curvature_per_m,grade_deg,soil\n0,0,26,floor\n1,0,28,floor\n");
+  ASSERT_EQ(Run("speed " + kHusky + " " + path +
+                " --limit 0.5 --start 0.3 --end 0.3 --worse-by-sd 0 --draws 200 --json"),
+            0)
+      << error_;
+  const auto plan = nlohmann::json::parse(out_);
+  const double share = plan[0]["plan_hold_probability"].get<double>();
+  EXPECT_NEAR(share, p, 4.5 * std::sqrt(p * (1 - p) / 200));
+  EXPECT_EQ(plan[1]["hold_probability"], share);  // the steeper one decides
+  EXPECT_GT(plan[0]["hold_probability"].get<double>(), share);
+}
+
 TEST_F(VehicleCli, SpeedTakesPlaces) {
   // A circle of radius 4 m to the right, and the same by length and curvature.
   std::string places = "x_m,y_m\n", lengths = "s_m,curvature_per_m\n";
