@@ -32,6 +32,9 @@ class Uncertain : public surrogate::WheelModel {
     }
   }
   bool UsesYawRate() const noexcept override { return true; }
+  surrogate::ErrorForm Errors() const noexcept override {
+    return {.of_physics = true, .friction_radius_m = 0};
+  }
 
  private:
   surrogate::HardGroundModel model_{Asphalt(), 0.165};
