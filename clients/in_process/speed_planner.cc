@@ -89,6 +89,7 @@ struct SpeedPlanner::Parts {
   Fault FaultOf(const Path& in, const SpeedOptions& options, const SpeedPlan& out) const noexcept {
     FaultFinder finder;
     const std::size_t n = in.s.size();
+    CheckPath(in, options, &finder);
     finder.Size("speed", out.speed, n, true);
     finder.Size("acceleration", out.acceleration, n);
     finder.Size("safe", out.safe, n);
@@ -96,7 +97,6 @@ struct SpeedPlanner::Parts {
     finder.Size("safe_binding", out.safe_binding, n);
     finder.Size("binding", out.binding, n);
     finder.Size("holds", out.holds, n);
-    CheckPath(in, options, &finder);
     return finder.fault();
   }
   void CheckPath(const Path& in, const SpeedOptions& options, FaultFinder* finder) const noexcept {

@@ -66,13 +66,15 @@ void PrintJson(const std::vector<grouser::bench::SurrogateRow>& rows) {
 }
 
 void PrintTable(const std::vector<grouser::bench::PlannerRow>& rows) {
-  fmt::print("{:8} {:9} {:>6} {:>11} {:>11} {:>11} {:>13} {:>13} {:>11} {:>8}\n", "vehicle", "path",
-             "wheels", "plan p50 ms", "plan p99 ms", "plan cpu ms", "solve cold us",
-             "solve warm us", "allocations", "not held");
+  fmt::print("{:8} {:9} {:>6} {:>11} {:>11} {:>11} {:>13} {:>13} {:>13} {:>11} {:>8}\n", "vehicle",
+             "path", "wheels", "plan p50 ms", "plan p99 ms", "plan cpu ms", "solve cold us",
+             "solve warm us", "solve draw us", "allocations", "not held");
   for (const auto& r : rows) {
-    fmt::print("{:8} {:9} {:>6} {:>11.2f} {:>11.2f} {:>11.2f} {:>13.2f} {:>13.2f} {:>11} {:>8}\n",
-               r.vehicle, r.path, r.wheels, r.plan_p50_ms, r.plan_p99_ms, r.plan_cpu_ms,
-               r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held);
+    fmt::print(
+        "{:8} {:9} {:>6} {:>11.2f} {:>11.2f} {:>11.2f} {:>13.2f} {:>13.2f} {:>13.2f} {:>11} "
+        "{:>8}\n",
+        r.vehicle, r.path, r.wheels, r.plan_p50_ms, r.plan_p99_ms, r.plan_cpu_ms, r.solve_cold_us,
+        r.solve_warm_us, r.solve_draw_us, r.allocations, r.not_held);
   }
   if (rows.empty() || rows.front().grpc_p50_ms == 0) return;
   fmt::print("\n{:8} {:9} {:>11} {:>11} {:>10} {:>10} {:>11}\n", "vehicle", "path", "gRPC p50 ms",
@@ -91,12 +93,13 @@ void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
     fmt::print(
         "{}  {{\"vehicle\": \"{}\", \"path\": \"{}\", \"points\": {}, \"wheels\": {}, "
         "\"plan_p50_ms\": {:.4f}, \"plan_p99_ms\": {:.4f}, \"plan_cpu_ms\": {:.4f}, "
-        "\"solve_cold_us\": {:.4f}, \"solve_warm_us\": {:.4f}, \"allocations\": {}, "
+        "\"solve_cold_us\": {:.4f}, \"solve_warm_us\": {:.4f}, \"solve_draw_us\": {:.4f}, "
+        "\"allocations\": {}, "
         "\"not_held\": {}, \"grpc_p50_ms\": {:.4f}, \"grpc_p99_ms\": {:.4f}, "
         "\"grpc_differ\": {}}}",
         separator, r.vehicle, r.path, r.points, r.wheels, r.plan_p50_ms, r.plan_p99_ms,
-        r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.allocations, r.not_held, r.grpc_p50_ms,
-        r.grpc_p99_ms, r.grpc_differ);
+        r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.solve_draw_us, r.allocations, r.not_held,
+        r.grpc_p50_ms, r.grpc_p99_ms, r.grpc_differ);
     separator = ",\n";
   }
   fmt::print("\n]\n");

@@ -22,6 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kStep = 0.1;     // [m]
 constexpr double kFaster = 1.01;  // of a motion near one that is solved
+constexpr std::size_t kDraws = 32;
 
 struct Case {
   const char* vehicle;
@@ -105,6 +106,7 @@ class PlanCell {
         plan_(points),
         motions_(points),
         near_(points),
+        drawn_(points),
         solutions_(points) {
     options_.speed_limit_m_per_s = c.limit_m_per_s;
     row_.vehicle = c.vehicle;
@@ -122,7 +124,10 @@ class PlanCell {
       near_[i] = m;
       near_[i].v_x_m_per_s *= kFaster;
       near_[i].yaw_rate_rad_per_s *= kFaster;
+      drawn_[i] = near_[i];
+      drawn_[i].draw = static_cast<int>(i % kDraws);
     }
+    solver_.UseDraws(std::make_shared<const GroundDraws>(file_.grounds, kDraws));
     const long before = Allocations();
     Pass(nullptr);
     row_.allocations = Allocations() - before;
@@ -141,7 +146,8 @@ class PlanCell {
   }
 
   PlannerRow Row() {
-    for (auto* times : {&times_.plan, &times_.cpu, &times_.cold, &times_.warm, &times_.grpc}) {
+    for (auto* times :
+         {&times_.plan, &times_.cpu, &times_.cold, &times_.warm, &times_.draw, &times_.grpc}) {
       std::sort(times->begin(), times->end());
     }
     PlannerRow row = row_;
@@ -154,12 +160,13 @@ class PlanCell {
     }
     row.solve_cold_us = 1e3 / static_cast<double>(path_.size()) * Quantile(times_.cold, 0.5);
     row.solve_warm_us = 1e3 / static_cast<double>(path_.size()) * Quantile(times_.warm, 0.5);
+    row.solve_draw_us = 1e3 / static_cast<double>(path_.size()) * Quantile(times_.draw, 0.5);
     return row;
   }
 
  private:
   struct Times {
-    std::vector<double> plan, cpu, cold, warm, grpc;  // [ms]
+    std::vector<double> plan, cpu, cold, warm, draw, grpc;  // [ms]
   };
 
   void Pass(Times* times) {
@@ -172,11 +179,14 @@ class PlanCell {
     const double t2 = ProcessorMs();
     solver_.Solve(near_, solutions_, true);
     const double t3 = ProcessorMs();
+    solver_.Solve(drawn_, solutions_, true);
+    const double t4 = ProcessorMs();
     if (times == nullptr) return;
     times->plan.push_back(wall.count());
     times->cpu.push_back(t1 - t0);
     times->cold.push_back(t2 - t1);
     times->warm.push_back(t3 - t2);
+    times->draw.push_back(t4 - t3);
   }
 
   VehicleFile file_;
@@ -185,7 +195,7 @@ class PlanCell {
   SpeedPlanner planner_;
   Solver solver_;
   std::vector<SpeedPoint> plan_;
-  std::vector<Motion> motions_, near_;
+  std::vector<Motion> motions_, near_, drawn_;
   std::vector<Solution> solutions_;
   PlannerRow row_;
   Times times_;

@@ -22,7 +22,8 @@ struct PlannerRow {
   /// One solve, amortised over those of all points with the speeds of the plan: from nothing, and
   /// from the solutions at 1 % less speed. Processor time, medians.
   double solve_cold_us = 0, solve_warm_us = 0;
-  long allocations = 0;      ///< of a plan and both solves
+  double solve_draw_us = 0;  ///< of the second on a draw of the ground, from that of the mean
+  long allocations = 0;      ///< of a plan and all solves
   std::size_t not_held = 0;  ///< points at which the plan does not hold
   /// The same by a server, from request to answer [ms]; 0 without one.
   double grpc_p50_ms = 0, grpc_p99_ms = 0;

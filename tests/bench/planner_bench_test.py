@@ -6,7 +6,7 @@ import sys
 
 FIELDS = {"vehicle": str, "path": str, "points": int, "wheels": int, "plan_p50_ms": float,
           "plan_p99_ms": float, "plan_cpu_ms": float, "solve_cold_us": float,
-          "solve_warm_us": float, "allocations": int, "not_held": int,
+          "solve_warm_us": float, "solve_draw_us": float, "allocations": int, "not_held": int,
           "grpc_p50_ms": float, "grpc_p99_ms": float, "grpc_differ": int}
 POINTS = 12
 
