@@ -129,34 +129,41 @@ void AddField(const Frequencies& frequencies, const DrawBatch& b, std::size_t fi
   }
 }
 
-/// One state of hard ground: torque first, as it has to do with the mean of f_x.
+/// One state of hard ground.
 void AddFriction(const DrawBatch& b, std::size_t i, double radius) {
   const Member& member = *b.member[i];
-  const auto sd = [&](int o) {
-    return b.value[o].empty() ? 0 : (b.high[o][i] - b.value[o][i]) / kTwoSided90;
+  const auto sd = [&](int o) { return (b.high[o][i] - b.value[o][i]) / kTwoSided90; };
+  // c, the same of f_x, f_y and the scrub part of m_z.
+  double c = 0;
+  for (const int o : {kFx, kFy, kMz}) {
+    if (b.value[o].empty() || b.value[o][i] == 0) continue;
+    c = sd(o) / std::fabs(b.value[o][i]);
+    break;
+  }
+  const double share = std::max(c * member.friction, kLeastGrip);
+  // Of the slopes of `of`, a share is added to those of `to`.
+  const auto add = [&](int to, double more, double slope_share, int of) {
+    b.value[to][i] += more;
+    for (int k = 0; k < 4 && !b.slope[to][k].empty(); ++k) {
+      b.slope[to][k][i] += slope_share * b.slope[of][k][i];
+    }
   };
-  // Of an output with friction alone: c z.
-  const auto grip = [&](int o) {
-    const double size = b.value[o].empty() ? 0 : std::fabs(b.value[o][i]);
-    return size > 0 ? std::max(sd(o) * member.friction / size, kLeastGrip) : 0;
-  };
-  // Adds a share of an output to one.
-  const auto add = [&](int to, double share, int of) {
-    b.value[to][i] += share * b.value[of][i];
-    if (b.slope[to][0].empty() || b.slope[of][0].empty()) return;
-    for (int k = 0; k < 4; ++k) b.slope[to][k][i] += share * b.slope[of][k][i];
-  };
-  if (!b.value[kTorque].empty() && !b.value[kFx].empty()) {
+  if (!b.value[kTorque].empty()) {
     const double pull = radius * sd(kFx), all = sd(kTorque);
-    const double rolling = std::sqrt(std::max(0.0, all * all - pull * pull)) * member.rolling;
-    add(kTorque, radius * grip(kFx), kFx);
-    b.value[kTorque][i] += b.rim_speed[i] < 0 ? -rolling : rolling;
+    const double size = std::sqrt(std::max(0.0, all * all - pull * pull)) * member.rolling;
+    const double rolling = b.rim_speed[i] < 0 ? -size : size;
+    add(kTorque, radius * share * b.value[kFx][i] + rolling, radius * share, kFx);
     if (!b.slope[kTorque][3].empty() && b.load[i] > 0) {
-      b.slope[kTorque][3][i] += (b.rim_speed[i] < 0 ? -rolling : rolling) / b.load[i];
+      b.slope[kTorque][3][i] += rolling / b.load[i];
     }
   }
-  for (const int o : {kFx, kFy, kMz}) {
-    if (!b.value[o].empty()) add(o, grip(o), o);
+  if (!b.value[kMz].empty()) {
+    const double scrub = c > 0 ? sd(kMz) / c : 0;
+    const bool left = !b.yaw_rate.empty() && b.yaw_rate[i] > 0;
+    add(kMz, share * (left ? -scrub : scrub), share, kMz);
+  }
+  for (const int o : {kFx, kFy}) {
+    if (!b.value[o].empty()) add(o, share * b.value[o][i], share, o);
   }
 }
 
@@ -216,20 +223,27 @@ void EvaluateDraws(const WheelModel& model, const FormErrors& form, const Draws&
                    std::span<const std::uint32_t> k, const WheelStatesView& in,
                    const ResponsesView& out, const FormView& to) noexcept {
   std::array<std::array<double, kBlock>, kOutputs> high;
-  std::array<double, kBlock> pull;
-  const bool torque = !out.output[kTorque].value.empty();
+  std::array<std::array<double, kBlock>, 2> force;
+  // On hard ground all errors are those of f_x and f_y.
+  const bool hard = model.Errors().friction_radius_m > 0;
   for (std::size_t first = 0; first < in.load.size(); first += kBlock) {
     const std::size_t count = std::min(kBlock, in.load.size() - first);
     const WheelStatesView states = Cut(in, first, count);
     ResponsesView answers = Cut(out, first, count);
     std::array<const Member*, kBlock> member;
     for (std::size_t i = 0; i < count; ++i) member[i] = &draws[k[first + i]];
-    DrawBatch batch{
-        states.v_x, states.v_y, states.rim_speed, states.load, std::span(member).first(count), {},
-        {},         {}};
-    // On hard ground a torque's error is that of f_x.
-    if (torque && answers.output[kFx].value.empty()) {
-      answers.output[kFx].value = std::span(pull).first(count);
+    DrawBatch batch{states.v_x,
+                    states.v_y,
+                    states.rim_speed,
+                    states.load,
+                    states.yaw_rate,
+                    std::span(member).first(count),
+                    {},
+                    {},
+                    {}};
+    for (const int o : {kFx, kFy}) {
+      std::span<double>& value = answers.output[o].value;
+      if (hard && value.empty()) value = std::span(force[static_cast<std::size_t>(o)]).first(count);
     }
     for (int o = 0; o < kOutputs; ++o) {
       OutputView& view = answers.output[o];

@@ -51,8 +51,9 @@ namespace grouser::surrogate {
 /// and sinkage are correlated by -0.6 to -0.8, others by no common sign.)
 ///
 /// Hard ground has two unknown numbers: with z, z' ~ N(0, 1) for each k, all of its states have
-/// 1 + c z times the friction, c = sd/|f| that of each state, and torque = r f_x + the rolling
-/// resistance's with z'. c z is kept from -0.95 on.
+/// 1 + c z times the friction, c = sd/|f| that of each state: f_x, f_y, the scrub part of m_z
+/// (whose sign is that of -yaw rate), and torque = r f_x + the rolling resistance's with z'. c z is
+/// kept from -0.95 on.
 struct DrawLengths {
   double plane, lateral, log_load;  ///< along (v_x, r w) and v_y of d, in ln load
   /// Of the residual that fits take where runs tell nothing (surrogate/fit/trained.cc), and half.
@@ -82,9 +83,10 @@ double UnitErrorOf(const ErrorForm& form, const draws::Member& member, int outpu
 /// States whose answers become draws.
 struct DrawBatch {
   std::span<const double> v_x, v_y, rim_speed, load;
+  std::span<const double> yaw_rate;              ///< empty: 0; counts on hard ground alone
   std::span<const draws::Member* const> member;  ///< by state; null: the mean
   /// By output: answers, to which errors are added, and upper ends of their intervals. Empty: not
-  /// asked for.
+  /// asked for. On hard ground f_x and f_y are.
   std::array<std::span<double>, kOutputs> value;
   std::array<std::span<const double>, kOutputs> high;
   /// By output: derivatives of the answers by v_x, v_y, rim speed and load, to which those of the

@@ -101,6 +101,7 @@ void Solver::Work::Draw(const surrogate::WheelModel& model, std::size_t n) noexc
                              std::span(v_y).first(n),
                              std::span(rim).first(n),
                              std::span(load).first(n),
+                             std::span(yaw).first(n),
                              std::span(member).first(n),
                              {},
                              {},

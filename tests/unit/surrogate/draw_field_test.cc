@@ -203,9 +203,9 @@ TEST_P(DrawFieldOf, BatchIsTheScalarReference) {
       for (std::size_t at = 0; at < now.size(); at += size) {
         const std::size_t count = std::min(size, now.size() - at);
         const WheelStatesView in = now.In(at, count);
-        DrawBatch batch{
-            in.v_x, in.v_y, in.rim_speed, in.load, std::span(member).subspan(at, count), {},
-            {},     {}};
+        DrawBatch batch{in.v_x,  in.v_y, in.rim_speed,
+                        in.load, {},     std::span(member).subspan(at, count),
+                        {},      {},     {}};
         const ResponsesView out = now.Out(at, count);
         for (int o = 0; o < kOutputs; ++o) {
           batch.value[o] = out.output[o].value;
@@ -248,7 +248,8 @@ TEST_P(DrawFieldOf, SlopesAreThoseOfTheReference) {
     high.fill(kTwoSided90 * kSd * at[3]);
     value[kSinkage] = 100;
     high[kSinkage] += 100;
-    DrawBatch batch{{&at[0], 1}, {&at[1], 1}, {&at[2], 1}, {&at[3], 1}, {&member, 1}, {}, {}, {}};
+    DrawBatch batch{{&at[0], 1},  {&at[1], 1}, {&at[2], 1}, {&at[3], 1}, {},
+                    {&member, 1}, {},          {},          {}};
     for (int o = 0; o < kOutputs; ++o) {
       batch.value[o] = {&value[o], 1};
       batch.high[o] = {&high[o], 1};
@@ -310,11 +311,13 @@ TEST(DrawField, HardGroundHasOneFrictionADraw) {
                     .rolling_resistance_sd = 0.01};
   const HardGroundModel model(ground, 0.2);
   const Draws draws("floor", 30);
-  StateBatch drawn(3), exact(3);
+  StateBatch drawn(4), exact(4);
   for (StateBatch* b : {&drawn, &exact}) {
     b->Set(0, 0.2, 0.1, 1.0, 100);
     b->Set(1, 1.0, -0.8, 0.2, 50);
     b->Set(2, -0.5, 0.3, -1.5, 70);
+    b->Set(3, 0, 0, 0, 70);  // in place
+    b->yaw_rate = {0, 2, -0.4, 1};
   }
   for (std::uint32_t k = 0; k < draws.size(); ++k) {
     Draw(model, draws, k, &drawn);
@@ -330,15 +333,16 @@ TEST(DrawField, HardGroundHasOneFrictionADraw) {
     }
   }
   // The torque alone is the torque beside all others.
-  StateBatch alone(3, {kValue});
+  StateBatch alone(4, {kValue});
   alone.v_x = drawn.v_x;
   alone.v_y = drawn.v_y;
   alone.rim_speed = drawn.rim_speed;
   alone.load = drawn.load;
+  alone.yaw_rate = drawn.yaw_rate;
   ResponsesView out;
   out.flags = alone.flags;
   out.output[kTorque].value = alone.part[kTorque][kValue];
-  const std::vector<std::uint32_t> k(3, 29);
+  const std::vector<std::uint32_t> k(4, 29);
   EvaluateDraws(model, {}, draws, k, alone.In(), out, {});
   EXPECT_EQ(alone.part[kTorque][kValue], drawn.part[kTorque][kValue]);
 }
