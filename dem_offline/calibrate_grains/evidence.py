@@ -5,12 +5,14 @@ import math
 import emulator
 import numpy
 from experiment_runs import Refused
+from known import ran_at
 
 # Share of the value (curves) or of load, load x radius and radius (wheels) that grains are typically off by: plates
 # and pressed wheels as in surrogate/calibrate; wheels by what trial sets of grains missed (docs/calibration.md).
 TYPICAL = {"plate": 0.10, "press": 0.10, "wheel f_x": 0.05, "wheel f_y": 0.07, "wheel torque": 0.05,
            "wheel sinkage": 0.08}
 LEAST_RUNS = 4  # beyond twice the parameters
+SAME = 1e-9     # of a range
 
 
 class Block:
@@ -68,21 +70,21 @@ def blocks_of(targets, radius):
 
 
 class Runs:
-    """The table's points as arrays. unit(kind): coordinates in the unit cube, the solid fraction as it was reached
-    in the beds of that kind of test."""
+    """The table's points as arrays. unit(kind): coordinates in the unit cube at which that kind of test was run, the
+    solid fraction as it was reached in its beds. notes: what emulators cannot see."""
 
     def __init__(self, table, vary):
         self.vary = vary
         self.points = [one for one in table["points"] if one["status"] != "failed"
                        and all(one["values"].get(name) == value for name, value in vary.fixed.items())]
-        self._processes = {}
+        self._processes, self.notes = {}, []
 
     def unit(self, kind):
-        return numpy.array([self.vary.to_unit(self._reached(one, "wheels" if kind == "wheel" else "tests"))
-                            for one in self.points])
+        return numpy.array([self.vary.to_unit(self._reached(one, kind)) for one in self.points])
 
-    def _reached(self, point, what):
-        values = dict(point["values"])
+    def _reached(self, point, kind):
+        values = {**point["values"], **ran_at(point, kind)}
+        what = "wheels" if kind == "wheel" else "tests"
         whole, top = (point.get(key, {}).get(what) for key in ("solid_fraction", "top_solid_fraction"))
         upper = top if "denser_below" in values else whole
         if upper and "solid_fraction" in values:
@@ -104,13 +106,26 @@ class Runs:
         known = numpy.isfinite(y)
         if not known.any():
             return None
-        least = 2 * len(self.vary.names) + LEAST_RUNS
+        x = self.unit(block.kind)
+        columns = self._columns(block.kind, x[known])
+        least = 2 * len(columns) + LEAST_RUNS
         if known.sum() < least and not needed:
             return None
         if known.sum() < least:
             raise Refused(f"{block.name}: {known.sum()} points of the design gave it, expected at least {least}: run "
                           "more points (--points, --budget)")
-        return emulator.fit(self.unit(block.kind)[known], y[known])
+        return emulator.fit(x[known], y[known], columns)
+
+    def _columns(self, kind, x):
+        """Of the parameters that a kind of test depends on, those that its runs tell apart."""
+        acting = self.vary.acting_on(kind)
+        seen = [k for k in acting if numpy.ptp(x[:, k]) > SAME]
+        for k in set(acting) - set(seen):
+            note = (f"{kind}: all its runs have one {self.vary.names[k]}; what another does to it is not seen, its "
+                    "emulator leaves it out")
+            if note not in self.notes:
+                self.notes.append(note)
+        return seen
 
 
 class Evidence:

@@ -9,20 +9,24 @@ import yaml
 from experiment_runs import Refused
 
 
+TESTS = ("plate", "press", "wheel")  # kinds
+
+
 class Parameter:
     """One that may be varied. usual: its range where nothing is said, none: as the soil file has it.
-    least, most: what the engine or the word bears."""
+    least, most: what the engine or the word bears. acts_on: kinds of tests that depend on it."""
 
-    def __init__(self, name, unit, usual, least, most, meaning, log=False):
+    def __init__(self, name, unit, usual, least, most, meaning, log=False, acts_on=TESTS):
         self.name, self.unit, self.usual = name, unit, usual
-        self.least, self.most, self.meaning, self.log = least, most, meaning, log
+        self.least, self.most, self.meaning, self.log, self.acts_on = least, most, meaning, log, acts_on
 
 
 KNOWN = {one.name: one for one in (
     Parameter("friction", "", (0.3, 0.8), 0, 10, "friction between grains"),
     Parameter("rolling_friction", "", (0.05, 0.5), 0, 10, "rolling friction between grains"),
-    Parameter("wheel_friction", "", (0.2, 0.7), 0, 10, "friction of the wheel, driven and pressed, on grains"),
-    Parameter("tool_friction", "", None, 0, 10, "friction of the plates on grains"),
+    Parameter("wheel_friction", "", (0.2, 0.7), 0, 10, "friction of the wheel, driven and pressed, on grains",
+              acts_on=("press", "wheel")),
+    Parameter("tool_friction", "", None, 0, 10, "friction of the plates on grains", acts_on=("plate",)),
     Parameter("solid_fraction", "", (0.52, 0.58), 0.4, 0.66, "solid fraction, in two layers that of the upper"),
     Parameter("top_layer_m", "m", None, 0, 10, "thickness of the upper of two layers"),
     Parameter("denser_below", "", None, 0, 0.2, "solid fraction of the lower layer less that of the upper"),
@@ -34,7 +38,7 @@ FRICTIONS = ("friction", "rolling_friction", "wheel_friction", "tool_friction")
 
 
 class Vary:
-    """ranges: {name: (low, high)} in the order of KNOWN; fixed: {name: value}."""
+    """ranges: {name: (low, high)}, in the order of the sequence's dimensions; fixed: {name: value}."""
 
     def __init__(self, ranges, fixed):
         self.ranges, self.fixed = ranges, fixed
@@ -42,6 +46,10 @@ class Vary:
     @property
     def names(self):
         return list(self.ranges)
+
+    def acting_on(self, kind):
+        """Indices of the parameters that a kind of test depends on."""
+        return [k for k, name in enumerate(self.names) if kind in KNOWN[name].acts_on]
 
     def at(self, unit_point):
         """{name: value} of a point of the unit cube."""
@@ -108,10 +116,12 @@ def text_of(document):
     return yaml.dump(as_text(document), Dumper=PlainDumper, width=1000, sort_keys=False)
 
 
-def read(path):
-    """Vary of a file, or the usual one where there is none. Refused: what, where, expected."""
+def read(path, first=()):
+    """Vary of a file, or the usual one where there is none; first: parameters whose dimensions come before those of
+    others (the order of KNOWN), so that a design in these alone keeps its points. Refused: what, where, expected."""
+    order = [*(name for name in first if name in KNOWN), *(name for name in KNOWN if name not in first)]
     if path is None:
-        return Vary({name: one.usual for name, one in KNOWN.items() if one.usual}, {})
+        return Vary({name: KNOWN[name].usual for name in order if KNOWN[name].usual}, {})
     try:
         with open(path, encoding="utf-8") as file:
             said = yaml.safe_load(file)
@@ -125,7 +135,7 @@ def read(path):
             raise Refused(f"{path}: unknown parameter '{name}', expected one of {', '.join(KNOWN)}"
                           + (f" (the nearest: {near[0]})" if near else ""))
     ranges, fixed = {}, {}
-    for name in KNOWN:
+    for name in order:
         if name in said:
             take(path, KNOWN[name], said[name], ranges, fixed)
     if not ranges:
