@@ -403,7 +403,7 @@ class Runs(InFolder):
         self.assertEqual({key: value for key, value in third["outputs"].items() if key[0] == "p"}, before[2]["outputs"])
         self.assertEqual(third["known"]["ran_at"], {"press": {"wheel_friction": 0.45}})
         self.assertEqual((third["values"]["wheel_friction"], first["known"]["ran_at"]), (0.325, {}))  # 0.45: its own
-        self.assertEqual(third["solid_fraction"], {"tests": 0.54, "wheels": 0.54})
+        self.assertEqual(third["solid_fraction"], {"tests": 0.56, "wheels": 0.56})
         self.assertEqual(second["reasons"], before[1]["reasons"])
         self.assertNotIn("known", fourth)
         again = self.run_it("--known", path, "--points", "4", "--jobs", "1", "--dry-run")
