@@ -281,7 +281,7 @@ class WholeWay(unittest.TestCase):
 
     def test_refuses_a_design_that_is_too_small(self):
         small = {**self.table, "points": self.table["points"][:8]}
-        with self.assertRaisesRegex(Refused, "8 points of the design gave it, expected at least 12"):
+        with self.assertRaisesRegex(Refused, "8 points of the design gave it, expected at least 10"):
             evidence_of(self.targets, small, self.vary)
 
     def test_a_row_that_is_held_out_and_few_points_reached_is_not_predicted(self):
@@ -298,7 +298,7 @@ class WholeWay(unittest.TestCase):
         told = identify.next_tests(self.targets, runs, evidence, got, 0.0625, [direction])
         self.assertTrue(told)
         block = evidences.Block([row for row in self.targets.rows if row.key == key], 0.0625)
-        with self.assertRaisesRegex(Refused, "5 points of the design gave it, expected at least 12"):
+        with self.assertRaisesRegex(Refused, "5 points of the design gave it, expected at least 10"):
             runs.process(block)
 
     def test_tests_on_one_plate_are_of_one_run(self):
