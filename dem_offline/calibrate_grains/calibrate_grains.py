@@ -75,7 +75,7 @@ def parse_arguments():
     parser.add_argument("--more", type=int, default=0, metavar="N",
                         help="points in all that the emulators choose, where runs tell most, beside those that fill "
                         "the space")
-    parser.add_argument("--known", metavar="DESIGN.json", help="table of an earlier design of the same soil, scene and "
+    parser.add_argument("--known", metavar="FILE", help="design.json of an earlier design of the same soil, scene and "
                         "tests: its outputs are taken, what they lack is run; points nearest to the measured curves "
                         "first. A parameter that it held and that is varied here is the last of the sequence")
     parser.add_argument("--dry-run", action="store_true", help="say what would be run and how long it takes by the "
@@ -176,6 +176,7 @@ class Design:
 
     def _runner(self):
         table = design.Table(os.path.join(self.arguments.out, "design.json"), self.head)
+        table.points = self.setting.known.own_points() if self.setting.known else []
         return design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
 
     def _in_order(self):

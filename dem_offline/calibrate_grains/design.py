@@ -168,7 +168,7 @@ class Runner:
         """Whether all were run. Those whose result is kept are not run again."""
         waiting = self.waiting(labelled_points)
         self.table.write()
-        self.total = len(labelled_points)
+        self.total = len(self.table.points) + len(waiting)
         self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
                  "of a core)")
         if waiting:

@@ -86,7 +86,7 @@ class Runs:
         values = {**point["values"], **ran_at(point, kind)}
         what = "wheels" if kind == "wheel" else "tests"
         whole, top = (point.get(key, {}).get(what) for key in ("solid_fraction", "top_solid_fraction"))
-        upper = top if "denser_below" in values else whole
+        upper = top or whole  # layers that are alike, or one too thin for a layer, are one bed
         if upper and "solid_fraction" in values:
             values["solid_fraction"] = upper
             if whole and values.get("denser_below"):

@@ -3,13 +3,14 @@
 A test depends on the parameters that act on it (vary.KNOWN). What the earlier design held and this one varies may
 differ: an output of a test on which such a parameter acts stays the measurement of another point of the space, and
 enters the emulator at the values at which it was run (`ran_at`); an output of any other test is that of the point
-itself."""
+itself. Where every test depends on such a parameter, the points of the earlier design stand beside those of this one, at
+the values at which they were run."""
 
 import math
 
 from experiment_runs import Refused
 from targets import kind_of
-from vary import KNOWN, TESTS
+from vary import ANY, KNOWN, TESTS
 
 
 def ran_at(point, kind):
@@ -45,17 +46,16 @@ class Known:
             self._expect("engine", table["engine"], head["engine"])
         else:
             say(f"--known {path}: its engine version is not recorded, here {head['engine']}")
-        self._expect("parameters", sorted({**table["ranges"], **table["fixed"]}),
-                     sorted({**vary.ranges, **vary.fixed}))
+        there, here = {**table["ranges"], **table["fixed"]}, {**vary.ranges, **vary.fixed}
+        absent = {name: KNOWN[name].absent for name in vary.ranges
+                  if name not in there and KNOWN[name].absent is not None}
+        self._expect("parameters", sorted({**there, **absent}), sorted(here))
         curves, here = (sorted(key for key in rows if kind_of(key) != "wheel") for rows in (self.asked, head["rows"]))
         if curves and curves != here:  # box and depth of the bed go with them
             raise Refused(f"--known {path}: {len(curves)} rows of plates and pressed wheel, expected the {len(here)} "
                           f"rows that are run here: {difference(curves, here)}")
-        self.new = {name: table["fixed"][name] for name in vary.ranges if name in table["fixed"]}
-        for name in self.new:
-            if set(KNOWN[name].acts_on) == set(TESTS):
-                raise Refused(f"--known {path}: {name}: held at {self.new[name]:g}, expected it varied as here: every "
-                              "test depends on it, and none would be run at another value")
+        self.new = {**absent, **{name: table["fixed"][name] for name in vary.ranges if name in table["fixed"]}}
+        self.beside = any(set(KNOWN[name].acts_on) == set(TESTS) for name in self.new)
         self.shared = [name for name in (*vary.ranges, *vary.fixed) if name not in self.new]
         self.points = {self._place(one["values"]): one for one in table["points"]}
 
@@ -68,7 +68,7 @@ class Known:
 
     def of(self, values):
         """Taken of a point at `values`; none: nothing is known."""
-        point = self.points.get(self._place(values))
+        point = None if self.beside else self.points.get(self._place(values))
         if not point:
             return None
         ran = {kind: {**{name: held for name, held in self.new.items()
@@ -76,9 +76,21 @@ class Known:
                for kind in TESTS if any(kind_of(key) == kind for key in point["outputs"])}
         return Taken(point, self.asked, {kind: one for kind, one in ran.items() if one})
 
+    def own_points(self):
+        """Lines of the table for points that stand beside those of the design; none where they are taken by `of`."""
+        if not self.beside:
+            return []
+        spread, found = self.vary.points(len(self.points)), []
+        for one, where in zip(self.points.values(), spread):
+            new = {name: where[name] if value == ANY else value for name, value in self.new.items()}
+            found.append({**one, "label": "k" + one["label"], "values": {**one["values"], **new},
+                          "seconds": dict.fromkeys(one["seconds"], 0.0),
+                          "known": Taken(one, self.asked, one.get("known", {}).get("ran_at", {})).entry})
+        return found
+
     def check(self, design):
         """design: [values]. Refused where not one of its points is known."""
-        if not any(self.of(values) for values in design):
+        if not self.beside and not any(self.of(values) for values in design):
             raise Refused(f"--known {self.path}: none of its {len(self.points)} points is one of this design, expected "
                           f"the ranges that it has of {', '.join(self.vary.names)}")
 

@@ -10,15 +10,18 @@ from experiment_runs import Refused
 
 
 TESTS = ("plate", "press", "wheel")  # kinds
+ANY = "any"  # of a bed whose layers are alike: where one of them ends
 
 
 class Parameter:
     """One that may be varied. usual: its range where nothing is said, none: as the soil file has it.
-    least, most: what the engine or the word bears. acts_on: kinds of tests that depend on it."""
+    least, most: what the engine or the word bears. acts_on: kinds of tests that depend on it. absent: the value that
+    grains have which say nothing of it; none: that of the soil file; ANY: whatever the value."""
 
-    def __init__(self, name, unit, usual, least, most, meaning, log=False, acts_on=TESTS):
+    def __init__(self, name, unit, usual, least, most, meaning, log=False, acts_on=TESTS, absent=None):
         self.name, self.unit, self.usual = name, unit, usual
         self.least, self.most, self.meaning, self.log, self.acts_on = least, most, meaning, log, acts_on
+        self.absent = absent
 
 
 KNOWN = {one.name: one for one in (
@@ -28,9 +31,10 @@ KNOWN = {one.name: one for one in (
               acts_on=("press", "wheel")),
     Parameter("tool_friction", "", None, 0, 10, "friction of the plates on grains", acts_on=("plate",)),
     Parameter("solid_fraction", "", (0.52, 0.58), 0.4, 0.66, "solid fraction, in two layers that of the upper"),
-    Parameter("top_layer_m", "m", None, 0, 10, "thickness of the upper of two layers"),
-    Parameter("denser_below", "", None, 0, 0.2, "solid fraction of the lower layer less that of the upper"),
-    Parameter("surface_energy_j_per_m2", "J/m^2", None, 0, 100, "cohesion of grains (jkr)"),
+    Parameter("top_layer_m", "m", None, 0, 10, "thickness of the upper of two layers", absent=ANY),
+    Parameter("denser_below", "", None, 0, 0.2, "solid fraction of the lower layer less that of the upper",
+              absent=0),
+    Parameter("surface_energy_j_per_m2", "J/m^2", None, 0, 100, "cohesion of grains (jkr)", absent=0),
     Parameter("youngs_modulus_pa", "Pa", None, 1e4, 1e12, "Young's modulus of grains", log=True),
     Parameter("grain_diameter_m", "m", None, 1e-5, 1, "mean grain diameter by mass"))}
 OF_GRAINS = "grains"  # tool_friction: that of the grains

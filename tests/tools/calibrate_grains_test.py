@@ -25,6 +25,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
     ("clients", "common"))]
 
 import design  # noqa: E402
+import evidence  # noqa: E402
 import known  # noqa: E402
 import point as points  # noqa: E402
 import targets as measured  # noqa: E402
@@ -247,12 +248,28 @@ class KnownTables(InFolder):
                       self.complaint(fixed={}))
         self.assertIn("rows of plates and pressed wheel, expected the 53 rows that are run here: 1 only there, as "
                       "plate 60 mm @ 99 mm", self.complaint(rows=[*self.head["rows"], "plate 60 mm @ 99 mm"]))
-        ranges = {name: ends for name, ends in self.table["ranges"].items() if name != "friction"}
-        self.assertIn("friction: held at 0.4, expected it varied as here: every test depends on it",
-                      self.complaint(ranges=ranges, fixed={**self.table["fixed"], "friction": 0.4}))
         moved = [{**one, "values": {**one["values"], "friction": 0.31}} for one in self.table["points"]]
         with self.assertRaisesRegex(Refused, "none of its 11 points is one of this design"):
             self.known(points=moved).check([{**self.vary.fixed, **at} for at in self.vary.points(12)])
+
+    def test_points_of_beds_alike_at_all_depths_stand_beside_those_of_two_layers(self):
+        layers = {"top_layer_m": (0.02, 0.06), "denser_below": (0.0, 0.04)}
+        self.vary = varied.Vary({**{name: tuple(ends) for name, ends in self.table["ranges"].items()}, **layers},
+                                self.table["fixed"])
+        one = self.known()
+        self.assertIsNone(one.of({**self.vary.fixed, **self.vary.points(1)[0]}))  # its own bed has two layers
+        beside = one.own_points()
+        self.assertEqual([point["label"] for point in beside], ["k" + point["label"] for point in self.table["points"]])
+        self.assertEqual({point["values"]["denser_below"] for point in beside}, {0})
+        self.assertGreater(len({point["values"]["top_layer_m"] for point in beside}), 8)
+        for point, before in zip(beside, self.table["points"]):
+            self.assertEqual({**before["values"], **point["values"]}, point["values"])
+            self.assertEqual(point["outputs"], before["outputs"])
+        runs = evidence.Runs({**self.table, "points": beside}, self.vary)
+        reached = 0.525 + 0.045 * runs.unit("plate")[:, 2]
+        numpy.testing.assert_allclose(reached, [point["solid_fraction"]["tests"] for point in beside[:10]], atol=1e-9)
+        self.vary = varied.Vary({**self.vary.ranges, "youngs_modulus_pa": (1e6, 1e8)}, self.vary.fixed)
+        self.assertIn("parameters:", self.complaint())  # what the soil file has is not in the table
 
     def test_says_that_the_engine_is_not_recorded(self):
         self.known(engine="6")
