@@ -35,10 +35,11 @@ sys.path[:0] = [HERE] + [os.path.join(ROOT, *folder) for folder in (
 
 import design  # noqa: E402
 import known  # noqa: E402
+import known_rows  # noqa: E402
 import outcome  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
-from experiment_runs import Refused, engine_of, lock_of  # noqa: E402
+from experiment_runs import Refused, engine_of, lock_of, read_kept  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from measured_table import TableError  # noqa: E402
 from point import Setting  # noqa: E402
@@ -75,9 +76,11 @@ def parse_arguments():
     parser.add_argument("--more", type=int, default=0, metavar="N",
                         help="points in all that the emulators choose, where runs tell most, beside those that fill "
                         "the space")
-    parser.add_argument("--known", metavar="FILE", help="design.json of an earlier design of the same soil, scene and "
-                        "tests: its outputs are taken, what they lack is run; points nearest to the measured curves "
-                        "first. A parameter that it held and that is varied here is the last of the sequence")
+    parser.add_argument("--known", metavar="FILE", action="append", default=[],
+                        help="design.json of an earlier design of the same soil, scene and tests: its outputs are "
+                        "taken, what they lack is run; points nearest to the measured curves first. A parameter that "
+                        "it held and that is varied here is the last of the sequence. Or rows.json of ./grouser "
+                        "validate, beside its soil and scene file: a point more")
     parser.add_argument("--dry-run", action="store_true", help="say what would be run and how long it takes by the "
                         "times recorded so far")
     parser.add_argument("--design", metavar="FILE", help="infer from this design.json; nothing is run")
@@ -96,7 +99,7 @@ def parse_arguments():
                              or arguments.dry_run):
         raise Refused("--design: it with --design-only, --dry-run, --known, --more or --vary, expected none of them: "
                       "nothing is run")
-    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary, arguments.design, arguments.known):
+    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary, arguments.design, *arguments.known):
         if path and not os.path.exists(path):
             raise Refused(f"{path}: no such file")
     for name in ("out", "bin", "soil", "scene"):
@@ -140,18 +143,34 @@ def hash_of(path):
 
 def head_of(arguments, vary, setting):
     """What a table says before its points. rows: keys of all that a point was asked for; engine: its version."""
-    paths = {"soil": arguments.soil, "scene": arguments.scene, "known": arguments.known}
-    files = {name: {"file": os.path.basename(path), "sha256": hash_of(path)} for name, path in paths.items() if path}
-    return {**files, "engine": engine_of(setting.program), "beds": arguments.beds, "fixed": vary.fixed,
+    soil, scene, *before = ({"file": os.path.basename(path), "sha256": hash_of(path)}
+                            for path in (arguments.soil, arguments.scene, *arguments.known))
+    return {"soil": soil, "scene": scene, "known": before,
+            "engine": engine_of(setting.program), "beds": arguments.beds, "fixed": vary.fixed,
             "ranges": {name: list(ends) for name, ends in vary.ranges.items()}, "rows": setting.keys}
+
+
+def read_known(paths):
+    """([(path, rows.json)], [(path, table)]): of tables one at most."""
+    rows, tables = [], []
+    for path in paths:
+        kept = read_kept(path, {})
+        if known_rows.is_rows(kept):
+            rows.append((path, kept))
+        else:
+            tables.append((path, design.read_table(path)))
+    if len(tables) > 1:
+        raise Refused(f"--known {tables[1][0]}: a second design.json, expected one: that of the later design has what "
+                      "it took from the earlier one")
+    return rows, tables
 
 
 class Design:
     """The points of this call, run or kept."""
 
     def __init__(self, arguments, start, targets, lock):
-        before = design.read_table(arguments.known) if arguments.known else None
-        vary = varied.read(arguments.vary, before["ranges"] if before else ())
+        rows, tables = read_known(arguments.known)
+        vary = varied.read(arguments.vary, tables[0][1]["ranges"] if tables else ())
         self.arguments, self.vary = arguments, vary
         self.setting = Setting(start, targets, arguments.predict, arguments.beds,
                                os.path.join(arguments.bin, "grouser-dem"), os.path.join(arguments.out, "points"),
@@ -160,9 +179,12 @@ class Design:
         count = arguments.points or PER_PARAMETER * len(vary.names)
         self.filling = [{**vary.fixed, **values} for values in vary.points(count)]
         self.head = head_of(arguments, vary, self.setting)
-        if before:
-            self.setting.known = known.Known(arguments.known, before, self.head, vary, say)
+        self.beside = [known_rows.point_of(path, kept, f"v{k:03d}", start, self.head, vary)
+                       for k, (path, kept) in enumerate(rows, 1)]
+        if tables:
+            self.setting.known = known.Known(*tables[0], self.head, vary, say)
             self.setting.known.check(self.filling)
+            self.beside += self.setting.known.own_points()
 
     def chosen(self):
         """Points that the emulators have asked for in this and earlier calls."""
@@ -176,7 +198,7 @@ class Design:
 
     def _runner(self):
         table = design.Table(os.path.join(self.arguments.out, "design.json"), self.head)
-        table.points = self.setting.known.own_points() if self.setting.known else []
+        table.points = list(self.beside)
         return design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
 
     def _in_order(self):

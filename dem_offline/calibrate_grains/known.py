@@ -3,8 +3,8 @@
 A test depends on the parameters that act on it (vary.KNOWN). What the earlier design held and this one varies may
 differ: an output of a test on which such a parameter acts stays the measurement of another point of the space, and
 enters the emulator at the values at which it was run (`ran_at`); an output of any other test is that of the point
-itself. Where every test depends on such a parameter, the points of the earlier design stand beside those of this one, at
-the values at which they were run."""
+itself. Where every test depends on such a parameter, the points of the earlier design stand beside those of this one,
+at the values at which they were run."""
 
 import math
 

@@ -204,6 +204,22 @@ class Start:
             scene["wheel"]["friction"] = values["wheel_friction"]
         return soil, scene, values.get("tool_friction"), float(scene["wheel"]["friction"])
 
+    @staticmethod
+    def values_of(soil, scene):
+        """The reverse of `made`, as far as the documents say it: {parameter: value}."""
+        grains, wheel = soil["grains"], scene["wheel"]
+        found = {key: float(grains[key]) for key in ("friction", "rolling_friction", "youngs_modulus_pa")}
+        whole, layer = float(grains["solid_fraction"]), grains.get("top_layer")
+        found["solid_fraction"] = float(layer["solid_fraction"]) if layer else whole
+        found["denser_below"] = round_to(whole - found["solid_fraction"])
+        if layer:
+            found["top_layer_m"] = float(layer["thickness_m"])
+        masses = [(float(one["mass_fraction"]), float(one["diameter_m"])) for one in grains["sizes"]]
+        found["grain_diameter_m"] = round_to(sum(m * d for m, d in masses) / sum(m for m, _ in masses))
+        found["surface_energy_j_per_m2"] = float(grains.get("contact", {}).get("surface_energy_j_per_m2", 0))
+        found["wheel_friction"] = float(wheel["friction"])
+        return found
+
     def _pack(self, soil, values):
         grains = soil["grains"]
         if not {"solid_fraction", "denser_below"} & set(values):

@@ -27,6 +27,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 import design  # noqa: E402
 import evidence  # noqa: E402
 import known  # noqa: E402
+import known_rows  # noqa: E402
 import point as points  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
@@ -277,6 +278,67 @@ class KnownTables(InFolder):
         old = {key: value for key, value in self.table.items() if key != "engine"}
         known.Known("d.json", old, self.head, self.vary, self.said.append)
         self.assertIn("its engine version is not recorded, here 6", self.said[0])
+
+
+class KnownRows(InFolder):
+    """What ./grouser validate has run at the best point of plates and pressed wheel, as a point of the design."""
+
+    def setUp(self):
+        super().setUp()
+        self.rows = os.path.join(CAMPAIGNS, "cmu_plates", "rows.json")
+        self.start = varied.Start(varied.load(SOIL), varied.load(SCENE))
+        self.vary = varied.read(os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml"))
+        wanted = measured.read(os.path.join(BIN, "grouser-calibrate"), WHEEL, 0.008).chosen("plates")
+        self.head = {"engine": "6", "beds": 1, "rows": [row.key for row in wanted]}
+
+    def point(self, path, kept=None, **head):
+        if kept is None:
+            with open(path, encoding="utf-8") as file:
+                kept = json.load(file)
+        return known_rows.point_of(path, kept, "v001", self.start, {**self.head, **head}, self.vary)
+
+    def complaint(self, *arguments, **head):
+        with self.assertRaises(Refused) as caught:
+            self.point(*arguments, **head)
+        return str(caught.exception)
+
+    def test_is_a_point_with_wheel_states(self):
+        one = self.point(self.rows)
+        self.assertEqual(one["values"], {"friction": 0.399, "rolling_friction": 0.431, "solid_fraction": 0.5387,
+                                         "wheel_friction": 0.45, "tool_friction": 0.5})
+        with open(self.rows, encoding="utf-8") as file:
+            by_row = {row["row"]: row["dem"] for row in json.load(file)["rows"]}
+        self.assertEqual(set(one["outputs"]), {key for key in self.head["rows"] if key.startswith("wheel")})
+        key = next(key for key in one["outputs"] if key.startswith("wheel slip -0.5 ") and key.endswith("f_x"))
+        self.assertAlmostEqual(one["outputs"][key]["value"], by_row[3]["outputs"]["f_x"]["value"], places=5)
+        self.assertAlmostEqual(one["known"]["seconds"]["wheels"],
+                               sum(by_row[k]["runs"][0]["wall_s"] for k in (3, 6, 13)), delta=0.1)
+        file = {"file": "", "sha256": ""}
+        ranges = {name: list(ends) for name, ends in self.vary.ranges.items()}
+        self.assertIsNone(design.fault_of({"version": 1, "soil": file, "scene": file, "points": [one], "fixed": {},
+                                           "ranges": ranges}))
+
+    def test_refuses_runs_of_something_else(self):
+        self.assertIn("engine 6, expected 7 as here", self.complaint(self.rows, engine="7"))
+        self.assertIn("no wheel state that is run here was run there on 2 beds", self.complaint(self.rows, beds=2))
+        self.assertIn("KeyError 'engine_version', expected rows.json", self.complaint(self.rows, {}))
+        with open(self.rows, encoding="utf-8") as file:
+            kept = json.load(file)
+        folder = os.path.dirname(self.rows)
+        shutil.copy(os.path.join(folder, "calibrated.scene.yaml"), self.folder)
+        path = os.path.join(self.folder, "rows.json")
+        self.assertIn("no soil file of hash 742f509cb024 beside it", self.complaint(path, kept))
+        with open(os.path.join(folder, "calibrated.soil.yaml"), encoding="utf-8") as file:
+            soil = self.file("other.soil.yaml", file.read().replace("poisson_ratio: 0.3", "poisson_ratio: 0.25"))
+        self.assertIn("soil file beside it: grains.poisson_ratio is not what the soil file here has at friction 0.399",
+                      self.complaint(path, {**kept, "soil_sha256": hash_of(soil)}))
+
+    def test_values_are_read_back_from_what_they_make(self):
+        values = {"friction": 0.4, "rolling_friction": 0.2, "wheel_friction": 0.6, "solid_fraction": 0.53,
+                  "denser_below": 0.03, "top_layer_m": 0.04, "grain_diameter_m": 0.006, "surface_energy_j_per_m2": 0.5,
+                  "youngs_modulus_pa": 2e7}
+        soil, scene, *_ = self.start.made(values, "one")
+        self.assertEqual(self.start.values_of(soil, scene), values)
 
 
 class Children(InFolder):
