@@ -15,6 +15,11 @@ LEAST_RUNS = 4  # beyond twice the parameters
 SAME = 1e-9     # of a range
 
 
+def least_runs(columns):
+    """That an emulator is fitted to."""
+    return 2 * len(columns) + LEAST_RUNS
+
+
 class Block:
     """Rows of one test that count as one observation. value: their mean, of the logarithm for curves; sd: of it, 0
     where none is stated; scale: what a share is of; run: blocks of one run err together."""
@@ -107,25 +112,26 @@ class Runs:
         if not known.any():
             return None
         x = self.unit(block.kind)
-        columns = self._columns(block.kind, x[known])
-        least = 2 * len(columns) + LEAST_RUNS
+        columns, notes = self._columns(block.kind, x[known])
+        least = least_runs(columns)
         if known.sum() < least and not needed:
             return None
         if known.sum() < least:
             raise Refused(f"{block.name}: {known.sum()} points of the design gave it, expected at least {least}: run "
                           "more points (--points, --budget)")
+        self.notes += [note for note in notes if note not in self.notes]
         return emulator.fit(x[known], y[known], columns)
 
     def _columns(self, kind, x):
-        """Of the parameters that a kind of test depends on, those that its runs tell apart."""
+        """(of the parameters that a kind of test depends on those that its runs tell apart, notes about the others).
+        Where the runs are too few for all of these: without those that all but LEAST_RUNS - 1 or fewer have alike."""
         acting = self.vary.acting_on(kind)
-        seen = [k for k in acting if numpy.ptp(x[:, k]) > SAME]
-        for k in set(acting) - set(seen):
-            note = (f"{kind}: all its runs have one {self.vary.names[k]}; what another does to it is not seen, its "
-                    "emulator leaves it out")
-            if note not in self.notes:
-                self.notes.append(note)
-        return seen
+        same = {k: int(numpy.unique((x[:, k] / SAME).round(), return_counts=True)[1].max()) for k in acting}
+        seen = [k for k in acting if same[k] < max(len(x), 2)]
+        if len(x) < least_runs(seen):
+            seen = [k for k in seen if same[k] <= max(len(x) - LEAST_RUNS, len(x) / 2, 1)]
+        return seen, [f"{kind}: {same[k]} of its {len(x)} runs have one {self.vary.names[k]}; what another does to it "
+                      "is not seen, its emulator leaves it out" for k in acting if k not in seen]
 
 
 class Evidence:

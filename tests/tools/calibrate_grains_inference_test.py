@@ -275,9 +275,23 @@ class WholeWay(unittest.TestCase):
         columns = {block.kind: process.columns for block, process in zip(evidence.blocks, evidence.processes)}
         self.assertEqual((columns["press"], columns["wheel"]), ([0, 1, 3], [0, 1, 2, 3]))
         self.assertEqual(len(runs.notes), 1)
-        self.assertIn("press: all its runs have one wheel_friction", runs.notes[0])
+        self.assertIn("press: 12 of its 12 runs have one wheel_friction", runs.notes[0])
         checked = check.dem_as_truth(types.SimpleNamespace(runs=runs, evidence=evidence), 1)
         self.assertEqual(checked, [])  # none was run at one place in all tests
+
+    def test_what_too_few_runs_of_a_small_design_tell_is_left_out_and_said(self):
+        def columns(count, own):
+            points = [{**one, "known": {"ran_at": {"press": {"wheel_friction": 0.45}}}} if k < count - own else one
+                      for k, one in enumerate(self.table["points"][:count])]
+            runs = evidences.Runs({**self.table, "points": points}, self.vary)
+            return runs.process(next(one for one in self.evidence.blocks if one.kind == "press")).columns, runs.notes
+        few, notes = columns(11, 1)
+        self.assertEqual(few, [0, 1, 3])
+        self.assertIn("press: 10 of its 11 runs have one wheel_friction", notes[0])
+        self.assertEqual(columns(12, 1), ([0, 1, 2, 3], []))
+        for count in (1, 4, 9):  # too few stay too few
+            with self.assertRaisesRegex(Refused, f"{count} points of the design gave it, expected at least 12"):
+                columns(count, count)
 
     def test_refuses_a_design_that_is_too_small(self):
         small = {**self.table, "points": self.table["points"][:8]}
