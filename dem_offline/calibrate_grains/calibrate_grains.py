@@ -34,10 +34,12 @@ sys.path[:0] = [HERE] + [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "bevameter"), ("dem_offline", "validate"), ("clients", "common"))]
 
 import design  # noqa: E402
+import known  # noqa: E402
+import known_rows  # noqa: E402
 import outcome  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
-from experiment_runs import Refused, lock_of  # noqa: E402
+from experiment_runs import Refused, engine_of, lock_of, read_kept  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from measured_table import TableError  # noqa: E402
 from point import Setting  # noqa: E402
@@ -74,6 +76,13 @@ def parse_arguments():
     parser.add_argument("--more", type=int, default=0, metavar="N",
                         help="points in all that the emulators choose, where runs tell most, beside those that fill "
                         "the space")
+    parser.add_argument("--known", metavar="FILE", action="append", default=[],
+                        help="design.json of an earlier design of the same soil, scene and tests: its outputs are "
+                        "taken, what they lack is run; points nearest to the measured curves first. A parameter that "
+                        "it held and that is varied here is the last of the sequence. Or rows.json of ./grouser "
+                        "validate, beside its soil and scene file: a point more")
+    parser.add_argument("--dry-run", action="store_true", help="say what would be run and how long it takes by the "
+                        "times recorded so far")
     parser.add_argument("--design", metavar="FILE", help="infer from this design.json; nothing is run")
     parser.add_argument("--check", action="store_true", help="calibrate every point of the design from its own runs by "
                         "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
@@ -86,9 +95,11 @@ def parse_arguments():
             raise Refused(f"--{option} {value}: expected at least {least}")
     if arguments.budget is not None and not arguments.budget > 0:
         raise Refused(f"--budget {arguments.budget:g}: expected more than 0 hours")
-    if arguments.design and (arguments.design_only or arguments.more or arguments.vary):
-        raise Refused("--design: it with --design-only, --more or --vary, expected none of them: nothing is run")
-    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary, arguments.design):
+    if arguments.design and (arguments.design_only or arguments.more or arguments.vary or arguments.known
+                             or arguments.dry_run):
+        raise Refused("--design: it with --design-only, --dry-run, --known, --more or --vary, expected none of them: "
+                      "nothing is run")
+    for path in (arguments.data, arguments.soil, arguments.scene, arguments.vary, arguments.design, *arguments.known):
         if path and not os.path.exists(path):
             raise Refused(f"{path}: no such file")
     for name in ("out", "bin", "soil", "scene"):
@@ -130,17 +141,36 @@ def hash_of(path):
         return hashlib.sha256(file.read()).hexdigest()
 
 
-def table_head(arguments, vary):
-    files = {name: {"file": os.path.basename(path), "sha256": hash_of(path)} for name, path in (
-        ("soil", arguments.soil), ("scene", arguments.scene))}
-    return {**files, "beds": arguments.beds, "fixed": vary.fixed,
-            "ranges": {name: list(ends) for name, ends in vary.ranges.items()}}
+def head_of(arguments, vary, setting):
+    """What a table says before its points. rows: keys of all that a point was asked for; engine: its version."""
+    soil, scene, *before = ({"file": os.path.basename(path), "sha256": hash_of(path)}
+                            for path in (arguments.soil, arguments.scene, *arguments.known))
+    return {"soil": soil, "scene": scene, "known": before,
+            "engine": engine_of(setting.program), "beds": arguments.beds, "fixed": vary.fixed,
+            "ranges": {name: list(ends) for name, ends in vary.ranges.items()}, "rows": setting.keys}
+
+
+def read_known(paths):
+    """([(path, rows.json)], [(path, table)]): of tables one at most."""
+    rows, tables = [], []
+    for path in paths:
+        kept = read_kept(path, {})
+        if known_rows.is_rows(kept):
+            rows.append((path, kept))
+        else:
+            tables.append((path, design.read_table(path)))
+    if len(tables) > 1:
+        raise Refused(f"--known {tables[1][0]}: a second design.json, expected one: that of the later design has what "
+                      "it took from the earlier one")
+    return rows, tables
 
 
 class Design:
     """The points of this call, run or kept."""
 
-    def __init__(self, arguments, vary, start, targets, lock):
+    def __init__(self, arguments, start, targets, lock):
+        rows, tables = read_known(arguments.known)
+        vary = varied.read(arguments.vary, tables[0][1]["ranges"] if tables else ())
         self.arguments, self.vary = arguments, vary
         self.setting = Setting(start, targets, arguments.predict, arguments.beds,
                                os.path.join(arguments.bin, "grouser-dem"), os.path.join(arguments.out, "points"),
@@ -148,6 +178,13 @@ class Design:
         self.chosen_file = os.path.join(arguments.out, "more.json")
         count = arguments.points or PER_PARAMETER * len(vary.names)
         self.filling = [{**vary.fixed, **values} for values in vary.points(count)]
+        self.head = head_of(arguments, vary, self.setting)
+        self.beside = [known_rows.point_of(path, kept, f"v{k:03d}", start, self.head, vary)
+                       for k, (path, kept) in enumerate(rows, 1)]
+        if tables:
+            self.setting.known = known.Known(*tables[0], self.head, vary, say)
+            self.setting.known.check(self.filling)
+            self.beside += self.setting.known.own_points()
 
     def chosen(self):
         """Points that the emulators have asked for in this and earlier calls."""
@@ -159,13 +196,30 @@ class Design:
     def choose(self, points):
         write_atomically(self.chosen_file, json.dumps(self.chosen() + points, indent=1) + "\n")
 
+    def _runner(self):
+        table = design.Table(os.path.join(self.arguments.out, "design.json"), self.head)
+        table.points = list(self.beside)
+        return design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
+
+    def _in_order(self):
+        """Labelled points: of what is known those nearest to the measured curves first, for they tell most of a
+        posterior while few are done."""
+        points = design.labelled("s", self.filling) + design.labelled("m", [{**self.vary.fixed, **one}
+                                                                            for one in self.chosen()])
+        if not self.setting.known:
+            return points
+        return sorted(points, key=lambda one: known.misfit(self.setting.known.of(one[1]), self.setting.targets.rows))
+
+    def plan(self):
+        """What is to be run, in words."""
+        runner = self._runner()
+        return design.plan_text(runner.waiting(self._in_order()), runner.table.points)
+
     def run(self):
         """The table, and whether every point was run."""
-        table = design.Table(os.path.join(self.arguments.out, "design.json"), table_head(self.arguments, self.vary))
-        runner = design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
-        chosen = [{**self.vary.fixed, **one} for one in self.chosen()]
-        complete = runner.run(design.labelled("s", self.filling) + design.labelled("m", chosen))
-        return design.read_table(table.path), complete
+        runner = self._runner()
+        complete = runner.run(self._in_order())
+        return design.read_table(runner.table.path), complete
 
 
 def infer(arguments, table, targets, start):
@@ -194,7 +248,10 @@ def work():
         return True
     for note in targets.notes:
         say(note)
-    runs = Design(arguments, varied.read(arguments.vary), start, targets, lock)
+    runs = Design(arguments, start, targets, lock)
+    if arguments.dry_run:
+        sys.stdout.write(runs.plan())
+        return True
     table, complete = runs.run()
     if arguments.design_only:
         return any(one["status"] != "failed" for one in table["points"])

@@ -62,7 +62,17 @@ def fault_of(table):
         missing = [name for name in table["ranges"] if not is_number(point["values"].get(name))]
         if missing:
             return f"points[{k}]: values: no number for {', '.join(missing)}"
+        if not is_known(point.get("known", {"ran_at": {}})):
+            return f"points[{k}]: known: no ran_at with numbers by parameter and kind of test"
     return None
+
+
+def is_known(entry):
+    """Whether what a point has of an earlier design is as known.Taken writes it."""
+    ran = entry.get("ran_at") if isinstance(entry, dict) else None
+    return isinstance(ran, dict) and all(
+        isinstance(values, dict) and set(values) <= set(KNOWN) and all(map(is_number, values.values()))
+        for values in ran.values())
 
 
 def is_number(value):
@@ -71,6 +81,47 @@ def is_number(value):
 
 def labelled(kind, points):
     return [(f"{kind}{k:03d}", values) for k, values in enumerate(points, 1)]
+
+
+def usual_seconds(results):
+    """{kind of runs: mean seconds of a core at the points that made them, here or in the design before}; what no point
+    made is not in it."""
+    found = {}
+    for one in results:
+        for seconds in (one["seconds"], one.get("known", {}).get("seconds", {})):
+            for what, value in seconds.items():
+                if value > 0:
+                    found.setdefault(what, []).append(value)
+    return {what: sum(values) / len(values) for what, values in found.items()}
+
+
+def to_run(point):
+    """Kinds of runs that a point still needs."""
+    return [what for what, some in (("tests", point.tests), ("wheels", point.states)) if some]
+
+
+def expected_seconds(points, usual):
+    """Of a core, for points that are to be run; what `usual` has no word of counts as nothing."""
+    return sum(max(0.0, usual.get(what, 0.0) - point.before[what]) for point in points for what in to_run(point))
+
+
+def plan_text(points, results):
+    """What points that are to be run take. results: of the others."""
+    usual = usual_seconds([*results, *({"seconds": {}, "known": point.known.entry} for point in points if point.known)])
+    lines = [f"{len(points) + len(results)} points, {len(results)} of them done"]
+    for what, name, runs in (("tests", "plates and pressed wheel", sum(len(p.tests) for p in points)),
+                             ("wheels", "wheel states", sum(len(p.states) for p in points))):
+        some = [point for point in points if what in to_run(point)]
+        if not some:
+            lines.append(f"{name}: no run")
+            continue
+        cost = (f"{expected_seconds(some, {what: usual[what]}) / 60:.0f} core-minutes ({usual[what] / 60:.1f} a point, "
+                "as recorded)" if what in usual else "no time recorded before a first point is done")
+        lines.append(f"{name}: {runs * some[0].setting.beds} runs at {len(some)} points, {cost}")
+    failed = sum(point.known is not None and point.known.failed for point in points)
+    if failed:
+        lines.append(f"{failed} points are known to fail: nothing is run there")
+    return "\n".join(lines) + "\n"
 
 
 class Work:
@@ -100,19 +151,24 @@ class Runner:
         self.budget = None if hours is None else 3600 * hours * jobs
         self.spent = 0.0
 
-    def run(self, labelled_points):
-        """Whether all were run. Those whose result is kept are not run again."""
-        waiting = []
+    def waiting(self, labelled_points):
+        """Points that are to be run; the results that are kept of others are taken."""
+        found = []
         for label, values in labelled_points:
             point = Point(label, values, self.setting)
             kept = point.finished()
             if kept:
                 self._take(kept)
             else:
-                waiting.append(point)
+                found.append(point)
                 self.spent += sum(point.before.values())
+        return found
+
+    def run(self, labelled_points):
+        """Whether all were run. Those whose result is kept are not run again."""
+        waiting = self.waiting(labelled_points)
         self.table.write()
-        self.total = len(labelled_points)
+        self.total = len(self.table.points) + len(waiting)
         self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
                  "of a core)")
         if waiting:
@@ -134,19 +190,15 @@ class Runner:
             for work in list(running):
                 if not work.goes_on():
                     running.remove(work)
-                    self._end(work, len(waiting) + len(running))
+                    self._end(work, waiting + [one.point for one in running])
             time.sleep(0.05)
 
     def _affords(self, running):
         if self.budget is None:
             return True
-        usual = self._usual()
-        open_ends = sum(max(usual - sum(work.point.before.values()), time.monotonic() - work.began) for work in running)
+        usual = usual_seconds(self.table.points)
+        open_ends = sum(max(expected_seconds([work.point], usual), time.monotonic() - work.began) for work in running)
         return self.spent + open_ends < self.budget
-
-    def _usual(self):
-        done = [sum(one["seconds"].values()) for one in self.table.points]
-        return sum(done) / len(done) if done else 0.0
 
     def _take(self, result):
         self.table.points.append(result)
@@ -163,12 +215,12 @@ class Runner:
         took = result["seconds"]
         self.say(f"point {result['label']}: {result['status']} (plates and press {took['tests']:.0f} s, wheels "
                  f"{took['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
-                 f"{parts} in part; {self._usual() / 60:.1f} minutes of a core each; ETA {self._eta(left)}")
+                 f"{parts} in part; ETA {self._eta(left)}")
         for reason in result["reasons"]:
             self.say(f"point {result['label']}: {reason}")
 
     def _eta(self, left):
-        seconds = left * self._usual() / self.jobs
+        seconds = expected_seconds(left, usual_seconds(self.table.points)) / self.jobs
         if self.budget is not None:
             seconds = min(seconds, max(0.0, self.budget - self.spent) / self.jobs)
         return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

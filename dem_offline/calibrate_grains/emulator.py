@@ -15,7 +15,8 @@ LENGTHS = (0.15, 10.0)             # of the unit cube
 
 def matern(a, b, lengths):
     """(n, m) correlations."""
-    r2 = sum(((a[:, None, k] - b[None, :, k]) / lengths[k])**2 for k in range(len(lengths)))
+    r2 = sum((((a[:, None, k] - b[None, :, k]) / lengths[k])**2 for k in range(len(lengths))),
+             numpy.zeros((len(a), len(b))))
     r = numpy.sqrt(5 * r2)
     return (1 + r + r * r / 3) * numpy.exp(-r)
 
@@ -25,15 +26,17 @@ def trend(x):
 
 
 class Process:
-    """One fitted process. x: (n, p); y: (n); lengths, variance s^2, noise: its variance."""
+    """One fitted process. x: (n, p); y: (n); lengths, variance s^2, noise: its variance. columns: of x, those that it
+    depends on, each with its length."""
 
-    def __init__(self, x, y, lengths, variance, noise):
+    def __init__(self, x, y, lengths, variance, noise, columns=None):
         self.x, self.y = x, y
         self.lengths, self.variance, self.noise = lengths, variance, noise
-        n = len(y)
-        covariance = variance * matern(x, x, lengths) + noise * numpy.eye(n)
+        self.columns = list(range(x.shape[1])) if columns is None else columns
+        n, self.own = len(y), x[:, self.columns]
+        covariance = variance * matern(self.own, self.own, lengths) + noise * numpy.eye(n)
         self.inverse = numpy.linalg.inv(covariance)
-        f = trend(x)
+        f = trend(self.own)
         self.f_inverse = self.inverse @ f
         self.gram_inverse = numpy.linalg.inv(f.T @ self.f_inverse)
         self.beta = self.gram_inverse @ (self.f_inverse.T @ y)
@@ -41,7 +44,8 @@ class Process:
 
     def at(self, x):
         """(mean, sd) of the noise-free surface at (m, p); the sd of kriging, of trend and surface."""
-        k = self.variance * matern(x, self.x, self.lengths)
+        x = x[:, self.columns]
+        k = self.variance * matern(x, self.own, self.lengths)
         f = trend(x)
         mean = f @ self.beta + k @ self.weights
         left = f - k @ self.f_inverse
@@ -51,7 +55,8 @@ class Process:
 
     def covariance(self, a, b):
         """Of the surface between two sets of points, given the runs."""
-        ka, kb = (self.variance * matern(one, self.x, self.lengths) for one in (a, b))
+        a, b = (one[:, self.columns] for one in (a, b))
+        ka, kb = (self.variance * matern(one, self.own, self.lengths) for one in (a, b))
         left_a, left_b = trend(a) - ka @ self.f_inverse, trend(b) - kb @ self.f_inverse
         return (self.variance * matern(a, b, self.lengths) - ka @ self.inverse @ kb.T
                 + left_a @ self.gram_inverse @ left_b.T)
@@ -62,34 +67,36 @@ class Process:
         return self.y - (q @ self.y) / numpy.diag(q), 1 / numpy.sqrt(numpy.diag(q))
 
     def log_likelihood(self):
-        residual = self.y - trend(self.x) @ self.beta
+        residual = self.y - trend(self.own) @ self.beta
         sign, log_determinant = numpy.linalg.slogdet(self.inverse)
         return 0.5 * log_determinant - 0.5 * float(residual @ self.weights) if sign > 0 else -numpy.inf
 
 
-def straight(x, y):
+def straight(x, y, columns):
     """A process where no likelihood has a maximum: what a plane leaves over is half surface, half noise."""
-    f = trend(x)
+    f = trend(x[:, columns])
     left = y - f @ numpy.linalg.lstsq(f, y, rcond=None)[0]
     least = 1e-6 * float(numpy.abs(y).max() or 1.0)
     variance = max(float(left @ left) / max(1, len(y) - f.shape[1]), least**2) / 2
-    return Process(x, y, numpy.ones(x.shape[1]), variance, variance)
+    return Process(x, y, numpy.ones(len(columns)), variance, variance, columns)
 
 
-def fit(x, y):
-    """The process of greatest likelihood. x: (n, p) in the unit cube, y: (n); at least p + 3 runs."""
+def fit(x, y, columns=None):
+    """The process of greatest likelihood. x: (n, p) in the unit cube, y: (n); columns: those of x that y depends on,
+    all where nothing is said; at least three runs more than these."""
     import openturns
     openturns.Log.Show(openturns.Log.NONE)
+    columns = list(range(x.shape[1])) if columns is None else columns
+    own = openturns.Sample(x[:, columns].tolist())
     centre, spread = float(numpy.mean(y)), float(numpy.std(y))
-    if spread < 1e-9 * abs(centre):
-        return straight(x, y)
-    p = x.shape[1]
+    if not columns or spread < 1e-9 * abs(centre):
+        return straight(x, y, columns)
+    p = len(columns)
     best = None
     for share in NUGGETS:
         model = openturns.MaternModel([0.7] * p, [1.0], 2.5)
         model.setNuggetFactor(share)
-        algorithm = openturns.KrigingAlgorithm(openturns.Sample(x.tolist()),
-                                               openturns.Sample([[one] for one in (y - centre) / spread]), model,
+        algorithm = openturns.KrigingAlgorithm(own, openturns.Sample([[one] for one in (y - centre) / spread]), model,
                                                openturns.LinearBasisFactory(p).build())
         algorithm.setOptimizationBounds(openturns.Interval([LENGTHS[0]] * p, [LENGTHS[1]] * p))
         try:
@@ -100,7 +107,7 @@ def fit(x, y):
         variance = float(found.getAmplitude()[0])**2 * spread**2
         if not variance > 1e-12 * spread**2:
             continue  # a plane alone
-        one = Process(x, y, numpy.array(found.getScale()), variance, share * variance)
+        one = Process(x, y, numpy.array(found.getScale()), variance, share * variance, columns)
         if best is None or one.log_likelihood() > best.log_likelihood():
             best = one
-    return best or straight(x, y)
+    return best or straight(x, y, columns)

@@ -5,12 +5,19 @@ import math
 import emulator
 import numpy
 from experiment_runs import Refused
+from known import ran_at
 
 # Share of the value (curves) or of load, load x radius and radius (wheels) that grains are typically off by: plates
 # and pressed wheels as in surrogate/calibrate; wheels by what trial sets of grains missed (docs/calibration.md).
 TYPICAL = {"plate": 0.10, "press": 0.10, "wheel f_x": 0.05, "wheel f_y": 0.07, "wheel torque": 0.05,
            "wheel sinkage": 0.08}
 LEAST_RUNS = 4  # beyond twice the parameters
+SAME = 1e-9     # of a range
+
+
+def least_runs(columns):
+    """That an emulator is fitted to."""
+    return 2 * len(columns) + LEAST_RUNS
 
 
 class Block:
@@ -68,23 +75,23 @@ def blocks_of(targets, radius):
 
 
 class Runs:
-    """The table's points as arrays. unit(kind): coordinates in the unit cube, the solid fraction as it was reached
-    in the beds of that kind of test."""
+    """The table's points as arrays. unit(kind): coordinates in the unit cube at which that kind of test was run, the
+    solid fraction as it was reached in its beds. notes: what emulators cannot see."""
 
     def __init__(self, table, vary):
         self.vary = vary
         self.points = [one for one in table["points"] if one["status"] != "failed"
                        and all(one["values"].get(name) == value for name, value in vary.fixed.items())]
-        self._processes = {}
+        self._processes, self.notes = {}, []
 
     def unit(self, kind):
-        return numpy.array([self.vary.to_unit(self._reached(one, "wheels" if kind == "wheel" else "tests"))
-                            for one in self.points])
+        return numpy.array([self.vary.to_unit(self._reached(one, kind)) for one in self.points])
 
-    def _reached(self, point, what):
-        values = dict(point["values"])
+    def _reached(self, point, kind):
+        values = {**point["values"], **ran_at(point, kind)}
+        what = "wheels" if kind == "wheel" else "tests"
         whole, top = (point.get(key, {}).get(what) for key in ("solid_fraction", "top_solid_fraction"))
-        upper = top if "denser_below" in values else whole
+        upper = top or whole  # layers that are alike, or one too thin for a layer, are one bed
         if upper and "solid_fraction" in values:
             values["solid_fraction"] = upper
             if whole and values.get("denser_below"):
@@ -104,13 +111,27 @@ class Runs:
         known = numpy.isfinite(y)
         if not known.any():
             return None
-        least = 2 * len(self.vary.names) + LEAST_RUNS
+        x = self.unit(block.kind)
+        columns, notes = self._columns(block.kind, x[known])
+        least = least_runs(columns)
         if known.sum() < least and not needed:
             return None
         if known.sum() < least:
             raise Refused(f"{block.name}: {known.sum()} points of the design gave it, expected at least {least}: run "
                           "more points (--points, --budget)")
-        return emulator.fit(self.unit(block.kind)[known], y[known])
+        self.notes += [note for note in notes if note not in self.notes]
+        return emulator.fit(x[known], y[known], columns)
+
+    def _columns(self, kind, x):
+        """(of the parameters that a kind of test depends on those that its runs tell apart, notes about the others).
+        Where the runs are too few for all of these: without those that all but LEAST_RUNS - 1 or fewer have alike."""
+        acting = self.vary.acting_on(kind)
+        same = {k: int(numpy.unique((x[:, k] / SAME).round(), return_counts=True)[1].max()) for k in acting}
+        seen = [k for k in acting if same[k] < max(len(x), 2)]
+        if len(x) < least_runs(seen):
+            seen = [k for k in seen if same[k] <= max(len(x) - LEAST_RUNS, len(x) / 2, 1)]
+        return seen, [f"{kind}: {same[k]} of its {len(x)} runs have one {self.vary.names[k]}; what another does to it "
+                      "is not seen, its emulator leaves it out" for k in acting if k not in seen]
 
 
 class Evidence:

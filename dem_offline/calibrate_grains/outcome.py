@@ -77,13 +77,15 @@ class Inference:
             error = mean - process.y
             found.append({"block": block.name, "group": block.group, "logarithm": block.is_log, "runs": len(process.y),
                           "sd_of_runs": float(process.y.std()), "rms": float((error**2).mean()**0.5),
-                          "noise_sd": process.noise**0.5, "lengths": process.lengths.tolist(),
+                          "noise_sd": process.noise**0.5,
+                          "lengths": dict(zip((self.vary.names[k] for k in process.columns),
+                                              map(float, process.lengths))),
                           "in_90": float((abs(error) <= predict.Z90 * sd).mean()),
                           "run": process.y.tolist(), "predicted": mean.tolist(), "sd": sd.tolist()})
         return found
 
     def _notes(self, best, parameters):
-        notes = list(self.targets.notes)
+        notes = [*self.targets.notes, *self.runs.notes]
         notes += [f"{block.name}: no run of the design answers it, left out of the fit"
                   for block in self.evidence.unanswered]
         for one in parameters:

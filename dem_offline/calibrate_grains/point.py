@@ -12,7 +12,7 @@ from bench import Bench, first_on, packing_of
 from experiment_runs import ENDING, Execution, Result, check_plans, engine_of, read_kept, record_of
 from grain_soil import GrainSoil
 from processes import Processes, ProgramFailed, write_atomically
-from targets import wheel_key
+from targets import kind_of, wheel_key
 from vary import text_of
 
 COLLECTED = "3"  # what is kept of the runs: another one reads them again
@@ -21,11 +21,16 @@ WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force i
 
 class Setting:
     """What all points share. start: vary.Start; targets; predict; beds; program: grouser-dem; folder: of the
-    points; lock: a descriptor that children keep; say."""
+    points; lock: a descriptor that children keep; say; known: of an earlier design, or none."""
 
-    def __init__(self, start, targets, predict, beds, program, folder, lock, say):
+    def __init__(self, start, targets, predict, beds, program, folder, lock, say, known=None):
         self.start, self.targets, self.predict, self.beds = start, targets, predict, beds
-        self.program, self.folder, self.lock, self.say = program, folder, lock, say
+        self.program, self.folder, self.lock, self.say, self.known = program, folder, lock, say, known
+
+    @property
+    def keys(self):
+        """Of all rows that a point is to give."""
+        return sorted(row.key for row in self.targets.chosen(self.predict))
 
 
 class Point:
@@ -44,14 +49,31 @@ class Point:
         for path, text in zip((self.soil_file, self.scene_file), texts):
             write_atomically(path, text)
         self.bench = bench_of(GrainSoil(self.soil_file), setting.targets, setting.predict, setting.beds, tool, wheel)
-        keys = sorted(row.key for row in setting.targets.chosen(setting.predict))
-        asked = [COLLECTED, engine_of(setting.program), *texts, repr(tool), str(setting.beds), *keys]
+        self.known = setting.known.of(values) if setting.known else None
+        self.tests, self.states = self._left()
+        asked = [COLLECTED, engine_of(setting.program), *texts, repr(tool), str(setting.beds), *setting.keys]
+        if self.known:
+            asked.append(json.dumps(self.known.entry, sort_keys=True))
         self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
         self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
         self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
         self.before = {"tests": 0.0, "wheels": 0.0}  # seconds of earlier calls
         self.seconds, self.reasons = dict(self.before), []
         self.phase, self.counted = "tests", time.monotonic()
+
+    def _left(self):
+        """(names of the tests on the bench, wheel states) that are to be run: those with a row that is not known."""
+        names, states = list(self.bench.bed_tests()), self.setting.targets.wheel_states(self.setting.predict)
+        if not self.known:
+            return names, states
+        if self.known.failed:
+            return [], []
+        left = set(self.setting.keys) - self.known.asked
+        if not any(kind_of(key) != "wheel" for key in left):
+            names = []
+        rows = (row for row in self.setting.targets.chosen(self.setting.predict) if row.kind == "wheel")
+        at = {(row.at["slip"], row.at["angle"], row.at["load"]) for row in rows if row.key in left}
+        return names, [state for state in states if wheel_campaign.state_of(state) in at]
 
     def finished(self):
         """What an earlier call has kept of the same point, else none; of the same grains asked for less, or cut
@@ -74,7 +96,7 @@ class Point:
 
     def check(self):
         """The engine reads the experiments before the first run starts. Raises Refused."""
-        check_plans(self.setting.program, [self.bench.on_bed(name, 1) for name in self.bench.bed_tests()])
+        check_plans(self.setting.program, [self.bench.on_bed(name, 1) for name in self.tests])
 
     def work(self):
         """Yields every child that is to be waited for; at the end point.json is there."""
@@ -82,27 +104,24 @@ class Point:
         results = yield from self._tests()
         self.count()
         self.phase = "wheels"
-        packed = results or not self.bench.bed_tests()
-        records = (yield from self._wheels()) if packed and self._states() else {}
+        packed = results or not self.tests
+        records = (yield from self._wheels()) if packed and self.states else {}
         self.count()
         write_atomically(self.stored, json.dumps(self._summary(results, records), indent=1) + "\n")
         os.unlink(self.spent)
-
-    def _states(self):
-        return self.setting.targets.wheel_states(self.setting.predict)
 
     def _tests(self):
         """{(test, bed): Result} of those that ended well; a bed that cannot be packed is passed over."""
         results = {}
         for seed in range(1, self.setting.beds + 1):
-            if not self.bench.bed_tests():
+            if not self.tests:
                 break
             first = first_on(self.bench, seed, self.execution)
             result = yield from self._run(first)
             if not result:
                 continue
             results[first.name.rsplit("_bed", 1)[0], seed] = result
-            for name in self.bench.bed_tests():
+            for name in self.tests:
                 if (name, seed) in results:
                     continue
                 later = yield from self._run(self.bench.on_bed(name, seed, packing_of(result)))
@@ -132,7 +151,7 @@ class Point:
         folder = os.path.join(self.folder, "wheels")
         write_atomically(path, wheel_campaign.text_of("./grouser calibrate grains", f"point-{self.label}",
                                                       self.scene_file, self.soil_file,
-                                                      wheel_campaign.runs_of(self._states(), self.setting.beds),
+                                                      wheel_campaign.runs_of(self.states, self.setting.beds),
                                                       self.folder))
         with contextlib.suppress(FileNotFoundError):
             os.unlink(os.path.join(folder, "campaign.json"))  # an earlier call's, maybe of other grains
@@ -155,17 +174,19 @@ class Point:
         return records
 
     def _summary(self, results, records):
-        outputs = {**self._curves(results), **self._wheel_outputs(records)}
-        wanted = {row.key for row in self.setting.targets.chosen(self.setting.predict)}
+        known, wanted = self.known, set(self.setting.keys)
+        outputs = {**(known.outputs if known else {}), **self._curves(results), **self._wheel_outputs(records)}
         outputs = {key: value for key, value in outputs.items() if key in wanted}
         beds = {"tests": {seed: r.record["bed"] for (_, seed), r in results.items()},
                 "wheels": {r["spec"].get("seed"): r.get("bed", {}) for each in records.values() for r in each}}
         missing = sorted(wanted - set(outputs))
+        fractions = {key: {**(getattr(known, key) if known else {}), **reached(key, beds)}
+                     for key in ("solid_fraction", "top_solid_fraction")}
         return {"label": self.label, "values": self.values, "asked": self.asked,
+                **({"known": known.entry} if known else {}),
                 "status": "failed" if not outputs else "part" if missing else "done",
                 "seconds": {name: round(value + self.before[name], 1) for name, value in self.seconds.items()},
-                "solid_fraction": reached("solid_fraction", beds),
-                "top_solid_fraction": reached("top_solid_fraction", beds), "outputs": outputs, "reasons": self.reasons}
+                **fractions, "outputs": outputs, "reasons": (known.reasons if known else []) + self.reasons}
 
     def _curves(self, results):
         found = {}

@@ -131,6 +131,10 @@ def scaled(sd, by):
     return None if sd is None else sd * by
 
 
+def kind_of(key):
+    return key.split(" ", 1)[0]
+
+
 def plate_key(mm, sinkage):
     return f"plate {mm:.6g} mm @ {1e3 * sinkage:.6g} mm"
 

@@ -9,24 +9,32 @@ import yaml
 from experiment_runs import Refused
 
 
+TESTS = ("plate", "press", "wheel")  # kinds
+ANY = "any"  # of a bed whose layers are alike: where one of them ends
+
+
 class Parameter:
     """One that may be varied. usual: its range where nothing is said, none: as the soil file has it.
-    least, most: what the engine or the word bears."""
+    least, most: what the engine or the word bears. acts_on: kinds of tests that depend on it. absent: the value that
+    grains have which say nothing of it; none: that of the soil file; ANY: whatever the value."""
 
-    def __init__(self, name, unit, usual, least, most, meaning, log=False):
+    def __init__(self, name, unit, usual, least, most, meaning, log=False, acts_on=TESTS, absent=None):
         self.name, self.unit, self.usual = name, unit, usual
-        self.least, self.most, self.meaning, self.log = least, most, meaning, log
+        self.least, self.most, self.meaning, self.log, self.acts_on = least, most, meaning, log, acts_on
+        self.absent = absent
 
 
 KNOWN = {one.name: one for one in (
     Parameter("friction", "", (0.3, 0.8), 0, 10, "friction between grains"),
     Parameter("rolling_friction", "", (0.05, 0.5), 0, 10, "rolling friction between grains"),
-    Parameter("wheel_friction", "", (0.2, 0.7), 0, 10, "friction of the wheel, driven and pressed, on grains"),
-    Parameter("tool_friction", "", None, 0, 10, "friction of the plates on grains"),
+    Parameter("wheel_friction", "", (0.2, 0.7), 0, 10, "friction of the wheel, driven and pressed, on grains",
+              acts_on=("press", "wheel")),
+    Parameter("tool_friction", "", None, 0, 10, "friction of the plates on grains", acts_on=("plate",)),
     Parameter("solid_fraction", "", (0.52, 0.58), 0.4, 0.66, "solid fraction, in two layers that of the upper"),
-    Parameter("top_layer_m", "m", None, 0, 10, "thickness of the upper of two layers"),
-    Parameter("denser_below", "", None, 0, 0.2, "solid fraction of the lower layer less that of the upper"),
-    Parameter("surface_energy_j_per_m2", "J/m^2", None, 0, 100, "cohesion of grains (jkr)"),
+    Parameter("top_layer_m", "m", None, 0, 10, "thickness of the upper of two layers", absent=ANY),
+    Parameter("denser_below", "", None, 0, 0.2, "solid fraction of the lower layer less that of the upper",
+              absent=0),
+    Parameter("surface_energy_j_per_m2", "J/m^2", None, 0, 100, "cohesion of grains (jkr)", absent=0),
     Parameter("youngs_modulus_pa", "Pa", None, 1e4, 1e12, "Young's modulus of grains", log=True),
     Parameter("grain_diameter_m", "m", None, 1e-5, 1, "mean grain diameter by mass"))}
 OF_GRAINS = "grains"  # tool_friction: that of the grains
@@ -34,7 +42,7 @@ FRICTIONS = ("friction", "rolling_friction", "wheel_friction", "tool_friction")
 
 
 class Vary:
-    """ranges: {name: (low, high)} in the order of KNOWN; fixed: {name: value}."""
+    """ranges: {name: (low, high)}, in the order of the sequence's dimensions; fixed: {name: value}."""
 
     def __init__(self, ranges, fixed):
         self.ranges, self.fixed = ranges, fixed
@@ -42,6 +50,10 @@ class Vary:
     @property
     def names(self):
         return list(self.ranges)
+
+    def acting_on(self, kind):
+        """Indices of the parameters that a kind of test depends on."""
+        return [k for k, name in enumerate(self.names) if kind in KNOWN[name].acts_on]
 
     def at(self, unit_point):
         """{name: value} of a point of the unit cube."""
@@ -108,10 +120,12 @@ def text_of(document):
     return yaml.dump(as_text(document), Dumper=PlainDumper, width=1000, sort_keys=False)
 
 
-def read(path):
-    """Vary of a file, or the usual one where there is none. Refused: what, where, expected."""
+def read(path, first=()):
+    """Vary of a file, or the usual one where there is none; first: parameters whose dimensions come before those of
+    others (the order of KNOWN), so that a design in these alone keeps its points. Refused: what, where, expected."""
+    order = [*(name for name in first if name in KNOWN), *(name for name in KNOWN if name not in first)]
     if path is None:
-        return Vary({name: one.usual for name, one in KNOWN.items() if one.usual}, {})
+        return Vary({name: KNOWN[name].usual for name in order if KNOWN[name].usual}, {})
     try:
         with open(path, encoding="utf-8") as file:
             said = yaml.safe_load(file)
@@ -125,7 +139,7 @@ def read(path):
             raise Refused(f"{path}: unknown parameter '{name}', expected one of {', '.join(KNOWN)}"
                           + (f" (the nearest: {near[0]})" if near else ""))
     ranges, fixed = {}, {}
-    for name in KNOWN:
+    for name in order:
         if name in said:
             take(path, KNOWN[name], said[name], ranges, fixed)
     if not ranges:
@@ -189,6 +203,22 @@ class Start:
         if "wheel_friction" in values:
             scene["wheel"]["friction"] = values["wheel_friction"]
         return soil, scene, values.get("tool_friction"), float(scene["wheel"]["friction"])
+
+    @staticmethod
+    def values_of(soil, scene):
+        """The reverse of `made`, as far as the documents say it: {parameter: value}."""
+        grains, wheel = soil["grains"], scene["wheel"]
+        found = {key: float(grains[key]) for key in ("friction", "rolling_friction", "youngs_modulus_pa")}
+        whole, layer = float(grains["solid_fraction"]), grains.get("top_layer")
+        found["solid_fraction"] = float(layer["solid_fraction"]) if layer else whole
+        found["denser_below"] = round_to(whole - found["solid_fraction"])
+        if layer:
+            found["top_layer_m"] = float(layer["thickness_m"])
+        masses = [(float(one["mass_fraction"]), float(one["diameter_m"])) for one in grains["sizes"]]
+        found["grain_diameter_m"] = round_to(sum(m * d for m, d in masses) / sum(m for m, _ in masses))
+        found["surface_energy_j_per_m2"] = float(grains.get("contact", {}).get("surface_energy_j_per_m2", 0))
+        found["wheel_friction"] = float(wheel["friction"])
+        return found
 
     def _pack(self, soil, values):
         grains = soil["grains"]

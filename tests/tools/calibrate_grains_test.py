@@ -35,6 +35,7 @@ CAMPAIGNS = os.path.join(ROOT, "dem_offline", "campaigns")
 SOIL = os.path.join(CAMPAIGNS, "cmu_loose.soil.yaml")
 SCENE = os.path.join(CAMPAIGNS, "cmu_validate.scene.yaml")
 WHEEL = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_wheel.yaml")
+POINT = {"label": "s001", "values": {"friction": 0.4}, "status": "done", "seconds": {}, "outputs": {}}
 DATA = """soil: a test
 tests:
   - {name: plate, kind: plate, file: p.csv, columns: {sinkage: z_mm, force: F_N}, constants: {diameter: 60 mm}, \
@@ -83,6 +84,24 @@ class Vary(InFolder):
         for name, (low, high) in vary.ranges.items():  # in each eighth about eight
             cells = [min(7, int(8 * (one[name] - low) / (high - low) + 0.01)) for one in many]
             self.assertTrue(all(7 <= cells.count(k) <= 9 for k in range(8)), name)
+
+    def test_a_parameter_more_leaves_the_others_where_they_were(self):
+        one = varied.read(os.path.join(CAMPAIGNS, "cmu_plates", "vary.yaml"))
+        path = os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml")
+        more = varied.read(path, one.names)
+        self.assertEqual(more.names, ["friction", "rolling_friction", "solid_fraction", "wheel_friction"])
+        points = more.points(64)
+        self.assertEqual([{name: at[name] for name in one.names} for at in points], one.points(64))
+        self.assertGreater(len({at["wheel_friction"] for at in points}), 60)
+        self.assertNotEqual([at["solid_fraction"] for at in varied.read(path).points(64)],
+                            [at["solid_fraction"] for at in points])
+
+    def test_what_depends_on_what(self):
+        vary = varied.read(os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml"))
+        acting = {kind: [vary.names[k] for k in vary.acting_on(kind)] for kind in varied.TESTS}
+        self.assertEqual(acting["plate"], ["friction", "rolling_friction", "solid_fraction"])
+        self.assertEqual(acting["press"], vary.names)
+        self.assertEqual(acting["wheel"], vary.names)
 
     def test_logarithmic_ranges_and_back(self):
         vary = varied.Vary({"youngs_modulus_pa": (1e6, 1e8), "friction": (0.2, 0.6)}, {})
@@ -158,9 +177,8 @@ class Targets(InFolder):
 class Tables(InFolder):
     def complaint(self, **changes):
         file = {"file": "a", "sha256": "0"}
-        point = {"label": "s001", "values": {"friction": 0.4}, "status": "done", "seconds": {}, "outputs": {}}
         table = {"version": 1, "soil": file, "scene": file, "beds": 1, "fixed": {}, "ranges": {"friction": [0.3, 0.8]},
-                 "points": [point], **changes}
+                 "points": [POINT], **changes}
         path = self.file("design.json", json.dumps(table))
         try:
             return design.read_table(path) and None
@@ -176,6 +194,7 @@ class Tables(InFolder):
                 ({"ranges": {"fricton": [0, 1]}}, "unknown parameter 'fricton'"),
                 ({"ranges": {"friction": [0.8, 0.3]}}, "ranges: friction: got [0.8, 0.3], not [LOW, HIGH]"),
                 ({"ranges": {"wheel_friction": [0.2, 0.7]}}, "points[0]: values: no number for wheel_friction"),
+                ({"points": [{**POINT, "known": {"ran_at": {"press": {"mass": 1}}}}]}, "points[0]: known: no ran_at"),
                 ({"points": [1]}, "points[0]: no label"), ({"points": None}, "points: got None, expected a list")):
             self.assertIn(words, self.complaint(**changes) or "taken", changes)
 
@@ -286,6 +305,50 @@ class Runs(InFolder):
             self.assertEqual(json.load(file)["design"]["used"], 9)
         again = self.run_it("--points", "8", "--jobs", "1", "--more", "1")
         self.assertEqual((again.returncode, self.calls()), (0, []))
+
+    def known_design(self):
+        """A design of plates and pressed wheel alone at three points, the second of which cannot be packed; then the
+        files ask for wheel states and the wheel's friction, too. The path of its table."""
+        self.file("data.yaml", DATA.replace("{lines: [3]}", "true"))
+        ranges = "friction: [0.3, 0.8]\nsolid_fraction: [0.53, 0.57]\n"
+        self.file("vary.yaml", ranges + "wheel_friction: 0.45\n")
+        self.file("bin/refuse", "friction: 0.675")
+        self.assertEqual(self.run_it("--points", "3", "--jobs", "1").returncode, 0)
+        self.assertEqual(len(self.calls()), 5)
+        table = os.path.join(self.out, "design.json")
+        self.data, self.out = self.file("data.yaml", DATA), os.path.join(self.folder, "more")
+        self.file("vary.yaml", "wheel_friction: [0.2, 0.7]\n" + ranges)
+        return table
+
+    def test_what_an_earlier_design_knows_is_not_run(self):
+        path = self.known_design()
+        with open(path, encoding="utf-8") as file:
+            before = json.load(file)["points"]
+        plan = self.run_it("--known", path, "--points", "4", "--jobs", "1", "--dry-run")
+        self.assertEqual((plan.returncode, self.calls()), (0, []), plan.stderr)
+        self.assertIn("4 points, 0 of them done\nplates and pressed wheel: 2 runs at 1 points, ", plan.stdout)
+        self.assertIn("wheel states: 3 runs at 3 points, no time recorded before a first point is done", plan.stdout)
+        self.assertIn("1 points are known to fail", plan.stdout)
+        done = self.run_it("--known", path, "--points", "4", "--jobs", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.calls(), ["wheel 0.3 seed 1", "wheel 0.3 seed 1", "run plate60_bed1.run.h5",
+                                        "run press_bed1.run.h5", "wheel 0.3 seed 1"])
+        table = self.table()
+        self.assertEqual(list(table["ranges"]), ["friction", "solid_fraction", "wheel_friction"])
+        first, second, third, fourth = table["points"]
+        self.assertEqual([one["status"] for one in table["points"]], ["done", "failed", "done", "done"])
+        self.assertEqual({key: value for key, value in third["outputs"].items() if key[0] == "p"}, before[2]["outputs"])
+        self.assertEqual(third["known"]["ran_at"], {"press": {"wheel_friction": 0.45}})
+        self.assertEqual((third["values"]["wheel_friction"], first["known"]["ran_at"]), (0.325, {}))  # 0.45: its own
+        self.assertEqual(third["solid_fraction"], {"tests": 0.56, "wheels": 0.56})
+        self.assertEqual(second["reasons"], before[1]["reasons"])
+        self.assertNotIn("known", fourth)
+        path, self.out = os.path.join(self.out, "design.json"), os.path.join(self.folder, "third")
+        again = self.run_it("--known", path, "--points", "4", "--jobs", "1")  # one that knows all
+        self.assertEqual((again.returncode, self.calls()), (0, []), again.stderr)
+        for one, other in zip(self.table()["points"], table["points"]):
+            self.assertEqual(one["outputs"], other["outputs"])
+            self.assertEqual(one["known"]["ran_at"], other.get("known", {"ran_at": {}})["ran_at"])
 
     def test_survives_runs_that_fail(self):
         with open(os.path.join(self.bin, "refuse"), "w", encoding="utf-8") as file:
