@@ -88,17 +88,14 @@ endfunction()
 # takes longer than all else.
 set(GROUSER_COMMAND_LINE_COMPILE $<$<CONFIG:Release>:-O0>)
 
-# grouser_program(NAME SOURCES a.cc ... LINK x y [HEADERS name]): an executable in bin/. COMMAND_LINE:
-# its sources read the command line, no more. HEADERS: the precompiled headers of another kind.
+# grouser_program(NAME SOURCES a.cc ... LINK x y): an executable in bin/. COMMAND_LINE: its
+# sources read the command line, no more.
 function(grouser_program name)
-  cmake_parse_arguments(ARG "COMMAND_LINE" "HEADERS" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "COMMAND_LINE" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   if(ARG_COMMAND_LINE)
     target_compile_options(${name} PRIVATE ${GROUSER_COMMAND_LINE_COMPILE})
-    if(NOT ARG_HEADERS)
-      set(ARG_HEADERS grouser_command_line_headers)
-    endif()
-    target_precompile_headers(${name} REUSE_FROM ${ARG_HEADERS})
+    target_precompile_headers(${name} REUSE_FROM grouser_command_line_headers)
   endif()
   target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK})
 endfunction()
@@ -107,19 +104,16 @@ endfunction()
 # GoogleTest program, one CTest entry. Label "hostile": it reads what an outsider can send (files,
 # packets, requests, states), or bends memory by hand; it also runs under ASan. The other "unit" and
 # "verify" tests run there with ./grouser test --full. COMPUTES: its own sources, or headers that they
-# bring, run so long that optimising them is the cheaper. HEADERS: other precompiled headers. COST: about its seconds, for those that would
+# bring, run so long that optimising them is the cheaper. COST: about its seconds, for those that would
 # end last: CTest starts the costliest first.
 function(grouser_test name)
-  cmake_parse_arguments(ARG "COMPUTES" "TIMEOUT;COST;HEADERS" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "TIMEOUT;COST" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   if(ARG_COMPUTES)
     target_compile_options(${name} PRIVATE ${GROUSER_QUICK_COMPILE})
   else()
     target_compile_options(${name} PRIVATE ${GROUSER_TEST_COMPILE})
-    if(NOT ARG_HEADERS)
-      set(ARG_HEADERS grouser_test_headers)
-    endif()
-    target_precompile_headers(${name} REUSE_FROM ${ARG_HEADERS})
+    target_precompile_headers(${name} REUSE_FROM grouser_test_headers)
   endif()
   target_link_libraries(${name} PRIVATE grouser_options ${ARG_LINK}
     GTest::gmock GTest::gtest GTest::gtest_main)

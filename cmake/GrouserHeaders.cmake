@@ -23,9 +23,6 @@ grouser_headers(grouser_command_line_headers OPTIONS ${GROUSER_COMMAND_LINE_COMP
   HEADERS ${standard} ${messages} <CLI/CLI.hpp>)
 if(GROUSER_SERVICES)
   grouser_headers(grouser_service_headers OPTIONS ${GROUSER_QUICK_COMPILE} HEADERS ${standard} ${messages} ${services})
-  # Of programs, and of the tests that call services.
-  grouser_headers(grouser_service_program_headers OPTIONS ${GROUSER_COMMAND_LINE_COMPILE}
-    HEADERS ${standard} ${messages} ${services} <CLI/CLI.hpp>)
 endif()
 if(GROUSER_TESTS)
   grouser_headers(grouser_test_headers OPTIONS ${GROUSER_TEST_COMPILE} LINK GTest::gtest
