@@ -31,6 +31,7 @@ file(CONFIGURE OUTPUT "${CMAKE_BINARY_DIR}/grouser_asio.cc" CONTENT
   "#include <utility>\n\n#include <boost/asio/impl/src.hpp>\n")
 add_library(grouser_asio STATIC EXCLUDE_FROM_ALL "${CMAKE_BINARY_DIR}/grouser_asio.cc")
 target_compile_definitions(grouser_asio PUBLIC BOOST_ASIO_SEPARATE_COMPILATION)
+target_compile_options(grouser_asio PRIVATE ${GROUSER_QUICK_COMPILE})
 target_link_libraries(grouser_asio PUBLIC Boost::headers Threads::Threads PRIVATE grouser_options)
 # Boost 1.74 Asio uses std::exchange without including its header (C++20); every set of
 # precompiled headers has it.

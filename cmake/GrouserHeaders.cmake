@@ -22,9 +22,9 @@ grouser_headers(grouser_quick_headers OPTIONS ${GROUSER_QUICK_COMPILE}
 grouser_headers(grouser_command_line_headers OPTIONS ${GROUSER_COMMAND_LINE_COMPILE}
   HEADERS ${standard} ${messages} <CLI/CLI.hpp>)
 if(GROUSER_SERVICES)
-  grouser_headers(grouser_service_headers HEADERS ${standard} ${messages} ${services})
+  grouser_headers(grouser_service_headers OPTIONS ${GROUSER_QUICK_COMPILE} HEADERS ${standard} ${messages} ${services})
 endif()
 if(GROUSER_TESTS)
-  grouser_headers(grouser_test_headers OPTIONS ${GROUSER_QUICK_COMPILE} LINK GTest::gtest
+  grouser_headers(grouser_test_headers OPTIONS ${GROUSER_TEST_COMPILE} LINK GTest::gtest
     HEADERS ${standard} ${messages} <gmock/gmock.h> <gtest/gtest.h>)
 endif()

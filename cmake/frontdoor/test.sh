@@ -6,12 +6,12 @@ test_help() {
 Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
-  asan      tests labelled "unit", under AddressSanitizer and UBSan (of the slow
-            suites the ensemble's emulated device, wheel tests and fits wait for --full)
+  asan      tests labelled "hostile" (they read what an outsider can send: files,
+            packets, requests), under AddressSanitizer and UBSan
   cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks
-  asan      tests labelled "verify" as well
+  asan      all tests labelled "unit" or "verify"
   cuda      every kernel for sm_80 too
   slow      tests labelled "slow", among them the search for inputs that the readers fail on
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
@@ -53,9 +53,13 @@ run_slow() {
   ctest_preset release --label-regex slow
 }
 
-# Of what is not tested there nothing is built, but for --full.
-build_asan() { build_preset asan "$([ -n "$1" ] && echo all || echo unit_tests)"; }
-run_asan() { build_asan "$1" && ctest_preset asan --label-regex "unit${1:+|verify}"; }
+# What is not tested there is not built, but for --full.
+build_asan() { build_preset asan "$([ -n "$1" ] && echo all || echo hostile_tests)"; }
+run_asan() {
+  local labels=hostile
+  [ -z "$1" ] || labels='unit|verify'
+  build_asan "$1" && ctest_preset asan --label-regex "$labels"
+}
 
 # Many release tests wait, or use one core: what the next stages need is built meanwhile, with
 # what time the tests leave. Those stages build again what fails here, and report it.
@@ -121,7 +125,6 @@ word_test() {
     record_stage release run_ctest release --label-regex "$label"
   else
     record_stage release run_release "$full"
-    # The suites of the engine take minutes under ASan: with --full only.
     record_stage asan run_asan "$full"
     record_stage cuda run_cuda "$full"
     if [ -n "$full" ]; then

