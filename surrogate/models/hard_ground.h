@@ -60,6 +60,7 @@ class HardGroundModel final : public WheelModel {
 
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
   bool UsesYawRate() const noexcept override { return true; }
+  bool HoldsOnSlopes() const noexcept override { return true; }
 
   const HardGround& ground() const { return ground_; }
   double radius_m() const { return radius_m_; }
