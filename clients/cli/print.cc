@@ -23,6 +23,17 @@ std::string MeasuredInterval(const v1alpha1::OutputArray& a, int i) {
   return std::isnan(low) ? "-" : fmt::format("[{:>11.5g},{:>11.5g}]", low, high);
 }
 
+void PrintGradients(const v1alpha1::WheelResponses& r, int i) {
+  fmt::print("  {:8} {:>11} {:>11} {:>11} {:>11}\n", "d/d", "v_x [s/m]", "v_y", "rim", "load [/N]");
+  const auto outputs = OutputsOf(r);
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    const v1alpha1::OutputArray& a = *outputs[o];
+    fmt::print("  {:8} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g}  {}\n",
+               surrogate::kOutputFields[o].name, At(a.d_v_x(), i), At(a.d_v_y(), i),
+               At(a.d_rim_speed(), i), At(a.d_load(), i), surrogate::kOutputFields[o].unit);
+  }
+}
+
 void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
   fmt::print(
       "state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
@@ -51,6 +62,7 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
     }
     fmt::print("  {}\n", surrogate::kOutputFields[o].unit);
   }
+  if (r.f_x().d_load_size() > 0) PrintGradients(r, i);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ struct QueryOptions {
   std::string model;
   StateOptions states;
   AccuracyOptions accuracy;
-  bool values_only = false;
+  bool values_only = false, gradients = false;
 };
 
 struct LcmOptions {
@@ -58,6 +58,7 @@ int RunQuery(const Common& common, const QueryOptions& options) {
   v1alpha1::EvaluateWheelsRequest request;
   request.set_model(options.model);
   request.set_values_only(options.values_only);
+  request.set_with_gradients(options.gradients);
   *request.mutable_states() = options.states.Build();
   options.accuracy.Apply(&request);
   const auto response = client.Evaluate(request);
@@ -210,6 +211,8 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   auto query_options = std::make_shared<QueryOptions>();
   query->add_option("--model", query_options->model, model_text);
   query->add_flag("--values-only", query_options->values_only, "Leave the uncertainty out");
+  query->add_flag("--gradients", query_options->gradients,
+                  "Derivatives by v_x, v_y, rim speed and load as well");
   query_options->states.AddTo(*query);
   query_options->accuracy.AddTo(*query);
   query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });

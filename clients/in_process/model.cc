@@ -45,7 +45,8 @@ Answers ViewOf(Answer* answer) noexcept {
     const auto one = [](double& x) { return std::span<double>(&x, 1); };
     out.output[o] = {one(a.value),  one(a.sd_fit),  one(a.sd_patch),     one(a.low),
                      one(a.high),   one(a.d_v_x),   one(a.d_v_y),        one(a.d_rim_speed),
-                     one(a.d_load), one(a.sd_form), one(a.measured_low), one(a.measured_high)};
+                     one(a.d_load), one(a.sd_form), one(a.measured_low), one(a.measured_high),
+                     one(a.sd_soil)};
   }
   out.flags = {&answer->flags, 1};
   out.slip = {&answer->slip, 1};
@@ -61,6 +62,18 @@ std::string NameOf(v1alpha1::ModelKind model) {
   if (name.starts_with(kPrefix)) name.erase(0, kPrefix.size());
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;
+}
+
+// What says which wheels are similar.
+std::shared_ptr<const v1alpha1::Model> HeadOf(const v1alpha1::Model& message) {
+  auto head = std::make_shared<v1alpha1::Model>();
+  head->set_name(message.name());
+  head->set_kind(message.kind());
+  head->set_untuned(message.untuned());
+  *head->mutable_soil() = message.soil();
+  *head->mutable_wheel() = message.wheel();
+  if (message.has_bekker()) *head->mutable_bekker() = message.bekker();
+  return head;
 }
 
 }  // namespace
@@ -83,7 +96,7 @@ bool Model::Parts::FillsGradients() const noexcept {
   return filled;
 }
 
-Model::Model(std::unique_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
+Model::Model(std::shared_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
 Model::Model(Model&& other) noexcept = default;
 Model& Model::operator=(Model&& other) noexcept = default;
 Model::~Model() = default;
@@ -100,6 +113,7 @@ Model Model::Open(const std::filesystem::path& model_file) try {
   parts->digest = loaded.digest;
   parts->radius_m = message.wheel().radius_m();
   parts->width_m = message.wheel().width_m();
+  parts->gravity_m_per_s2 = message.soil().gravity_m_per_s2();
   parts->interval_level = message.interval_level();
   const v1alpha1::Domain& d = message.domain();
   parts->domain = {d.slip_min(),   d.slip_max(),   d.attack_angle_max_rad(),
@@ -107,6 +121,7 @@ Model Model::Open(const std::filesystem::path& model_file) try {
   parts->has_gradients = parts->FillsGradients();
   parts->as_selectable = surrogate::MakeSelectableModel(message, *parts->evaluator);
   parts->pair = surrogate::PairKey(message);
+  parts->head = HeadOf(message);
   return Model(std::move(parts));
 } catch (const std::exception& error) {
   const std::string file = model_file.string(), what = error.what();
@@ -150,7 +165,7 @@ Answer Model::Evaluate(const State& state) const noexcept {
   if (Evaluate(in, out)) return answer;
   for (OutputAnswer& o : answer.output) {
     o.value = o.sd_fit = o.sd_patch = o.low = o.high = kNaN;
-    o.sd_form = o.measured_low = o.measured_high = kNaN;
+    o.sd_form = o.measured_low = o.measured_high = o.sd_soil = kNaN;
   }
   FillGradients(out, kNaN);
   answer.slip = answer.attack_angle = kNaN;
@@ -189,6 +204,7 @@ const std::string& Model::kind() const noexcept { return parts_->kind; }
 const std::string& Model::digest() const noexcept { return parts_->digest; }
 double Model::radius_m() const noexcept { return parts_->radius_m; }
 double Model::width_m() const noexcept { return parts_->width_m; }
+double Model::gravity_m_per_s2() const noexcept { return parts_->gravity_m_per_s2; }
 double Model::interval_level() const noexcept { return parts_->interval_level; }
 bool Model::has_gradients() const noexcept { return parts_->has_gradients; }
 const Domain& Model::domain() const noexcept { return parts_->domain; }

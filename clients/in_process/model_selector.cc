@@ -83,6 +83,7 @@ bool ModelSelector::Evaluate(const States& in, const AccuracyRequest& accuracy, 
   parts_->selector.Evaluate(ToView(in), ToOurs(accuracy),
                             ToView(parts_->has_gradients ? out : WithoutGradients(out)),
                             answered_by, nullptr, FormViewOf(out));
+  FillSdSoil(out);
   return true;
 }
 

@@ -13,14 +13,18 @@
 
 namespace grouser {
 
+namespace v1alpha1 {
+class Model;
+}
+
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct SpanField {
   const char* name;
   std::span<double> OutputSpans::*member;
 };
-/// In the order of surrogate::Part; then what FormView has.
-inline constexpr std::array<SpanField, surrogate::kParts + 3> kSpanFields = {
+/// In the order of surrogate::Part; then what FormView has; then sd_soil.
+inline constexpr std::array<SpanField, surrogate::kParts + 4> kSpanFields = {
     {{"value", &OutputSpans::value},
      {"sd_fit", &OutputSpans::sd_fit},
      {"sd_patch", &OutputSpans::sd_patch},
@@ -32,7 +36,8 @@ inline constexpr std::array<SpanField, surrogate::kParts + 3> kSpanFields = {
      {"d_load", &OutputSpans::d_load},
      {"sd_form", &OutputSpans::sd_form},
      {"measured_low", &OutputSpans::measured_low},
-     {"measured_high", &OutputSpans::measured_high}}};
+     {"measured_high", &OutputSpans::measured_high},
+     {"sd_soil", &OutputSpans::sd_soil}}};
 inline constexpr std::size_t kFirstGradient = surrogate::kDvX;
 inline constexpr std::size_t kGradientsEnd = surrogate::kParts;
 
@@ -61,6 +66,7 @@ inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
     for (std::size_t p = 0; p < surrogate::kParts; ++p) {
       view.output[o].*surrogate::kPartMembers[p] = out.output[o].*kSpanFields[p].member;
     }
+    view.output[o].sd_soil = out.output[o].sd_soil;
   }
   view.flags = out.flags;
   view.slip = out.slip;
@@ -86,19 +92,32 @@ inline void FillGradients(const Answers& out, double with) noexcept {
   }
 }
 
+/// That of answers to one soil that is known.
+inline void FillSdSoil(const Answers& out) noexcept {
+  for (const OutputSpans& o : out.output) {
+    for (std::size_t i = 0; i < o.sd_soil.size(); ++i) {
+      o.sd_soil[i] = (out.flags[i] & kInvalid) != 0 ? kNaN : 0;
+    }
+  }
+}
+
 struct Model::Parts {
-  std::unique_ptr<const surrogate::WheelModel> evaluator;
+  std::shared_ptr<const surrogate::WheelModel> evaluator;
   std::string name, soil, wheel, kind, digest;
-  double radius_m = 0, width_m = 0, interval_level = 0;
+  double radius_m = 0, width_m = 0, gravity_m_per_s2 = 0, interval_level = 0;
   bool has_gradients = false;
   Domain domain{};
   surrogate::SelectableModel as_selectable;  ///< of a ModelSelector
   std::string pair;                          ///< equal for models of one wheel on one soil
+  bool mixture = false;
+  std::shared_ptr<const v1alpha1::Model> head;  ///< of the file, without tables and runs
+  std::shared_ptr<const Parts> file;            ///< of a similar wheel's model: what was opened
 
   void Evaluate(const States& in, const Answers& out) const noexcept {
     // Never leave what the caller's memory held before where a derivative belongs.
     if (!has_gradients) FillGradients(out, kNaN);
     EvaluateWithForm(*evaluator, as_selectable.form, ToView(in), ToView(out), FormViewOf(out));
+    if (!mixture) FillSdSoil(out);
   }
   bool FillsGradients() const noexcept;
 };

@@ -28,6 +28,10 @@ class VehicleAnswers {
   virtual ~VehicleAnswers() = default;
   const vehicle::DescribedVehicle& described() const { return described_; }
 
+  /// One more soil, named by this text: "{NAME: WEIGHT, ...}". Throws InputError, and
+  /// std::invalid_argument as vehicle::AddMixture; a server's vehicle takes none.
+  virtual void AddMixture(const std::string& text) = 0;
+
   /// With the probability that every limit of the vehicle holds.
   virtual vehicle::Solution Solve(const vehicle::Motion& motion, vehicle::GoProbability* go) = 0;
   virtual MotionOnDraws SolveOnDraws(const vehicle::Motion& motion, std::size_t draws) = 0;

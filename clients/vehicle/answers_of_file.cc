@@ -1,4 +1,5 @@
 #include "clients/vehicle/answers.h"
+#include "surrogate/vehicle/mixture_ground.h"
 #include "surrogate/vehicle/vehicle_file.h"
 
 namespace grouser::cli {
@@ -12,6 +13,11 @@ class FileAnswers final : public VehicleAnswers {
     described_ = {file_.vehicle, file_.grounds.soils, file_.sources};
   }
 
+  void AddMixture(const std::string& text) override {
+    vehicle::AddMixture(text, ReadSoilWeights(text), &file_);
+    described_.soils = file_.grounds.soils;
+    described_.sources = file_.sources;
+  }
   Solution Solve(const Motion& motion, GoProbability* go) override {
     Solution solution;
     Solver(file_.vehicle, file_.grounds).Solve({&motion, 1}, {&solution, 1});

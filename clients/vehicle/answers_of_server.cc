@@ -17,6 +17,11 @@ class ServerAnswers final : public VehicleAnswers {
     described_ = FromMessage(response.vehicle());
   }
 
+  void AddMixture(const std::string& text) override {
+    throw std::invalid_argument("soil " + text +
+                                ": a mixture, expected a soil by name (key `mixtures` of the "
+                                "server's vehicle file)");
+  }
   Solution Solve(const Motion& motion, GoProbability* go) override {
     return SolveToGo(motion, 0, go);
   }

@@ -26,6 +26,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle climb FILE --soil asphalt --speed 0.5\n"
     "  grouser-vehicle speed FILE PATH.csv --limit 1.5\n"
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
+    "  grouser-vehicle energy FILE --soil '{asphalt: 0.7, ice: 0.3}' --speed 0.5\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
     "  grouser-vehicle list --server 127.0.0.1:50151\n"
     "  grouser-vehicle speed husky PATH.csv --limit 1.5 --server 127.0.0.1:50151\n"
@@ -48,6 +49,16 @@ struct Arguments {
   std::unique_ptr<VehicleAnswers> Open() const {
     return server.address.empty() ? AnswersOfFile(file) : AnswersOfServer(server, file);
   }
+  /// Soils that are spelled out: "{NAME: WEIGHT, ...}".
+  void AddMixtures(VehicleAnswers* answers) const {
+    std::vector<std::string> soils = motion.soils;
+    soils.push_back(motion.soil);
+    std::sort(soils.begin(), soils.end());
+    soils.erase(std::unique(soils.begin(), soils.end()), soils.end());
+    for (const std::string& soil : soils) {
+      if (soil.starts_with('{')) answers->AddMixture(soil);
+    }
+  }
 };
 
 int ExitCodeOf(const Solution& s) {
@@ -56,6 +67,7 @@ int ExitCodeOf(const Solution& s) {
 
 int SolveOne(const Arguments& a) {
   const auto answers = a.Open();
+  a.AddMixtures(answers.get());
   const Vehicle& vehicle = answers->described().vehicle;
   GoProbability go;
   const Motion motion = a.motion.MotionOf(answers->described());
@@ -69,6 +81,7 @@ int SolveOne(const Arguments& a) {
 
 int Energy(const Arguments& a) {
   const auto answers = a.Open();
+  a.AddMixtures(answers.get());
   const Vehicle& vehicle = answers->described().vehicle;
   const PowerInterval power = answers->Energy(a.motion.MotionOf(answers->described()));
   std::cout << (a.json ? JsonOf(vehicle, power) : TextOf(vehicle, power));
@@ -77,7 +90,11 @@ int Energy(const Arguments& a) {
 
 int PlanSpeeds(Arguments a) {
   const auto answers = a.Open();
-  const std::vector<PathPoint> path = ReadPath(a.path, answers->described().soils);
+  a.AddMixtures(answers.get());
+  const std::string& soil = a.motion.soil;
+  const std::vector<PathPoint> path =
+      ReadPath(a.path, answers->described().soils,
+               soil.empty() ? 0 : SoilOption(answers->described(), soil));
   std::vector<SpeedPoint> out(path.size());
   a.plan.trained_only = !a.untrained;
   PlanOnDraws on_draws{.draws = a.draws, .holds = 0, .at = {}};
@@ -96,6 +113,7 @@ int PlanSpeeds(Arguments a) {
 
 int SteepestGrades(Arguments a) {
   const auto answers = a.Open();
+  a.AddMixtures(answers.get());
   a.plan.trained_only = !a.untrained;
   std::vector<SoilGrades> soils;
   for (const std::string& soil : answers->described().soils) {
@@ -163,6 +181,8 @@ void AddSpeed(CLI::App* app, Arguments* a) {
   app->add_option("path", a->path,
                   "CSV: s_m, curvature_per_m or x_m, y_m[, grade_deg, bank_deg, soil]")
       ->required();
+  app->add_option("--soil", a->motion.soil,
+                  "Where the path names none; default: the vehicle's first");
   app->add_option("--limit", a->plan.speed_limit_m_per_s, "Never faster [m/s]")->required();
   app->add_option("--acceleration", a->plan.acceleration_m_per_s2, "Largest [m/s^2]")
       ->capture_default_str();

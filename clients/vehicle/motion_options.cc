@@ -74,7 +74,9 @@ void MotionOptions::AddTo(CLI::App* app) {
   app->add_option("--acceleration", acceleration, "Forward [m/s^2]");
   app->add_option("--grade-deg", grade_deg, "The ground rises ahead");
   app->add_option("--bank-deg", bank_deg, "The ground rises to the left");
-  app->add_option("--soil", soil, "Soil of all wheels; default: the vehicle's first");
+  app->add_option(
+      "--soil", soil,
+      "Soil of all wheels, by name or as {NAME: WEIGHT, ...}; default: the vehicle's first");
   app->add_option("--soils", soils, "Soil of each wheel");
 }
 

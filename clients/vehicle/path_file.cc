@@ -70,7 +70,8 @@ double NumberOf(const std::string& at, const std::string& column, const std::str
 }
 
 Line LineOf(const std::string& at, const std::vector<std::string>& columns,
-            const std::vector<std::string>& cells, const std::vector<std::string>& soils) {
+            const std::vector<std::string>& cells, const std::vector<std::string>& soils,
+            std::uint8_t otherwise) {
   if (cells.size() != columns.size()) {
     throw yaml::InputError(at + "got " + std::to_string(cells.size()) + " cells, expected " +
                            std::to_string(columns.size()));
@@ -78,6 +79,7 @@ Line LineOf(const std::string& at, const std::vector<std::string>& columns,
   Line line;
   line.at = at;
   PathPoint& p = line.point;
+  p.soil = otherwise;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const auto which = std::find(kColumns.begin(), kColumns.end(), columns[c]) - kColumns.begin();
     if (which == kSoil) {
@@ -127,7 +129,7 @@ void Measure(std::vector<Line>* lines) {
 }  // namespace
 
 std::vector<vehicle::PathPoint> ReadPath(const std::string& file,
-                                         const std::vector<std::string>& soils) {
+                                         const std::vector<std::string>& soils, std::uint8_t soil) {
   std::istringstream in(yaml::ReadYamlText(file));
   std::vector<std::string> columns;
   std::vector<Line> lines;
@@ -143,7 +145,7 @@ std::vector<vehicle::PathPoint> ReadPath(const std::string& file,
       columns = cells;
       continue;
     }
-    lines.push_back(LineOf(at, columns, cells, soils));
+    lines.push_back(LineOf(at, columns, cells, soils, soil));
     const auto last = lines.end() - 1;
     if (!places && lines.size() > 1 && !(last->point.s_m > (last - 1)->point.s_m)) {
       throw yaml::InputError(at + "s_m: expected more than in the line before");

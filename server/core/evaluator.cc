@@ -93,13 +93,31 @@ void EchoSpeed(const v1alpha1::VelocityForm& velocity, v1alpha1::SlipForm* slip)
   }
 }
 
+/// Room for the derivatives of one output: NaN where a model leaves it.
+void FillGradients(int n, bool wanted, v1alpha1::OutputArray* array, surrogate::OutputView* view) {
+  const struct {
+    RepeatedField<double>* field;
+    std::span<double>* view;
+  } gradients[] = {{array->mutable_d_v_x(), &view->d_v_x},
+                   {array->mutable_d_v_y(), &view->d_v_y},
+                   {array->mutable_d_rim_speed(), &view->d_rim_speed},
+                   {array->mutable_d_load(), &view->d_load}};
+  for (const auto& d : gradients) {
+    d.field->Clear();
+    if (!wanted) continue;
+    *d.view = Fill(d.field, n);
+    std::ranges::fill(*d.view, kNan);
+  }
+}
+
 /// Room for one output; for its interval for a measurement where `with_interval`.
-void FillOutput(int n, bool values_only, bool with_interval, v1alpha1::OutputArray* array,
+void FillOutput(int n, AnswerParts parts, bool with_interval, v1alpha1::OutputArray* array,
                 surrogate::OutputView* view, surrogate::FormView::OfOutput* form) {
   view->value = Fill(array->mutable_value(), n);
+  FillGradients(n, parts.gradients, array, view);
   array->clear_measured_low();
   array->clear_measured_high();
-  if (values_only) {
+  if (!parts.uncertainty) {
     for (auto* unused : {array->mutable_sd_fit(), array->mutable_sd_patch(), array->mutable_low(),
                          array->mutable_high(), array->mutable_sd_form()}) {
       unused->Clear();
@@ -190,8 +208,8 @@ void EvaluateViews(const ServedModel& model, const surrogate::WheelStatesView& i
   }
 }
 
-void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states, bool values_only,
-                    v1alpha1::WheelResponses* responses, Selection* selection) {
+void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& states,
+                    AnswerParts parts, v1alpha1::WheelResponses* responses, Selection* selection) {
   const int n = states.load_n_size();
   if (states.has_velocity()) {
     *responses->mutable_velocity() = states.velocity();
@@ -214,7 +232,7 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   surrogate::FormView form;
   const auto arrays = OutputArrays(responses);
   for (int k = 0; k < kOutputs; ++k) {
-    FillOutput(n, values_only, KnowsInterval(model, selection, k), arrays[k], &out.output[k],
+    FillOutput(n, parts, KnowsInterval(model, selection, k), arrays[k], &out.output[k],
                &form.output[k]);
   }
   out.flags = Fill(responses->mutable_flags(), n);
@@ -233,13 +251,13 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
 }
 
 Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
-                const v1alpha1::WheelStates& states, bool values_only,
+                const v1alpha1::WheelStates& states, AnswerParts parts,
                 const ServedModel** answered_by, v1alpha1::WheelResponses* responses,
                 const v1alpha1::AccuracyRequest& accuracy, Selection* selection) {
   *answered_by = nullptr;
   const ServedModel* model = nullptr;
   surrogate::AccuracyRequest wanted;
-  Status status = ValidateStates(states);
+  Status status = ValidateStates(states, parts.gradients ? kMaxStatesWithGradients : kMaxStates);
   if (status.ok()) status = ReadAccuracyRequest(accuracy, &wanted);
   if (status.ok()) status = snapshot.Find(model_reference, &model);
   if (selection) selection->selectable = nullptr;
@@ -251,7 +269,7 @@ Status Evaluate(const Snapshot& snapshot, std::string_view model_reference,
     selection->accuracy = wanted;
     selection->selectable = &snapshot.SelectableOf(model_reference, *model);
   }
-  EvaluateStates(*model, states, values_only, responses, selection);
+  EvaluateStates(*model, states, parts, responses, selection);
   *answered_by = model;
   return status;
 }

@@ -26,6 +26,7 @@
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/similar_wheel.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/soils/soil_library.h"
@@ -43,7 +44,7 @@ struct Arguments {
                                                                 role = "test";
   std::string wheel, soil, ground;
   double slip = 0, angle_deg = 0, load = 0, speed = 0, gravity = 9.81;
-  std::optional<double> load_min, load_max;
+  std::optional<double> load_min, load_max, similar_radius, similar_gravity;
   std::array<std::optional<double>, 8> hard;  // by HardGroundFields
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
@@ -211,16 +212,26 @@ int Show(const Arguments& a) {
 
 int Eval(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
-  const auto model = MakeLaw(loaded.model);
-  const double trained = loaded.model.domain().speed_m_per_s();
-  const Query query{a.slip, a.angle_deg * std::numbers::pi / 180, a.load,
-                    a.speed > 0 ? a.speed : trained};
+  std::shared_ptr<const WheelModel> model = MakeLaw(loaded.model);
+  FormErrors errors = FormErrorsOf(loaded.model);
+  double trained = loaded.model.domain().speed_m_per_s();
+  const double radius = a.similar_radius.value_or(loaded.model.wheel().radius_m());
+  const double gravity = a.similar_gravity.value_or(loaded.model.soil().gravity_m_per_s2());
+  if (a.similar_radius || a.similar_gravity) {
+    const Similarity by = SimilarityTo(loaded.model, radius, gravity);
+    model = MakeScaled(loaded.model, model, by);
+    errors = Scaled(errors, by);
+    trained *= by.Speed();
+  }
+  const Query query{a.slip, a.angle_deg * std::numbers::pi / 180,
+                    a.load, a.speed > 0 ? a.speed : trained,
+                    radius, gravity};
   const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
   if (!(v.v_x == v.v_x)) {
     throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
   }
   WheelAnswer answer = AnswerOf(*model, v, query.load_n);
-  const FormAnswer form = FormOf(FormErrorsOf(loaded.model), v, query.load_n, &answer);
+  const FormAnswer form = FormOf(errors, v, query.load_n, &answer);
   Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))
                : AnswerText(query, answer, form));
   return kOk;
@@ -347,6 +358,9 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::NonNegativeNumber);
   eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
       ->check(CLI::PositiveNumber);
+  eval->add_option("--radius", a->similar_radius,
+                   "of a geometrically similar wheel in likewise larger grains [m]");
+  eval->add_option("--gravity", a->similar_gravity, "another one [m/s^2]");
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
   model(compare);
   compare
@@ -383,6 +397,7 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
       "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
+      "  grouser-fit eval cmu.model --slip 0.3 --load 70 --radius 0.125 --gravity 1.62\n"
       "  grouser-fit make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model\n"
       "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
       "  grouser-fit profiles --runs campaign/ --model cmu.model\n"

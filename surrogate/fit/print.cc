@@ -97,9 +97,11 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest) {
 }
 
 std::string AnswerText(const Query& q, const WheelAnswer& a, const FormAnswer& form) {
-  std::string text =
-      fmt::format("slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s\n", q.slip,
-                  q.attack_angle_rad * kDegPerRad, q.load_n, q.speed_m_per_s);
+  std::string text = fmt::format(
+      "slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, {:.4g} m/s; radius "
+      "{:.4g} m, gravity {:.4g} m/s^2\n",
+      q.slip, q.attack_angle_rad * kDegPerRad, q.load_n, q.speed_m_per_s, q.radius_m,
+      q.gravity_m_per_s2);
   text += fmt::format("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}{:>14}{:>14}\n", "output", "value",
                       "low", "high", "sd_fit", "sd_patch", "sd_form", "measured low", "high");
   for (int o = 0; o < kOutputs; ++o) {
@@ -137,6 +139,8 @@ std::string AnswerJson(const Query& q, const WheelAnswer& a, const FormAnswer& f
                {"attack_angle_rad", q.attack_angle_rad},
                {"load_n", q.load_n},
                {"speed_m_per_s", q.speed_m_per_s},
+               {"radius_m", q.radius_m},
+               {"gravity_m_per_s2", q.gravity_m_per_s2},
                {"flags", a.flags},
                {"flag_names", flags},
                {"outputs", outputs}});

@@ -18,6 +18,7 @@ std::string ModelJson(const v1alpha1::Model& model, const std::string& digest);
 
 struct Query {
   double slip, attack_angle_rad, load_n, speed_m_per_s;
+  double radius_m = 0, gravity_m_per_s2 = 0;
 };
 std::string AnswerText(const Query& query, const WheelAnswer& answer, const FormAnswer& form);
 std::string AnswerJson(const Query& query, const WheelAnswer& answer, const FormAnswer& form,

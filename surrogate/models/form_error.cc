@@ -93,6 +93,7 @@ std::size_t CaseOf(const std::array<bool, kMeasuredRegions>& knows_all, double v
   if ((*flags & kInvalid) != 0) return kNothingKnown;
   if ((*flags & kAirborne) != 0) return kExactlyZero;
   *flags |= kFormUnknown;
+  if ((*flags & kNotAnswered) != 0) return kNothingKnown;
   if (v_x == 0 && v_y == 0 && rim == 0) return kNothingKnown;
   const auto at = static_cast<std::size_t>(MeasuredRegionAt(v_x, v_y, rim));
   if (knows_all[at]) *flags &= ~std::uint32_t{kFormUnknown};

@@ -63,6 +63,7 @@ class HardGroundModel final : public WheelModel {
   ErrorForm Errors() const noexcept override {
     return {.of_physics = false, .friction_radius_m = radius_m_};
   }
+  bool HoldsOnSlopes() const noexcept override { return true; }
 
   const HardGround& ground() const { return ground_; }
   double radius_m() const { return radius_m_; }

@@ -26,8 +26,8 @@ struct Resolution {
 /// (static sinkage, no force but f_z); kExtrapolated outside the hull box, or a
 /// sinkage beyond 0.7 r, where no steady run exists; kNoEquilibrium with
 /// kClamped where 1.2 r of sinkage does not carry the load; kClamped also for a
-/// negative sinkage and for a yaw rate, which is taken as 0; kRate, kSlope,
-/// kVirginAssumed, kFormUnknown.
+/// negative sinkage and for a yaw rate, which is taken as 0; kSlope and
+/// kVirginAssumed (NaN out); kRate, kFormUnknown.
 class HybridModel final : public TabulatedModel {
  public:
   using Answer = WheelAnswer;

@@ -65,13 +65,15 @@ enum Flag : std::uint32_t {
   kStatic = 8,             ///< V = r w = 0
   kNoEquilibrium = 16,     ///< the soil does not carry the load
   kRate = 32,              ///< faster than the quasi-static range
-  kSlope = 64,             ///< a slope was given, the model has none
-  kVirginAssumed = 256,    ///< pass > 1 given, the model has none
+  kSlope = 64,             ///< a slope was given, the model has none; NaN out
+  kVirginAssumed = 256,    ///< pass > 1 given, the model has none; NaN out
   kFormUnknown = 512,      ///< not compared with a measurement here
   kToleranceUnmet = 1024,  ///< no model suffices, or the budget ended
   kAirborne = 2048,        ///< load 0, a wheel off the ground: every output is exactly 0
   kUntuned = 4096,         ///< the model was not fitted to this wheel on this soil
 };
+/// Questions that a model has no answer to: every part is NaN.
+inline constexpr std::uint32_t kNotAnswered = kSlope | kVirginAssumed;
 struct FlagField {
   Flag flag;
   const char* name;

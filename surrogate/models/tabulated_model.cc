@@ -54,9 +54,8 @@ bool Usable(const WheelStatesView& in, std::size_t i) {
          in.load[i] >= 0 && std::isfinite(in.load[i]);
 }
 
-// NaN in every part.
-void WriteInvalid(const ResponsesView& out, std::size_t i) {
-  out.flags[i] = kInvalid;
+// In every part.
+void WriteNaN(const ResponsesView& out, std::size_t i) {
   for (const OutputView& o : out.output) {
     for (const auto part : kPartMembers) Put(o.*part, i, kNaN);
   }
@@ -201,7 +200,8 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
   if (special & response::kOff) WriteEcho(in, out, i);
   const std::uint32_t context = ContextFlags(in, i);
   if (!Usable(in, i) || (context & kInvalid) != 0) {
-    WriteInvalid(out, i);
+    out.flags[i] = kInvalid;
+    WriteNaN(out, i);
     return;
   }
   if (in.load[i] == 0) {
@@ -215,6 +215,7 @@ void TabulatedModel::Complete(const WheelStatesView& in, const ResponsesView& ou
     if (share > 0) AnswerOff(in, out, i, share);
   }
   out.flags[i] |= context;
+  if ((context & kNotAnswered) != 0) return WriteNaN(out, i);
   if (special != 0 && WantsGradients(out)) Difference(in, out, i);
 }
 

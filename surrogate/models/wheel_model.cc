@@ -25,6 +25,7 @@ ResponsesView Cut(const ResponsesView& out, std::size_t first, std::size_t count
     for (const auto part : kPartMembers) {
       cut.output[o].*part = CutSpan(out.output[o].*part, first, count);
     }
+    cut.output[o].sd_soil = CutSpan(out.output[o].sd_soil, first, count);
   }
   cut.flags = CutSpan(out.flags, first, count);
   cut.slip = CutSpan(out.slip, first, count);

@@ -25,6 +25,7 @@ struct WheelStatesView {
 struct OutputView {
   std::span<double> value, sd_fit, sd_patch, low, high;
   std::span<double> d_v_x, d_v_y, d_rim_speed, d_load;
+  std::span<double> sd_soil;  ///< of mixtures (mixture_model.h), which alone write it
 };
 /// Its members in the order of Part.
 inline constexpr std::array<std::span<double> OutputView::*, kParts> kPartMembers = {
@@ -86,6 +87,9 @@ class WheelModel {
   /// Whether a yaw rate changes the answer; else it is flagged.
   virtual bool UsesYawRate() const noexcept { return false; }
   virtual ErrorForm Errors() const noexcept { return {}; }
+  /// Whether it holds on slopes, the load being that across the ground; else a slope that is
+  /// given is flagged and answered NaN.
+  virtual bool HoldsOnSlopes() const noexcept { return false; }
 };
 
 /// The answer to state i for a wheel off the ground; echoes are left alone.

@@ -55,7 +55,8 @@ void Solver::Work::Evaluate() noexcept {
     }
     if (n == 0) continue;
     Ask(*models[m], n);
-    for (std::size_t s = 0; s < n; ++s) Take(s);
+    const std::uint32_t on_slope = models[m]->HoldsOnSlopes() ? 0u : surrogate::kSlope;
+    for (std::size_t s = 0; s < n; ++s) Take(s, on_slope);
   }
 }
 
@@ -127,8 +128,8 @@ void Solver::Work::Draw(const surrogate::WheelModel& model, std::size_t n) noexc
   }
 }
 
-// The answer to state s, to the wheel that asked.
-void Solver::Work::Take(std::size_t s) noexcept {
+// The answer to state s, to the wheel that asked. on_slope: flag where the ground is not level.
+void Solver::Work::Take(std::size_t s, std::uint32_t on_slope) noexcept {
   const std::size_t lane = owner[s] / kMostWheels, wheel = owner[s] % kMostWheels;
   Felt& to = felt[lane][wheel];
   for (std::size_t p = 0; p < 5; ++p) {
@@ -136,7 +137,10 @@ void Solver::Work::Take(std::size_t s) noexcept {
   }
   to.sinkage = sinkage[s];
   to.flags = flags[s];
-  const double sds = lanes[lane].motion->worse_by_sd;
+  const Motion& motion = *lanes[lane].motion;
+  const bool sloped = motion.grade_rad != 0 || motion.bank_rad != 0;
+  if (sloped && (to.flags & surrogate::kAirborne) == 0) to.flags |= on_slope;
+  const double sds = motion.worse_by_sd;
   if (sds == 0) return;
   const auto sd = [&](std::size_t o) {
     return (high[o][s] - answer[o][0][s]) * (sds / kTwoSided90);

@@ -40,7 +40,7 @@ struct Solver::Work {
   void Evaluate() noexcept;
   void Ask(const surrogate::WheelModel& model, std::size_t n) noexcept;
   void Draw(const surrogate::WheelModel& model, std::size_t n) noexcept;
-  void Take(std::size_t state) noexcept;
+  void Take(std::size_t state, std::uint32_t on_slope) noexcept;
   void Advance(std::size_t lane) noexcept;
   void Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
                  bool begins) noexcept;

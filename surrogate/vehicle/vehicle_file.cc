@@ -7,7 +7,9 @@
 #include <stdexcept>
 
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/similar_wheel.h"
 #include "surrogate/model_io/upgrade.h"
+#include "surrogate/vehicle/mixture_ground.h"
 #include "surrogate/vehicle/vehicle_keys.h"
 #include "surrogate/vehicle/yaml.h"
 
@@ -107,27 +109,38 @@ void ReadWheels(YamlSection* file, Vehicle* v) {
 
 bool Differ(double a, double b) { return std::fabs(a - b) > 0.01 * std::fabs(b); }
 
+// Refuses a model of another wheel. A similar one (key scaled) may be of another radius.
+void CheckWheel(YamlSection* s, const v1alpha1::Wheel& own, const WheelType& wheel, bool scaled) {
+  const double length = scaled ? wheel.radius_m / own.radius_m() : 1;
+  if (!Differ(length * own.radius_m(), wheel.radius_m) &&
+      !Differ(length * own.width_m(), wheel.width_m)) {
+    return;
+  }
+  const std::string is = "a wheel of radius " + std::to_string(own.radius_m()) + " m and width " +
+                         std::to_string(own.width_m()) + " m";
+  s->Fail("model", is,
+          scaled ? "one that is similar to type " + wheel.name + ": with the same ratio of both"
+                 : "that of type " + wheel.name + "; a similar one: scaled: true");
+}
+
 // A model from its file, checked against the wheel and the gravity of the others.
 std::unique_ptr<const surrogate::WheelModel> OpenModel(YamlSection* s, const WheelType& wheel,
-                                                       double* gravity) {
+                                                       bool scaled, double* gravity) {
   const std::filesystem::path file =
       std::filesystem::path(s->file()).parent_path() / s->Text("model");
   try {
     const v1alpha1::Model model = surrogate::ReadModel(file.string()).model;
-    if (Differ(model.wheel().radius_m(), wheel.radius_m) ||
-        Differ(model.wheel().width_m(), wheel.width_m)) {
-      s->Fail("model",
-              "a wheel of radius " + std::to_string(model.wheel().radius_m()) + " m and width " +
-                  std::to_string(model.wheel().width_m()) + " m",
-              "that of type " + wheel.name);
-    }
+    CheckWheel(s, model.wheel(), wheel, scaled);
     const double g = model.soil().gravity_m_per_s2();
-    if (*gravity > 0 && Differ(g, *gravity)) {
+    if (!scaled && *gravity > 0 && Differ(g, *gravity)) {
       s->Fail("model", "gravity " + std::to_string(g) + " m/s^2",
-              std::to_string(*gravity) + ", that of the vehicle and its other models");
+              std::to_string(*gravity) +
+                  ", that of the vehicle and its other models; of dry soil: scaled: true");
     }
     if (!(*gravity > 0)) *gravity = g;
-    return surrogate::MakeModel(model);
+    if (!scaled) return surrogate::MakeModel(model);
+    const surrogate::Similarity by = surrogate::SimilarityTo(model, wheel.radius_m, *gravity);
+    return surrogate::MakeScaled(model, surrogate::MakeModel(model), by);
   } catch (const yaml::InputError&) {
     throw;
   } catch (const std::exception& error) {
@@ -149,10 +162,13 @@ void ReadGrounds(YamlSection* file, double gravity, VehicleFile* out) {
     if (s.Has("model") == s.Has("hard")) {
       s.Fail("model", s.Has("model") ? "model and hard" : "neither", "model or hard");
     }
+    if (s.Has("scaled") && !s.Has("model")) s.Fail("scaled", "it beside hard", "it beside model");
     std::string what;
+    bool scaled = false;
     if (s.Has("model")) {
       what = s.Text("model");
-      out->models.push_back(OpenModel(&s, wheel, &gravity));
+      scaled = Yes(&s, "scaled");
+      out->models.push_back(OpenModel(&s, wheel, scaled, &gravity));
     } else {
       YamlSection hard = s.Section("hard");
       surrogate::HardGround ground;
@@ -169,7 +185,7 @@ void ReadGrounds(YamlSection* file, double gravity, VehicleFile* out) {
       if (e.soil == index && e.type == type) s.Fail("soil", soil, "one model for a wheel and soil");
     }
     entries.push_back({index, type, out->models.back().get()});
-    out->sources.push_back(soil + ": " + wheel.name + ": " + what);
+    out->sources.push_back(soil + ": " + wheel.name + ": " + what + (scaled ? ", scaled" : ""));
   }
   if (grounds.soils.size() > 255) file->Fail("grounds", "over 255 soils", "255 at most");
   if (gravity > 0) out->vehicle.gravity_m_per_s2 = gravity;
@@ -201,6 +217,7 @@ VehicleFile ReadVehicle(const std::string& path) {
     steering.Finish();
   }
   ReadGrounds(&file, gravity, &out);
+  ReadMixtures(&file, &out);
   file.Finish();
   try {
     Check(v);

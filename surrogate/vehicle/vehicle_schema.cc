@@ -62,9 +62,19 @@ std::string VehicleSchema() {
                                {{"soil", Text("")},
                                 {"wheel", Text("name of a wheel type")},
                                 {"model", Text("model file, named from this file's folder")},
+                                {"scaled", {{"type", "boolean"}}},
                                 {"hard", Section(HardKeys(), Json::object(), {})}},
                                {"soil", "wheel"});
   ground["oneOf"] = {{{"required", {"model"}}}, {{"required", {"hard"}}}};
+  const Json mixture =
+      Section<Motor>({},
+                     {{"soil", Text("name of the mixture")},
+                      {"of",
+                       {{"type", "object"},
+                        {"minProperties", 1},
+                        {"additionalProperties", {{"type", "number"}, {"minimum", 0}}},
+                        {"description", "soils of `grounds`, each with how likely it is"}}}},
+                     {"soil", "of"});
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                  {"title", "Grouser vehicle file"}};
   schema.update(Section(VehicleKeys(),
@@ -77,7 +87,8 @@ std::string VehicleSchema() {
                          {"wheels", ListOf(wheel)},
                          {"drives", ListOf(drive)},
                          {"steering", Section(SteeringKeys(), Json::object(), {})},
-                         {"grounds", ListOf(ground)}},
+                         {"grounds", ListOf(ground)},
+                         {"mixtures", ListOf(mixture)}},
                         {"name", "centre_m", "wheel_types", "wheels", "drives", "grounds"}));
   return schema.dump(1) + "\n";
 }

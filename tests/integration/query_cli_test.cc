@@ -71,6 +71,20 @@ TEST_F(QueryCliTest, ListsSpreadSingleValuesAndTableSpellsFlags) {
   EXPECT_THAT(lifted.out, AllOf(HasSubstr("flags: AIRBORNE\n"), Not(HasSubstr("nan"))));
 }
 
+TEST_F(QueryCliTest, ShowsGradientsWhereAsked) {
+  const std::vector<std::string> query = {"query", "--slip", "0.1", "--load", "24"};
+  EXPECT_THAT(Client(query).out, Not(HasSubstr("d/d")));
+  auto asked = query;
+  asked.insert(asked.end(), {"--values-only", "--gradients"});
+  const auto table = Client(asked);
+  ASSERT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("d/d"), Not(HasSubstr("nan")), HasSubstr("rim")));
+  asked.push_back("--json");
+  v1alpha1::EvaluateWheelsResponse response;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(Client(asked).out, &response).ok());
+  EXPECT_EQ(response.responses().f_z().d_load(0), 1);
+}
+
 TEST(Version, EveryProgramTellsIt) {
   testing::TempDir dir;
   for (const char* name : {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench",

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +15,8 @@
 #include "clients/cpp/client_error.h"
 #include "clients/cpp/terrain_client.h"
 #include "clients/cpp/wheel_states.h"
+#include "surrogate/model_io/load_model.h"
+#include "surrogate/models/state_batch.h"
 #include "tests/integration/query_fixture.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -77,6 +80,51 @@ TEST_F(QueryServerTest, Unary) {
   EXPECT_GT(response.responses().sinkage().value(0), 0);
   EXPECT_LT(response.responses().f_x().low(0), response.responses().f_x().high(0));
   EXPECT_TRUE(std::isnan(response.responses().f_x().sd_form(0)));
+}
+
+std::array<const v1alpha1::OutputArray*, surrogate::kOutputs> OutputsOf(
+    const v1alpha1::WheelResponses& r) {
+  return {&r.f_x(), &r.f_y(), &r.f_z(), &r.torque(), &r.m_z(), &r.sinkage()};
+}
+
+// Over unary calls and streams the bits of the process itself, which are the slopes of the values.
+TEST_F(QueryServerTest, GradientsAreThoseInProcessAndOfTheValues) {
+  constexpr double kState[] = {0.08, 0.01, 0.1, 24};
+  constexpr double kStep = 1e-4;
+  EvaluateWheelsRequest request;
+  client::AddVelocityState(kState[0], kState[1], kState[2], kState[3], request.mutable_states());
+  for (int k = 0; k < 4; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      double s[4];
+      for (int j = 0; j < 4; ++j) s[j] = kState[j] * (j == k ? 1 + sign * kStep : 1);
+      client::AddVelocityState(s[0], s[1], s[2], s[3], request.mutable_states());
+    }
+  }
+  request.set_with_gradients(true);
+  const auto unary = client_->Evaluate(request).responses();
+  const auto stream = client_->OpenStream();
+  EvaluateWheelsResponse streamed;
+  ASSERT_TRUE(stream->Send(request) && stream->Receive(&streamed));
+  stream->Finish();
+  const auto model = surrogate::MakeModel(testing::PhysicsModel("sand"));
+  surrogate::StateBatch own(1);
+  own.Set(0, kState[0], kState[1], kState[2], kState[3]);
+  model->Evaluate(own.In(), own.Out());
+  for (int o = 0; o < surrogate::kOutputs; ++o) {
+    const auto* a = OutputsOf(unary)[o];
+    const auto* b = OutputsOf(streamed.responses())[o];
+    const std::array<double, 4> got = {a->d_v_x(0), a->d_v_y(0), a->d_rim_speed(0), a->d_load(0)};
+    EXPECT_EQ(got,
+              (std::array<double, 4>{b->d_v_x(0), b->d_v_y(0), b->d_rim_speed(0), b->d_load(0)}));
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(got[k], own.part[o][surrogate::kDvX + k][0]);
+      const double slope = (a->value(1 + 2 * k) - a->value(2 + 2 * k)) / (2 * kStep * kState[k]);
+      const double scale = surrogate::OutputScale(o, kState[3], 0.0625) / kState[k];
+      EXPECT_NEAR(got[k], slope, 2e-3 * scale) << surrogate::kOutputFields[o].name << " " << k;
+    }
+  }
+  request.set_with_gradients(false);
+  EXPECT_EQ(client_->Evaluate(request).responses().f_x().d_v_x_size(), 0);
 }
 
 TEST_F(QueryServerTest, BiggestBatchAndOneMore) {

@@ -42,7 +42,7 @@ enum Flag : std::uint32_t {
   kStatic = 8,          ///< hub and rim stand still
   kNoEquilibrium = 16,  ///< the soil does not carry the load
   kRate = 32,           ///< faster than the quasi-static range
-  kSlope = 64,
+  kSlope = 64,  ///< not of States: of a vehicle's wheel on a slope, for which no model was run
   kVirginAssumed = 256,
   /// Against a measurement some output's error is unknown here: its measured_low, measured_high
   /// are NaN, and so is its sd_form but in files that have one number for all regions (not counted:
@@ -76,6 +76,7 @@ struct OutputSpans {
   std::span<double> sd_form;  ///< DEM minus measurement in the state's region; NaN: unknown
   /// Covers a measurement at interval_level(); NaN: unknown.
   std::span<double> measured_low, measured_high;
+  std::span<double> sd_soil;  ///< which soil it is (Model::Mixture); 0 for one soil that is known
 };
 
 /// Where the answers of n states go. No span may overlap another or the states.
@@ -93,6 +94,7 @@ struct OutputAnswer {
   double value, sd_fit, sd_patch, low, high;
   double d_v_x, d_v_y, d_rim_speed, d_load;     ///< NaN without gradients
   double sd_form, measured_low, measured_high;  ///< NaN: unknown
+  double sd_soil;
 };
 struct Answer {
   std::array<OutputAnswer, kOutputs> output;  ///< by Output
@@ -142,6 +144,37 @@ class GROUSER_PUBLIC Model {
   /// test vectors are reproduced. Throws std::runtime_error "FILE: cause".
   static Model Open(const std::filesystem::path& model_file);
 
+  /// A model of a geometrically similar wheel on the same dry soil, of another size or under
+  /// another gravity. With l = radius_m over radius(), g the ratio of gravities, all lengths l
+  /// times as large (width, treads, grains, sinkage), bulk density and frictions as they are, the
+  /// response is the same function of load/(density gravity r^2 b), slip, attack angle and the
+  /// Froude number v^2/(gravity r). So a state is asked as
+  ///   v/sqrt(g l), load/(g l^3)
+  /// and answered by forces times g l^3, moments times g l^4, sinkage times l, derivatives by the
+  /// chain rule. Flags are those of the state that was asked; domain() and width_m() go along;
+  /// name and digest stay. Of grains that keep their Young's modulus the groups are not quite the
+  /// same: sd_fit and the intervals grow by what DEM says of that (docs/validation.md, "Another
+  /// size or gravity"); of f_z, the load, and on hard ground they do not. Larger grains belong
+  /// to a larger wheel: not for one sand under wheels of several sizes.
+  ///
+  /// Scaled models may be scaled again: from the file's own wheel, so that of several changes the
+  /// last counts. Allocates. Throws std::invalid_argument for a soil with cohesion and for numbers
+  /// that are not positive and finite. Precondition: not moved from.
+  Model Scaled(double radius_m, double gravity_m_per_s2) const;
+
+  /// One soil of several, and it is not known which: model i, of that wheel on soil i, with weight
+  /// w_i >= 0 (divided by their sum). With the models' answers m_i, sds s_i and half widths h_i:
+  ///   value = sum w_i m_i (derivatives likewise), sd_soil = sqrt(sum w_i (m_i - value)^2),
+  ///   sd_fit, sd_patch, sd_form = sqrt(sum w_i s_i^2),
+  ///   interval = value +- sqrt(sum w_i h_i^2 + (1.645 sd_soil)^2)
+  /// the mean and the variance of a mixture; the interval is that of a normal distribution, which
+  /// soils far apart do not make. The flags are those of all models with a weight above 0, domain()
+  /// is what they share; kind() is "mixture", digest() empty. It keeps what it needs: the models
+  /// may go. Allocates. Throws std::invalid_argument "mixture: ..." for no model, another number of
+  /// weights, weights that are negative, not finite or all 0, and models of another radius, width,
+  /// gravity (by over 1 %) or interval_level().
+  static Model Mixture(std::span<const Model* const> models, std::span<const double> weights);
+
   Model(Model&& other) noexcept;
   Model& operator=(Model&& other) noexcept;
   ~Model();
@@ -177,6 +210,7 @@ class GROUSER_PUBLIC Model {
   const std::string& digest() const noexcept;  ///< SHA-256 of the content, lower-case hex
   double radius_m() const noexcept;            ///< r of rim_speed
   double width_m() const noexcept;
+  double gravity_m_per_s2() const noexcept;
   double interval_level() const noexcept;  ///< e.g. 0.9
   bool has_gradients() const noexcept;     ///< of all outputs
   const Domain& domain() const noexcept;
@@ -184,8 +218,8 @@ class GROUSER_PUBLIC Model {
  private:
   friend class ModelSelector;
   struct Parts;
-  explicit Model(std::unique_ptr<const Parts> parts) noexcept;
-  std::unique_ptr<const Parts> parts_;
+  explicit Model(std::shared_ptr<const Parts> parts) noexcept;
+  std::shared_ptr<const Parts> parts_;
 };
 
 }  // namespace grouser

@@ -38,8 +38,9 @@ Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest&
   const ServedModel* model = nullptr;
   Selection selection;
   selection.answered_by.Swap(response->mutable_answered_by());  // its memory is reused
-  Status status = Evaluate(*snapshot, request.model(), request.states(), request.values_only(),
-                           &model, response->mutable_responses(), request.accuracy(), &selection);
+  const AnswerParts parts{!request.values_only(), request.with_gradients()};
+  Status status = Evaluate(*snapshot, request.model(), request.states(), parts, &model,
+                           response->mutable_responses(), request.accuracy(), &selection);
   selection.answered_by.Swap(response->mutable_answered_by());
   response->clear_selectable_models();
   response->clear_refinement();

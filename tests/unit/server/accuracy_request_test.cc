@@ -56,7 +56,7 @@ class AccuracyRequestTest : public ::testing::Test {
   }
 
   Status Run(const std::string& reference, bool values_only = false) {
-    return Evaluate(snapshot_, reference, states_, values_only, &model_, &responses_, accuracy_,
+    return Evaluate(snapshot_, reference, states_, {!values_only}, &model_, &responses_, accuracy_,
                     &selection_);
   }
   void AddState(double v_x, double load) {
@@ -175,7 +175,7 @@ TEST_F(AccuracyRequestTest, AnEmptyAccuracyRequestIsNone) {
   AddState(0.05, 24);
   AddState(0.02, 15);
   v1alpha1::WheelResponses plain;
-  ASSERT_TRUE(Evaluate(snapshot_, "rough", states_, false, &model_, &plain).ok());
+  ASSERT_TRUE(Evaluate(snapshot_, "rough", states_, {}, &model_, &plain).ok());
   ASSERT_TRUE(Run("rough").ok());
   EXPECT_EQ(selection_.selectable, nullptr);
   EXPECT_EQ(responses_.SerializeAsString(), plain.SerializeAsString());

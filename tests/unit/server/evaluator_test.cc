@@ -45,7 +45,7 @@ class EvaluatorTest : public ::testing::Test {
 
   Status Run(const WheelStates& states, bool values_only = false,
              const std::string& reference = "sand") {
-    return Evaluate(snapshot_, reference, states, values_only, &answered_by_, &responses_);
+    return Evaluate(snapshot_, reference, states, {!values_only}, &answered_by_, &responses_);
   }
 
   void ExpectRefused(const WheelStates& states, StatusCode code,
@@ -228,6 +228,42 @@ TEST_F(EvaluatorTest, BadStatesAreFlaggedAndHarmNoOther) {
   }
   EXPECT_TRUE(responses_.flags(4) & v1alpha1::STATE_FLAG_STATIC);
   for (const int good : {0, 5}) EXPECT_DOUBLE_EQ(responses_.f_x().value(good), 6) << good;
+}
+
+// The fake model has no gradients: NaN, never what the memory held before.
+TEST_F(EvaluatorTest, GradientsAreThereWhereTheyWereAskedFor) {
+  const auto run = [&](int n, AnswerParts parts) {
+    return Evaluate(snapshot_, "sand", Velocities(n), parts, &answered_by_, &responses_);
+  };
+  WheelStates states = Velocities(2);
+  states.set_load_n(1, 0);
+  ASSERT_TRUE(Evaluate(snapshot_, "sand", states, {true, true}, &answered_by_, &responses_).ok());
+  for (const auto* of : {&responses_.f_x(), &responses_.m_z(), &responses_.sinkage()}) {
+    for (const auto* d : {&of->d_v_x(), &of->d_v_y(), &of->d_rim_speed(), &of->d_load()}) {
+      ASSERT_EQ(d->size(), 2);
+      EXPECT_TRUE(std::isnan(d->Get(0)));
+      EXPECT_EQ(d->Get(1), 0) << "off the ground";
+    }
+  }
+  ASSERT_TRUE(run(3, {true, false}).ok());
+  EXPECT_EQ(responses_.f_x().d_v_x_size() + responses_.torque().d_load_size(), 0);
+  ASSERT_TRUE(run(3, {false, true}).ok());
+  EXPECT_EQ(responses_.f_x().d_v_y_size(), 3);
+  EXPECT_EQ(responses_.f_x().low_size(), 0);
+}
+
+TEST_F(EvaluatorTest, TheLargestAnswerWithGradientsFitsAClient) {
+  v1alpha1::Model message = testing::FakeMessage("sand", 0.5);
+  testing::AddStraightForm(true, &message);  // with intervals for measurements, too
+  Install(message);
+  const auto run = [&](int n) {
+    return Evaluate(snapshot_, "sand", Velocities(n), {true, true}, &answered_by_, &responses_);
+  };
+  ASSERT_TRUE(run(kMaxStatesWithGradients).ok());
+  EXPECT_LT(responses_.ByteSizeLong(), std::size_t{4} << 20);
+  const Status refused = run(kMaxStatesWithGradients + 1);
+  EXPECT_EQ(refused.code, StatusCode::kResourceExhausted);
+  EXPECT_THAT(refused.message, HasSubstr("5001"));
 }
 
 TEST_F(EvaluatorTest, ValuesOnlyLeavesUncertaintyOutAlsoInReusedMemory) {

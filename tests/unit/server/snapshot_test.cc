@@ -260,7 +260,7 @@ TEST_F(SnapshotTest, SwapsUnderConcurrentQueries) {
     while (!stop) {
       const auto snapshot = store_.Current();
       const ServedModel* model = nullptr;
-      const auto status = Evaluate(*snapshot, "sand", states, false, &model, &responses);
+      const auto status = Evaluate(*snapshot, "sand", states, {}, &model, &responses);
       const bool whole = status.ok() &&
                          responses.f_x().value(0) == model->message.golden(0).value(0) &&
                          model->message.bekker().n() == static_cast<double>(snapshot->generation());

@@ -141,6 +141,13 @@ TEST(TabulatedModel, ContextIsFlagged) {
   EXPECT_EQ(b.flags[3], plain | kVirginAssumed);
   EXPECT_EQ(b.flags[4], kInvalid);
   EXPECT_EQ(b.flags[8], plain);
+  // A slope and a second pass are not answered as if they were none.
+  for (const auto& output : b.part) {
+    for (const auto& part : output) {
+      for (const std::size_t i : {1, 3, 4}) EXPECT_TRUE(std::isnan(part[i])) << i;
+      for (const std::size_t i : {0, 2, 5, 8}) EXPECT_TRUE(std::isfinite(part[i])) << i;
+    }
+  }
 }
 
 TEST(TabulatedModel, EchoesAreThoseOfToSlip) {

@@ -3,10 +3,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -67,6 +69,27 @@ TEST_F(VehicleCli, SpeedSaysWhereThePlanDoesNotHold) {
       0);
   EXPECT_EQ(error_, "");
   EXPECT_EQ(out_.find("NO"), std::string::npos) << out_;
+}
+
+TEST_F(VehicleCli, TakesASoilThatIsOneOfSeveral) {
+  const auto power = [&](const std::string& soil) {
+    EXPECT_EQ(Run("energy " + kHusky + " --speed 0.5 --radius 2 --json --soil '" + soil + "'"), 0)
+        << error_;
+    return nlohmann::json::parse(out_)["electric_w"].get<double>();
+  };
+  const double asphalt = power("asphalt"), ice = power("ice");
+  EXPECT_NEAR(power("{asphalt: 2, ice: 0}"), asphalt, 1e-9 * asphalt);
+  const double either = power("{asphalt: 1, ice: 1}");
+  EXPECT_GT(either, std::min(asphalt, ice));
+  EXPECT_LT(either, std::max(asphalt, ice));
+  const std::string plan = "speed " + kHusky + " " + Path("s_m,curvature_per_m\n0,0\n1,0\n2,0\n") +
+                           " --limit 0.8 --json";
+  ASSERT_EQ(Run(plan + " --soil '{asphalt: 0.9, ice: 0.1}'"), 0) << error_;
+  for (const auto& [soil, what] : std::map<std::string, std::string>{
+           {"{asphalt: 1, icy: 1}", "such as"}, {"{asphalt: -1}", "-1"}, {"{asphalt: 1", "soil"}}) {
+    EXPECT_EQ(Run(plan + " --soil '" + soil + "'"), 2) << soil;
+    EXPECT_NE(error_.find(what), std::string::npos) << error_;
+  }
 }
 
 TEST_F(VehicleCli, ClimbSaysTheSteepestGrades) {

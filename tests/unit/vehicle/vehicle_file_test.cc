@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/write_model.h"
@@ -23,24 +27,36 @@ std::string TextOfFile(const std::string& path) {
   return text.str();
 }
 
-// What reading the shipped file says with `from` replaced by `to`; "" if it is read.
-std::string Refusal(const std::string& name, const std::string& from, const std::string& to) {
+using Changes = std::vector<std::pair<std::string, std::string>>;
+
+// A copy of the shipped file with each `first` replaced by `second`; its path.
+std::string Changed(const std::string& name, const Changes& changes) {
   std::string text = TextOfFile(kFolder + "/" + name + ".vehicle.yaml");
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
+  for (const auto& [from, to] : changes) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  }
   for (std::size_t p; (p = text.find("../../pairs")) != std::string::npos;) {
     text.replace(p, 11,
                  std::filesystem::path(kFolder).parent_path().parent_path().string() + "/pairs");
   }
   const std::string file = ::testing::TempDir() + "/grouser_vehicle_file_test.yaml";
   std::ofstream(file) << text;
+  return file;
+}
+
+// What reading a changed file says; "" if it is read.
+std::string Refusal(const std::string& name, const Changes& changes) {
   try {
-    ReadVehicle(file);
+    ReadVehicle(Changed(name, changes));
   } catch (const std::exception& error) {
     return error.what();
   }
   return "";
+}
+std::string Refusal(const std::string& name, const std::string& from, const std::string& to) {
+  return Refusal(name, Changes{{from, to}});
 }
 
 TEST(VehicleFile, ReadsWhatIsShipped) {
@@ -87,6 +103,114 @@ TEST(VehicleFile, TakesHardGroundAsAModelFile) {
   EXPECT_EQ(b.reasons, a.reasons);
   EXPECT_EQ(b.electric_power_w, a.electric_power_w);
   EXPECT_EQ(b.v_y_m_per_s, a.v_y_m_per_s);
+}
+
+const Changes kMoonRover = {{"mass_kg: 14.7", "mass_kg: 14.7\ngravity_m_per_s2: 1.62"},
+                            {"radius_m: 0.0625, width_m: 0.05", "radius_m: 0.125, width_m: 0.1"},
+                            {"hybrid.model}", "hybrid.model, scaled: true}"}};
+
+// All of a rover twice as large under lunar gravity: the same slips, forces by the units.
+TEST(VehicleFile, AScaledGroundMakesASimilarVehicle) {
+  const VehicleFile earth = ReadVehicle(kFolder + "/rover.vehicle.yaml");
+  const VehicleFile moon = ReadVehicle(Changed("rover", kMoonRover));
+  EXPECT_NE(moon.sources[0].find(", scaled"), std::string::npos);
+  const double l = 2, g = 1.62 / 9.81, force = g * l * l * l;
+  Vehicle similar = moon.vehicle;
+  similar.mass_kg *= l * l * l;
+  similar.yaw_inertia_kg_m2 *= l * l * l * l * l;
+  for (double* x : {&similar.centre_x_m, &similar.centre_y_m, &similar.centre_z_m}) *x *= l;
+  for (Wheel& wheel : similar.wheels) {
+    wheel.x_m *= l;
+    wheel.y_m *= l;
+  }
+  similar.steering.centre_x_m *= l;
+  similar.steering.length_m *= l;
+  const Motion motion = Motion::OnPath(0.08, 0.5);
+  const Motion likewise = Motion::OnPath(0.08 * std::sqrt(g * l), 0.5 / l);
+  Solution a, b;
+  const Effort tight{.goal = 1e-10};
+  Solver(earth.vehicle, earth.grounds).Solve({&motion, 1}, {&a, 1}, tight);
+  Solver(similar, moon.grounds).Solve({&likewise, 1}, {&b, 1}, tight);
+  ASSERT_TRUE(a.balanced && b.balanced);
+  EXPECT_EQ(a.reasons & kUntrained, b.reasons & kUntrained);
+  const double weight = 14.7 * 9.81;
+  for (std::size_t i = 0; i < similar.wheels.size(); ++i) {
+    EXPECT_NEAR(b.wheel[i].f_x_n / force, a.wheel[i].f_x_n, 1e-5 * weight);
+    EXPECT_NEAR(b.wheel[i].torque_n_m / (force * l), a.wheel[i].torque_n_m, 1e-6 * weight);
+    EXPECT_NEAR(b.wheel[i].sinkage_m / l, a.wheel[i].sinkage_m, 1e-6);
+    EXPECT_NEAR(b.wheel[i].slip, a.wheel[i].slip, 1e-4);
+  }
+}
+
+TEST(VehicleFile, RefusesAScaledGroundThatIsNotSimilar) {
+  Changes wider = kMoonRover;
+  wider[1].second = "radius_m: 0.125, width_m: 0.05";
+  EXPECT_NE(Refusal("rover", wider).find("the same ratio of both"), std::string::npos);
+  Changes plain = kMoonRover;
+  plain[2].second = "hybrid.model, scaled: false}";
+  EXPECT_NE(Refusal("rover", plain).find("scaled: true"), std::string::npos);
+  EXPECT_NE(Refusal("rover", "hard: {friction", "scaled: true, hard: {friction").find("scaled"),
+            std::string::npos);
+}
+
+// No model of a soil was run on a slope; hard ground is a law of forces over load.
+TEST(VehicleFile, WheelsOfSoilOnASlopeSaySo) {
+  const VehicleFile file = ReadVehicle(kFolder + "/rover.vehicle.yaml");
+  Solver solver(file.vehicle, file.grounds);
+  const auto flagged = [&](std::uint8_t soil, double grade, double bank) {
+    Motion motion = Motion::OnPath(0.08, 0);
+    motion.soil.fill(soil);
+    motion.grade_rad = grade;
+    motion.bank_rad = bank;
+    Solution s;
+    solver.Solve({&motion, 1}, {&s, 1});
+    EXPECT_TRUE(s.balanced);
+    return (s.wheel[0].flags & surrogate::kSlope) != 0;
+  };
+  EXPECT_FALSE(flagged(0, 0, 0));
+  EXPECT_TRUE(flagged(0, 0.02, 0));
+  EXPECT_TRUE(flagged(0, 0, -0.02));
+  EXPECT_FALSE(flagged(1, 0.02, 0.02));
+}
+
+// A soil that is one of others: the solver's own mixture, also where one is certain.
+TEST(VehicleFile, MixturesAreSoilsOfTheirOwn) {
+  const std::string rover = "mass_kg: 14.7";
+  const VehicleFile file = ReadVehicle(Changed(
+      "rover", {{rover, rover + "\nmixtures:\n  - {soil: either, of: {dry_sand: 3, floor: 1}}\n"
+                                "  - {soil: sand, of: {floor: 0, dry_sand: 0.2}}"}}));
+  ASSERT_EQ(file.grounds.soils.size(), 4u);
+  EXPECT_EQ(file.grounds.soils[2], "either");
+  Motion motion = Motion::OnPath(0.08, 0.5);
+  motion.worse_by_sd = 1;
+  std::array<Solution, 4> on;
+  for (std::size_t s = 0; s < 4; ++s) {
+    motion.soil.fill(static_cast<std::uint8_t>(s));
+    Solver(file.vehicle, file.grounds).Solve({&motion, 1}, {&on[s], 1});
+    ASSERT_TRUE(on[s].balanced) << s;
+  }
+  EXPECT_NEAR(on[3].shaft_power_w, on[0].shaft_power_w, 1e-6 * std::fabs(on[0].shaft_power_w));
+  const double low = std::fmin(on[0].wheel[0].sinkage_m, on[1].wheel[0].sinkage_m);
+  const double high = std::fmax(on[0].wheel[0].sinkage_m, on[1].wheel[0].sinkage_m);
+  EXPECT_GT(on[2].wheel[0].sinkage_m, low);
+  EXPECT_LT(on[2].wheel[0].sinkage_m, high);
+  EXPECT_EQ(on[2].wheel[0].flags, on[2].wheel[0].flags | on[0].wheel[0].flags);
+}
+
+TEST(VehicleFile, NamesWhatIsWrongWithAMixture) {
+  const auto expect = [](const std::string& mixture, const char* what) {
+    const std::string got =
+        Refusal("rover", "mass_kg: 14.7", "mass_kg: 14.7\nmixtures:\n  - {" + mixture + "}");
+    EXPECT_NE(got.find(what), std::string::npos) << mixture << "\n  " << got;
+    EXPECT_NE(got.find("mixtures"), std::string::npos) << got;
+  };
+  expect("soil: x, of: {dry_sant: 1}", "dry_sand");
+  expect("soil: x, of: {dry_sand: -1}", "-1");
+  expect("soil: x, of: {dry_sand: .nan}", "nan");
+  expect("soil: x, of: {dry_sand: 0, floor: 0}", "sum 0");
+  expect("soil: floor, of: {dry_sand: 1}", "another name");
+  expect("soil: x, of: {}", "of");
+  expect("soil: x, of: dry_sand", "of");
 }
 
 TEST(VehicleFile, NamesWhatIsWrong) {
