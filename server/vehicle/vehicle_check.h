@@ -10,7 +10,7 @@ namespace grouser::server {
 
 /// Most of one call, so that answers stay below 4 MB and work is bounded. A motion whose
 /// probability to go is asked for counts as kSolvesToGo, with draws as one a draw; draws count
-/// times the vehicle's soils (13 KiB each) and times the points of a plan (kMaxDrawnPoints);
+/// times the vehicle's soils (6 KiB each) and times the points of a plan (kMaxDrawnPoints);
 /// constants count pairs of speed and radius times soils, and a request takes so much memory at
 /// most while it waits.
 inline constexpr std::size_t kMaxMotions = 3000, kSolvesToGo = 25, kMaxPathPoints = 10000,

@@ -63,7 +63,7 @@ struct DrawLengths {
 
 class Draws {
  public:
-  static constexpr std::size_t kMost = 1024;  ///< 10 KiB each
+  static constexpr std::size_t kMost = 1024;  ///< 6 KiB each
 
   /// Throws std::invalid_argument "draws: got X, expected 1 to 1024".
   Draws(std::string_view soil, std::size_t count);

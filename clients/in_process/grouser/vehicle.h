@@ -258,7 +258,7 @@ class GROUSER_PUBLIC VehicleSolver {
 
   /// From now on motions may name one of so many coherent draws of the ground (grouser::Draws, of
   /// each soil by its name in the vehicle file; docs/planning.md, "Draws"); 0: none. Allocates
-  /// 13 KiB a draw and soil. Throws std::invalid_argument for more than Draws::kMost.
+  /// 6 KiB a draw and soil. Throws std::invalid_argument for more than Draws::kMost.
   void UseDraws(std::size_t count);
   /// Probability that a motion leaves every margin: the share of the draws on which it does, all
   /// wheels of a soil on the same one (draw and worse_by_sd of the motions do not count); least and
