@@ -81,12 +81,7 @@ class LevelSearch {
            const Seed& seed, const Report& report);
 
  private:
-  static constexpr std::size_t kTracks = 16;
-
-  enum Kind { kNear, kAll, kFailed, kLong };
-  static Kind KindOf(const Track& t) {
-    return t.goes_on ? kLong : t.all_starts ? kAll : t.near_failure ? kFailed : kNear;
-  }
+  static constexpr std::size_t kTracks = Solver::kLanes;
 
   void SetScales(const Vehicle& vehicle);
   static void Forget(Track* t);
@@ -105,9 +100,7 @@ class LevelSearch {
   int levels_ = 0;
   double length_ = 0, gravity_ = 0;  ///< of the vehicle
   std::array<Track, kTracks> tracks_;
-  std::array<Motion, kTracks> motions_;
   std::array<Solution, kTracks> solutions_;
-  std::array<std::size_t, kTracks> owner_;
 };
 
 template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
@@ -131,9 +124,8 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     t->motion = motion(t->item, t->level);
     Prepare(t);
   };
-  for (Track& t : tracks_) prepare(&t);
-  const auto advance = [&](Track* t, std::size_t k) {
-    Settle(t, slack(solutions_[k]), solutions_[k]);
+  const auto advance = [&](Track* t, const Solution& solution) {
+    Settle(t, slack(solution), solution);
     if (Next(t)) return;
     t->shortfall = t->low == levels_ ? 0
                    : t->failed_here  ? shortfall(t->failed.solution)
@@ -145,27 +137,49 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     Begin(t);
     if (t->item < t->end) seed(t->item, t);
   };
-  for (bool any = true; any;) {
-    any = false;
-    for (const Kind kind : {kNear, kAll, kFailed, kLong}) {
-      Effort effort;
-      std::size_t n = 0;
-      for (std::size_t k = 0; k < kTracks; ++k) {
-        Track& t = tracks_[k];
-        if (t.item >= t.end || KindOf(t) != kind) continue;
-        motions_[n] = t.motion;
-        effort = Start(t, &solutions_[n]);
-        owner_[n++] = k;
-      }
-      if (n == 0) continue;
-      any = true;
-      solver->Solve(std::span(motions_).first(n), std::span(solutions_).first(n), effort);
-      for (std::size_t k = 0; k < n; ++k) {
-        advance(&tracks_[owner_[k]], k);
-        prepare(&tracks_[owner_[k]]);
-      }
+  // A track that is done takes the second half of what the longest one has left, if that begins at
+  // an item to which those before it suggest nothing: it finds the same.
+  const auto share = [&](Track* t) {
+    Track* longest = &tracks_[0];
+    for (Track& other : tracks_) {
+      if (other.end > longest->end - longest->item + other.item) longest = &other;
     }
-  }
+    const std::size_t left = longest->end - longest->item;
+    if (left < 2 || longest->item >= longest->end) return false;
+    const std::size_t middle = longest->end - left / 2;
+    if (!fresh(middle)) return false;
+    t->item = middle;
+    t->end = longest->end;
+    longest->end = middle;
+    t->good.balanced = false;
+    Forget(t);
+    Begin(t);
+    seed(t->item, t);
+    return true;
+  };
+  // A track to a lane.
+  class Tracks final : public SolveSource {
+   public:
+    Tracks(LevelSearch* search, const decltype(prepare)& prepare, const decltype(advance)& advance,
+           const decltype(share)& share)
+        : search_(*search), prepare_(prepare), advance_(advance), share_(share) {}
+    bool Next(std::size_t k, Task* task) override {
+      Track& t = search_.tracks_[k];
+      if (t.item >= t.end && !share_(&t)) return false;
+      prepare_(&t);
+      Solution* solution = &search_.solutions_[k];
+      *task = {&t.motion, solution, Start(t, solution)};
+      return true;
+    }
+    void Done(std::size_t k) override { advance_(&search_.tracks_[k], search_.solutions_[k]); }
+
+   private:
+    LevelSearch& search_;
+    const decltype(prepare)& prepare_;
+    const decltype(advance)& advance_;
+    const decltype(share)& share_;
+  } source(this, prepare, advance, share);
+  solver->Solve(&source);
 }
 
 }  // namespace grouser::vehicle
