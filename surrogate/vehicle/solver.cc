@@ -134,18 +134,34 @@ void Solver::Work::Run(SolveSource* source, Motion::Given given) {
   layout = &mechanics.layout(given);
   unknowns = Mechanics::UnknownsOf(*layout);
   risky = false;
-  std::array<bool, kLanes> over{}, busy{};
+  // What the source calls a lane is a seat, and gets the lowest lane that is free: so few motions
+  // leave whole groups of lanes empty.
+  std::array<bool, kLanes> over{};
+  std::array<std::size_t, kLanes> lane_of;
+  lane_of.fill(kLanes);
   for (Lane& lane : lanes) lane.phase = Lane::Phase::kIdle;
   while (true) {
+    for (std::size_t seat = 0; seat < kLanes; ++seat) {
+      if (lane_of[seat] == kLanes || Active(lane_of[seat])) continue;
+      lane_of[seat] = kLanes;
+      source->Done(seat);
+    }
+    for (std::size_t seat = 0; seat < kLanes; ++seat) {
+      while (lane_of[seat] == kLanes && !over[seat]) {
+        SolveSource::Task task;
+        over[seat] = !source->Next(seat, &task);
+        if (over[seat]) break;
+        std::size_t l = 0;
+        while (Active(l)) ++l;
+        if (Start(task, l)) {
+          lane_of[seat] = l;
+        } else {
+          source->Done(seat);
+        }
+      }
+    }
     std::size_t count = 0;
     for (std::size_t l = 0; l < kLanes; ++l) {
-      SolveSource::Task task;
-      while (!Active(l) && !over[l]) {
-        if (busy[l]) source->Done(l);
-        over[l] = !source->Next(l, &task);
-        busy[l] = !over[l];
-        if (!over[l]) Start(task, l);
-      }
       if (Active(l)) count = l + 1;
     }
     if (count == 0) return;
