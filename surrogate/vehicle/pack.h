@@ -7,7 +7,7 @@ namespace grouser::vehicle::pack {
 inline constexpr int kLanes = 16, kGroup = 8;  // motions; lanes are worked on by groups
 inline constexpr int kWheels = 8, kDrives = 8, kUnknowns = 4 + kWheels;
 
-typedef double Row[kLanes];
+typedef double PerLane[kLanes];
 typedef long long Truths[kLanes];  ///< 0 or -1 a lane
 
 /// A vehicle: what is the same for all motions.
@@ -38,41 +38,41 @@ struct Unknowns {
 /// The wheels' states, and how they change with the unknowns. What is not listed follows from these
 /// or is 0.
 struct Placed {
-  Row v_x[kWheels], v_y[kWheels], rim[kWheels], load[kWheels], yaw[kWheels];
-  Row cos[kWheels], sin[kWheels], steer_slope[kWheels];  ///< of the steer angle; by psi
-  Row rim_by_psi[kWheels], rim_by_own[kWheels];
-  Row load_by_v_x[kWheels], load_by_v_y[kWheels], load_by_yaw[kWheels], load_by_moment[kWheels];
+  PerLane v_x[kWheels], v_y[kWheels], rim[kWheels], load[kWheels], yaw[kWheels];
+  PerLane cos[kWheels], sin[kWheels], steer_slope[kWheels];  ///< of the steer angle; by psi
+  PerLane rim_by_psi[kWheels], rim_by_own[kWheels];
+  PerLane load_by_v_x[kWheels], load_by_v_y[kWheels], load_by_yaw[kWheels], load_by_moment[kWheels];
 };
 
 /// What the models said to them: f_x, f_y, torque, m_z; each its value and derivatives by v_x, v_y,
 /// rim speed and load.
 struct Felt {
-  Row part[4][5][kWheels];
-  Row high[3][kWheels];  ///< ends of the intervals of f_x, f_y, torque
-  Row sinkage[kWheels];
+  PerLane part[4][5][kWheels];
+  PerLane high[3][kWheels];  ///< ends of the intervals of f_x, f_y, torque
+  PerLane sinkage[kWheels];
 };
 
 /// All that the kernels know of the motions.
 struct alignas(64) Lanes {
-  Row v_x, yaw, speed, load, gravity_x, gravity_y, acceleration, yaw_up, steering, sds;
-  Row rim_given[kDrives];
-  Row unit[kUnknowns];
-  Row psi_cos, psi_sin;  ///< of steered vehicles, at `at`
-  Row at[kUnknowns];     ///< tried
-  Row f_x, f_y, m_z;     ///< that gravity and inertia ask for, at `at`
-  Row tip_margin;
+  PerLane v_x, yaw, speed, load, gravity_x, gravity_y, acceleration, yaw_up, steering, sds;
+  PerLane rim_given[kDrives];
+  PerLane unit[kUnknowns];
+  PerLane psi_cos, psi_sin;  ///< of steered vehicles, at `at`
+  PerLane at[kUnknowns];     ///< tried
+  PerLane f_x, f_y, m_z;     ///< that gravity and inertia ask for, at `at`
+  PerLane tip_margin;
   Truths rare;  ///< loads need Support::Spread: a wheel is up, or it tips
   Placed placed;
   Felt felt;
-  Row tried[kUnknowns];             ///< imbalance at `at`, scaled
-  Row merit, largest;               ///< its sum of squares, its largest entry
-  Row fresh[kUnknowns][kUnknowns];  ///< its derivatives by the models' gradients, scaled
+  PerLane tried[kUnknowns];             ///< imbalance at `at`, scaled
+  PerLane merit, largest;               ///< its sum of squares, its largest entry
+  PerLane fresh[kUnknowns][kUnknowns];  ///< its derivatives by the models' gradients, scaled
   // Of the last point that was accepted.
-  Row last[kUnknowns], residual[kUnknowns], step[kUnknowns];
-  Row share;
-  Row jacobian[kUnknowns][kUnknowns], gradients[kUnknowns][kUnknowns];
+  PerLane last[kUnknowns], residual[kUnknowns], step[kUnknowns];
+  PerLane share;
+  PerLane jacobian[kUnknowns][kUnknowns], gradients[kUnknowns][kUnknowns];
   /// What the models' gradients leave out (those of their intervals), from the steps.
-  Row missing[kUnknowns][kUnknowns];
+  PerLane missing[kUnknowns][kUnknowns];
   Truths going, begins;  ///< to be linearised; the first point of an attempt
   Truths least;          ///< no unknown changes the imbalance along itself
   Truths solving;        ///< to be solved for a step

@@ -15,15 +15,15 @@ constexpr double kTwoSided90 = 1.6448536269514722;
 constexpr double kLeastCosine = 0.02;  // between imbalance and what an unknown does to it
 constexpr double kMostStep = 0.5;      // of the fastest speed, and radians of steering
 
-GROUSER_INLINE V At(const Row& row, int g) { return surrogate::Load<V>(row + g); }
-GROUSER_INLINE void Put(Row& row, int g, V v) { surrogate::Store(row + g, v); }
+GROUSER_INLINE V At(const PerLane& row, int g) { return surrogate::Load<V>(row + g); }
+GROUSER_INLINE void Put(PerLane& row, int g, V v) { surrogate::Store(row + g, v); }
 GROUSER_INLINE Truth At(const Truths& row, int g) {
   Truth t;
   __builtin_memcpy(&t, row + g, sizeof(t));
   return t;
 }
 GROUSER_INLINE void Put(Truths& row, int g, Truth t) { __builtin_memcpy(row + g, &t, sizeof(t)); }
-GROUSER_INLINE void PutWhere(Truth where, Row& row, int g, V v) {
+GROUSER_INLINE void PutWhere(Truth where, PerLane& row, int g, V v) {
   Put(row, g, Select<V>(where, v, At(row, g)));
 }
 

@@ -14,10 +14,10 @@ constexpr double kLeastDamping = 1e-2, kMostDamping = 1e4;
 constexpr double kNoDamping = 1e-3;  // below it a Newton step is tried again
 
 // Entries of one lane.
-void Gather(const pack::Row* from, std::size_t n, std::size_t lane, Column* to) {
+void Gather(const pack::PerLane* from, std::size_t n, std::size_t lane, Column* to) {
   for (std::size_t k = 0; k < n; ++k) (*to)[k] = from[k][lane];
 }
-void Scatter(const Column& from, std::size_t n, std::size_t lane, pack::Row* to) {
+void Scatter(const Column& from, std::size_t n, std::size_t lane, pack::PerLane* to) {
   for (std::size_t k = 0; k < n; ++k) to[k][lane] = from[k];
 }
 
@@ -85,7 +85,7 @@ bool Solver::Work::Retreat(std::size_t l) noexcept {
 }
 
 // What the imbalance at the point tried means: linearise there, go back, or end.
-void Solver::Work::Judge(std::size_t l) noexcept {
+void Solver::Work::Decide(std::size_t l) noexcept {
   Lane& lane = lanes[l];
   const std::size_t n = layout->size;
   all.going[l] = all.solving[l] = all.stepping[l] = all.moving[l] = 0;
@@ -197,7 +197,7 @@ void Solver::Work::Round(std::size_t count) noexcept {
   Place(count);
   Evaluate(count);
   kernel->weigh(body, unknowns, n, &all);
-  for (std::size_t l = 0; l < count; ++l) Judge(l);
+  for (std::size_t l = 0; l < count; ++l) Decide(l);
   kernel->linearise(body, unknowns, n, &all);
   StepOn(count);
   kernel->move(body, unknowns, n, &all);

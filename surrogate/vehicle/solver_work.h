@@ -31,7 +31,7 @@ struct Solver::Work {
   void EvaluateTogether(const surrogate::WheelModel& model, std::size_t count) noexcept;
   void EvaluateApart(std::uint32_t model) noexcept;
   void Take(std::size_t state) noexcept;
-  void Judge(std::size_t lane) noexcept;
+  void Decide(std::size_t lane) noexcept;
   void Begin(std::size_t lane) noexcept;
   void Relax(Lane* lane) noexcept;
   void StepOn(std::size_t count) noexcept;

@@ -68,7 +68,9 @@ class Motions {
     }
     kernel.place(body_, unknowns_, kLanes, &s);
     for (std::size_t i = 0; i < mechanics_.wheels(); ++i) {
-      const auto in = [&](const pack::Row* row) { return std::span<const double>(row[i], kLanes); };
+      const auto in = [&](const pack::PerLane* row) {
+        return std::span<const double>(row[i], kLanes);
+      };
       surrogate::WheelStatesView states{
           in(s.placed.v_x), in(s.placed.v_y), in(s.placed.rim), in(s.placed.load), {}, {}, {}, {}};
       surrogate::ResponsesView out;
