@@ -5,9 +5,11 @@
 //
 // A step goes from a cell to one of its eight neighbours, d metres away on heading h, half of it in
 // each: d/2 (1/v_h(a) + 1/v_h(b)) seconds, d/2 (e_h(a) + e_h(b)) joules, where a step that would
-// give energy back counts as none (Dijkstra's costs are not negative). Cells that are not driven on
-// that heading, or whose energy there is not known, are not entered or left by it. OUT: routes.csv,
-// and backdrop.png for map_route.py.
+// give energy back counts as none (Dijkstra's costs are not negative). The diagonal of a cell that
+// is not square lies on no heading of the map: it is driven in two legs, one on the diagonal
+// heading and one along the longer side. Cells that are not driven on such a heading, or whose
+// energy there is not known, are not entered or left by it. OUT: routes.csv, and backdrop.png for
+// map_route.py.
 #include <gdal_priv.h>
 
 #include <algorithm>
@@ -79,7 +81,7 @@ class Raster {
 };
 
 struct Cost {
-  float seconds = 0, joules = 0;
+  float seconds = 0, joules = 0, metres = 0;
 };
 using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property, Cost>;
 
@@ -96,10 +98,10 @@ class Terrain {
           const int column = c + kSteps[h].east, row = r + kSteps[h].south;
           if (column < 0 || row < 0 || column >= speed_.columns || row >= speed_.rows) continue;
           const std::size_t a = CellAt(c, r), b = CellAt(column, row);
-          if (!(speed_.At(h, a) > 0 && speed_.At(h, b) > 0)) continue;  // NaN: a hole
-          if (!std::isfinite(energy_.At(h, a) + energy_.At(h, b))) continue;
+          Cost cost;
+          if (!Drives(h, a, b, &cost)) continue;
           edges.emplace_back(a, b);
-          costs.push_back(CostOf(h, a, b));
+          costs.push_back(cost);
         }
       }
     }
@@ -151,11 +153,28 @@ class Terrain {
   std::size_t CellAt(int column, int row) const {
     return static_cast<std::size_t>(row) * Columns() + static_cast<std::size_t>(column);
   }
-  Cost CostOf(std::size_t h, std::size_t a, std::size_t b) const {
-    const double half = 0.5 * std::hypot(kSteps[h].east * speed_.transform[1],
-                                         kSteps[h].south * speed_.transform[5]);
-    return {static_cast<float>(half * (1 / speed_.At(h, a) + 1 / speed_.At(h, b))),
-            static_cast<float>(std::max(0.0, half * (energy_.At(h, a) + energy_.At(h, b))))};
+  // Adds what `metres` on heading h cost, half of them in each cell; false: not driven, or unknown.
+  bool AddLeg(std::size_t h, double metres, std::size_t a, std::size_t b, Cost* cost) const {
+    if (!(speed_.At(h, a) > 0 && speed_.At(h, b) > 0)) return false;  // NaN: a hole
+    const float energy = energy_.At(h, a) + energy_.At(h, b);
+    if (!std::isfinite(energy)) return false;
+    cost->seconds += static_cast<float>(0.5 * metres * (1 / speed_.At(h, a) + 1 / speed_.At(h, b)));
+    cost->joules += static_cast<float>(std::max(0.0, 0.5 * metres * energy));
+    cost->metres += static_cast<float>(metres);
+    return true;
+  }
+  // A step from a to b, its neighbour on heading h.
+  bool Drives(std::size_t h, std::size_t a, std::size_t b, Cost* cost) const {
+    const double east = std::fabs(kSteps[h].east * speed_.transform[1]);
+    const double south = std::fabs(kSteps[h].south * speed_.transform[5]);
+    if (east == 0 || south == 0) return AddLeg(h, east + south, a, b, cost);
+    const double across = std::min(east, south), rest = std::fabs(east - south);
+    if (!AddLeg(h, std::sqrt(2.0) * across, a, b, cost)) return false;
+    if (rest < 1e-9 * across) return true;
+    // The heading beside h that goes along the longer side: 090 or 270, else 000 or 180.
+    const std::size_t along =
+        east > south ? (kSteps[h].east > 0 ? 2 : 6) : (kSteps[h].south < 0 ? 0 : 4);
+    return AddLeg(along, rest, a, b, cost);
   }
 
   Raster speed_, energy_;
@@ -233,8 +252,7 @@ int Run(char** argv) {
         const Cost step = terrain.Between(route[i - 1], route[i]);
         seconds += step.seconds;
         joules += step.joules;
-        length += std::hypot(terrain.X(route[i]) - terrain.X(route[i - 1]),
-                             terrain.Y(route[i]) - terrain.Y(route[i - 1]));
+        length += step.metres;
       }
       csv << name << "," << terrain.X(route[i]) << "," << terrain.Y(route[i]) << "," << seconds
           << "," << joules << "\n";

@@ -49,8 +49,8 @@ const char* Best() {
 
 template <class Kernel>
 Kernel Pick(const char* isa, const Kernel (&kernels)[3]) {
-  if (isa == nullptr) isa = BestIsa();
-  return HasIsa(isa) ? kernels[PlaceOf(isa)] : nullptr;
+  const int place = IsaPlace(isa);
+  return place >= 0 ? kernels[place] : nullptr;
 }
 
 }  // namespace
@@ -58,6 +58,11 @@ Kernel Pick(const char* isa, const Kernel (&kernels)[3]) {
 const char* BestIsa() noexcept {
   static const char* const best = Best();
   return best;
+}
+
+int IsaPlace(const char* isa) noexcept {
+  if (isa == nullptr) isa = BestIsa();
+  return HasIsa(isa) ? PlaceOf(isa) : -1;
 }
 
 namespace bekker {

@@ -12,6 +12,9 @@ namespace grouser::surrogate {
 /// The widest set of this machine, which GROUSER_ISA in the environment can lower (tests).
 const char* BestIsa() noexcept;
 
+/// Place of a set, baseline first; -1: this machine lacks it. `isa` null: BestIsa.
+int IsaPlace(const char* isa) noexcept;
+
 /// The kernel of a set, null where this machine lacks it; `isa` null: BestIsa.
 BlockSolver BlockSolverFor(const char* isa) noexcept;
 response::BlockFn KernelFor(const char* isa) noexcept;

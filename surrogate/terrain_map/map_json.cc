@@ -20,8 +20,9 @@ Json FileOf(const std::string& path) {
 Json SoilOf(const SlopeTable& t, const vehicle::VehicleFile& file) {
   Json ways = Json::object();
   for (const Direction& d : kDirections) {
-    if (d.of_grid) continue;
-    const auto h = static_cast<std::size_t>(d.angle_rad / kTurn * static_cast<double>(t.headings));
+    if (d.way.of_grid) continue;
+    const auto h =
+        static_cast<std::size_t>(d.way.angle_rad / kTurn * static_cast<double>(t.headings));
     const Interval& i = t.least[t.risk * t.headings + h];
     ways[d.name] = {{"from_deg", i.any() ? Json(i.lo * kDegrees) : Json()},
                     {"to_deg", i.any() ? Json(i.hi * kDegrees) : Json()},

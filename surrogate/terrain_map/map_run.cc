@@ -6,11 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "surrogate/terrain_map/cell.h"
 #include "surrogate/terrain_map/map_json.h"
 #include "surrogate/terrain_map/map_output.h"
 #include "surrogate/terrain_map/pictures.h"
-#include "surrogate/terrain_map/slope.h"
 #include "surrogate/vehicle/yaml.h"
 
 namespace grouser::terrain_map {
@@ -40,28 +38,24 @@ class Rasters {
     rasters_.emplace_back(folder, "slope", grid, slope, Cells::kNumbers, "deg");
   }
 
-  void Clear(std::size_t cells) {
+  void Resize(std::size_t cells) {
     cells_ = cells;
     const std::size_t n = kDirections.size() * cells;
-    const float nan = std::nanf("");
-    speed_.assign(n, nan);
-    energy_.assign(n, nan);
-    least_.assign(n, nan);
-    most_.assign(n, nan);
-    binding_cells_.assign(n, kNoCell);
-    slope_.assign(2 * cells, nan);
+    speed_.resize(n);
+    energy_.resize(n);
+    least_.resize(n);
+    most_.resize(n);
+    binding_cells_.resize(n);
+    slope_.resize(2 * cells);
   }
-  void Put(std::size_t direction, std::size_t cell, const CellAnswer& a) {
-    const std::size_t i = direction * cells_ + cell;
-    speed_[i] = a.speed_m_per_s;
-    energy_[i] = a.joules_per_metre;
-    least_[i] = a.go_least;
-    most_[i] = a.go_most;
-    binding_cells_[i] = static_cast<std::uint8_t>(a.binding);
+  /// Where the answers of a direction go.
+  CellAnswers Of(std::size_t direction) {
+    const auto part = [&](auto& all) { return std::span(all).subspan(direction * cells_, cells_); };
+    return {part(speed_), part(energy_), part(least_), part(most_), part(binding_cells_)};
   }
-  void PutSlope(std::size_t cell, const Slope& s) {
-    slope_[cell] = static_cast<float>(s.angle_rad * kDegrees);
-    slope_[cells_ + cell] = static_cast<float>(s.up_azimuth_rad * kDegrees);
+  void PutSlope(std::size_t cell, double angle_rad, double up_azimuth_rad) {
+    slope_[cell] = static_cast<float>(angle_rad * kDegrees);
+    slope_[cells_ + cell] = static_cast<float>(up_azimuth_rad * kDegrees);
   }
   void Write(const Window& window) {
     rasters_[0].Write(window, speed_);
@@ -89,55 +83,41 @@ class Tiles {
       : terrain_(terrain), tables_(tables), negligible_(negligible), rasters_(rasters) {}
 
   void Run(const Window& tile) {
-    halo_ = {tile.column - 1, tile.row - 1, tile.columns + 2, tile.rows + 2};
-    terrain_.ReadElevation(halo_, &elevation_);
+    const std::size_t n = tile.cells();
+    const Window halo = {tile.column - 1, tile.row - 1, tile.columns + 2, tile.rows + 2};
+    terrain_.ReadElevation(halo, &elevation_);
     terrain_.ReadSoils(tile, &soils_);
-    rasters_->Clear(tile.cells());
-    probabilities_.resize(tables_.size());
-    for (std::size_t r = 0; r < tile.rows; ++r) {
-      const Rows rows = {RowOf(r), RowOf(r + 1), RowOf(r + 2)};
-      for (std::size_t c = 0; c < tile.columns; ++c) {
-        const std::size_t cell = r * tile.columns + c;
-        const Slope slope =
-            SlopeAt(rows, c + 1, terrain_.grid().width_m(), terrain_.grid().height_m());
-        ++counts_.cells;
-        for (std::size_t s = 0; s < tables_.size(); ++s) {
-          probabilities_[s] = soils_[s * tile.cells() + cell];
-        }
-        if (std::isnan(slope.angle_rad) || std::isnan(probabilities_[0])) {
-          ++counts_.holes;
-        } else {
-          rasters_->PutSlope(cell, slope);
-          Cell(cell, slope);
-        }
-      }
+    slope_.resize(n);
+    azimuth_.resize(n);
+    const Grid& grid = terrain_.grid();
+    SlopesOf({elevation_, halo.rows, halo.columns, halo.columns, grid.width_m(), grid.height_m()},
+             slope_, azimuth_);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (std::isnan(slope_[i] + soils_[i])) slope_[i] = azimuth_[i] = std::nan("");
+    }
+    rasters_->Resize(n);
+    for (std::size_t d = 0; d < kDirections.size(); ++d) {
+      AnswerCells(tables_, negligible_, {slope_, azimuth_, soils_, n}, kDirections[d].way,
+                  rasters_->Of(d));
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      rasters_->PutSlope(i, slope_[i], azimuth_[i]);
+      Count(i);
     }
     rasters_->Write(tile);
   }
   const CellCounts& counts() const { return counts_; }
 
  private:
-  std::span<const float> RowOf(std::size_t r) const {
-    return std::span(elevation_).subspan(r * halo_.columns, halo_.columns);
-  }
-  CellAnswer Ask(const Slope& slope, double heading) const {
-    return AnswerOf(tables_, probabilities_, negligible_, slope.angle_rad, heading);
-  }
-  void Cell(std::size_t cell, const Slope& slope) {
+  void Count(std::size_t cell) {
+    ++counts_.cells;
+    if (std::isnan(slope_[cell])) {
+      ++counts_.holes;
+      return;
+    }
     std::size_t driven = 0;
-    for (std::size_t d = 0; d < kDirections.size(); ++d) {
-      const Direction& way = kDirections[d];
-      CellAnswer answer =
-          Ask(slope, way.of_grid ? slope.up_azimuth_rad - way.angle_rad : way.angle_rad);
-      if (way.both_ways) {
-        const CellAnswer other = Ask(slope, -way.angle_rad);
-        if (other.speed_m_per_s < answer.speed_m_per_s ||
-            (other.speed_m_per_s == answer.speed_m_per_s && other.go_least < answer.go_least)) {
-          answer = other;
-        }
-      }
-      rasters_->Put(d, cell, answer);
-      driven += d >= kFirstHeading && answer.speed_m_per_s > 0;
+    for (std::size_t d = kFirstHeading; d < kDirections.size(); ++d) {
+      driven += rasters_->Of(d).speed[cell] > 0;
     }
     counts_.all_ways += driven == kDirections.size() - kFirstHeading;
     counts_.no_way += driven == 0;
@@ -147,8 +127,8 @@ class Tiles {
   std::span<const SlopeTable> tables_;
   double negligible_;
   Rasters* rasters_;
-  Window halo_;
-  std::vector<float> elevation_, soils_, probabilities_;
+  std::vector<float> elevation_, soils_;
+  std::vector<double> slope_, azimuth_;
   CellCounts counts_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "surrogate/terrain_map/build_table.h"
+#include "surrogate/terrain_map/cells.h"
 #include "surrogate/terrain_map/progress.h"
 #include "surrogate/terrain_map/terrain_input.h"
 #include "surrogate/vehicle/vehicle_file.h"
@@ -28,24 +29,21 @@ struct MapOptions {
 /// and eight headings of the grid, clockwise from north.
 struct Direction {
   const char* name;
-  bool of_grid;  ///< azimuth; else heading from the way up, to the left
-  double angle_rad;
-  bool both_ways;  ///< the slower one of angle and -angle
+  Way way;
 };
 inline constexpr double kTurn = 2 * std::numbers::pi;
-inline constexpr std::array<Direction, 11> kDirections = {{{"up", false, 0, false},
-                                                           {"down", false, kTurn / 2, false},
-                                                           {"across", false, kTurn / 4, true},
-                                                           {"000", true, 0, false},
-                                                           {"045", true, kTurn / 8, false},
-                                                           {"090", true, kTurn / 4, false},
-                                                           {"135", true, kTurn * 3 / 8, false},
-                                                           {"180", true, kTurn / 2, false},
-                                                           {"225", true, kTurn * 5 / 8, false},
-                                                           {"270", true, kTurn * 3 / 4, false},
-                                                           {"315", true, kTurn * 7 / 8, false}}};
+inline constexpr std::array<Direction, 11> kDirections = {{{"up", {false, 0, false}},
+                                                           {"down", {false, kTurn / 2, false}},
+                                                           {"across", {false, kTurn / 4, true}},
+                                                           {"000", {true, 0, false}},
+                                                           {"045", {true, kTurn / 8, false}},
+                                                           {"090", {true, kTurn / 4, false}},
+                                                           {"135", {true, kTurn * 3 / 8, false}},
+                                                           {"180", {true, kTurn / 2, false}},
+                                                           {"225", {true, kTurn * 5 / 8, false}},
+                                                           {"270", {true, kTurn * 3 / 4, false}},
+                                                           {"315", {true, kTurn * 7 / 8, false}}}};
 inline constexpr std::size_t kFirstHeading = 3;
-inline constexpr std::uint8_t kNoCell = 255;  ///< of binding.tif: a hole
 
 /// Cells by what became of them.
 struct CellCounts {

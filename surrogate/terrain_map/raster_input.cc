@@ -37,7 +37,7 @@ std::string WktOf(const OGRSpatialReference& crs) {
 void StartGdal() {
   GDALAllRegister();
   CPLSetErrorHandler(CPLQuietErrorHandler);
-  GDALSetCacheMax64(std::int64_t{256} << 20);  // not a share of the memory
+  GDALSetCacheMax64(std::int64_t{64} << 20);  // whole tiles are written: a few rows of them
 }
 
 std::string GdalCause() {

@@ -69,24 +69,20 @@ class LevelSearch {
   /// a failure it is asked with all starts, and on from where these ended.
   static void BeginAt(int level, const Solution& solution, Track* t);
 
-  /// Levels of all items: `motion(item, level)` is what to solve; `slack(solution)` judges: from 0
-  /// on good, NaN not good for a reason without a measure; `shortfall(solution)` says by how much
-  /// one fails; `same(item)` tells an item equal to the one before, `fresh(item)` one to which that
-  /// suggests nothing, `seed(item, track)` may set where an item begins, `report(item, track)`
-  /// takes what was found (level track.low, -1: none). No allocation.
+  /// Levels of all items, which are `parts` (1 or 2) equal lists one after the other: `motion(item,
+  /// level)` is what to solve; `slack(solution)` judges: from 0 on good, NaN not good for a reason
+  /// without a measure; `shortfall(solution)` says by how much one fails; `same(item)` tells an
+  /// item equal to the one before, `fresh(item)` one to which that suggests nothing, `seed(item,
+  /// track)` may set where an item begins, `report(item, track)` takes what was found (level
+  /// track.low, -1: none). No allocation.
   template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
             typename Seed, typename Report>
-  void Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
+  void Run(Solver* solver, std::size_t items, std::size_t parts, int levels, const MotionOf& motion,
            const Slack& slack, const Shortfall& shortfall, const Same& same, const Fresh& fresh,
            const Seed& seed, const Report& report);
 
  private:
-  static constexpr std::size_t kTracks = 16;
-
-  enum Kind { kNear, kAll, kFailed, kLong };
-  static Kind KindOf(const Track& t) {
-    return t.goes_on ? kLong : t.all_starts ? kAll : t.near_failure ? kFailed : kNear;
-  }
+  static constexpr std::size_t kTracks = Solver::kLanes, kMostParts = 2;
 
   void SetScales(const Vehicle& vehicle);
   static void Forget(Track* t);
@@ -104,23 +100,25 @@ class LevelSearch {
 
   int levels_ = 0;
   double length_ = 0, gravity_ = 0;  ///< of the vehicle
-  std::array<Track, kTracks> tracks_;
-  std::array<Motion, kTracks> motions_;
-  std::array<Solution, kTracks> solutions_;
-  std::array<std::size_t, kTracks> owner_;
+  std::array<Track, kMostParts * kTracks> tracks_;
+  std::size_t count_ = 0;                           ///< of tracks
+  std::array<Solution, Solver::kLanes> solutions_;  ///< by lane
 };
 
 template <typename MotionOf, typename Slack, typename Shortfall, typename Same, typename Fresh,
           typename Seed, typename Report>
-void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const MotionOf& motion,
-                      const Slack& slack, const Shortfall& shortfall, const Same& same,
-                      const Fresh& fresh, const Seed& seed, const Report& report) {
+void LevelSearch::Run(Solver* solver, std::size_t items, std::size_t parts, int levels,
+                      const MotionOf& motion, const Slack& slack, const Shortfall& shortfall,
+                      const Same& same, const Fresh& fresh, const Seed& seed,
+                      const Report& report) {
   levels_ = levels;
   SetScales(solver->vehicle());
-  for (std::size_t k = 0; k < kTracks; ++k) {
+  count_ = parts * kTracks;
+  for (std::size_t k = 0; k < count_; ++k) {
     Track& t = tracks_[k];
-    t.item = items * k / kTracks;
-    t.end = items * (k + 1) / kTracks;
+    const std::size_t first = items / parts * (k / kTracks), some = items / parts;
+    t.item = first + some * (k % kTracks) / kTracks;
+    t.end = first + some * (k % kTracks + 1) / kTracks;
     t.good.balanced = false;
     Forget(&t);
     Begin(&t);
@@ -131,9 +129,8 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     t->motion = motion(t->item, t->level);
     Prepare(t);
   };
-  for (Track& t : tracks_) prepare(&t);
-  const auto advance = [&](Track* t, std::size_t k) {
-    Settle(t, slack(solutions_[k]), solutions_[k]);
+  const auto advance = [&](Track* t, const Solution& solution) {
+    Settle(t, slack(solution), solution);
     if (Next(t)) return;
     t->shortfall = t->low == levels_ ? 0
                    : t->failed_here  ? shortfall(t->failed.solution)
@@ -145,27 +142,54 @@ void LevelSearch::Run(Solver* solver, std::size_t items, int levels, const Motio
     Begin(t);
     if (t->item < t->end) seed(t->item, t);
   };
-  for (bool any = true; any;) {
-    any = false;
-    for (const Kind kind : {kNear, kAll, kFailed, kLong}) {
-      Effort effort;
-      std::size_t n = 0;
-      for (std::size_t k = 0; k < kTracks; ++k) {
-        Track& t = tracks_[k];
-        if (t.item >= t.end || KindOf(t) != kind) continue;
-        motions_[n] = t.motion;
-        effort = Start(t, &solutions_[n]);
-        owner_[n++] = k;
-      }
-      if (n == 0) continue;
-      any = true;
-      solver->Solve(std::span(motions_).first(n), std::span(solutions_).first(n), effort);
-      for (std::size_t k = 0; k < n; ++k) {
-        advance(&tracks_[owner_[k]], k);
-        prepare(&tracks_[owner_[k]]);
-      }
+  // A track that is done takes the second half of what the longest one has left, if that begins at
+  // an item to which those before it suggest nothing: it finds the same.
+  const auto share = [&](Track* t) {
+    Track* longest = &tracks_[0];
+    for (Track& other : std::span(tracks_).first(count_)) {
+      if (other.end > longest->end - longest->item + other.item) longest = &other;
     }
-  }
+    const std::size_t left = longest->end - longest->item;
+    if (left < 2 || longest->item >= longest->end) return false;
+    const std::size_t middle = longest->end - left / 2;
+    if (!fresh(middle)) return false;
+    t->item = middle;
+    t->end = longest->end;
+    longest->end = middle;
+    t->good.balanced = false;
+    Forget(t);
+    Begin(t);
+    seed(t->item, t);
+    return true;
+  };
+  // To each lane a track at a time.
+  class Tracks final : public SolveSource {
+   public:
+    Tracks(LevelSearch* search, const decltype(prepare)& prepare, const decltype(advance)& advance,
+           const decltype(share)& share)
+        : search_(*search), prepare_(prepare), advance_(advance), share_(share) {
+      for (Track*& t : track_) t = &search_.tracks_[next_++];
+    }
+    bool Next(std::size_t lane, Task* task) override {
+      Track*& t = track_[lane];
+      while (t->item >= t->end && next_ < search_.count_) t = &search_.tracks_[next_++];
+      if (t->item >= t->end && !share_(t)) return false;
+      prepare_(t);
+      Solution* solution = &search_.solutions_[lane];
+      *task = {&t->motion, solution, Start(*t, solution)};
+      return true;
+    }
+    void Done(std::size_t lane) override { advance_(track_[lane], search_.solutions_[lane]); }
+
+   private:
+    LevelSearch& search_;
+    const decltype(prepare)& prepare_;
+    const decltype(advance)& advance_;
+    const decltype(share)& share_;
+    std::size_t next_ = 0;
+    std::array<Track*, Solver::kLanes> track_;
+  } source(this, prepare, advance, share);
+  solver->Solve(&source);
 }
 
 }  // namespace grouser::vehicle

@@ -29,7 +29,7 @@ Mechanics::Mechanics(const Vehicle& vehicle)
   }
   middle_x_ = vehicle.steered() ? vehicle.steering.centre_x_m : mean_x;
   weight_ = vehicle.mass_kg * vehicle.gravity_m_per_s2;
-  per_ = Four{1, 1, 1 / length_, 1 / mean_radius_} / weight_;
+  per_ = {1 / weight_, 1 / weight_, 1 / length_ / weight_, 1 / mean_radius_ / weight_};
   for (std::size_t i = wheels(); i-- > 0;) {
     if (const int drive = vehicle.wheels[i].drive; drive >= 0) {
       first_[static_cast<std::size_t>(drive)] = i;
@@ -55,6 +55,13 @@ Mechanics::Mechanics(const Vehicle& vehicle)
   layouts_[1].yaw = 2;
 }
 
+Motion::Given Mechanics::GivenOf(const Motion& motion) const noexcept {
+  for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
+    if (std::fabs(motion.rim_speed_m_per_s[d]) > 0) return motion.given;
+  }
+  return Motion::Given::kTwist;
+}
+
 bool Mechanics::Begin(Lane* lane) const noexcept {
   const Motion& m = *lane->motion;
   double sum = m.v_x_m_per_s + m.yaw_rate_rad_per_s + m.steering_rad + m.acceleration_m_per_s2 +
@@ -68,8 +75,8 @@ bool Mechanics::Begin(Lane* lane) const noexcept {
   const double uphill = std::cos(m.grade_rad), level = uphill * std::cos(m.bank_rad);
   if (!(uphill > kSteepest) || !(level > kSteepest)) return false;
   lane->scale = 1;
-  const bool twist = m.given == Motion::Given::kTwist || fastest == 0;
-  lane->layout = &layout(twist ? Motion::Given::kTwist : Motion::Given::kControls);
+  const bool twist = GivenOf(m) == Motion::Given::kTwist;
+  lane->layout = &layout(GivenOf(m));
   lane->v_x = twist && m.given == Motion::Given::kTwist ? m.v_x_m_per_s : 0;
   lane->yaw = twist && m.given == Motion::Given::kTwist ? m.yaw_rate_rad_per_s : 0;
   lane->speed = twist ? std::max(std::fabs(lane->v_x), std::fabs(lane->yaw) * length_) : fastest;
@@ -157,7 +164,7 @@ void Mechanics::Guess(Lane* lane) const noexcept {
   for (std::size_t i = 0; i < wheels(); ++i) {
     if (l.rim[i] < 0) continue;
     const Wheel& w = vehicle_.wheels[i];
-    x[static_cast<std::size_t>(l.rim[i])] = AlongWheel(TwistOf(*lane), i);
+    x[static_cast<std::size_t>(l.rim[i])] = AlongWheel(TwistOf(*lane, x), i);
     if (w.drive >= 0) x[static_cast<std::size_t>(l.rim[i])] += pull * more * lane->speed;
   }
 }
@@ -185,11 +192,11 @@ bool Mechanics::Recall(const Solution& from, bool unbalanced, Lane* lane) const 
   return true;
 }
 
-Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {
+Mechanics::Twist Mechanics::TwistOf(const Lane& lane, const Column& at) const noexcept {
   const Layout& l = *lane.layout;
   const bool given = l.v_x < 0;
-  Twist t{given ? lane.v_x : lane.at[1], lane.at[0], given ? lane.yaw : lane.at[2],
-          l.psi >= 0 ? lane.at[1]
+  Twist t{given ? lane.v_x : at[1], at[0], given ? lane.yaw : at[2],
+          l.psi >= 0 ? at[1]
           : given    ? 0
                      : lane.motion->steering_rad};
   if (steered_) {
@@ -199,89 +206,40 @@ Mechanics::Twist Mechanics::TwistOf(const Lane& lane) const noexcept {
   return t;
 }
 
-double Mechanics::DriveSpeed(const Lane& lane, std::size_t drive) const noexcept {
-  const int at = lane.layout->drive[drive];
-  return at >= 0 ? lane.at[static_cast<std::size_t>(at)] : lane.motion->rim_speed_m_per_s[drive];
-}
-
-void Mechanics::Place(Lane* lane) const noexcept {
-  const Twist twist = TwistOf(*lane);
-  PlaceLoads(twist, lane);
-  for (std::size_t i = 0; i < wheels(); ++i) PlaceWheel(twist, i, lane);
-}
-
-void Mechanics::PlaceLoads(const Twist& t, Lane* lane) const noexcept {
-  const Layout& l = *lane->layout;
-  const Motion& motion = *lane->motion;
-  const double m = vehicle_.mass_kg, x = vehicle_.centre_x_m, y = vehicle_.centre_y_m;
-  const double z = vehicle_.centre_z_m, yaw_up = motion.yaw_acceleration_rad_per_s2;
-  lane->f_x = m * (motion.acceleration_m_per_s2 - t.yaw * (t.v_y + t.yaw * x) - yaw_up * y +
-                   lane->gravity_x);
-  lane->f_y = m * (t.yaw * (t.v_x - t.yaw * y) + yaw_up * x + lane->gravity_y);
-  lane->m_z = x * lane->f_y - y * lane->f_x + vehicle_.yaw_inertia_kg_m2 * yaw_up;
-  const double moment = lane->at[static_cast<std::size_t>(l.moment)];
-  Loads loads;
-  support_.Spread(
-      {lane->load, x * lane->load - z * lane->f_x + moment, y * lane->load - z * lane->f_y},
-      &loads);
-  lane->tip_margin = loads.tip_margin;
+pack::Body Mechanics::Body() const noexcept {
+  pack::Body b{};
+  b.wheels = Number(wheels());
+  b.steered = steered_;
+  b.mass = vehicle_.mass_kg;
+  b.centre_x = vehicle_.centre_x_m;
+  b.centre_y = vehicle_.centre_y_m;
+  b.centre_z = vehicle_.centre_z_m;
+  b.yaw_inertia = vehicle_.yaw_inertia_kg_m2;
+  std::copy(per_.begin(), per_.end(), b.per);
+  support_.Describe(&b);
   for (std::size_t i = 0; i < wheels(); ++i) {
-    Placed& p = lane->placed[i];
-    const Resultant& s = loads.slope[i];
-    p.load = loads.load[i];
-    p.load_by_v_x = p.load_by_v_y = p.load_by_yaw = p.load_by_moment = 0;
-    if (!(lane->tip_margin > 0)) continue;
-    p.load_by_moment = s.by_x;
-    p.load_by_v_y = s.by_x * z * m * t.yaw;
-    if (l.v_x < 0) continue;
-    p.load_by_v_x = -s.by_y * z * m * t.yaw;
-    p.load_by_yaw =
-        s.by_x * z * m * (t.v_y + 2 * t.yaw * x) - s.by_y * z * m * (t.v_x - 2 * t.yaw * y);
+    const Wheel& w = vehicle_.wheels[i];
+    const auto drive = static_cast<std::size_t>(w.drive);
+    pack::Body::Wheel& to = b.wheel[i];
+    to.x = w.x_m;
+    to.y = w.y_m;
+    to.radius = radius(i);
+    to.per_radius = 1 / radius(i);
+    to.across = w.y_m / vehicle_.steering.length_m;
+    to.along = (w.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
+    to.steered = steered_ && w.steered;
+    to.drive = w.drive;
+    to.follows = w.drive >= 0 && vehicle_.drives[drive].coupling == Coupling::kIndependent;
+    to.first = w.drive >= 0 ? Number(first_[drive]) : Number(i);
   }
+  return b;
 }
 
-void Mechanics::PlaceWheel(const Twist& t, std::size_t i, Lane* lane) const noexcept {
-  const Layout& l = *lane->layout;
-  const Wheel& wheel = vehicle_.wheels[i];
-  Placed& p = lane->placed[i];
-  // What the steering asks of this wheel: direction and, over that of the drive, speed.
-  double asked = 1, asked_slope = 0;
-  p.cos = 1;
-  p.sin = p.steer_slope = 0;
-  if (steered_) {
-    const double across = wheel.y_m / vehicle_.steering.length_m;
-    const double along = (wheel.x_m - vehicle_.steering.centre_x_m) / vehicle_.steering.length_m;
-    const double a = t.cos - t.sin * across, b = t.sin * along;
-    asked = a;
-    asked_slope = -t.sin - t.cos * across;
-    if (wheel.steered) {
-      const double h = std::max(std::sqrt(a * a + b * b), 1e-9);
-      p.cos = a / h;
-      p.sin = b / h;
-      p.steer_slope = (a * t.cos * along - b * asked_slope) / (h * h);
-      asked_slope = (a * asked_slope + b * t.cos * along) / h;
-      asked = h;
-    }
-  }
-  const double x = t.v_x - t.yaw * wheel.y_m, y = t.v_y + t.yaw * wheel.x_m;
-  p.v_x = p.cos * x + p.sin * y;
-  p.v_y = p.cos * y - p.sin * x;
-  p.yaw_rate = t.yaw;
-  p.own = l.rim[i];
-  p.rim_by_own = 1;
-  p.rim_by_psi = 0;
-  if (p.own >= 0) {
-    p.rim = lane->at[static_cast<std::size_t>(p.own)];
-    return;
-  }
-  const auto drive = static_cast<std::size_t>(wheel.drive);
-  const bool follows = vehicle_.drives[drive].coupling == Coupling::kIndependent;
-  const double speed = DriveSpeed(*lane, drive);
-  p.own = l.drive[drive];
-  p.rim = follows ? speed * asked : speed;
-  if (!follows) return;
-  p.rim_by_own = asked;
-  p.rim_by_psi = speed * asked_slope;
+pack::Unknowns Mechanics::UnknownsOf(const Layout& l) noexcept {
+  pack::Unknowns u{Number(l.size), l.v_x, l.yaw, l.psi, l.moment, {}, {}};
+  std::copy(l.drive.begin(), l.drive.end(), u.drive);
+  std::copy(l.rim.begin(), l.rim.end(), u.rim);
+  return u;
 }
 
 }  // namespace grouser::vehicle

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <utility>
 
 #include "surrogate/vehicle/solver_work.h"
 
@@ -13,92 +12,169 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// What intervals add to the gradients, from and to a solution that has room for it.
-void RecallSlope(const Solution& from, Lane* lane) {
-  const std::size_t n = lane->layout->size, room = from.interval_slope.size();
-  const bool known = lane->warm && n <= room;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < n; ++k) {
-      lane->missing[i][k] = known ? from.interval_slope[i][k] : 0;
-    }
+/// Motions that are there at the outset: those whose twist is given, or the others.
+class SpanSource final : public SolveSource {
+ public:
+  SpanSource(const Mechanics& mechanics, std::span<const Motion> motions, std::span<Solution> out,
+             const Effort& effort, Motion::Given given)
+      : mechanics_(mechanics), motions_(motions), out_(out), effort_(effort), given_(given) {}
+
+  bool Next(std::size_t, Task* task) override {
+    while (next_ < motions_.size() && mechanics_.GivenOf(motions_[next_]) != given_) ++next_;
+    if (next_ == motions_.size()) return false;
+    *task = {&motions_[next_], &out_[next_], effort_};
+    ++next_;
+    return true;
   }
-}
-void KeepSlope(const Lane& lane, Solution* to) {
-  const std::size_t n = std::min(lane.layout->size, to->interval_slope.size());
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < n; ++k) {
-      to->interval_slope[i][k] = static_cast<float>(lane.missing[i][k]);
-    }
-  }
-}
+  void Done(std::size_t) override {}
+
+ private:
+  const Mechanics& mechanics_;
+  std::span<const Motion> motions_;
+  std::span<Solution> out_;
+  Effort effort_;
+  Motion::Given given_;
+  std::size_t next_ = 0;
+};
 
 }  // namespace
 
-bool Solver::Work::Start(const Motion& motion, Solution* solution, Lane* lane) noexcept {
-  lane->motion = &motion;
-  lane->solution = solution;
-  bool known = mechanics.Begin(lane);
+Solver::Work::Work(const Vehicle& vehicle, const Grounds& g) : mechanics(vehicle), grounds(g) {
+  for (const auto* model : g.models) {
+    if (model == nullptr || std::count(models.begin(), models.end(), model) > 0) continue;
+    models.push_back(model);
+  }
+  for (std::size_t k = 0; k < g.models.size(); ++k) {
+    const auto at = std::find(models.begin(), models.end(), g.models[k]);
+    place.push_back(static_cast<std::uint32_t>(at - models.begin()));
+  }
+  body = mechanics.Body();
+}
+
+// False: there is nothing to solve, and the solution says so.
+bool Solver::Work::Start(const SolveSource::Task& task, std::size_t l) noexcept {
+  Lane& lane = lanes[l];
+  const Motion& motion = *task.motion;
+  Solution& solution = *task.solution;
+  lane.motion = &motion;
+  lane.solution = &solution;
+  lane.effort = task.effort;
+  bool known = mechanics.Begin(&lane);
   for (std::size_t i = 0; known && i < mechanics.wheels(); ++i) {
     known = motion.soil[i] < grounds.soils.size();
     if (!known) break;
     const std::size_t type = mechanics.vehicle().wheels[i].type;
-    lane->model[i] = place[type * grounds.soils.size() + motion.soil[i]];
-    known = lane->model[i] < models.size();
+    lane.model[i] = place[type * grounds.soils.size() + motion.soil[i]];
+    known = lane.model[i] < models.size();
   }
   const int most = draws != nullptr ? static_cast<int>(draws->count()) : 0;
   known = known && motion.draw >= Motion::kMeanGround && motion.draw < most;
   if (!known) {
-    *solution = Solution{};
-    solution->reasons = kBadInput;
-    solution->residual = kNaN;
+    solution = Solution{};
+    solution.reasons = kBadInput;
+    solution.residual = kNaN;
     return false;
   }
-  lane->warm = effort.warm && mechanics.Recall(*solution, effort.from_least, lane);
-  if (!lane->warm) mechanics.Guess(lane);
-  RecallSlope(*solution, lane);
-  lane->phase = Lane::Phase::kSearch;
-  lane->first = true;
-  lane->stalls = 0;
-  lane->damping = 0;
+  lane.warm = lane.effort.warm && mechanics.Recall(solution, lane.effort.from_least, &lane);
+  if (!lane.warm) mechanics.Guess(&lane);
+  const std::size_t n = layout->size;
+  const bool recalls = lane.warm && n <= solution.interval_slope.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    all.unit[i][l] = lane.unit[i];
+    for (std::size_t k = 0; k < n; ++k) {
+      all.missing[i][k][l] = recalls ? solution.interval_slope[i][k] : 0;
+    }
+  }
+  all.v_x[l] = lane.v_x;
+  all.yaw[l] = lane.yaw;
+  all.speed[l] = lane.speed;
+  all.load[l] = lane.load;
+  all.gravity_x[l] = lane.gravity_x;
+  all.gravity_y[l] = lane.gravity_y;
+  all.acceleration[l] = motion.acceleration_m_per_s2;
+  all.yaw_up[l] = motion.yaw_acceleration_rad_per_s2;
+  all.steering[l] = motion.steering_rad;
+  all.sds[l] = motion.worse_by_sd;
+  for (std::size_t d = 0; d < mechanics.vehicle().drives.size(); ++d) {
+    all.rim_given[d][l] = motion.rim_speed_m_per_s[d];
+  }
+  all.learning[l] = motion.worse_by_sd != 0 || motion.draw >= 0 ? -1 : 0;
+  risky = risky || motion.worse_by_sd != 0;
+  drawn = drawn || motion.draw >= 0;
+  lane.phase = Lane::Phase::kSearch;
+  Begin(l);
   return true;
 }
 
-void Solver::Work::Finish(Lane* lane, std::span<const Felt> felt) noexcept {
-  Solution& s = *lane->solution;
-  mechanics.Write(*lane, felt, effort.brief);
-  KeepSlope(*lane, &s);
-  s.residual = Largest(lane->residual, lane->layout->size);
+void Solver::Work::Finish(std::size_t l) noexcept {
+  Lane& lane = lanes[l];
+  Solution& s = *lane.solution;
+  const bool sloped = lane.motion->grade_rad != 0 || lane.motion->bank_rad != 0;
+  Outcome end;
+  end.lane = &lane;
+  end.tip_margin = all.tip_margin[l];
+  for (std::size_t k = 0; k < layout->size; ++k) end.at[k] = all.at[k][l];
+  for (std::size_t i = 0; i < mechanics.wheels(); ++i) {
+    const pack::Placed& p = all.placed;
+    const pack::Felt& f = all.felt;
+    end.wheel[i] = {p.v_x[i][l], p.v_y[i][l], p.rim[i][l], p.load[i][l], p.cos[i][l], p.sin[i][l]};
+    end.felt[i] = {f.part[0][0][i][l], f.part[1][0][i][l], f.part[2][0][i][l],
+                   f.part[3][0][i][l], f.sinkage[i][l],    flags[i * kLanes + l]};
+    std::uint32_t& told = end.felt[i].flags;
+    if (sloped && (told & surrogate::kAirborne) == 0 && !models[lane.model[i]]->HoldsOnSlopes()) {
+      told |= surrogate::kSlope;
+    }
+  }
+  mechanics.Write(end, &s);
+  const std::size_t n = std::min(layout->size, s.interval_slope.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      s.interval_slope[i][k] = static_cast<float>(all.missing[i][k][l]);
+    }
+  }
+  s.residual = lane.largest;
   s.balanced = s.residual <= Solution::kTolerance;
   // What does not balance inside of what the runs covered is a limit of the ground.
   if (!s.balanced && s.reasons == 0) s.reasons = kNoBalance;
-  lane->phase = Lane::Phase::kIdle;
+  lane.phase = Lane::Phase::kIdle;
 }
 
-void Solver::Work::Run(std::span<const Motion> motions, std::span<Solution> out,
-                       const Effort& e) noexcept {
-  effort = e;
-  std::size_t next = 0;
-  risky = std::any_of(motions.begin(), motions.end(),
-                      [](const Motion& m) { return m.worse_by_sd != 0; });
-  drawn = std::any_of(motions.begin(), motions.end(), [](const Motion& m) { return m.draw >= 0; });
-  const auto refill = [&](Lane* lane) {
-    while (lane->phase == Lane::Phase::kIdle && next < motions.size()) {
-      if (Start(motions[next], &out[next], lane)) mechanics.Place(lane);
-      ++next;
-    }
-  };
+void Solver::Work::Run(SolveSource* source, Motion::Given given) {
+  layout = &mechanics.layout(given);
+  unknowns = Mechanics::UnknownsOf(*layout);
+  risky = drawn = false;
+  // What the source calls a lane is a seat, and gets the lowest lane that is free: so few motions
+  // leave whole groups of lanes empty.
+  std::array<bool, kLanes> over{};
+  std::array<std::size_t, kLanes> lane_of;
+  lane_of.fill(kLanes);
   for (Lane& lane : lanes) lane.phase = Lane::Phase::kIdle;
   while (true) {
-    bool any = false;
-    for (Lane& lane : lanes) {
-      refill(&lane);
-      any |= lane.phase != Lane::Phase::kIdle;
+    for (std::size_t seat = 0; seat < kLanes; ++seat) {
+      if (lane_of[seat] == kLanes || Active(lane_of[seat])) continue;
+      lane_of[seat] = kLanes;
+      source->Done(seat);
     }
-    if (!any) return;
-    Evaluate();
+    for (std::size_t seat = 0; seat < kLanes; ++seat) {
+      while (lane_of[seat] == kLanes && !over[seat]) {
+        SolveSource::Task task;
+        over[seat] = !source->Next(seat, &task);
+        if (over[seat]) break;
+        std::size_t l = 0;
+        while (Active(l)) ++l;
+        if (Start(task, l)) {
+          lane_of[seat] = l;
+        } else {
+          source->Done(seat);
+        }
+      }
+    }
+    std::size_t count = 0;
     for (std::size_t l = 0; l < kLanes; ++l) {
-      if (lanes[l].phase != Lane::Phase::kIdle) Advance(l);
+      if (Active(l)) count = l + 1;
     }
+    if (count == 0) return;
+    Round((count + pack::kGroup - 1) / pack::kGroup * pack::kGroup);
   }
 }
 
@@ -128,8 +204,17 @@ void Solver::UseDraws(std::shared_ptr<const GroundDraws> draws) {
 
 void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out,
                    Effort effort) noexcept {
-  work_->Run(motions, out, effort);
+  const bool controls = std::any_of(motions.begin(), motions.end(), [](const Motion& m) {
+    return m.given == Motion::Given::kControls;
+  });
+  for (const auto given : {Motion::Given::kTwist, Motion::Given::kControls}) {
+    if (given == Motion::Given::kControls && !controls) return;
+    SpanSource source(work_->mechanics, motions, out, effort, given);
+    work_->Run(&source, given);
+  }
 }
+
+void Solver::Solve(SolveSource* source) { work_->Run(source, Motion::Given::kTwist); }
 
 const Vehicle& Solver::vehicle() const { return work_->mechanics.vehicle(); }
 

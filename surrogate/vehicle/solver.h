@@ -129,6 +129,23 @@ struct Effort {
   bool from_least = false;
 };
 
+/// Motions that come one by one, as what is asked next depends on what was found.
+class SolveSource {
+ public:
+  struct Task {
+    const Motion* motion;  ///< both stay where they are until Done
+    Solution* solution;    ///< with effort.warm, where the search begins
+    Effort effort;
+  };
+  /// What a lane, which is free, solves next; false: nothing any more.
+  virtual bool Next(std::size_t lane, Task* task) = 0;
+  /// The lane's solution is written. May throw, which ends the solve.
+  virtual void Done(std::size_t lane) = 0;
+
+ protected:
+  ~SolveSource() = default;
+};
+
 /// Finds the quasi-static motion of a vehicle whose wheels answer by models. Unknown: v_y and two
 /// controls (or v_x, v_y, yaw rate), the pitching moment of the wheels, the speeds of wheels that
 /// roll freely or behind a differential. With wheel forces F in the vehicle's axes, loads by
@@ -146,6 +163,8 @@ struct Effort {
 /// ahead (every wheel meets virgin ground).
 class Solver {
  public:
+  static constexpr std::size_t kLanes = 16;  ///< motions that advance together
+
   /// Throws std::invalid_argument: Check(vehicle), and grounds that have no model at all or
   /// whose table has another size. Models must outlive the solver.
   Solver(const Vehicle& vehicle, const Grounds& grounds);
@@ -162,6 +181,10 @@ class Solver {
   void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept {
     Solve(motions, out, Effort{.warm = warm});
   }
+
+  /// The same for motions of kTwist that come one by one: each of kLanes lanes is asked for its
+  /// next as soon as its last is done. What a lane finds does not depend on the others.
+  void Solve(SolveSource* source);
 
   const Vehicle& vehicle() const;
 

@@ -8,65 +8,61 @@
 #include <span>
 #include <vector>
 
+#include "surrogate/models/draw_field.h"
 #include "surrogate/models/wheel_model.h"
 #include "surrogate/vehicle/mechanics.h"
+#include "surrogate/vehicle/pack.h"
 
 namespace grouser::vehicle {
 
-inline constexpr std::size_t kLanes = 16;  // motions that advance together
-inline constexpr std::size_t kSlots = kLanes * kMostWheels;
+inline constexpr std::size_t kSlots = Solver::kLanes * kMostWheels;
 inline constexpr int kGuesses = 4;  // starts of Mechanics::Guess
-
-/// Largest of the first n entries, or one that is not a number.
-double Largest(const Column& r, std::size_t n);
+static_assert(Solver::kLanes == pack::kLanes);
 
 /// All that a solver holds. solver.cc: from motions to lanes and back; solver_evaluate.cc: wheels
-/// in batches; solver_newton.cc: a lane's steps.
+/// in batches; solver_newton.cc: what each lane does next.
 struct Solver::Work {
-  Work(const Vehicle& vehicle, const Grounds& g) : mechanics(vehicle), grounds(g) {
-    for (const auto* model : g.models) {
-      if (model == nullptr || std::count(models.begin(), models.end(), model) > 0) continue;
-      models.push_back(model);
-    }
-    for (std::size_t k = 0; k < g.models.size(); ++k) {
-      const auto at = std::find(models.begin(), models.end(), g.models[k]);
-      place.push_back(static_cast<std::uint32_t>(at - models.begin()));
-    }
-    for (std::size_t i = 0; i < mechanics.wheels(); ++i) per_radius[i] = 1 / mechanics.radius(i);
-  }
+  Work(const Vehicle& vehicle, const Grounds& g);
 
-  void Run(std::span<const Motion> motions, std::span<Solution> out, const Effort& e) noexcept;
-  bool Start(const Motion& motion, Solution* solution, Lane* lane) noexcept;
-  void Evaluate() noexcept;
-  void Ask(const surrogate::WheelModel& model, std::size_t n) noexcept;
+  void Run(SolveSource* source, Motion::Given given);
+  bool Start(const SolveSource::Task& task, std::size_t lane) noexcept;
+  void Round(std::size_t count) noexcept;
+  void Place(std::size_t count) noexcept;
+  void Lift(std::size_t lane) noexcept;
+  void Evaluate(std::size_t count) noexcept;
+  void EvaluateTogether(const surrogate::WheelModel& model, std::size_t count) noexcept;
+  void EvaluateApart(std::uint32_t model) noexcept;
   void Draw(const surrogate::WheelModel& model, std::size_t n) noexcept;
-  void Take(std::size_t state, std::uint32_t on_slope) noexcept;
-  void Advance(std::size_t lane) noexcept;
-  void Linearise(Lane* lane, std::span<const Felt> felt, const Column& before,
-                 bool begins) noexcept;
-  bool Least(const Lane& lane) const noexcept;
-  void Step(Lane* lane) noexcept;
-  void Try(Lane* lane) noexcept;
+  void Take(std::size_t state) noexcept;
+  void Decide(std::size_t lane) noexcept;
+  void Begin(std::size_t lane) noexcept;
   void Relax(Lane* lane) noexcept;
-  bool Retreat(Lane* lane, double tried) noexcept;
-  void Finish(Lane* lane, std::span<const Felt> felt) noexcept;
+  void StepOn(std::size_t count) noexcept;
+  void Damp(std::size_t lane) noexcept;
+  bool Retreat(std::size_t lane) noexcept;
+  void End(std::size_t lane, bool here) noexcept;
+  void Finish(std::size_t lane) noexcept;
+  bool Active(std::size_t lane) const noexcept { return lanes[lane].phase != Lane::Phase::kIdle; }
 
   Mechanics mechanics;
   Grounds grounds;
   std::vector<const surrogate::WheelModel*> models;
   std::vector<std::uint32_t> place;  ///< in `models`, by Grounds::models
-  std::array<double, kMostWheels> per_radius{};
+  pack::Body body;
+  pack::Unknowns unknowns{};
+  const Layout* layout = nullptr;
+  const pack::Kernel* kernel = pack::KernelFor(nullptr);
   std::array<Lane, kLanes> lanes;
-  std::array<std::array<Felt, kMostWheels>, kLanes> felt;
-  // Wheel states of a batch and their answers; owner: lane * kMostWheels + wheel.
+  pack::Lanes all{};
+  std::array<std::uint32_t, kSlots> flags{};  ///< at wheel * kLanes + lane
+  // Wheel states of one model among several, and their answers; slot: wheel * kLanes + lane.
   using Batch = std::array<double, kSlots>;
   Batch v_x, v_y, rim, load, yaw, sinkage;
-  std::array<std::array<Batch, 5>, 4> answer;  ///< of Felt: by output and part
+  std::array<std::array<Batch, 5>, 4> answer;  ///< of pack::Felt::part
   std::array<Batch, 5> high;  ///< ends of intervals of f_x, f_y, torque; with draws m_z, sinkage
   std::array<Batch, 3> half;  ///< of intervals, where a motion asks for worse ground and a draw
-  std::array<std::uint32_t, kSlots> flags;
-  std::array<std::uint16_t, kSlots> owner;
-  Effort effort;
+  std::array<std::uint32_t, kSlots> batch_flags;
+  std::array<std::uint16_t, kSlots> slot;
   bool risky = false;  ///< some motion asks for worse ground
   bool drawn = false;  ///< some motion asks for a draw
   std::shared_ptr<const GroundDraws> draws;

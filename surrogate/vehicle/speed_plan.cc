@@ -1,6 +1,7 @@
 #include "surrogate/vehicle/speed_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -94,8 +95,8 @@ void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o
   }
 }
 
-// Solves the first motions from what stands in tried_, some at once, and anew where that finds
-// nothing that is good: with two starts, at every fourth failure of a point with all.
+// Solves the first motions from what stands in tried_, and anew where that finds nothing that is
+// good: with two starts, at every fourth failure of a point with all.
 void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
   constexpr Effort kQuick{
       .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
@@ -103,16 +104,37 @@ void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
       .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
   constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
   constexpr int kOften = 4;
-  for (std::size_t k = 0; k < count; ++k) {
-    if (k % kMostSolvesToStop == 0) {
-      const std::size_t some = std::min(kMostSolvesToStop, count - k);
-      StopIfAsked(o.stop);
-      solver_.Solve({&motions_[k], some}, {&tried_[k], some}, kQuick);
+  // Each lane a motion at a time: quickly, then anew.
+  class Tries final : public SolveSource {
+   public:
+    Tries(SpeedPlanner* planner, std::size_t count, const SpeedOptions& options)
+        : planner_(*planner), options_(options), count_(count) {}
+    bool Next(std::size_t lane, Task* task) override {
+      std::size_t& k = at_[lane];
+      if (anew_[lane]) {
+        const int failures = planner_.failures_[planner_.open_[k]];
+        *task = {&planner_.motions_[k], &planner_.tried_[k],
+                 failures % kOften == kOften - 1 ? kAll : kSome};
+        return true;
+      }
+      if (next_ == count_) return false;
+      k = next_++;
+      *task = {&planner_.motions_[k], &planner_.tried_[k], kQuick};
+      return true;
     }
-    if (Good(tried_[k], o)) continue;
-    solver_.Solve({&motions_[k], 1}, {&tried_[k], 1},
-                  failures_[open_[k]] % kOften == kOften - 1 ? kAll : kSome);
-  }
+    void Done(std::size_t lane) override {
+      anew_[lane] = !anew_[lane] && !planner_.Good(planner_.tried_[at_[lane]], options_);
+    }
+
+   private:
+    SpeedPlanner& planner_;
+    const SpeedOptions& options_;
+    std::size_t count_, next_ = 0;
+    std::array<std::size_t, Solver::kLanes> at_{};
+    std::array<bool, Solver::kLanes> anew_{};
+  } source(this, count, o);
+  StopIfAsked(o.stop);
+  solver_.Solve(&source);
 }
 
 // Solves the points whose speed or acceleration is new, slows those that do not hold. False: none

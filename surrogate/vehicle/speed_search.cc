@@ -39,7 +39,7 @@ bool Same(const PathPoint& a, const PathPoint& b) {
 void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
                         std::span<SpeedPoint> out) {
   search_.Run(
-      &solver_, path.size(), kSpeedLevels,
+      &solver_, path.size(), 1, kSpeedLevels,
       [&](std::size_t i, int level) { return MotionAt(path[i], o, StepOf(o) * level, 0); },
       [&](const Solution& s) { return Slack(s, o); },
       [&](const Solution& s) { return ShortfallOf(s, o); },
@@ -71,7 +71,7 @@ void SpeedPlanner::Raise(std::span<const PathPoint> path, const SpeedOptions& o,
   std::fill(risen_.begin(), risen_.end(), true);
   for (std::size_t low = Low(path, out); low > 0; low = Low(path, out)) {
     search_.Run(
-        &solver_, low, kSpeedLevels,
+        &solver_, low, 1, kSpeedLevels,
         [&](std::size_t k, int l) { return MotionAt(path[knots_[k]], o, StepOf(o) * l, 0); },
         [&](const Solution& s) { return Slack(s, o); },
         [&](const Solution& s) { return ShortfallOf(s, o); }, [](std::size_t) { return false; },
@@ -136,23 +136,32 @@ std::size_t SpeedPlanner::Knots(std::span<const PathPoint> path, std::span<const
 void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
                          std::span<const SpeedPoint> out) {
   const std::size_t knots = Knots(path, out);
-  for (const bool faster : {true, false}) {
-    std::vector<double>& reach = faster ? faster_ : slower_;
-    const double most = faster ? o.acceleration_m_per_s2 : o.braking_m_per_s2;
-    const double step = (faster ? most : -most) / kReachLevels;
-    // What cannot be driven bears all; a step has one acceleration, which both its ends must bear.
-    std::fill(reach.begin(), reach.begin() + static_cast<std::ptrdiff_t>(path.size()), most);
-    search_.Run(
-        &solver_, knots, kReachLevels,
-        [&](std::size_t k, int level) { return MotionAt(path[knots_[k]], o, 0, step * level); },
-        [&](const Solution& s) { return Slack(s, o); },
-        [&](const Solution& s) { return ShortfallOf(s, o); },
-        [&](std::size_t k) { return Same(path[knots_[k]], path[knots_[k - 1]]); },
-        [&](std::size_t k) { return path[knots_[k]].soil != path[knots_[k - 1]].soil; },
-        [](std::size_t, LevelSearch::Track*) {},
-        [&](std::size_t k, const LevelSearch::Track& t) {
-          reach[knots_[k]] = std::fabs(step) * std::max(0, t.low);
-        });
+  // Items: the knots for acceleration, then again for braking.
+  const auto faster = [&](std::size_t k) { return k < knots; };
+  const auto at = [&](std::size_t k) { return knots_[k % knots]; };
+  const auto most = [&](std::size_t k) {
+    return faster(k) ? o.acceleration_m_per_s2 : o.braking_m_per_s2;
+  };
+  // What cannot be driven bears all; a step has one acceleration, which both its ends must bear.
+  std::fill_n(faster_.begin(), path.size(), o.acceleration_m_per_s2);
+  std::fill_n(slower_.begin(), path.size(), o.braking_m_per_s2);
+  if (knots == 0) return;
+  search_.Run(
+      &solver_, 2 * knots, 2, kReachLevels,
+      [&](std::size_t k, int level) {
+        const double step = (faster(k) ? 1 : -1) * most(k) / kReachLevels;
+        return MotionAt(path[at(k)], o, 0, step * level);
+      },
+      [&](const Solution& s) { return Slack(s, o); },
+      [&](const Solution& s) { return ShortfallOf(s, o); },
+      [&](std::size_t k) { return k != knots && Same(path[at(k)], path[at(k - 1)]); },
+      [&](std::size_t k) { return k == knots || path[at(k)].soil != path[at(k - 1)].soil; },
+      [](std::size_t, LevelSearch::Track*) {},
+      [&](std::size_t k, const LevelSearch::Track& t) {
+        (faster(k) ? faster_ : slower_)[at(k)] = most(k) / kReachLevels * std::max(0, t.low);
+      });
+  for (std::vector<double>* all : {&faster_, &slower_}) {
+    std::vector<double>& reach = *all;
     for (std::size_t k = 0; k + 1 < knots; ++k) {
       const std::size_t a = knots_[k], b = knots_[k + 1];
       if (b > a + kStride) continue;

@@ -89,6 +89,21 @@ Support::Support(const Vehicle& vehicle) : n_(vehicle.wheels.size()) {
   all_ = loads.slope;
 }
 
+void Support::Describe(pack::Body* body) const noexcept {
+  body->middle_x = middle_x_;
+  body->middle_y = middle_y_;
+  body->edges = static_cast<int>(edges_);
+  for (std::size_t e = 0; e < edges_; ++e) {
+    body->edge_x[e] = edge_x_[e];
+    body->edge_y[e] = edge_y_[e];
+  }
+  for (std::size_t i = 0; i < n_; ++i) {
+    body->wheel[i].load_by_load = all_[i].load;
+    body->wheel[i].load_by_x = all_[i].by_x;
+    body->wheel[i].load_by_y = all_[i].by_y;
+  }
+}
+
 double Support::TipMargin(double x, double y) const noexcept {
   double farthest = 0;
   for (std::size_t e = 0; e < edges_; ++e) {

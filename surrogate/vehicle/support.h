@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <span>
 
+#include "surrogate/vehicle/pack.h"
 #include "surrogate/vehicle/vehicle.h"
 
 namespace grouser::vehicle {
@@ -34,6 +35,9 @@ class Support {
   /// For a resultant outside of the support polygon, loads are those of the nearest point inside
   /// on the way to the middle, and tip_margin is negative. Precondition: load > 0.
   void Spread(const Resultant& resultant, Loads* out) const noexcept;
+
+  /// Writes the polygon, and the loads where all wheels are down.
+  void Describe(pack::Body* body) const noexcept;
 
   /// Length of the polygon's way from the middle to where gravity's line meets its edge.
   double TipMargin(double x, double y) const noexcept;

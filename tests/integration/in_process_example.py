@@ -34,13 +34,13 @@ def check_package(prefix):
     """What is installed, and that nothing of protobuf shows in it."""
     files = sorted(str(f.relative_to(prefix)) for f in prefix.rglob("*") if f.is_file())
     print("\n".join(files))
-    expected = r"(include/grouser/(model|model_selector|vehicle)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
+    expected = r"(include/grouser/(map|model|model_selector|vehicle)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
                r"|lib/(\S+/)?cmake/grouser/\S+\.cmake|share/grouser/models/\S+\.model|share/grouser/vehicles/\S+\.(vehicle\.yaml|model)|share/doc/grouser/(LICENSE|NOTICE))"
     foreign = [f for f in files if not re.fullmatch(expected, f)]
     assert not foreign, f"installed, but not of the component: {foreign}"
-    for name in ("model.h", "model_selector.h", "vehicle.h"):
+    for name in ("map.h", "model.h", "model_selector.h", "vehicle.h"):
         headers = re.findall(r"#include\s+(.*)", (prefix / "include/grouser" / name).read_text())
-        own = "|\"grouser/model.h\"" if name != "model.h" else ""
+        own = "|\"grouser/(model|vehicle).h\"" if name != "model.h" else ""
         assert all(re.fullmatch(r"<[a-z]+>" + own, h) for h in headers), f"not C++20: {headers}"
 
 
@@ -71,6 +71,8 @@ def check_vehicles(prefix, app):
         assert len(re.findall(r"J/m", text)) == 5, text
     speeds = [float(x) for x in re.findall(r" m +(\S+) m/s", run(app / "speed_example"))]
     assert len(speeds) == 200 and speeds[0] == 0 and 0.5 < max(speeds) <= 1.5, f"{speeds}"
+    driven, cells = re.search(r"(\d+) of (\d+) cells", run(app / "map_example", vehicles[0], 50)).groups()
+    assert 0 < int(driven) <= int(cells) == 2500, f"{driven} of {cells}"
     for name, bad, word in (("speed_example", "-1", "speed_limit"), ("energy_example", "nan", "sds")):
         result = subprocess.run([app / name, vehicles[0], bad], text=True, capture_output=True, check=False)
         assert result.returncode == 1 and word in result.stderr and not result.stdout, f"{result}"

@@ -61,12 +61,12 @@ RULES = {
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
     "clients": (r"clients/|surrogate/(models|vehicle)/|proto/lcm/|proto/records/message_json\.h"
                 r"|grouser/v1alpha1/|grouser_lcm/", HEAVY),
-    "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|vehicle)/"
+    "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|terrain_map|vehicle)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),
     # What is installed, and what a stranger writes.
-    "clients/in_process/grouser": (r"grouser/model\.h", None),
-    "clients/in_process/example": (r"grouser/(model|vehicle)\.h|\w+\.h", None),
+    "clients/in_process/grouser": (r"grouser/(model|vehicle)\.h", None),
+    "clients/in_process/example": (r"grouser/(map|model|vehicle)\.h|\w+\.h", None),
 }
 # The engine's folders from below: each includes its own and those before it.
 ENGINE = "dem_offline/engine/"

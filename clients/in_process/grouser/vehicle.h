@@ -227,6 +227,7 @@ class GROUSER_PUBLIC Vehicle {
  private:
   friend class VehicleSolver;
   friend class SpeedPlanner;
+  friend class TerrainMap;
   struct Parts;
   explicit Vehicle(std::shared_ptr<const Parts> parts) noexcept;
   std::shared_ptr<const Parts> parts_;

@@ -29,18 +29,22 @@ class MapRoute : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  // Five rows; cells of 1 m from (0, 5) on.
+  // Five rows; cells of width_ x height_ m from (0, 5 height_) on.
   void Make(const std::string& name, int bands, int columns, const Cells& cells) const {
+    Make(name, bands, columns, [&](int, int c, int r) { return cells(c, r); });
+  }
+  void Make(const std::string& name, int bands, int columns,
+            const std::function<double(int band, int column, int row)>& cells) const {
     const std::string file = folder_ / "map" / (name + ".tif");
     GDALDataset* d = GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
         file.c_str(), columns, 5, bands, GDT_Float32, nullptr);
-    double transform[6] = {0, 1, 0, 5, 0, -1};
+    double transform[6] = {0, width_, 0, 5 * height_, 0, -height_};
     d->SetGeoTransform(transform);
-    std::vector<float> values;
-    for (int r = 0; r < 5; ++r) {
-      for (int c = 0; c < columns; ++c) values.push_back(static_cast<float>(cells(c, r)));
-    }
     for (int b = 1; b <= bands; ++b) {
+      std::vector<float> values;
+      for (int r = 0; r < 5; ++r) {
+        for (int c = 0; c < columns; ++c) values.push_back(static_cast<float>(cells(b, c, r)));
+      }
       EXPECT_EQ(d->GetRasterBand(b)->RasterIO(GF_Write, 0, 0, columns, 5, values.data(), columns, 5,
                                               GDT_Float32, 0, 0, nullptr),
                 CE_None);
@@ -48,9 +52,9 @@ class MapRoute : public ::testing::Test {
     GDALClose(d);
   }
   // From the middle of the left edge to that of the right one.
-  int Run(const std::string& from = "0.5 2.5") {
+  int Run(const std::string& from = "0.5 2.5", const std::string& to = "4.5 2.5") {
     const std::string call = std::string(GROUSER_MAP_ROUTE) + " " + (folder_ / "map").string() +
-                             " " + from + " 4.5 2.5 " + (folder_ / "out").string() + " 2>" +
+                             " " + from + " " + to + " " + (folder_ / "out").string() + " 2>" +
                              (folder_ / "error").string();
     const int status = std::system(call.c_str());
     std::stringstream text;
@@ -62,6 +66,7 @@ class MapRoute : public ::testing::Test {
 
   fs::path folder_;
   std::string error_;
+  double width_ = 1, height_ = 1;
 };
 
 // A wall of cells without energy that is open in the last row.
@@ -81,6 +86,32 @@ TEST_F(MapRoute, GoesRoundWhatHasNoEnergy) {
   Make("energy", 11, 5, [](int c, int) { return c == 2 ? NAN : 1.0; });
   EXPECT_EQ(Run(), 1);
   EXPECT_TRUE(Said("there is no route")) << error_;
+}
+
+// From corner to corner of cells of 2 m x 1 m (1 m x 2 m): four diagonals, each a leg on 135 and
+// one on 090 (180), at the speeds of these.
+TEST_F(MapRoute, DrivesTheDiagonalOfCellsThatAreNotSquareInTwoLegs) {
+  for (const bool wide : {true, false}) {
+    width_ = wide ? 2 : 1;
+    height_ = wide ? 1 : 2;
+    const int diagonal = 7, along = wide ? 6 : 8;  // bands
+    Make("speed", 11, 5, [&](int band, int, int) {
+      return band == diagonal ? 0.5 : band == along ? 4.0 : 1.0;
+    });
+    Make("energy", 11, 5, [](int, int) { return 3.0; });
+    Make("slope", 2, 5, [](int, int) { return 0.0; });
+    const std::string from = wide ? "1 4.5" : "0.5 9", to = wide ? "9 0.5" : "4.5 1";
+    ASSERT_EQ(Run(from, to), 0) << error_;
+    std::ifstream csv(folder_ / "out" / "routes.csv");
+    std::string line, last;
+    while (std::getline(csv, line)) last = line.find("least_energy") == 0 ? line : last;
+    double x = 0, y = 0, seconds = 0, joules = 0;
+    ASSERT_EQ(std::sscanf(last.c_str(), "least_energy,%lf,%lf,%lf,%lf", &x, &y, &seconds, &joules),
+              4)
+        << last;
+    EXPECT_NEAR(joules, 4 * 3 * (std::sqrt(2) + 1), 1e-4);
+    EXPECT_NEAR(seconds, 4 * (std::sqrt(2) / 0.5 + 1 / 4.0), 1e-4);
+  }
 }
 
 TEST_F(MapRoute, RefusesWhatIsNoNumberAndNoMap) {

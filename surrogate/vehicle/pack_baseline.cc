@@ -1,0 +1,3 @@
+#define GROUSER_ISA_NS isa_baseline
+#define GROUSER_LANES 2
+#include "surrogate/vehicle/pack_kernel.inl"
