@@ -1,9 +1,10 @@
 // Paths as people write them: read, or refused by line.
+#include "clients/vehicle/path_file.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "clients/vehicle/path_file.h"
 #include "tests/unit/records/temp_folder.h"
 #include "tests/unit/records/throws.h"
 
