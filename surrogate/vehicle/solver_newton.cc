@@ -21,15 +21,6 @@ void Scatter(const Column& from, std::size_t n, std::size_t lane, pack::PerLane*
   for (std::size_t k = 0; k < n; ++k) to[k][lane] = from[k];
 }
 
-// Largest of the first n entries, or one that is not a number.
-double Largest(const Column& r, std::size_t n) {
-  double largest = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    if (!(std::fabs(r[k]) <= largest)) largest = std::fabs(r[k]);
-  }
-  return largest;
-}
-
 }  // namespace
 
 // An attempt begins at lane.at.
