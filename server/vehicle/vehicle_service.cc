@@ -14,6 +14,8 @@ namespace {
 // Of the threads: wheel queries, which take microseconds, go first where processors are short.
 constexpr int kNice = 5;
 
+}  // namespace
+
 /// A call that another thread finishes, or that is cancelled while it waits for one.
 class LaterCall final : public UnaryCall {
  public:
@@ -31,8 +33,6 @@ class LaterCall final : public UnaryCall {
   WorkQueue& queue_;
   std::atomic<bool> cancelled_{false};
 };
-
-}  // namespace
 
 VehicleService::VehicleService(const Fleet& fleet, CallGate& gate, int threads)
     : fleet_(fleet), gate_(gate), queue_(threads, kMostWaiting, kNice) {
