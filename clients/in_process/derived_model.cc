@@ -1,5 +1,6 @@
 // Models made of opened ones: of a similar wheel, of soils of which one is the right one.
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -44,6 +45,16 @@ Domain Common(const Domain& a, const Domain& b) {
           std::min(a.speed_m_per_s, b.speed_m_per_s)};
 }
 
+// Refuses the next of a mixture where nothing is common to it and to those before.
+void CheckShares(const char* what, double low, double high, double next_low, double next_high,
+                 const std::string& before, const std::string& next) {
+  if (std::max(low, next_low) <= std::min(high, next_high)) return;
+  std::ostringstream text;
+  text << "mixture: " << what << " of " << next << ": " << next_low << " to " << next_high
+       << ", expected some of those of " << before << ", " << low << " to " << high;
+  throw std::invalid_argument(text.str());
+}
+
 }  // namespace
 
 Model Model::Mixture(std::span<const Model* const> models, std::span<const double> weights) {
@@ -83,7 +94,11 @@ Model Model::Mixture(std::span<const Model* const> models, std::span<const doubl
     }
     forms.push_back(p.as_selectable.form);
     shares.push_back(evaluator->parts()[i].weight);
-    parts->domain = Common(parts->domain, p.domain);
+    const Domain &a = parts->domain, &b = p.domain;
+    CheckShares("loads [N]", a.load_min_n, a.load_max_n, b.load_min_n, b.load_max_n, parts->name,
+                p.name);
+    CheckShares("slips", a.slip_min, a.slip_max, b.slip_min, b.slip_max, parts->name, p.name);
+    parts->domain = Common(a, b);
     parts->has_gradients &= p.has_gradients;
     if (i == 0) continue;
     parts->name += " or " + p.name;

@@ -1,6 +1,7 @@
 #include "clients/in_process/grouser/map.h"
 
 #include <array>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -25,6 +26,12 @@ terrain_map::TableOptions ToOurs(const MapOptions& o) {
   return options;
 }
 
+// 0: more than can be counted.
+std::size_t Product(std::size_t a, std::size_t b) noexcept {
+  std::size_t product = 0;
+  return __builtin_mul_overflow(a, b, &product) ? 0 : product;
+}
+
 // Entries of n cells from `first` on; none stays none.
 template <class T>
 std::span<T> Cut(std::span<T> span, std::size_t first, std::size_t n) noexcept {
@@ -41,8 +48,13 @@ struct TerrainMap::Parts {
     FaultFinder finder;
     const std::size_t n = in.rows * in.columns;
     const bool heights = in.slope.empty() && in.up_azimuth.empty();
-    finder.Number(in.columns == 0 || n / in.columns == in.rows, "rows",
-                  static_cast<double>(in.rows), "rows times columns that can be counted");
+    // With their margin, and for each soil.
+    constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max() - 2;
+    const bool counted = in.rows < kMost && in.columns < kMost &&
+                         Product(in.rows + 2, in.columns + 2) > 0 &&
+                         (n == 0 || Product(n, tables.size()) > 0);
+    finder.Number(counted, "rows", static_cast<double>(in.rows),
+                  "rows times columns that can be counted");
     if (heights) {
       finder.Size("elevation", in.elevation, (in.rows + 2) * (in.columns + 2), true);
       finder.Number(in.width > 0 && std::isfinite(in.width), "width", in.width,
@@ -124,6 +136,7 @@ TerrainMap::~TerrainMap() = default;
 bool TerrainMap::Evaluate(const MapCells& in, MapWay way, const MapAnswers& out) const noexcept {
   const Parts& p = *parts_;
   if (p.FaultOf(in, way, out)) return false;
+  if (in.rows * in.columns == 0) return true;  // no cell, however many rows
   if (!in.slope.empty()) {
     p.Answer(in, way, out, 0, in.slope, in.up_azimuth);
     return true;

@@ -146,10 +146,11 @@ void SpeedPlanner::UseDraws(std::size_t count) {
 
 bool SpeedPlanner::PlanByDraws(const Path& in, const SpeedOptions& options,
                                std::span<const double> speed, std::span<const double> acceleration,
-                               double* holds, std::span<double> by_point) noexcept {
+                               double* holds, std::span<double> by_point,
+                               std::span<const double> safe) noexcept {
   const std::size_t n = in.s.size();
   if (parts_ == nullptr || parts_->draws == 0 || speed.size() != n || acceleration.size() != n ||
-      !(by_point.empty() || by_point.size() == n)) {
+      !(by_point.empty() || by_point.size() == n) || !(safe.empty() || safe.size() == n)) {
     return false;
   }
   if (parts_->FaultOf(in, options)) return false;
@@ -157,10 +158,12 @@ bool SpeedPlanner::PlanByDraws(const Path& in, const SpeedOptions& options,
     if (!(speed[i] >= 0) || !std::isfinite(speed[i]) || !std::isfinite(acceleration[i])) {
       return false;
     }
+    if (!safe.empty() && (!(safe[i] >= 0) || !std::isfinite(safe[i]))) return false;
   }
   for (std::size_t i = 0; i < n; ++i) {
     parts_->plan[i].speed_m_per_s = speed[i];
     parts_->plan[i].acceleration_m_per_s2 = acceleration[i];
+    parts_->plan[i].safe_m_per_s = safe.empty() ? 1 : safe[i];
   }
   parts_->SetPath(in);
   *holds = parts_->planner.PlanByDraws(std::span(parts_->path).first(n), ToOurs(options),

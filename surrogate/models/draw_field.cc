@@ -92,6 +92,7 @@ Member MakeMember(std::uint64_t key, std::uint64_t k) {
   const std::array<double, 2> hard = next();
   member.friction = hard[0];
   member.rolling = hard[1];
+  member.which = Uniform(~key, k);
   return member;
 }
 
@@ -167,6 +168,83 @@ void AddFriction(const DrawBatch& b, std::size_t i, double radius) {
   }
 }
 
+using Members = std::array<const Member*, kBlock>;
+
+/// Values and upper ends where the caller wants none, or those of one soil of several.
+struct Rooms {
+  std::array<std::array<double, kBlock>, kOutputs> value, high;
+  std::array<std::uint32_t, kBlock> flags;
+};
+
+/// Moves the draws that are of model `part` from `from` to `to`; false: there are none.
+bool Split(const WheelModel& model, const WheelModel& part, std::size_t count, Members* from,
+           Members* to) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    Member const*& of = (*from)[i];
+    const bool moves = of != nullptr && &model.OfDraw(of->which) == &part;
+    (*to)[i] = moves ? of : nullptr;
+    if (moves) of = nullptr;
+    any = any || moves;
+  }
+  return any;
+}
+
+/// What turns a model's answers into draws. Gives `answers` room for what that needs.
+DrawBatch BatchOf(const WheelModel& model, const WheelStatesView& states, const Members& member,
+                  ResponsesView* answers, Rooms* rooms) noexcept {
+  const std::size_t count = states.load.size();
+  DrawBatch batch{states.v_x,
+                  states.v_y,
+                  states.rim_speed,
+                  states.load,
+                  states.yaw_rate,
+                  std::span(member).first(count),
+                  {},
+                  {},
+                  {}};
+  const bool hard = model.Errors().friction_radius_m > 0;
+  for (int o = 0; o < kOutputs; ++o) {
+    OutputView& view = answers->output[o];
+    // On hard ground all errors are those of f_x and f_y.
+    if (hard && o <= kFy && view.value.empty())
+      view.value = std::span(rooms->value[o]).first(count);
+    if (view.value.empty()) continue;
+    if (view.high.empty()) view.high = std::span(rooms->high[o]).first(count);
+    batch.value[o] = view.value;
+    batch.high[o] = view.high;
+  }
+  return batch;
+}
+
+/// Draws of a mixture: each state's value is that of the soil that its draw is of. What is NaN
+/// stays so.
+void AddSoils(const WheelModel& mixture, const WheelStatesView& states, Members* draws,
+              const ResponsesView& out, Rooms* rooms) noexcept {
+  const std::size_t count = states.load.size();
+  for (std::size_t first = 0; first < count; ++first) {
+    if ((*draws)[first] == nullptr) continue;
+    const WheelModel& soil = mixture.OfDraw((*draws)[first]->which);
+    Members member;
+    Split(mixture, soil, count, draws, &member);
+    ResponsesView answers;
+    answers.flags = std::span(rooms->flags).first(count);
+    for (int o = 0; o < kOutputs; ++o) {
+      if (out.output[o].value.empty()) continue;
+      answers.output[o].value = std::span(rooms->value[o]).first(count);
+    }
+    const DrawBatch batch = BatchOf(soil, states, member, &answers, rooms);
+    soil.Evaluate(states, answers);
+    AddErrors(soil, batch);
+    for (int o = 0; o < kOutputs; ++o) {
+      const std::span<double> value = out.output[o].value;
+      for (std::size_t i = first; i < count && !value.empty(); ++i) {
+        if (member[i] != nullptr && !std::isnan(value[i])) value[i] = rooms->value[o][i];
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Draws::Draws(std::string_view soil, std::size_t count) {
@@ -222,38 +300,19 @@ void AddErrors(const WheelModel& model, const DrawBatch& batch, draws::BlockFn k
 void EvaluateDraws(const WheelModel& model, const FormErrors& form, const Draws& draws,
                    std::span<const std::uint32_t> k, const WheelStatesView& in,
                    const ResponsesView& out, const FormView& to) noexcept {
-  std::array<std::array<double, kBlock>, kOutputs> high;
-  std::array<std::array<double, kBlock>, 2> force;
-  // On hard ground all errors are those of f_x and f_y.
-  const bool hard = model.Errors().friction_radius_m > 0;
+  Rooms rooms;
   for (std::size_t first = 0; first < in.load.size(); first += kBlock) {
     const std::size_t count = std::min(kBlock, in.load.size() - first);
     const WheelStatesView states = Cut(in, first, count);
-    ResponsesView answers = Cut(out, first, count);
-    std::array<const Member*, kBlock> member;
-    for (std::size_t i = 0; i < count; ++i) member[i] = &draws[k[first + i]];
-    DrawBatch batch{states.v_x,
-                    states.v_y,
-                    states.rim_speed,
-                    states.load,
-                    states.yaw_rate,
-                    std::span(member).first(count),
-                    {},
-                    {},
-                    {}};
-    for (const int o : {kFx, kFy}) {
-      std::span<double>& value = answers.output[o].value;
-      if (hard && value.empty()) value = std::span(force[static_cast<std::size_t>(o)]).first(count);
-    }
-    for (int o = 0; o < kOutputs; ++o) {
-      OutputView& view = answers.output[o];
-      if (view.value.empty()) continue;
-      if (view.high.empty()) view.high = std::span(high[o]).first(count);
-      batch.value[o] = view.value;
-      batch.high[o] = view.high;
-    }
-    EvaluateWithForm(model, form, states, answers, Cut(to, first, count));
-    AddErrors(model, batch);
+    const ResponsesView answers = Cut(out, first, count);
+    Members member, others;
+    for (std::size_t i = 0; i < count; ++i) others[i] = &draws[k[first + i]];
+    const bool own = Split(model, model, count, &others, &member);
+    ResponsesView asked = answers;
+    const DrawBatch batch = BatchOf(model, states, member, &asked, &rooms);
+    EvaluateWithForm(model, form, states, asked, Cut(to, first, count));
+    if (own) AddErrors(model, batch);
+    AddSoils(model, states, &others, answers, &rooms);
   }
 }
 

@@ -54,6 +54,9 @@ namespace grouser::surrogate {
 /// 1 + c z times the friction, c = sd/|f| that of each state: f_x, f_y, the scrub part of m_z
 /// (whose sign is that of -yaw rate), and torque = r f_x + the rolling resistance's with z'. c z is
 /// kept from -0.95 on.
+///
+/// Of a mixture (mixture_model.h) draw k is draw k of one of its soils, at all states: that in
+/// whose share of the weights a uniform number of k and of the mixture's name lies.
 struct DrawLengths {
   double plane, lateral, log_load;  ///< along (v_x, r w) and v_y of d, in ln load
   /// Of the residual that fits take where runs tell nothing (surrogate/fit/trained.cc), and half.
@@ -96,6 +99,7 @@ struct DrawBatch {
 };
 
 /// Turns means into draws. A sinkage is no less than 0. No allocation. `kernel` null: the best.
+/// Precondition: no mixture; its draws are those of its soils' models (WheelModel::OfDraw).
 void AddErrors(const WheelModel& model, const DrawBatch& batch,
                draws::BlockFn kernel = nullptr) noexcept;
 

@@ -22,6 +22,7 @@ struct Member {
   Coefficients own[kOutputs];       ///< of the features with the output's parity
   Coefficients breaking[kOutputs];  ///< of those that break it; outputs even in both have none
   double friction, rolling;         ///< of hard ground
+  double which;                     ///< uniform in (0, 1): which soil a mixture is
 };
 
 inline constexpr double kBreaking = 0.1;  // epsilon of draw_field.h

@@ -16,6 +16,17 @@ struct MixturePart {
   double radius_m = 0, width_m = 0, gravity_m_per_s2 = 0;
 };
 
+/// Of parts whose weights have the sum 1, laid out one after the other from 0 to 1, that where
+/// `which` lies. Precondition: one part or more.
+template <class Part>
+const Part& PartAt(std::span<const Part> parts, double which) noexcept {
+  std::size_t i = 0;
+  for (double end = parts[0].weight; which >= end && i + 1 < parts.size(); end += parts[i].weight) {
+    ++i;
+  }
+  return parts[i];
+}
+
 /// One soil of several, and it is not known which: a wheel on soil i with weight w_i (sum 1). With
 /// the soils' answers m_i, sd_i, half widths h_i:
 ///
@@ -26,6 +37,9 @@ struct MixturePart {
 ///
 /// The variance of a mixture; its interval is that of a normal distribution of this variance, which
 /// a mixture of soils far apart is not. Flags: those of every soil with a weight above 0.
+///
+/// A draw (draw_field.h) is that draw of one of the soils, at all states: which soil it is, is an
+/// error that all have in common. Over the draws mean and standard deviation are those above.
 class MixtureModel final : public WheelModel {
  public:
   static constexpr std::size_t kMost = 255;
@@ -41,6 +55,9 @@ class MixtureModel final : public WheelModel {
   /// Of any part; the others flag it.
   bool UsesYawRate() const noexcept override;
   bool HoldsOnSlopes() const noexcept override;
+  const WheelModel& OfDraw(double which) const noexcept override {
+    return *PartAt(parts(), which).model;
+  }
 
   /// Without those of weight 0, normalised.
   std::span<const MixturePart> parts() const { return parts_; }

@@ -59,13 +59,15 @@ inline constexpr double kTwoSided90 = 1.6448536269514722;
 
 /// Flags of a state, bits. 0: nothing to say.
 enum Flag : std::uint32_t {
-  kInvalid = 1,            ///< non-finite or impossible input; NaN out
-  kClamped = 2,            ///< something was clamped to the model's limits
-  kExtrapolated = 4,       ///< outside what the training runs covered
-  kStatic = 8,             ///< V = r w = 0
-  kNoEquilibrium = 16,     ///< the soil does not carry the load
-  kRate = 32,              ///< faster than the quasi-static range
-  kSlope = 64,             ///< a slope was given, the model has none; NaN out
+  kInvalid = 1,         ///< non-finite or impossible input; NaN out
+  kClamped = 2,         ///< something was clamped to the model's limits
+  kExtrapolated = 4,    ///< outside what the training runs covered
+  kStatic = 8,          ///< V = r w = 0
+  kNoEquilibrium = 16,  ///< the soil does not carry the load
+  kRate = 32,           ///< faster than the quasi-static range
+  /// A slope was given, the model has none; NaN out. But of a wheel in a vehicle's solution
+  /// (vehicle/solver.h): finite forces, by the model of level ground at the load across the slope.
+  kSlope = 64,
   kVirginAssumed = 256,    ///< pass > 1 given, the model has none; NaN out
   kFormUnknown = 512,      ///< not compared with a measurement here
   kToleranceUnmet = 1024,  ///< no model suffices, or the budget ended

@@ -87,6 +87,9 @@ class WheelModel {
   /// Whether a yaw rate changes the answer; else it is flagged.
   virtual bool UsesYawRate() const noexcept { return false; }
   virtual ErrorForm Errors() const noexcept { return {}; }
+  /// The model whose draw is taken where the draw's uniform number is `which`: itself, but of a
+  /// mixture one of its soils'.
+  virtual const WheelModel& OfDraw(double /*which*/) const noexcept { return *this; }
   /// Whether it holds on slopes, the load being that across the ground; else a slope that is
   /// given is flagged and answered NaN.
   virtual bool HoldsOnSlopes() const noexcept { return false; }

@@ -52,18 +52,21 @@ void SlopesOf(const Heights& in, std::span<double> slope_rad,
 void AnswerCells(std::span<const SlopeTable> tables, double negligible, const Cells& cells,
                  const Way& way, const CellAnswers& out) noexcept {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  std::array<float, kMostSoils> room;
+  static_assert(vehicle::kMostSoils <= kNoCell);
+  std::array<float, vehicle::kMostSoils> room;
   const std::span<float> probabilities = std::span(room).first(tables.size());
   for (std::size_t i = 0; i < cells.slope_rad.size(); ++i) {
     const double slope = cells.slope_rad[i];
-    if (std::isnan(slope) || !SoilsOf(cells, i, probabilities)) {
+    double heading = way.of_grid ? cells.up_azimuth_rad[i] - way.angle_rad : way.angle_rad;
+    if (!std::isfinite(heading) && slope == 0) heading = 0;  // all are alike
+    if (std::isnan(slope) || !std::isfinite(heading) || !SoilsOf(cells, i, probabilities)) {
       Put(out, i, {kNaN, kNaN, kNaN, kNaN, {}}, kNoCell);
       continue;
     }
-    const auto ask = [&](double heading) {
-      return AnswerOf(tables, probabilities, negligible, slope, heading);
+    const auto ask = [&](double on) {
+      return AnswerOf(tables, probabilities, negligible, slope, on);
     };
-    CellAnswer answer = ask(way.of_grid ? cells.up_azimuth_rad[i] - way.angle_rad : way.angle_rad);
+    CellAnswer answer = ask(heading);
     if (way.both_ways) {
       const CellAnswer other = ask(-way.angle_rad);
       if (other.speed_m_per_s < answer.speed_m_per_s ||

@@ -13,7 +13,9 @@ inline constexpr std::uint8_t kNoCell = 255;  ///< what binds, or the soil, of a
 
 /// A block of cells, rows from north to south one after the other. Spans have an entry a cell.
 struct Cells {
-  std::span<const double> slope_rad, up_azimuth_rad;  ///< of Slope; NaN: a hole
+  /// Of Slope; NaN: a hole. The azimuth counts on ways of the grid alone, and not where the slope
+  /// is 0.
+  std::span<const double> slope_rad, up_azimuth_rad;
   /// Probability of each soil (of each table), soil by soil, `stride` entries from one to the next;
   /// NaN: a hole. Or none, and `soil` is the index of each cell's table, kNoCell: a hole. Or
   /// neither: the first.
@@ -47,9 +49,8 @@ void SlopesOf(const Heights& in, std::span<double> slope_rad,
               std::span<double> up_azimuth_rad) noexcept;
 
 /// Answers of all cells on one way, by AnswerOf. No allocation. Precondition: one table or more, at
-/// most kMostSoils.
+/// most vehicle::kMostSoils.
 void AnswerCells(std::span<const SlopeTable> tables, double negligible, const Cells& cells,
                  const Way& way, const CellAnswers& out) noexcept;
-inline constexpr std::size_t kMostSoils = 254;
 
 }  // namespace grouser::terrain_map

@@ -8,10 +8,12 @@
 namespace grouser::vehicle {
 
 void SpeedPlanner::UseDraws(std::shared_ptr<const GroundDraws> draws) {
+  if (draws != nullptr) {
+    drawn_motions_.resize(kMostSolvesToStop);
+    drawn_.resize(kMostSolvesToStop);
+  }
   solver_.UseDraws(draws);
   draws_ = std::move(draws);
-  drawn_motions_.resize(kMostSolvesToStop);
-  drawn_.resize(kMostSolvesToStop);
 }
 
 // From the mean ground's solution, and where that finds nothing with all starts.
@@ -75,7 +77,7 @@ double SpeedPlanner::PlanByDraws(std::span<const PathPoint> path, const SpeedOpt
       const std::size_t some = std::min(kMostSolvesToStop, n - first);
       solve(draw, first, some);
       for (std::size_t i = first; draw >= 0 && i < first + some; ++i) {
-        const bool holds = Good(tried_[i], o) && Moves(plan, i);
+        const bool holds = MayHold(o, plan, i) && Good(tried_[i], o);
         all = all && holds;
         if (!by_point.empty() && holds) by_point[i] += 1;
       }

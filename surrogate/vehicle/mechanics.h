@@ -60,6 +60,7 @@ struct Lane {
   int evaluations = 0, attempt = 0, halvings = 0, stalls = 0;
   bool first = true, warm = false;                 ///< warm: the first attempt began at a solution
   std::array<std::uint32_t, kMostWheels> model{};  ///< that answers for each wheel, by number
+  std::array<std::uint8_t, kMostWheels> soil{};    ///< under each wheel; on a draw no mixture
 };
 
 /// A lane at its end.

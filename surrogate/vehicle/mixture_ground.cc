@@ -13,8 +13,6 @@ namespace {
 using surrogate::MixturePart;
 using surrogate::WheelModel;
 
-constexpr std::size_t kMostSoils = 255;
-
 std::size_t SoilOf(const Grounds& grounds, const std::string& name) {
   const auto found = std::ranges::find(grounds.soils, name);
   if (found == grounds.soils.end()) {
@@ -22,6 +20,18 @@ std::size_t SoilOf(const Grounds& grounds, const std::string& name) {
                                 yaml::NearestOf(name, grounds.soils));
   }
   return static_cast<std::size_t>(found - grounds.soils.begin());
+}
+
+/// In the order of MixtureModel::parts, with the same weights. Precondition: their sum is above 0.
+std::vector<SoilShare> SharesOf(const std::vector<std::size_t>& of, const SoilWeights& weights) {
+  double sum = 0;
+  for (const auto& [name, weight] : weights) sum += weight;
+  std::vector<SoilShare> shares;
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    const double weight = weights[k].second / sum;
+    if (weight > 0) shares.push_back({of[k], weight});
+  }
+  return shares;
 }
 
 /// The models stay where they are.
@@ -45,7 +55,10 @@ std::size_t AddMixture(const std::string& soil, const SoilWeights& weights, Vehi
   if (std::ranges::find(grounds.soils, soil) != grounds.soils.end()) {
     throw std::invalid_argument("soil " + soil + ": there is one, expected another name");
   }
-  if (soils >= kMostSoils) throw std::invalid_argument("soils: over 255, expected 255 at most");
+  if (soils >= kMostSoils) {
+    const std::string most = std::to_string(kMostSoils);
+    throw std::invalid_argument("soils: over " + most + ", expected " + most + " at most");
+  }
   std::vector<std::size_t> of;
   for (const auto& [name, weight] : weights) {
     of.push_back(SoilOf(grounds, name));
@@ -76,6 +89,8 @@ std::size_t AddMixture(const std::string& soil, const SoilWeights& weights, Vehi
     file->sources.push_back(soil + ": " + wheel.name + ": mixture");
   }
   grounds.models = std::move(models);
+  grounds.shares.resize(soils + 1);
+  grounds.shares[soils] = SharesOf(of, weights);
   grounds.soils.push_back(soil);
   return soils;
 }

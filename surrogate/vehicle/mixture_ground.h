@@ -16,7 +16,7 @@ using SoilWeights = std::vector<std::pair<std::string, double>>;
 /// mixture (surrogate/models/mixture_model.h) of its models of these soils. Returns its index.
 /// Throws std::invalid_argument for a name that is there already, a soil that is not or stands
 /// there twice, one without a model for a wheel type that has one of another, weights that are
-/// negative, not finite or all 0, and over 255 soils.
+/// negative, not finite or all 0, and over kMostSoils soils.
 std::size_t AddMixture(const std::string& soil, const SoilWeights& weights, VehicleFile* file);
 
 /// "{NAME: WEIGHT, ...}", as the command line has it. Throws InputError.

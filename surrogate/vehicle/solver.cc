@@ -60,15 +60,20 @@ bool Solver::Work::Start(const SolveSource::Task& task, std::size_t l) noexcept 
   lane.solution = &solution;
   lane.effort = task.effort;
   bool known = mechanics.Begin(&lane);
-  for (std::size_t i = 0; known && i < mechanics.wheels(); ++i) {
-    known = motion.soil[i] < grounds.soils.size();
-    if (!known) break;
-    const std::size_t type = mechanics.vehicle().wheels[i].type;
-    lane.model[i] = place[type * grounds.soils.size() + motion.soil[i]];
-    known = lane.model[i] < models.size();
-  }
   const int most = draws != nullptr ? static_cast<int>(draws->count()) : 0;
   known = known && motion.draw >= Motion::kMeanGround && motion.draw < most;
+  for (std::size_t i = 0; known && i < mechanics.wheels(); ++i) {
+    std::size_t soil = motion.soil[i];
+    known = soil < grounds.soils.size();
+    if (!known) break;
+    if (motion.draw >= 0) {
+      soil = draws->SoilOf(grounds, soil, static_cast<std::size_t>(motion.draw));
+    }
+    const std::size_t type = mechanics.vehicle().wheels[i].type;
+    lane.soil[i] = static_cast<std::uint8_t>(soil);
+    lane.model[i] = place[type * grounds.soils.size() + soil];
+    known = lane.model[i] < models.size();
+  }
   if (!known) {
     solution = Solution{};
     solution.reasons = kBadInput;
@@ -78,7 +83,7 @@ bool Solver::Work::Start(const SolveSource::Task& task, std::size_t l) noexcept 
   lane.warm = lane.effort.warm && mechanics.Recall(solution, lane.effort.from_least, &lane);
   if (!lane.warm) mechanics.Guess(&lane);
   const std::size_t n = layout->size;
-  const bool recalls = lane.warm && n <= solution.interval_slope.size();
+  const bool recalls = lane.warm && solution.given == given && n <= solution.interval_slope.size();
   for (std::size_t i = 0; i < n; ++i) {
     all.unit[i][l] = lane.unit[i];
     for (std::size_t k = 0; k < n; ++k) {
@@ -126,6 +131,7 @@ void Solver::Work::Finish(std::size_t l) noexcept {
     }
   }
   mechanics.Write(end, &s);
+  s.given = given;
   const std::size_t n = std::min(layout->size, s.interval_slope.size());
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k) {
@@ -139,7 +145,8 @@ void Solver::Work::Finish(std::size_t l) noexcept {
   lane.phase = Lane::Phase::kIdle;
 }
 
-void Solver::Work::Run(SolveSource* source, Motion::Given given) {
+void Solver::Work::Run(SolveSource* source, Motion::Given of) {
+  given = of;
   layout = &mechanics.layout(given);
   unknowns = Mechanics::UnknownsOf(*layout);
   risky = drawn = false;
@@ -180,10 +187,11 @@ void Solver::Work::Run(SolveSource* source, Motion::Given given) {
 
 Solver::Solver(const Vehicle& vehicle, const Grounds& grounds) {
   Check(vehicle);
-  if (grounds.soils.empty() || grounds.soils.size() > 255 ||
+  if (grounds.soils.empty() || grounds.soils.size() > kMostSoils ||
       grounds.models.size() != vehicle.wheel_types.size() * grounds.soils.size()) {
     throw std::invalid_argument("grounds: got " + std::to_string(grounds.models.size()) +
-                                " models, expected wheel types times soils (1 to 255)");
+                                " models, expected wheel types times soils (1 to " +
+                                std::to_string(kMostSoils) + ")");
   }
   if (std::all_of(grounds.models.begin(), grounds.models.end(),
                   [](const auto* m) { return m == nullptr; })) {

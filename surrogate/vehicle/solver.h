@@ -9,29 +9,48 @@
 #include <vector>
 
 #include "surrogate/models/draw_field.h"
+#include "surrogate/models/mixture_model.h"
 #include "surrogate/models/wheel_model.h"
 #include "surrogate/vehicle/vehicle.h"
 
 namespace grouser::vehicle {
+
+inline constexpr std::size_t kMostSoils = 255;  ///< of a vehicle's grounds: a byte each
+
+/// A soil that a mixture may be, and how likely that is.
+struct SoilShare {
+  std::size_t soil = 0;  ///< index in the same grounds
+  double weight = 0;     ///< above 0
+};
 
 /// Which model answers for a wheel type on a soil.
 struct Grounds {
   std::vector<std::string> soils;
   /// At type * soils + soil; null: that wheel has no model of that soil. Not owned.
   std::vector<const surrogate::WheelModel*> models;
+  /// At soil: the soils of a mixture (mixture_ground.h), in the order of its models' parts and with
+  /// their weights, sum 1. Empty, or beyond the end: no mixture.
+  std::vector<std::vector<SoilShare>> shares{};
 
   const surrogate::WheelModel* At(std::size_t type, std::size_t soil) const {
     return models[type * soils.size() + soil];
   }
 };
 
-/// Coherent draws of every soil of some grounds, by its name (surrogate/models/draw_field.h).
+/// Coherent draws of every soil of some grounds, by its name (surrogate/models/draw_field.h). Draw
+/// k of a mixture is draw k of one of its soils, chosen by a number of the mixture's name and k.
 struct GroundDraws {
   /// Throws std::invalid_argument as surrogate::Draws.
   GroundDraws(const Grounds& grounds, std::size_t count) {
     for (const std::string& soil : grounds.soils) of_soil.emplace_back(soil, count);
   }
   std::size_t count() const { return of_soil.front().size(); }
+  /// The soil whose draw k is that of `soil`, of the same grounds: itself where it is no mixture.
+  std::size_t SoilOf(const Grounds& grounds, std::size_t soil, std::size_t k) const noexcept {
+    if (soil >= grounds.shares.size() || grounds.shares[soil].empty()) return soil;
+    const std::span<const SoilShare> shares = grounds.shares[soil];
+    return surrogate::PartAt(shares, of_soil[soil][k].which).soil;
+  }
 
   std::vector<surrogate::Draws> of_soil;
 };
@@ -108,7 +127,9 @@ struct Solution {
   double torque_margin = 0;   ///< 1 - largest use of a motor's limit or of the steering
   double sinkage_margin = 0;  ///< 1 - largest sinkage over its limit
   std::array<WheelSolution, kMostWheels> wheel;  ///< as many as the vehicle has
-  /// What intervals add to the gradients of up to eight unknowns, for the next warm search.
+  /// What intervals add to the gradients of up to eight unknowns, for the next warm search of a
+  /// motion of which the same is given.
+  Motion::Given given = Motion::Given::kTwist;
   std::array<std::array<float, 8>, 8> interval_slope{};
 
   static constexpr double kTolerance = 1e-6;
@@ -172,7 +193,7 @@ class Solver {
   Solver(Solver&&) noexcept;
 
   /// From now on motions may name a draw of these, which are of the same grounds; null: none.
-  /// Throws std::invalid_argument for draws of another number of soils.
+  /// Throws std::invalid_argument for draws of another number of soils, and nothing for none.
   void UseDraws(std::shared_ptr<const GroundDraws> draws);
 
   /// Solves all motions; no allocation, lock or system call. Not from two threads at once.

@@ -141,8 +141,9 @@ void Solver::Work::Draw(const surrogate::WheelModel& model, std::size_t n) noexc
   constexpr surrogate::Output kDrawn[5] = {kFx, kFy, kTorque, kMz, kSinkage};
   std::array<const surrogate::draws::Member*, kSlots> member;
   for (std::size_t s = 0; s < n; ++s) {
-    const Motion& motion = *lanes[slot[s] % kLanes].motion;
-    const std::size_t soil = motion.soil[slot[s] / kLanes];
+    const Lane& lane = lanes[slot[s] % kLanes];
+    const Motion& motion = *lane.motion;
+    const std::size_t soil = lane.soil[slot[s] / kLanes];
     member[s] =
         motion.draw < 0 ? nullptr : &draws->of_soil[soil][static_cast<std::size_t>(motion.draw)];
   }

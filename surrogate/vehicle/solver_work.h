@@ -24,7 +24,7 @@ static_assert(Solver::kLanes == pack::kLanes);
 struct Solver::Work {
   Work(const Vehicle& vehicle, const Grounds& g);
 
-  void Run(SolveSource* source, Motion::Given given);
+  void Run(SolveSource* source, Motion::Given of);
   bool Start(const SolveSource::Task& task, std::size_t lane) noexcept;
   void Round(std::size_t count) noexcept;
   void Place(std::size_t count) noexcept;
@@ -50,6 +50,7 @@ struct Solver::Work {
   std::vector<std::uint32_t> place;  ///< in `models`, by Grounds::models
   pack::Body body;
   pack::Unknowns unknowns{};
+  Motion::Given given = Motion::Given::kTwist;  ///< of all lanes
   const Layout* layout = nullptr;
   const pack::Kernel* kernel = pack::KernelFor(nullptr);
   std::array<Lane, kLanes> lanes;

@@ -188,15 +188,19 @@ bool SpeedPlanner::Moves(std::span<const SpeedPoint> plan, std::size_t i) {
   return i + 1 == plan.size() || plan[i].speed_m_per_s + plan[i + 1].speed_m_per_s > 0;
 }
 
-// Points that do not hold. What stands still up to the next point is not driven either, nor is a
-// start that is faster than what the path ahead allows.
-std::size_t SpeedPlanner::NotHeld(const SpeedOptions& o, std::span<SpeedPoint> out) const {
-  if (o.start_m_per_s > out[0].speed_m_per_s + kResolution * o.speed_limit_m_per_s) {
-    out[0].holds = false;
-  }
+// What stands still up to the next point is not driven, nor is a start that is faster than what the
+// path ahead allows.
+bool SpeedPlanner::MayHold(const SpeedOptions& o, std::span<const SpeedPoint> plan, std::size_t i) {
+  const double slower = o.start_m_per_s - plan[i].speed_m_per_s;
+  if (i == 0 && slower > kResolution * o.speed_limit_m_per_s) return false;
+  return plan[i].safe_m_per_s > 0 && Moves(plan, i);
+}
+
+// Points that do not hold.
+std::size_t SpeedPlanner::NotHeld(const SpeedOptions& o, std::span<SpeedPoint> out) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    out[i].holds = out[i].holds && out[i].safe_m_per_s > 0 && Moves(out, i);
+    out[i].holds = out[i].holds && MayHold(o, out, i);
     count += !out[i].holds;
   }
   return count;

@@ -104,7 +104,8 @@ class SpeedPlanner {
   /// -4 to 4, one deviation for all wheels. Throws Stopped.
   GoProbability ProbabilityToGo(const Motion& motion, const SpeedOptions& options);
 
-  /// Draws for what follows, as of Solver::UseDraws. Allocates.
+  /// Draws for what follows, as of Solver::UseDraws. Allocates, but not for none; what throws
+  /// leaves the draws before.
   void UseDraws(std::shared_ptr<const GroundDraws> draws);
   /// Probability that a motion is within every limit: the share of the draws on which it is, all
   /// wheels of a soil on the same draw; standard error sqrt(p (1 - p)/draws). Its worse_by_sd and
@@ -112,8 +113,9 @@ class SpeedPlanner {
   GoProbability ProbabilityByDraws(const Motion& motion, const SpeedOptions& options);
   /// Share of the draws on which a plan holds at all points with every margin left, all points of
   /// a soil on the same draw; `by_point`: at each (as many as points, or none). The plan is that of
-  /// Plan, for the same path. worse_by_sd of the options does not count. Throws as Plan and
-  /// ProbabilityByDraws.
+  /// Plan, for the same path and options; a point that does not hold by its speeds alone (a start
+  /// that is too fast, rest up to the next point, no safe speed) holds on no draw. worse_by_sd of
+  /// the options does not count. Throws as Plan and ProbabilityByDraws.
   double PlanByDraws(std::span<const PathPoint> path, const SpeedOptions& options,
                      std::span<const SpeedPoint> plan, std::span<double> by_point);
 
@@ -150,7 +152,9 @@ class SpeedPlanner {
   void Slow(std::size_t i, std::span<const SpeedPoint> out);
   /// Not at rest from point i to the next.
   static bool Moves(std::span<const SpeedPoint> plan, std::size_t i);
-  std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out) const;
+  /// Whether point i of a plan holds wherever its solution is good, by its speeds alone.
+  static bool MayHold(const SpeedOptions& options, std::span<const SpeedPoint> plan, std::size_t i);
+  static std::size_t NotHeld(const SpeedOptions& options, std::span<SpeedPoint> out);
 
   Vehicle vehicle_;
   std::size_t soils_;

@@ -132,14 +132,17 @@ std::unique_ptr<const surrogate::WheelModel> OpenModel(YamlSection* s, const Whe
     const v1alpha1::Model model = surrogate::ReadModel(file.string()).model;
     CheckWheel(s, model.wheel(), wheel, scaled);
     const double g = model.soil().gravity_m_per_s2();
-    if (!scaled && *gravity > 0 && Differ(g, *gravity)) {
+    const bool any = g == 0 && model.kind() == v1alpha1::MODEL_KIND_HARD;  // gravity will do
+    if (!scaled && !any && *gravity > 0 && Differ(g, *gravity)) {
       s->Fail("model", "gravity " + std::to_string(g) + " m/s^2",
               std::to_string(*gravity) +
                   ", that of the vehicle and its other models; of dry soil: scaled: true");
     }
     if (!(*gravity > 0)) *gravity = g;
     if (!scaled) return surrogate::MakeModel(model);
-    const surrogate::Similarity by = surrogate::SimilarityTo(model, wheel.radius_m, *gravity);
+    // Of hard ground, which tells none, gravity does not count.
+    const double at = *gravity > 0 ? *gravity : Vehicle{}.gravity_m_per_s2;
+    const surrogate::Similarity by = surrogate::SimilarityTo(model, wheel.radius_m, at);
     return surrogate::MakeScaled(model, surrogate::MakeModel(model), by);
   } catch (const yaml::InputError&) {
     throw;
@@ -187,7 +190,10 @@ void ReadGrounds(YamlSection* file, double gravity, VehicleFile* out) {
     entries.push_back({index, type, out->models.back().get()});
     out->sources.push_back(soil + ": " + wheel.name + ": " + what + (scaled ? ", scaled" : ""));
   }
-  if (grounds.soils.size() > 255) file->Fail("grounds", "over 255 soils", "255 at most");
+  if (grounds.soils.size() > kMostSoils) {
+    const std::string most = std::to_string(kMostSoils);
+    file->Fail("grounds", "over " + most + " soils", most + " at most");
+  }
   if (gravity > 0) out->vehicle.gravity_m_per_s2 = gravity;
   grounds.models.assign(out->vehicle.wheel_types.size() * grounds.soils.size(), nullptr);
   for (const Entry& e : entries) grounds.models[e.type * grounds.soils.size() + e.soil] = e.model;

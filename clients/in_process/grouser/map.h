@@ -36,7 +36,8 @@ struct MapCells {
   /// (1981).
   std::span<const float> elevation{};
   /// Or slopes, n entries: angle from the level, and azimuth of the way up, clockwise from north
-  /// [rad]. NaN: a hole.
+  /// [rad]. NaN: a hole, but for an azimuth where it does not count: on the level, and on headings
+  /// from the way up.
   std::span<const double> slope{}, up_azimuth{};
   /// Index into soils() of the vehicle, n entries (kNoSoil: a hole); none: the first.
   std::span<const std::uint8_t> soil{};

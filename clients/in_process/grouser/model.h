@@ -171,8 +171,11 @@ class GROUSER_PUBLIC Model {
   /// soils far apart do not make. The flags are those of all models with a weight above 0, domain()
   /// is what they share; kind() is "mixture", digest() empty. It keeps what it needs: the models
   /// may go. Allocates. Throws std::invalid_argument "mixture: ..." for no model, another number of
-  /// weights, weights that are negative, not finite or all 0, and models of another radius, width,
-  /// gravity (by over 1 %) or interval_level().
+  /// weights, weights that are negative, not finite or all 0, models of another radius, width,
+  /// gravity (by over 1 %) or interval_level(), and models that share no load or no slip.
+  ///
+  /// Draw k (EvaluateDraws) is draw k of one of the models at all states, the same for all mixtures
+  /// of these weights under one name of Draws: over the draws, value and interval are those above.
   static Model Mixture(std::span<const Model* const> models, std::span<const double> weights);
 
   Model(Model&& other) noexcept;

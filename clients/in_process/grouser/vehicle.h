@@ -258,8 +258,9 @@ class GROUSER_PUBLIC VehicleSolver {
                                      std::span<double> least, std::span<double> most) noexcept;
 
   /// From now on motions may name one of so many coherent draws of the ground (grouser::Draws, of
-  /// each soil by its name in the vehicle file; docs/planning.md, "Draws"); 0: none. Allocates
-  /// 6 KiB a draw and soil. Throws std::invalid_argument for more than Draws::kMost.
+  /// each soil by its name in the vehicle file; docs/planning.md, "Draws"); 0: none. A draw of one
+  /// of the file's mixtures is that draw of one of its soils. Allocates 6 KiB a draw and soil.
+  /// Throws std::invalid_argument for more than Draws::kMost.
   void UseDraws(std::size_t count);
   /// Probability that a motion leaves every margin: the share of the draws on which it does, all
   /// wheels of a soil on the same one (draw and worse_by_sd of the motions do not count); least and
@@ -299,13 +300,15 @@ class GROUSER_PUBLIC SpeedPlanner {
   void UseDraws(std::size_t count);
   /// Of a plan, by `speed` and `acceleration` of Plan for the same path: share of the draws on
   /// which it holds at all points with every margin left, all points of a soil on the same draw;
-  /// `by_point`: at each (n entries, or none). worse_by_sd of the options does not count. False
-  /// where there are no draws, a span has the wrong size, a speed is below 0 or a number not
-  /// finite.
+  /// `by_point`: at each (n entries, or none). As in Plan a start below options.start does not
+  /// hold, nor rest up to the next point, nor a point whose `safe` (of Plan; n entries, or none:
+  /// not known) is 0. worse_by_sd of the options does not count. False where there are no draws, a
+  /// span has the wrong size, a speed is below 0 or a number not finite.
   [[nodiscard]] bool PlanByDraws(const Path& path, const SpeedOptions& options,
                                  std::span<const double> speed,
                                  std::span<const double> acceleration, double* holds,
-                                 std::span<double> by_point = {}) noexcept;
+                                 std::span<double> by_point = {},
+                                 std::span<const double> safe = {}) noexcept;
   /// Grades driven straight at constant speed (0: the limit of creeping), on a soil. False where
   /// Problem says something.
   [[nodiscard]] bool Grades(double speed, std::uint8_t soil, double worse_by_sd,

@@ -2,11 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "grouser/model.h"
+#include "proto/records/model_file.h"
+#include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/write_model.h"
 #include "tests/unit/in_process/batch.h"
 
 namespace grouser {
@@ -97,6 +101,85 @@ TEST(ModelMixture, IsThatOfItsModels) {
     apart += sd_soil;
   }
   EXPECT_GT(apart, 0.1);
+}
+
+/// The shipped model's wheel on hard ground under loads from `least` to `most`, and slips.
+Model OnFloor(double least, double most, double slip_min, double slip_max) {
+  const v1alpha1::Model own = records::ReadModelFile(kShipped).model;
+  v1alpha1::Model hard;
+  hard.set_name("floor");
+  hard.set_kind(v1alpha1::MODEL_KIND_HARD);
+  *hard.mutable_wheel() = own.wheel();
+  hard.mutable_soil()->set_gravity_m_per_s2(own.soil().gravity_m_per_s2());
+  hard.set_interval_level(own.interval_level());
+  *hard.mutable_domain() = own.domain();
+  hard.mutable_domain()->set_load_min_n(least);
+  hard.mutable_domain()->set_load_max_n(most);
+  hard.mutable_domain()->set_slip_min(slip_min);
+  hard.mutable_domain()->set_slip_max(slip_max);
+  surrogate::SetHard({.friction = 0.6,
+                      .slip_stiffness = 9,
+                      .rolling_resistance = 0.02,
+                      .contact_length_m = 0.02,
+                      .contact_width_m = 0.04},
+                     &hard);
+  surrogate::SetGoldenVectors(&hard);
+  const std::string file = ::testing::TempDir() + "/grouser_mixture_floor.model";
+  surrogate::WriteTestedModel(file, hard);
+  return Model::Open(file);
+}
+
+TEST(ModelMixture, RefusesModelsThatShareNoLoadOrSlip) {
+  const Model own = Model::Open(kShipped);
+  const Domain d = own.domain();
+  const auto refusal = [&](const Model& other, double weight) -> std::string {
+    const Model* both[] = {&own, &other};
+    const double weights[] = {1, weight};
+    try {
+      const Domain common = Model::Mixture(both, weights).domain();
+      EXPECT_LE(common.load_min_n, common.load_max_n);
+      EXPECT_LE(common.slip_min, common.slip_max);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const Model heavy = OnFloor(2 * d.load_max_n, 4 * d.load_max_n, d.slip_min, d.slip_max);
+  const std::string text = refusal(heavy, 1);
+  std::ostringstream range;
+  range << d.load_min_n << " to " << d.load_max_n;
+  EXPECT_EQ(text.find("mixture: loads [N] of floor: "), 0u) << text;
+  EXPECT_NE(text.find(range.str()), std::string::npos) << text;
+  EXPECT_EQ(refusal(heavy, 0), "");  // left out
+  EXPECT_EQ(refusal(OnFloor(0.5 * d.load_max_n, 4 * d.load_max_n, d.slip_min, d.slip_max), 1), "");
+  const std::string slips =
+      refusal(OnFloor(d.load_min_n, d.load_max_n, d.slip_max + 0.1, d.slip_max + 0.2), 1);
+  EXPECT_EQ(slips.find("mixture: slips of floor: "), 0u) << slips;
+}
+
+// A certain soil's draws, and a half's.
+TEST(ModelMixture, ADrawIsThatOfOneModel) {
+  const Model own = Model::Open(kShipped), other = Model::Open(kOther);
+  const Model* both[] = {&own, &other};
+  const double weights[] = {1, 1};
+  const Model mixture = Model::Mixture(both, weights);
+  const Draws draws(mixture.soil(), 40);
+  const auto drawn = [&](const Model& model, std::uint32_t k) {
+    Batch batch = MakeBatch(20);
+    const std::vector<std::uint32_t> all(20, k);
+    EXPECT_TRUE(model.EvaluateDraws(batch.states(), draws, all, batch.answers()));
+    batch.out[kFx][0].resize(17);  // not the bad ones
+    return batch.out[kFx][0];
+  };
+  int of_own = 0;
+  for (std::uint32_t k = 0; k < 40; ++k) {
+    const std::vector<double> got = drawn(mixture, k);
+    const bool is_own = SameBits(got, drawn(own, k));
+    EXPECT_TRUE(is_own || SameBits(got, drawn(other, k))) << k;
+    of_own += is_own;
+  }
+  EXPECT_GT(of_own, 5);
+  EXPECT_LT(of_own, 35);
 }
 
 TEST(ModelMixture, RefusesWhatIsNone) {

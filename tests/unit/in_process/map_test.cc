@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
 #include <string>
@@ -171,6 +172,13 @@ TEST_F(InProcessMap, RefusesByName) {
   MapCells cells = Cells();
   cells.elevation = cells.elevation.first(7);
   says(cells, {}, Answers(), "elevation: 7 entries, expected 3322");
+  // Products that wrap to what the spans have.
+  constexpr std::size_t kQuarter = std::size_t{1} << 62;
+  const MapCells wrapped[] = {{.rows = kQuarter - 2, .columns = 2, .width = 1, .height = 1},
+                              {.rows = 2 * kQuarter - 2, .columns = 0, .width = 1, .height = 1},
+                              {.rows = 2, .columns = kQuarter - 2, .width = 1, .height = 1},
+                              {.rows = SIZE_MAX - 1, .columns = 1, .width = 1, .height = 1}};
+  for (const MapCells& w : wrapped) says(w, {}, {}, "rows: ");
   cells = Cells();
   cells.width = NAN;
   says(cells, {}, Answers(), "width: nan, expected a finite number above 0");

@@ -262,14 +262,15 @@ TEST(InProcessVehicle, DrawsAreThoseOfTheSolverWithoutAllocation) {
       ASSERT_EQ(most[i], go.most) << name << " " << i;
     }
     const Course course(200, vehicle.soils().size());
-    std::vector<double> speed(200), acceleration(200), at(200), expected(200);
+    std::vector<double> speed(200), acceleration(200), safe(200), at(200), expected(200);
     const SpeedOptions options{.speed_limit = 2};
     SpeedPlanner along(vehicle, 200);
     double holds = -1;
-    ASSERT_TRUE(along.Plan(course.path(), options, {.speed = speed, .acceleration = acceleration}));
+    ASSERT_TRUE(along.Plan(course.path(), options,
+                           {.speed = speed, .acceleration = acceleration, .safe = safe}));
     EXPECT_FALSE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds));
     along.UseDraws(20);
-    ASSERT_TRUE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds, at));
+    ASSERT_TRUE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds, at, safe));
     std::vector<vehicle::PathPoint> path;
     for (std::size_t i = 0; i < 200; ++i) {
       path.push_back({course.s[i], course.curvature[i], course.grade[i], 0, course.soil[i]});
@@ -280,6 +281,12 @@ TEST(InProcessVehicle, DrawsAreThoseOfTheSolverWithoutAllocation) {
     planner.Plan(path, limits, plan);
     EXPECT_EQ(holds, planner.PlanByDraws(path, limits, plan, expected));
     EXPECT_EQ(at, expected);
+    safe[3] = 0;
+    ASSERT_TRUE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds, at, safe));
+    EXPECT_EQ(at[3], 0);
+    EXPECT_EQ(holds, 0);
+    EXPECT_FALSE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds, at,
+                                   std::span(safe).first(3)));
     speed[3] = kNaN;
     EXPECT_FALSE(along.PlanByDraws(course.path(), options, speed, acceleration, &holds));
     EXPECT_THROW(solver.UseDraws(2000), std::invalid_argument);

@@ -14,6 +14,7 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/models/draw_field.h"
 #include "surrogate/models/hard_ground.h"
 #include "surrogate/models/state_batch.h"
 
@@ -176,6 +177,103 @@ TEST(MixtureModel, AnswersWhatIsAskedAlone) {
   out.flags = some.flags;
   mixture.Evaluate(some.In(), out);
   EXPECT_EQ(sd_soil, all.sd_soil[kTorque]);
+}
+
+/// Of draw k at all states.
+StateBatch Drawn(const WheelModel& model, const Draws& draws, std::uint32_t k) {
+  StateBatch batch = States();
+  const std::vector<std::uint32_t> all(batch.size(), k);
+  EvaluateDraws(model, {}, draws, all, batch.In(), batch.Out(), {});
+  return batch;
+}
+
+// Each draw is that of one soil, at all states, to the last bit; all but the value are the
+// mixture's.
+TEST(MixtureModel, ADrawIsThatOfOneOfItsSoils) {
+  const double weights[] = {0.5, 0.3, 0.2};
+  const std::shared_ptr<const WheelModel> models[] = {Sand(), Hard(0.9, 0.02, 0),
+                                                      Hard(0.3, 0.05, 0)};
+  std::vector<MixturePart> parts;
+  for (int k = 0; k < 3; ++k) parts.push_back(Part1(models[k], weights[k]));
+  const MixtureModel mixture(parts);
+  const Answered mean(mixture);
+  const Draws draws("sand or floor", 500);
+  std::array<int, 3> taken{};
+  for (std::uint32_t k = 0; k < draws.size(); ++k) {
+    const StateBatch got = Drawn(mixture, draws, k);
+    int soil = -1;
+    for (int s = 0; s < 3; ++s) {
+      const StateBatch of = Drawn(*models[s], draws, k);
+      bool same = true;
+      for (int o = 0; o < kOutputs; ++o) same &= got.part[o][kValue] == of.part[o][kValue];
+      if (same) soil = s;
+    }
+    ASSERT_GE(soil, 0) << k;
+    ++taken[static_cast<std::size_t>(soil)];
+    if (k % 50 != 0) continue;
+    EXPECT_EQ(got.flags, mean.batch.flags);
+    for (int o = 0; o < kOutputs; ++o) EXPECT_EQ(got.part[o][kHigh], mean.batch.part[o][kHigh]);
+  }
+  for (std::size_t s = 0; s < 3; ++s) {
+    EXPECT_NEAR(taken[s] / 500.0, weights[s], 4.5 * std::sqrt(weights[s] * (1 - weights[s]) / 500));
+  }
+  // Draws that differ from state to state, and the torque alone.
+  StateBatch all = States(), alone = States();
+  std::vector<std::uint32_t> k(all.size());
+  for (std::size_t i = 0; i < k.size(); ++i) k[i] = static_cast<std::uint32_t>(7 * i % 500);
+  EvaluateDraws(mixture, {}, draws, k, all.In(), all.Out(), {});
+  ResponsesView out;
+  out.flags = alone.flags;
+  out.output[kTorque].value = alone.part[kTorque][kValue];
+  EvaluateDraws(mixture, {}, draws, k, alone.In(), out, {});
+  for (std::size_t i = 0; i < k.size(); ++i) {
+    const StateBatch one = Drawn(mixture, draws, k[i]);
+    EXPECT_EQ(all.part[kFx][kValue][i], one.part[kFx][kValue][i]);
+    EXPECT_EQ(alone.part[kTorque][kValue][i], one.part[kTorque][kValue][i]);
+  }
+}
+
+// Over the draws: mean and standard deviation, 4.5 standard errors. (Where no draw is clamped.)
+TEST(MixtureModel, DrawsHaveItsMeanAndVariance) {
+  const MixtureModel mixture({Part1(Sand(), 1), Part1(Hard(0.6, 0.03, 0), 1)});
+  const Answered mean(mixture);
+  const Draws draws("sand or floor", Draws::kMost);
+  const auto n = static_cast<double>(draws.size());
+  std::vector<StateBatch> drawn;
+  for (std::uint32_t k = 0; k < draws.size(); ++k) drawn.push_back(Drawn(mixture, draws, k));
+  for (const Output o : {kFx, kFy, kTorque, kMz}) {
+    for (std::size_t i = 0; i < mean.batch.size(); i += 10) {
+      double sum = 0, square = 0;
+      for (const StateBatch& d : drawn) {
+        const double error = d.part[o][kValue][i] - mean.batch.part[o][kValue][i];
+        sum += error / n;
+        square += error * error / n;
+      }
+      const double sd =
+          (mean.batch.part[o][kHigh][i] - mean.batch.part[o][kValue][i]) / kTwoSided90;
+      EXPECT_NEAR(sum, 0, 4.5 * sd / std::sqrt(n)) << kOutputFields[o].name << " " << i;
+      EXPECT_NEAR(square, sd * sd, 4.5 * sd * sd * std::sqrt(2 / n)) << kOutputFields[o].name;
+    }
+  }
+}
+
+TEST(MixtureModel, DrawsOfOneSoilAreItsOwn) {
+  const std::shared_ptr<const WheelModel> floor = Hard(0.6, 0.03, 0);
+  const MixtureModel alone({Part1(floor, 3), Part1(Sand(), 0)});
+  const Draws draws("floor", 20);
+  for (std::uint32_t k = 0; k < draws.size(); ++k) {
+    const StateBatch got = Drawn(alone, draws, k), own = Drawn(*floor, draws, k);
+    for (int o = 0; o < kOutputs; ++o) EXPECT_EQ(got.part[o][kValue], own.part[o][kValue]);
+  }
+  // A wheel that no soil answers for on a slope stays without an answer.
+  StateBatch sloped = States();
+  const std::vector<double> pitch(sloped.size(), 0.1);
+  WheelStatesView in = sloped.In();
+  in.slope_pitch = pitch;
+  const MixtureModel both({Part1(floor, 1), Part1(Sand(), 1)});
+  const std::vector<std::uint32_t> k(sloped.size(), 3);
+  EvaluateDraws(both, {}, draws, k, in, sloped.Out(), {});
+  for (const double value : sloped.part[kFx][kValue]) EXPECT_TRUE(std::isnan(value));
 }
 
 std::string Refusal(std::vector<MixturePart> parts) {

@@ -8,6 +8,7 @@
 
 #include "surrogate/terrain_map/build_table.h"
 #include "surrogate/terrain_map/cell.h"
+#include "surrogate/terrain_map/cells.h"
 #include "surrogate/terrain_map/creeping.h"
 #include "surrogate/terrain_map/slope.h"
 #include "surrogate/terrain_map/table_check.h"
@@ -317,6 +318,43 @@ TEST_F(Tables, RefusesWhatMakesNoSense) {
   EXPECT_THROW(Table(soil), std::invalid_argument);
   options_ = {};
   EXPECT_THROW(Table(soil), std::invalid_argument);  // no speed limit
+}
+
+// As many soils as a vehicle may have.
+TEST_F(Tables, ACellOfTheLastOf255Soils) {
+  const SlopeTable firm = Table(AddGround("firm", Ground(0.6, 0))),
+                   ice = Table(AddGround("ice", Ground(0.15, 0)));
+  std::vector<SlopeTable> tables(vehicle::kMostSoils, ice);
+  tables.back() = firm;
+  const std::vector<double> slope(2, 0.1), azimuth(2, 0);
+  const std::vector<std::uint8_t> soil = {vehicle::kMostSoils - 1, kNoCell};
+  std::vector<float> speed(2);
+  AnswerCells(tables, 0.05, {.slope_rad = slope, .up_azimuth_rad = azimuth, .soil = soil},
+              {true, 0, false}, {speed, {}, {}, {}, {}});
+  EXPECT_NEAR(speed[0], firm.At(0.1, 0).safe_m_per_s * std::cos(0.1), 1e-6);
+  EXPECT_TRUE(std::isnan(speed[1]));
+}
+
+// Which way is up does not count on level ground, nor on headings from the way up.
+TEST_F(Tables, ACellWithoutAnAzimuth) {
+  const std::vector<SlopeTable> tables = {Table(AddGround("firm", Ground(0.5, 0)))};
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
+  const std::vector<double> slope = {0, 0.1, 0.1, 0, 0.1},
+                            azimuth = {nan, nan, -infinity, 1e300, 0};
+  std::vector<float> speed(5), from_up(5);
+  std::vector<std::uint8_t> binding(5);
+  const Cells cells{.slope_rad = slope, .up_azimuth_rad = azimuth};
+  AnswerCells(tables, 0.05, cells, {true, 0, false}, {speed, {}, {}, {}, binding});
+  EXPECT_NEAR(speed[0], tables[0].At(0, 0).safe_m_per_s, 1e-6);
+  EXPECT_NEAR(speed[3], speed[0], 1e-6);
+  for (const std::size_t hole : {1, 2}) {
+    EXPECT_TRUE(std::isnan(speed[hole])) << speed[hole];
+    EXPECT_EQ(binding[hole], kNoCell);
+  }
+  EXPECT_GT(speed[4], 0);
+  AnswerCells(tables, 0.05, cells, {false, 0, false}, {from_up, {}, {}, {}, {}});
+  for (const std::size_t i : {1, 2}) EXPECT_EQ(from_up[i], speed[4]);
 }
 
 TEST_F(Tables, ACellOfSeveralSoils) {

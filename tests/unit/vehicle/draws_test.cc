@@ -200,7 +200,7 @@ TEST(VehicleDraws, APathIsDrivenOnOneDraw) {
     path[i] = {0.5 * static_cast<double>(i), 0.2, i < 10 ? 0.33 : 0.35, 0, 0};
   }
   std::vector<SpeedPoint> plan(path.size());
-  for (SpeedPoint& p : plan) p.speed_m_per_s = 0.5;
+  for (SpeedPoint& p : plan) p.safe_m_per_s = p.speed_m_per_s = 0.5;
   std::vector<double> by_point(path.size());
   const double holds = on.planner->PlanByDraws(path, on.limits, plan, by_point);
   EXPECT_EQ(holds, on.planner->PlanByDraws(path, on.limits, plan, {}));
@@ -219,6 +219,31 @@ TEST(VehicleDraws, APathIsDrivenOnOneDraw) {
     good += s.balanced && s.reasons == 0;
   }
   EXPECT_EQ(by_point[10], static_cast<double>(good) / 100);
+}
+
+// What Plan says does not hold holds on no draw: a start that is too fast, no safe speed, rest.
+TEST(VehicleDraws, APlanIsJudgedAsPlanDoes) {
+  const OnDraws on(20);
+  std::vector<PathPoint> path(5);
+  for (std::size_t i = 0; i < path.size(); ++i) path[i].s_m = 2 * static_cast<double>(i);
+  const auto judge = [&](const SpeedOptions& options, std::vector<SpeedPoint> plan) {
+    std::vector<double> at(path.size());
+    const double holds = on.planner->PlanByDraws(path, options, plan, at);
+    at.push_back(holds);
+    return at;
+  };
+  SpeedOptions options = on.limits;
+  options.speed_limit_m_per_s = 1;
+  std::vector<SpeedPoint> plan(path.size());
+  EXPECT_EQ(on.planner->Plan(path, options, plan), 0u);
+  EXPECT_EQ(judge(options, plan), (std::vector<double>{1, 1, 1, 1, 1, 1}));
+  std::vector<SpeedPoint> unsafe = plan;
+  unsafe[4].safe_m_per_s = 0;
+  EXPECT_EQ(judge(options, unsafe), (std::vector<double>{1, 1, 1, 1, 0, 0}));
+  options.start_m_per_s = 3;
+  EXPECT_EQ(on.planner->Plan(path, options, plan), 1u);
+  EXPECT_FALSE(plan[0].holds);
+  EXPECT_EQ(judge(options, plan), (std::vector<double>{0, 1, 1, 1, 1, 0}));
 }
 
 TEST(VehicleDraws, RefusesWhatMakesNoSense) {

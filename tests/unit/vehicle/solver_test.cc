@@ -208,6 +208,42 @@ TEST(VehicleSolver, FindsWhatSteppingInTimeEndsIn) {
   }
 }
 
+// What a search learned of other unknowns is of no use to the next.
+TEST(VehicleSolver, GoesOnFromASolutionOfOtherUnknowns) {
+  surrogate::HardGround ground = Asphalt();
+  ground.friction_sd = 0.1;
+  ground.rolling_resistance_sd = 0.01;
+  OnHard on(Skid(), {ground});
+  Motion controls;
+  controls.given = Motion::Given::kControls;
+  controls.rim_speed_m_per_s = {0.6, 0.9};
+  controls.worse_by_sd = 1.645;
+  const Solution found = on.Solve(controls);
+  ASSERT_TRUE(found.balanced);
+  Solution plain = found;
+  plain.interval_slope = {};
+  EXPECT_NE(found.interval_slope, plain.interval_slope);
+  Motion twist =
+      Motion::OnPath(1.2 * found.v_x_m_per_s, found.yaw_rate_rad_per_s / found.v_x_m_per_s);
+  twist.grade_rad = 0.05;
+  twist.worse_by_sd = 1.645;
+  Solution warm = found;
+  on.solver->Solve({&twist, 1}, {&warm, 1}, true);
+  on.solver->Solve({&twist, 1}, {&plain, 1}, true);
+  ASSERT_TRUE(warm.balanced);
+  EXPECT_EQ(warm.evaluations, plain.evaluations);
+  EXPECT_EQ(warm.shaft_power_w, plain.shaft_power_w);
+  EXPECT_EQ(warm.interval_slope, plain.interval_slope);
+  // Of the same unknowns it is.
+  Solution again = warm, forgot = warm;
+  forgot.interval_slope = {};
+  EXPECT_NE(again.interval_slope, forgot.interval_slope);
+  twist.grade_rad = 0.08;
+  on.solver->Solve({&twist, 1}, {&again, 1}, true);
+  on.solver->Solve({&twist, 1}, {&forgot, 1}, true);
+  EXPECT_NE(again.interval_slope, forgot.interval_slope);
+}
+
 TEST(VehicleSolver, LiftsAWheelAndGoesOn) {
   // A tricycle of four: the centre near one corner; that one opposite lifts off.
   Vehicle v = Skid();

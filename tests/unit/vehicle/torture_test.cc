@@ -115,13 +115,17 @@ TEST(VehicleTorture, DrawsAreSoundWithoutAllocation) {
     Solver solver(file.vehicle, file.grounds);
     solver.UseDraws(draws);
     SpeedPlanner planner(file.vehicle, file.grounds, 8);
+    // No draws cannot fail: they are what destructors ask for.
+    const long none = g_allocations;
+    planner.UseDraws(nullptr);
+    EXPECT_EQ(g_allocations, none);
     planner.UseDraws(draws);
     std::vector<Motion> motions = HardMotions(file);
     for (std::size_t k = 0; k < motions.size(); ++k) motions[k].draw = static_cast<int>(k % 9) - 1;
     std::vector<Solution> out(motions.size());
     std::vector<PathPoint> path(8);
     for (std::size_t i = 0; i < path.size(); ++i) path[i].s_m = static_cast<double>(i);
-    const std::vector<SpeedPoint> plan(8, {.speed_m_per_s = 0.2});
+    const std::vector<SpeedPoint> plan(8, {.safe_m_per_s = 0.2, .speed_m_per_s = 0.2});
     SpeedOptions options;
     options.speed_limit_m_per_s = 1;
     const long before = g_allocations;

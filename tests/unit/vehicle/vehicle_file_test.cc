@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -14,6 +15,7 @@
 
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/write_model.h"
+#include "surrogate/vehicle/mixture_ground.h"
 
 namespace grouser::vehicle {
 namespace {
@@ -195,6 +197,78 @@ TEST(VehicleFile, MixturesAreSoilsOfTheirOwn) {
   EXPECT_GT(on[2].wheel[0].sinkage_m, low);
   EXPECT_LT(on[2].wheel[0].sinkage_m, high);
   EXPECT_EQ(on[2].wheel[0].flags, on[2].wheel[0].flags | on[0].wheel[0].flags);
+}
+
+// A draw of a mixture is that draw of one of its soils under all wheels, to the last bit.
+TEST(VehicleFile, ADrawOfAMixtureIsThatOfOneOfItsSoils) {
+  VehicleFile file = ReadVehicle(kFolder + "/husky.vehicle.yaml");
+  const auto soil = [&](const char* name) {
+    const auto& soils = file.grounds.soils;
+    return static_cast<std::size_t>(std::ranges::find(soils, name) - soils.begin());
+  };
+  const std::size_t alone = AddMixture("alone", {{"ice", 0}, {"asphalt", 1}}, &file);
+  const std::size_t either = AddMixture("either", {{"asphalt", 3}, {"ice", 1}}, &file);
+  constexpr int kCount = 200;
+  Solver solver(file.vehicle, file.grounds);
+  solver.UseDraws(std::make_shared<const GroundDraws>(file.grounds, kCount));
+  const auto on = [&](std::size_t s) {
+    std::vector<Motion> motions(kCount, Motion::OnPath(0.5, 0.4));
+    for (int k = 0; k < kCount; ++k) {
+      motions[static_cast<std::size_t>(k)].draw = k;
+      motions[static_cast<std::size_t>(k)].soil.fill(static_cast<std::uint8_t>(s));
+    }
+    std::vector<Solution> out(kCount);
+    solver.Solve(motions, out);
+    return out;
+  };
+  const auto same = [](const Solution& a, const Solution& b) {
+    bool all = a.shaft_power_w == b.shaft_power_w && a.v_y_m_per_s == b.v_y_m_per_s;
+    for (std::size_t i = 0; i < 4; ++i) {
+      all = all && a.wheel[i].torque_n_m == b.wheel[i].torque_n_m &&
+            a.wheel[i].f_x_n == b.wheel[i].f_x_n;
+    }
+    return all;
+  };
+  const auto asphalt = on(soil("asphalt")), ice = on(soil("ice")), of_alone = on(alone),
+             of_either = on(either);
+  int firm = 0;
+  for (std::size_t k = 0; k < kCount; ++k) {
+    EXPECT_TRUE(same(of_alone[k], asphalt[k])) << k;
+    const bool is_firm = same(of_either[k], asphalt[k]);
+    EXPECT_TRUE(is_firm || same(of_either[k], ice[k])) << k;
+    firm += is_firm;
+  }
+  EXPECT_NEAR(firm, 150, 4.5 * std::sqrt(200 * 0.75 * 0.25));
+}
+
+// Hard ground tells no gravity, and needs none: also the first ground of a vehicle that names none.
+TEST(VehicleFile, TakesAScaledHardGroundWithoutGravity) {
+  const std::string folder = ::testing::TempDir();
+  v1alpha1::Model message;
+  message.set_name("tyre-floor");
+  message.set_kind(v1alpha1::MODEL_KIND_HARD);
+  message.mutable_wheel()->set_radius_m(0.33);
+  message.mutable_wheel()->set_width_m(0.228);
+  message.mutable_domain()->set_load_min_n(1);
+  message.mutable_domain()->set_load_max_n(1000);
+  surrogate::SetHard({.friction = 0.6,
+                      .slip_stiffness = 9,
+                      .rolling_resistance = 0.02,
+                      .contact_length_m = 0.08,
+                      .contact_width_m = 0.1},
+                     &message);
+  surrogate::SetGoldenVectors(&message);
+  surrogate::WriteTestedModel(folder + "/grouser_no_gravity.model", message);
+  const std::string text = TextOfFile(kFolder + "/husky.vehicle.yaml");
+  const std::string scaled =
+      "grounds:\n  - {soil: wood, wheel: tyre, model: grouser_no_gravity.model, scaled: true}\n";
+  const std::string file = folder + "/grouser_no_gravity.vehicle.yaml";
+  std::ofstream(file) << text.substr(0, text.find("grounds:\n")) << scaled;
+  const VehicleFile read = ReadVehicle(file);
+  EXPECT_EQ(read.vehicle.gravity_m_per_s2, Vehicle{}.gravity_m_per_s2);
+  const surrogate::VelocityState sliding{0.1, 0, 1};
+  EXPECT_NEAR(surrogate::AnswerOf(*read.grounds.At(0, 0), sliding, 100).value[surrogate::kFx], 60,
+              1e-9);
 }
 
 TEST(VehicleFile, NamesWhatIsWrongWithAMixture) {
