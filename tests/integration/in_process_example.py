@@ -78,6 +78,13 @@ def check_vehicles(prefix, app):
         assert result.returncode == 1 and word in result.stderr and not result.stdout, f"{result}"
 
 
+def check_lines(source):
+    """Code of a map user's own, without comments and empty lines: 20 at most (docs/maps.md)."""
+    lines = [line.strip() for line in source.read_text().splitlines()]
+    own = [line for line in lines if line and not line.startswith("//")]
+    assert len(own) <= 20, f"{source}: {len(own)} lines of code"
+
+
 def check_refusal(program, work):
     """A bad model file is named, with exit code 1."""
     bad = work / "bad.model"
@@ -106,6 +113,7 @@ def main(arguments):
     check_output(text)
     check_refusal(program, work)
     check_vehicles(prefix, app)
+    check_lines(example / "map_example.cc")
     return 0
 
 
