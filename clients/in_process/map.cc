@@ -1,6 +1,8 @@
 #include "clients/in_process/grouser/map.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -38,13 +40,34 @@ std::span<T> Cut(std::span<T> span, std::size_t first, std::size_t n) noexcept {
   return span.empty() ? span : span.subspan(first, n);
 }
 
+// Of the cells of row r from column c on. Without a ring the outermost cells are holes.
+void SlopesOf(const MapCells& in, std::size_t r, std::size_t c, std::span<double> slope,
+              std::span<double> azimuth) noexcept {
+  const double height = in.height > 0 ? in.height : in.width;
+  if (in.elevation.size() != in.rows * in.columns) {
+    const std::size_t wide = in.columns + 2;
+    const auto heights = in.elevation.subspan(r * wide + c);
+    terrain_map::SlopesOf({heights, 3, slope.size() + 2, wide, in.width, height}, slope, azimuth);
+    return;
+  }
+  std::fill(slope.begin(), slope.end(), NAN);
+  std::fill(azimuth.begin(), azimuth.end(), NAN);
+  if (r == 0 || r + 1 == in.rows) return;
+  const std::size_t first = std::max<std::size_t>(c, 1);
+  const std::size_t last = std::min(c + slope.size(), in.columns - 1);  // one beyond it
+  if (first >= last) return;
+  const auto heights = in.elevation.subspan((r - 1) * in.columns + first - 1);
+  terrain_map::SlopesOf({heights, 3, last - first + 2, in.columns, in.width, height},
+                        slope.subspan(first - c), azimuth.subspan(first - c));
+}
+
 }  // namespace
 
 struct TerrainMap::Parts {
   std::vector<terrain_map::SlopeTable> tables;
   double negligible;
 
-  Fault FaultOf(const MapCells& in, const MapWay& way, const MapAnswers& out) const noexcept {
+  Fault FaultOf(const MapCells& in, const MapAnswers& out) const noexcept {
     FaultFinder finder;
     const std::size_t n = in.rows * in.columns;
     const bool heights = in.slope.empty() && in.up_azimuth.empty();
@@ -56,11 +79,13 @@ struct TerrainMap::Parts {
     finder.Number(counted, "rows", static_cast<double>(in.rows),
                   "rows times columns that can be counted");
     if (heights) {
-      finder.Size("elevation", in.elevation, (in.rows + 2) * (in.columns + 2), true);
+      if (in.elevation.size() != n) {
+        finder.Size("elevation", in.elevation, (in.rows + 2) * (in.columns + 2), true);
+      }
       finder.Number(in.width > 0 && std::isfinite(in.width), "width", in.width,
                     "a finite number above 0");
-      finder.Number(in.height > 0 && std::isfinite(in.height), "height", in.height,
-                    "a finite number above 0");
+      finder.Number(in.height >= 0 && std::isfinite(in.height), "height", in.height,
+                    "a finite number above 0, or 0");
     } else {
       finder.Size("slope", in.slope, n, true);
       finder.Size("up_azimuth", in.up_azimuth, n, true);
@@ -71,7 +96,7 @@ struct TerrainMap::Parts {
     finder.Size("probability", in.probability, n * tables.size());
     finder.Number(in.soil.empty() || in.probability.empty(), "soil",
                   static_cast<double>(in.soil.size()), "no entry beside probabilities");
-    finder.Number(std::isfinite(way.angle), "way", way.angle, "a finite number");
+    finder.Number(std::isfinite(in.way.angle), "way", in.way.angle, "a finite number");
     finder.Size("speed", out.speed, n);
     finder.Size("energy", out.energy, n);
     finder.Size("go_least", out.go_least, n);
@@ -85,7 +110,7 @@ struct TerrainMap::Parts {
   }
 
   // Cells first to first + slope.size() of the block.
-  void Answer(const MapCells& in, const MapWay& way, const MapAnswers& out, std::size_t first,
+  void Answer(const MapCells& in, const MapAnswers& out, std::size_t first,
               std::span<const double> slope, std::span<const double> azimuth) const noexcept {
     const std::size_t n = slope.size(), all = in.rows * in.columns;
     std::span<std::uint8_t> binding;
@@ -99,7 +124,7 @@ struct TerrainMap::Parts {
          .probability = in.probability.empty() ? in.probability : in.probability.subspan(first),
          .stride = all,
          .soil = Cut(in.soil, first, n)},
-        {way.of_grid, way.angle, way.both_ways},
+        {in.way.of_grid, in.way.angle, in.way.both_ways},
         {Cut(out.speed, first, n), Cut(out.energy, first, n), Cut(out.go_least, first, n),
          Cut(out.go_most, first, n), binding});
   }
@@ -133,29 +158,28 @@ TerrainMap::TerrainMap(const TerrainMap& other) noexcept = default;
 TerrainMap& TerrainMap::operator=(const TerrainMap& other) noexcept = default;
 TerrainMap::~TerrainMap() = default;
 
-bool TerrainMap::Evaluate(const MapCells& in, MapWay way, const MapAnswers& out) const noexcept {
+bool TerrainMap::Evaluate(const MapCells& in, const MapAnswers& out) const noexcept {
   const Parts& p = *parts_;
-  if (p.FaultOf(in, way, out)) return false;
+  if (p.FaultOf(in, out)) return false;
   if (in.rows * in.columns == 0) return true;  // no cell, however many rows
   if (!in.slope.empty()) {
-    p.Answer(in, way, out, 0, in.slope, in.up_azimuth);
+    p.Answer(in, out, 0, in.slope, in.up_azimuth);
     return true;
   }
   std::array<double, kStretch> slope, azimuth;
   for (std::size_t r = 0; r < in.rows; ++r) {
     for (std::size_t c = 0; c < in.columns; c += kStretch) {
-      const std::size_t some = std::min(kStretch, in.columns - c), wide = in.columns + 2;
-      const auto heights = std::span(in.elevation).subspan(r * wide + c);
-      terrain_map::SlopesOf({heights, 3, some + 2, wide, in.width, in.height}, slope, azimuth);
-      p.Answer(in, way, out, r * in.columns + c, std::span(slope).first(some),
+      const std::size_t some = std::min(kStretch, in.columns - c);
+      SlopesOf(in, r, c, std::span(slope).first(some), std::span(azimuth).first(some));
+      p.Answer(in, out, r * in.columns + c, std::span(slope).first(some),
                std::span(azimuth).first(some));
     }
   }
   return true;
 }
 
-std::string TerrainMap::Problem(const MapCells& cells, MapWay way, const MapAnswers& out) const {
-  return parts_->FaultOf(cells, way, out).Text();
+std::string TerrainMap::Problem(const MapCells& cells, const MapAnswers& out) const {
+  return parts_->FaultOf(cells, out).Text();
 }
 
 }  // namespace grouser

@@ -12,6 +12,9 @@
 namespace grouser::terrain_map {
 namespace {
 
+// COG has all bands of 512 x 512 cells in one block: 11.5 MiB of eleven.
+constexpr std::size_t kCopyCacheMebibytes = 16;
+
 void Close(GDALDataset* data) { GDALClose(data); }
 
 /// GDAL's progress function: no exception may cross its C code.
@@ -160,6 +163,7 @@ void RasterOutput::Finish(ProgressReport* progress) {
   }
   CPLErrorReset();
   if (data_->FlushCache(true); CPLGetLastErrorType() >= CE_Failure) Fail("cannot be written");
+  LimitGdalCache(kCopyCacheMebibytes);
   Watch watch{progress, nullptr};
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
   if (driver == nullptr) Fail("this GDAL has no COG driver");

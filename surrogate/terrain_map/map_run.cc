@@ -44,14 +44,15 @@ class Rasters {
     speed_.resize(n);
     energy_.resize(n);
     least_.resize(n);
-    most_.resize(n);
+    if (with_most_) most_.resize(n);
     binding_cells_.resize(n);
     slope_.resize(2 * cells);
   }
   /// Where the answers of a direction go.
   CellAnswers Of(std::size_t direction) {
     const auto part = [&](auto& all) { return std::span(all).subspan(direction * cells_, cells_); };
-    return {part(speed_), part(energy_), part(least_), part(most_), part(binding_cells_)};
+    return {part(speed_), part(energy_), part(least_),
+            with_most_ ? part(most_) : std::span<float>(), part(binding_cells_)};
   }
   void PutSlope(std::size_t cell, double angle_rad, double up_azimuth_rad) {
     slope_[cell] = static_cast<float>(angle_rad * kDegrees);
@@ -65,7 +66,12 @@ class Rasters {
     rasters_[binding_].Write(window, binding_cells_);
     rasters_.back().Write(window, slope_);
   }
-  std::vector<RasterOutput>& all() { return rasters_; }
+  /// The rasters, once no tile follows: the memory of one goes.
+  std::vector<RasterOutput>& Filled() {
+    for (auto* cells : {&speed_, &energy_, &least_, &most_, &slope_}) *cells = std::vector<float>();
+    binding_cells_ = std::vector<std::uint8_t>();
+    return rasters_;
+  }
 
  private:
   bool with_most_;
@@ -196,7 +202,7 @@ std::string MakeMap(const MapOptions& options, const HeldSignals& signals,
   {
     Rasters rasters(folder.partial(), terrain.grid(), with_most);
     counts = FillRasters(terrain, tables, options.negligible, &rasters, progress);
-    for (RasterOutput& raster : rasters.all()) {
+    for (RasterOutput& raster : rasters.Filled()) {
       if (!options.pictures.empty()) KeepThinned(folder.partial(), &raster);
       progress->Stage("writing " + raster.name() + ".tif");
       raster.Finish(progress);

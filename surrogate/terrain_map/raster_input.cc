@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gdal_priv.h>
+#include <malloc.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
@@ -37,7 +38,15 @@ std::string WktOf(const OGRSpatialReference& crs) {
 void StartGdal() {
   GDALAllRegister();
   CPLSetErrorHandler(CPLQuietErrorHandler);
-  GDALSetCacheMax64(std::int64_t{64} << 20);  // whole tiles are written: a few rows of them
+  LimitGdalCache(64);  // a row of tiles of an input in strips
+#ifdef M_MMAP_THRESHOLD
+  // Blocks of many bands go back to the system: else what lies between them keeps it from that.
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+}
+
+void LimitGdalCache(std::size_t mebibytes) {
+  GDALSetCacheMax64(static_cast<std::int64_t>(mebibytes) << 20);
 }
 
 std::string GdalCause() {

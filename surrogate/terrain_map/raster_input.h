@@ -57,8 +57,11 @@ class RasterInput {
   double scale_ = 1, offset_ = 0;
 };
 
-/// Registers GDAL's drivers and keeps its messages for the refusals. Once, first.
+/// Registers GDAL's drivers, bounds its memory and keeps its messages for the refusals. Once,
+/// first.
 void StartGdal();
+/// Most memory of GDAL's cache of blocks.
+void LimitGdalCache(std::size_t mebibytes);
 /// GDAL's last message, on one line; "no cause given" where there is none.
 std::string GdalCause();
 

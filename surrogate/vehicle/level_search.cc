@@ -200,11 +200,12 @@ bool LevelSearch::Next(Track* t) const {
   const bool all = t->all_starts, went_on = t->goes_on;
   t->all_starts = t->suggested == kNone;
   t->near_failure = t->goes_on = false;
-  if (t->level > t->high) return false;  // the highest, the last that was left
-  if (went_on && t->low < 0 && t->level == 0) {
+  if (t->level > t->high) return false;          // the highest, the last that was left
+  if (went_on && t->low < 0 && t->level == 0) {  // none below the highest, which is still to ask
     t->goes_on = t->wide;
+    t->all_starts = !t->wide && t->suggested >= 0;
     t->level = levels_;
-    return t->wide;
+    return t->goes_on || t->all_starts;
   }
   if (!went_on && Open(*t)) {
     t->all_starts = !all;
@@ -232,6 +233,10 @@ bool LevelSearch::Next(Track* t) const {
   }
   if (t->low < 0) {
     Down(t);
+    return true;
+  }
+  if (t->thorough && !t->here && t->failed.slack < 0) {  // by a margin: on from the neighbour
+    t->level = std::max(t->low + 1, t->high - Stride(t));
     return true;
   }
   t->level = (t->low + t->high) / 2;

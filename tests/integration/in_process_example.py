@@ -71,11 +71,19 @@ def check_vehicles(prefix, app):
         assert len(re.findall(r"J/m", text)) == 5, text
     speeds = [float(x) for x in re.findall(r" m +(\S+) m/s", run(app / "speed_example"))]
     assert len(speeds) == 200 and speeds[0] == 0 and 0.5 < max(speeds) <= 1.5, f"{speeds}"
-    driven, cells = re.search(r"(\d+) of (\d+) cells", run(app / "map_example", vehicles[0], 50)).groups()
+    husky = prefix / "share/grouser/vehicles/husky.vehicle.yaml"
+    driven, cells = re.search(r"(\d+) of (\d+) cells", run(app / "map_example", husky, 50)).groups()
     assert 0 < int(driven) <= int(cells) == 2500, f"{driven} of {cells}"
     for name, bad, word in (("speed_example", "-1", "speed_limit"), ("energy_example", "nan", "sds")):
         result = subprocess.run([app / name, vehicles[0], bad], text=True, capture_output=True, check=False)
         assert result.returncode == 1 and word in result.stderr and not result.stdout, f"{result}"
+
+
+def check_lines(source):
+    """Code of a map user's own, without comments and empty lines: 20 at most (docs/maps.md)."""
+    lines = [line.strip() for line in source.read_text().splitlines()]
+    own = [line for line in lines if line and not line.startswith("//")]
+    assert len(own) <= 20, f"{source}: {len(own)} lines of code"
 
 
 def check_refusal(program, work):
@@ -106,6 +114,7 @@ def main(arguments):
     check_output(text)
     check_refusal(program, work)
     check_vehicles(prefix, app)
+    check_lines(example / "map_example.cc")
     return 0
 
 

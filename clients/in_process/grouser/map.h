@@ -26,27 +26,7 @@ struct MapOptions {
 inline constexpr std::uint8_t kNoSoil = 255;
 inline constexpr Binding kNoCell = static_cast<Binding>(255);
 
-/// A block of n = rows x columns cells, rows from north to south, columns from west to east. Large
-/// maps are asked in blocks of rows: nothing is kept between them.
-struct MapCells {
-  std::size_t rows = 0, columns = 0;
-  double width = 0, height = 0;  ///< of a cell, eastward and northward [m]; with `elevation`
-  /// Heights [m] of the cells and of the ring of cells about them, (rows + 2) x (columns + 2). A
-  /// NaN among the nine around a cell makes it a hole. Slopes by Horn's weighted differences
-  /// (1981).
-  std::span<const float> elevation{};
-  /// Or slopes, n entries: angle from the level, and azimuth of the way up, clockwise from north
-  /// [rad]. NaN: a hole, but for an azimuth where it does not count: on the level, and on headings
-  /// from the way up.
-  std::span<const double> slope{}, up_azimuth{};
-  /// Index into soils() of the vehicle, n entries (kNoSoil: a hole); none: the first.
-  std::span<const std::uint8_t> soil{};
-  /// Or probabilities of all soils(), soil by soil, n entries each, whose sum is 1 in every cell.
-  /// NaN of the first: a hole.
-  std::span<const float> probability{};
-};
-
-/// Which way the cells are driven.
+/// Which way cells are driven.
 struct MapWay {
   /// A heading of the grid, clockwise from north [rad].
   static constexpr MapWay Azimuth(double azimuth) { return {azimuth, true, false}; }
@@ -57,6 +37,27 @@ struct MapWay {
 
   double angle = 0;
   bool of_grid = true, both_ways = false;
+};
+
+/// A map, or a block of one, of n = rows x columns cells, rows from north to south, columns from
+/// west to east. Nothing is kept between blocks.
+struct MapCells {
+  std::size_t rows = 0, columns = 0;
+  double width = 0, height = 0;  ///< of a cell, eastward and northward [m]; 0: square
+  /// Heights [m]: n entries, and the outermost cells are holes; or those of the ring of cells about
+  /// the block too, (rows + 2) x (columns + 2), and none is. A NaN among the nine around a cell
+  /// makes it a hole. Slopes by Horn's weighted differences (1981).
+  std::span<const float> elevation{};
+  /// Or slopes, n entries: angle from the level, and azimuth of the way up, clockwise from north
+  /// [rad]. NaN: a hole, but for an azimuth where it does not count: on the level, and on headings
+  /// from the way up.
+  std::span<const double> slope{}, up_azimuth{};
+  /// Index into soils() of the vehicle, n entries (kNoSoil: a hole); none: the first.
+  std::span<const std::uint8_t> soil{};
+  /// Or probabilities of all soils(), soil by soil, n entries each, whose sum is 1 in every cell.
+  /// NaN of the first: a hole.
+  std::span<const float> probability{};
+  MapWay way{};  ///< northward, if none is given
 };
 
 /// Where the answers go: n entries, or none and costs nothing.
@@ -75,19 +76,18 @@ class GROUSER_PUBLIC TerrainMap {
   /// Tabulates all soils() of the vehicle: seconds each. `progress` is called now and then with the
   /// share that is done and may throw, which ends it. Throws std::invalid_argument for options that
   /// make no sense.
-  TerrainMap(const Vehicle& vehicle, const MapOptions& options,
-             const std::function<void(double)>& progress = nullptr);
+  explicit TerrainMap(const Vehicle& vehicle, const MapOptions& options = {},
+                      const std::function<void(double)>& progress = nullptr);
   TerrainMap(const TerrainMap& other) noexcept;
   TerrainMap& operator=(const TerrainMap& other) noexcept;
   ~TerrainMap();
 
-  /// Answers a block on one way. False, having written nothing, where Problem says something. No
-  /// allocation, lock or system call.
-  [[nodiscard]] bool Evaluate(const MapCells& cells, MapWay way,
-                              const MapAnswers& out) const noexcept;
+  /// Answers all cells on their way. False, having written nothing, where Problem says something.
+  /// No allocation, lock or system call.
+  [[nodiscard]] bool Evaluate(const MapCells& cells, const MapAnswers& out) const noexcept;
   /// Which span or number makes it refuse, e.g. "speed: 8 entries, expected 12 or none"; empty if
   /// none does. Allocates.
-  std::string Problem(const MapCells& cells, MapWay way, const MapAnswers& out) const;
+  std::string Problem(const MapCells& cells, const MapAnswers& out) const;
 
  private:
   struct Parts;

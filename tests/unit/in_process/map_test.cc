@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -112,8 +113,9 @@ TEST_F(InProcessMap, AnswersAsTheKernel) {
           cells.soil = {};
           cells.probability = probability;
         }
+        cells.way = way;
         const long before = g_allocations;
-        ASSERT_TRUE(map_->Evaluate(cells, way, Answers())) << map_->Problem(cells, way, Answers());
+        ASSERT_TRUE(map_->Evaluate(cells, Answers())) << map_->Problem(cells, Answers());
         EXPECT_EQ(g_allocations, before);
         for (std::size_t i = 0; i < kCells; ++i) {
           if (std::isnan(slope[i]) || soil_[i] == kNoSoil) {
@@ -149,12 +151,46 @@ TEST_F(InProcessMap, AnswersAsTheKernel) {
   EXPECT_EQ(holes, 12 * 10);
 }
 
+// A whole map needs no ring: its inner cells are those of a block whose ring is the outermost
+// cells.
+TEST_F(InProcessMap, TakesAMapWithoutRing) {
+  MapCells whole = Cells();
+  whole.rows += 2;
+  whole.columns += 2;
+  whole.soil = {};
+  whole.height = 0;  // square cells
+  std::vector<float> speed(heights_.size()), energy = speed;
+  ASSERT_TRUE(map_->Evaluate(whole, {.speed = speed, .energy = energy}))
+      << map_->Problem(whole, {.speed = speed, .energy = energy});
+  MapCells inner = Cells();
+  inner.soil = {};
+  inner.height = kWidth;
+  ASSERT_TRUE(map_->Evaluate(inner, Answers()));
+  for (std::size_t i = 0; i < speed.size(); ++i) {
+    const std::size_t r = i / whole.columns, c = i % whole.columns;
+    if (r == 0 || r > kRows || c == 0 || c > kColumns) {
+      EXPECT_TRUE(std::isnan(speed[i]) && std::isnan(energy[i])) << i;
+      continue;
+    }
+    ExpectSame(speed[i], speed_[(r - 1) * kColumns + c - 1], i);
+    ExpectSame(energy[i], energy_[(r - 1) * kColumns + c - 1], i);
+  }
+  for (const std::size_t rows : {1, 2}) {  // edges alone
+    whole.rows = rows;
+    whole.elevation = std::span(heights_).first(rows * whole.columns);
+    std::fill(speed.begin(), speed.end(), 7);
+    ASSERT_TRUE(map_->Evaluate(whole, {.speed = std::span(speed).first(rows * whole.columns)}));
+    EXPECT_EQ(std::count_if(speed.begin(), speed.end(), [](float v) { return std::isnan(v); }),
+              rows * whole.columns);
+  }
+}
+
 // Level ground is driven as the planner drives a level straight; a wall is not.
 TEST_F(InProcessMap, DrivesTheLevelAsThePlannerAndNoWall) {
   const std::vector<double> slope = {0, 1.2}, azimuth = {0, 0}, s = {0, 1e4};
   const MapCells cells{.rows = 1, .columns = 2, .slope = slope, .up_azimuth = azimuth};
   std::vector<float> speed(2);
-  ASSERT_TRUE(map_->Evaluate(cells, MapWay::Azimuth(0), {.speed = speed}));
+  ASSERT_TRUE(map_->Evaluate(cells, {.speed = speed}));
   std::vector<double> plan(2), safe(2);
   SpeedPlanner planner(*vehicle_, 2);
   ASSERT_TRUE(planner.Plan({.s = s}, {.speed_limit = 3}, {.speed = plan, .safe = safe}));
@@ -163,32 +199,35 @@ TEST_F(InProcessMap, DrivesTheLevelAsThePlannerAndNoWall) {
 }
 
 TEST_F(InProcessMap, RefusesByName) {
-  const auto says = [&](const MapCells& cells, const MapWay& way, const MapAnswers& out,
-                        const std::string& text) {
-    EXPECT_FALSE(map_->Evaluate(cells, way, out));
-    EXPECT_NE(map_->Problem(cells, way, out).find(text), std::string::npos)
-        << map_->Problem(cells, way, out);
+  const auto says = [&](const MapCells& cells, const MapAnswers& out, const std::string& text) {
+    EXPECT_FALSE(map_->Evaluate(cells, out));
+    EXPECT_NE(map_->Problem(cells, out).find(text), std::string::npos) << map_->Problem(cells, out);
   };
   MapCells cells = Cells();
   cells.elevation = cells.elevation.first(7);
-  says(cells, {}, Answers(), "elevation: 7 entries, expected 3322");
+  says(cells, Answers(), "elevation: 7 entries, expected 3322");
   // Products that wrap to what the spans have.
   constexpr std::size_t kQuarter = std::size_t{1} << 62;
   const MapCells wrapped[] = {{.rows = kQuarter - 2, .columns = 2, .width = 1, .height = 1},
                               {.rows = 2 * kQuarter - 2, .columns = 0, .width = 1, .height = 1},
                               {.rows = 2, .columns = kQuarter - 2, .width = 1, .height = 1},
                               {.rows = SIZE_MAX - 1, .columns = 1, .width = 1, .height = 1}};
-  for (const MapCells& w : wrapped) says(w, {}, {}, "rows: ");
+  for (const MapCells& w : wrapped) says(w, {}, "rows: ");
   cells = Cells();
   cells.width = NAN;
-  says(cells, {}, Answers(), "width: nan, expected a finite number above 0");
+  says(cells, Answers(), "width: nan, expected a finite number above 0");
   soil_[3] = 2;
-  says(Cells(), {}, Answers(), "soil[3]: 2.000000, expected an index into soils()");
+  says(Cells(), Answers(), "soil[3]: 2.000000, expected an index into soils()");
   soil_[3] = 0;
   MapAnswers out = Answers();
   out.energy = out.energy.first(2);
-  says(Cells(), {}, out, "energy: 2 entries, expected 2700 or none");
-  says(Cells(), {INFINITY}, Answers(), "way: inf");
+  says(Cells(), out, "energy: 2 entries, expected 2700 or none");
+  cells = Cells();
+  cells.height = -1;
+  says(cells, Answers(), "height: -1");
+  cells = Cells();
+  cells.way = MapWay::FromUp(INFINITY);
+  says(cells, Answers(), "way: inf");
   EXPECT_THROW(TerrainMap(*vehicle_, {.speed_limit = -1}), std::invalid_argument);
   EXPECT_THROW(TerrainMap(*vehicle_, {.worse_by_sd = 5}), std::invalid_argument);
 }

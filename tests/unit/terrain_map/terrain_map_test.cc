@@ -2,6 +2,7 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,6 +25,7 @@ const std::string kHusky =
     std::string(GROUSER_SOURCE) + "/surrogate/vehicle/shipped/husky.vehicle.yaml";
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kHole = -9999;
+constexpr long kMostKibibytes = 260 << 10;
 
 struct Made {
   int columns = 20, rows = 20;
@@ -202,6 +204,22 @@ TEST_F(TerrainMap, OfAHillWithAHole) {
     EXPECT_EQ(Cell("binding", column, row)[0], 255) << column;
   }
   EXPECT_FALSE(std::isnan(Cell("speed", 13, 13)[0]));
+}
+
+// GDAL's blocks of eleven bands of 512 x 512 cells are 11.5 MiB each. (Holes but for strips: those
+// cost no time.)
+TEST_F(TerrainMap, HoldsABoundedNumberOfBlocks) {
+  Made m;
+  m.columns = m.rows = 1024;
+  const Heights plane = Plane(5, 30);
+  const Heights strips = [&](double east, double north) {
+    return std::fmod(east, 1024) < 40 ? plane(east, north) : kHole;
+  };
+  ASSERT_EQ(Run("--elevation " + Make("large.tif", strips, m)), 0) << error_;
+  rusage children;
+  ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &children), 0);
+  EXPECT_LT(children.ru_maxrss, kMostKibibytes);
+  EXPECT_GT(children.ru_maxrss, 64 << 10);
 }
 
 TEST_F(TerrainMap, IsACloudOptimisedGeoTiff) {

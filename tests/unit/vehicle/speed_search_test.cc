@@ -161,20 +161,24 @@ void Compare(const VehicleFile& file, const std::string& where, const SpeedOptio
   }
 }
 
+constexpr Case kCases[] = {
+    {"husky", 1.5, 0.8}, {"cart", 6, 0.3}, {"rover", 0.1, 1}, {"atv", 3, 0.25}};
+
+void CompareOne(const Case& c, const std::string& kind, unsigned seed, Count* count) {
+  const VehicleFile file =
+      ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + c.vehicle + ".vehicle.yaml");
+  SpeedOptions options;
+  options.speed_limit_m_per_s = c.limit_m_per_s;
+  const auto path = PathOf(kind, c.curvature_per_m, file.grounds.soils.size(), seed);
+  const std::string where = c.vehicle + (" " + kind) + " " + std::to_string(seed);
+  Compare(file, where, options, path, count);
+}
+
 /// Every vehicle on every kind of path.
 Count CompareAll(unsigned seed) {
   Count count;
-  for (const Case& c : {Case{"husky", 1.5, 0.8}, Case{"cart", 6, 0.3}, Case{"rover", 0.1, 1},
-                        Case{"atv", 3, 0.25}}) {
-    const VehicleFile file =
-        ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + c.vehicle + ".vehicle.yaml");
-    SpeedOptions options;
-    options.speed_limit_m_per_s = c.limit_m_per_s;
-    for (const char* kind : {"curvy", "hilly", "mixed"}) {
-      const auto path = PathOf(kind, c.curvature_per_m, file.grounds.soils.size(), seed);
-      const std::string where = std::string(c.vehicle) + " " + kind + " " + std::to_string(seed);
-      Compare(file, where, options, path, &count);
-    }
+  for (const Case& c : kCases) {
+    for (const char* kind : {"curvy", "hilly", "mixed"}) CompareOne(c, kind, seed, &count);
   }
   std::cout << "paths " << seed << ": " << count.points << " points, " << count.lower
             << " lower, at most by " << 100 * count.worst << " %, " << count.higher << " higher\n";
@@ -189,6 +193,21 @@ TEST(SpeedSearch, FindsWhatPlainHalvingFinds) {
     EXPECT_LE(count.lower, count.points / 100) << seed;
     EXPECT_LE(count.higher, count.points / 20) << seed;
   }
+}
+
+// A stretch whose limit is that of a motor, below which nothing balances within it down to half of
+// that: it is found on from a neighbour, level by level.
+TEST(SpeedSearch, FindsALimitOverAGap) {
+  Count count;
+  CompareOne(kCases[0], "mixed", 16, &count);
+  EXPECT_LE(count.worst, 0.2);
+}
+
+// A point that is driven fast and not slowly, after one with another limit.
+TEST(SpeedSearch, FindsAPointThatIsDrivenFastAlone) {
+  Count count;
+  CompareOne(kCases[1], "mixed", 14, &count);
+  EXPECT_LE(count.worst, 0.2);
 }
 
 }  // namespace
