@@ -283,7 +283,8 @@ class WholeWay(unittest.TestCase):
         self.assertIn("press: 12 of its 12 runs have one wheel_friction", runs.notes[0])
         self.assertIn("is not seen: neither fitted nor predicted", runs.notes[0])
         stand_in = types.SimpleNamespace(targets=self.targets, runs=runs, evidence=evidence, vary=self.vary)
-        self.assertEqual(outcome.Inference._notes(stand_in, {}, []), [*self.targets.notes, *runs.notes])
+        said = [note for note in outcome.Inference._notes(stand_in, {}, []) if note not in self.targets.notes]
+        self.assertEqual([note for note in said if "press" in note], runs.notes)
         checked = check.dem_as_truth(types.SimpleNamespace(runs=runs, evidence=evidence), 1)
         self.assertEqual(checked, [])  # none was run at one place in all tests
 

@@ -11,7 +11,6 @@
 
 namespace grouser::surrogate::synthetic {
 
-inline constexpr WheelGeometry kWheel{0.0625, 0.05};
 inline constexpr double kStep = 0.0872664626;  // 5 degrees
 inline constexpr int kBins = 72;
 
