@@ -40,9 +40,10 @@ if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
 endif()
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
-  find_library(LCM_LIBRARY lcm REQUIRED)  # lcm.pc would ask for glib
-  find_program(LCM_GEN lcm-gen REQUIRED)
+  set(required REQUIRED)
 endif()
+find_library(LCM_LIBRARY lcm ${required})  # lcm.pc would ask for glib
+find_program(LCM_GEN lcm-gen ${required})  # without services: for tests of what reads datagrams
 if(GROUSER_TESTS)
   find_package(GTest REQUIRED)
   find_package(benchmark)

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# `./grouser test`: release tests and ASan unit tests; more under --full.
+# `./grouser test`: release tests, and under ASan those of what an outsider can send; more under --full.
 
 test_help() {
   cat <<'HELP'
@@ -7,7 +7,8 @@ Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "hostile" (they read what an outsider can send: files,
-            packets, requests), under AddressSanitizer and UBSan
+            datagrams, request messages), under AddressSanitizer and UBSan; of gRPC
+            itself and the adapters that need it nothing
   cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks

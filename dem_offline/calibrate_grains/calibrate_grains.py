@@ -27,6 +27,7 @@ import math
 import os
 import shlex
 import sys
+import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -37,12 +38,13 @@ import design  # noqa: E402
 import known  # noqa: E402
 import known_rows  # noqa: E402
 import outcome  # noqa: E402
+import table_check  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
 from experiment_runs import Refused, engine_of, lock_of, read_kept  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from measured_table import TableError  # noqa: E402
-from point import Setting  # noqa: E402
+from point import Point, Setting  # noqa: E402
 from processes import exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 PER_PARAMETER = 10  # points, by a rule of thumb for kriging
@@ -82,7 +84,7 @@ def parse_arguments():
                         "it held and that is varied here is the last of the sequence. Or rows.json of ./grouser "
                         "validate, beside its soil and scene file: a point more")
     parser.add_argument("--dry-run", action="store_true", help="say what would be run and how long it takes by the "
-                        "times recorded so far")
+                        "times recorded so far; nothing is written")
     parser.add_argument("--design", metavar="FILE", help="infer from this design.json; nothing is run")
     parser.add_argument("--check", action="store_true", help="calibrate every point of the design from its own runs by "
                         "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
@@ -158,10 +160,10 @@ def read_known(paths):
         if known_rows.is_rows(kept):
             rows.append((path, kept))
         else:
-            tables.append((path, design.read_table(path)))
+            tables.append((path, table_check.read_table(path)))
     if len(tables) > 1:
-        raise Refused(f"--known {tables[1][0]}: a second design.json, expected one: that of the later design has what "
-                      "it took from the earlier one")
+        raise Refused(f"--known {tables[1][0]}: a second design.json, expected one: where the later design went on from "
+                      "the earlier by --known, its table has the points of both")
     return rows, tables
 
 
@@ -174,7 +176,7 @@ class Design:
         self.arguments, self.vary = arguments, vary
         self.setting = Setting(start, targets, arguments.predict, arguments.beds,
                                os.path.join(arguments.bin, "grouser-dem"), os.path.join(arguments.out, "points"),
-                               lock.fileno(), say)
+                               lock and lock.fileno(), say)
         self.chosen_file = os.path.join(arguments.out, "more.json")
         count = arguments.points or PER_PARAMETER * len(vary.names)
         self.filling = [{**vary.fixed, **values} for values in vary.points(count)]
@@ -184,7 +186,7 @@ class Design:
         if tables:
             self.setting.known = known.Known(*tables[0], self.head, vary, say)
             self.setting.known.check(self.filling)
-            self.beside += self.setting.known.own_points()
+            self.beside += self.setting.known.own_points(self.filling + self._chosen_here())
 
     def chosen(self):
         """Points that the emulators have asked for in this and earlier calls."""
@@ -196,6 +198,9 @@ class Design:
     def choose(self, points):
         write_atomically(self.chosen_file, json.dumps(self.chosen() + points, indent=1) + "\n")
 
+    def _chosen_here(self):
+        return [{**self.vary.fixed, **one} for one in self.chosen()]
+
     def _runner(self):
         table = design.Table(os.path.join(self.arguments.out, "design.json"), self.head)
         table.points = list(self.beside)
@@ -204,22 +209,24 @@ class Design:
     def _in_order(self):
         """Labelled points: of what is known those nearest to the measured curves first, for they tell most of a
         posterior while few are done."""
-        points = design.labelled("s", self.filling) + design.labelled("m", [{**self.vary.fixed, **one}
-                                                                            for one in self.chosen()])
+        points = design.labelled("s", self.filling) + design.labelled("m", self._chosen_here())
         if not self.setting.known:
             return points
         return sorted(points, key=lambda one: known.misfit(self.setting.known.of(one[1]), self.setting.targets.rows))
 
     def plan(self):
-        """What is to be run, in words."""
+        """What is to be run, in words. Writes nothing to OUT."""
         runner = self._runner()
-        return design.plan_text(runner.waiting(self._in_order()), runner.table.points)
+        with tempfile.TemporaryDirectory() as self.setting.scratch:
+            waiting = runner.waiting(self._in_order())
+            return design.plan_text(waiting, runner.table.points, self.arguments.more - len(self.chosen()),
+                                    Point("m", self.filling[0], self.setting).of_all())
 
     def run(self):
         """The table, and whether every point was run."""
         runner = self._runner()
         complete = runner.run(self._in_order())
-        return design.read_table(runner.table.path), complete
+        return table_check.read_table(runner.table.path), complete
 
 
 def infer(arguments, table, targets, start):
@@ -237,9 +244,9 @@ def work():
     targets = measured.read(os.path.join(arguments.bin, "grouser-calibrate"), arguments.data, soil.diameter)
     check_match(arguments, targets, soil, scene)
     start = varied.Start(varied.load(arguments.soil), scene)
-    lock = lock_of(arguments.out)
+    lock = None if arguments.dry_run else lock_of(arguments.out)
     if arguments.design:
-        table = design.read_table(arguments.design)
+        table = table_check.read_table(arguments.design)
         for what, path in (("soil", arguments.soil), ("scene", arguments.scene)):
             if table[what]["sha256"] != hash_of(path):
                 targets.notes.append(f"{os.path.basename(path)} is not the {what} file that the design changed "

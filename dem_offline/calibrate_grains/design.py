@@ -2,17 +2,13 @@
 
 import contextlib
 import json
-import math
 import time
 
-from experiment_runs import Refused, read_kept
 from point import Point
 from processes import write_atomically
-from vary import KNOWN
+from table_check import VERSION
 
-VERSION = 1
-KINDS = {"version": int, "soil": dict, "scene": dict, "beds": int, "fixed": dict, "ranges": dict, "points": list}
-OF_POINT = {"label": str, "values": dict, "status": str, "seconds": dict, "outputs": dict}
+NAMES = {"tests": "plates and pressed wheel", "wheels": "wheel states"}
 KEPT_EVERY_S = 30  # the time of points at work
 
 
@@ -28,55 +24,6 @@ class Table:
         lines = [json.dumps(key) + ": " + json.dumps(value) for key, value in {"version": VERSION, **self.head}.items()]
         lines.append('"points": [' + ",".join("\n" + json.dumps(one) for one in points) + "\n]")
         write_atomically(self.path, "{" + ",\n".join(lines) + "}\n")
-
-
-def read_table(path):
-    """As design.json has it. Refused: what, where, expected."""
-    origin = "the design.json of ./grouser calibrate grains"
-    table = read_kept(path, KINDS, origin)
-    fault = fault_of(table) if table else "no such file"
-    if fault:
-        raise Refused(f"{path}: {fault}, expected {origin}")
-    return table
-
-
-def fault_of(table):
-    """What is wrong below the keys of KINDS, in words; none."""
-    if table["version"] != VERSION:
-        return f"version {table['version']}, not {VERSION}"
-    for name in ("soil", "scene"):
-        if not all(isinstance(table[name].get(key), str) for key in ("file", "sha256")):
-            return f"{name}: no file and sha256"
-    for name in (*table["ranges"], *table["fixed"]):
-        if name not in KNOWN:
-            return f"unknown parameter '{name}', not one of {', '.join(KNOWN)}"
-    for name, ends in table["ranges"].items():
-        if not (isinstance(ends, list) and len(ends) == 2 and all(map(is_number, ends)) and ends[0] < ends[1]):
-            return f"ranges: {name}: got {ends!r}, not [LOW, HIGH]"
-    if not table["ranges"] or not all(map(is_number, table["fixed"].values())):
-        return "ranges: none" if not table["ranges"] else "fixed: no numbers"
-    for k, point in enumerate(table["points"]):
-        for key, kind in OF_POINT.items():
-            if not isinstance(point, dict) or not isinstance(point.get(key), kind):
-                return f"points[{k}]: no {key}"
-        missing = [name for name in table["ranges"] if not is_number(point["values"].get(name))]
-        if missing:
-            return f"points[{k}]: values: no number for {', '.join(missing)}"
-        if not is_known(point.get("known", {"ran_at": {}})):
-            return f"points[{k}]: known: no ran_at with numbers by parameter and kind of test"
-    return None
-
-
-def is_known(entry):
-    """Whether what a point has of an earlier design is as known.Taken writes it."""
-    ran = entry.get("ran_at") if isinstance(entry, dict) else None
-    return isinstance(ran, dict) and all(
-        isinstance(values, dict) and set(values) <= set(KNOWN) and all(map(is_number, values.values()))
-        for values in ran.values())
-
-
-def is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def labelled(kind, points):
@@ -105,12 +52,13 @@ def expected_seconds(points, usual):
     return sum(max(0.0, usual.get(what, 0.0) - point.before[what]) for point in points for what in to_run(point))
 
 
-def plan_text(points, results):
-    """What points that are to be run take. results: of the others."""
+def plan_text(points, results, more, of_all):
+    """What points that are to be run take. results: of the others; more: points that the emulators will choose then,
+    each of of_all runs (Point.of_all)."""
     usual = usual_seconds([*results, *({"seconds": {}, "known": point.known.entry} for point in points if point.known)])
     lines = [f"{len(points) + len(results)} points, {len(results)} of them done"]
-    for what, name, runs in (("tests", "plates and pressed wheel", sum(len(p.tests) for p in points)),
-                             ("wheels", "wheel states", sum(len(p.states) for p in points))):
+    for what, runs in (("tests", sum(len(p.tests) for p in points)), ("wheels", sum(len(p.states) for p in points))):
+        name = NAMES[what]
         some = [point for point in points if what in to_run(point)]
         if not some:
             lines.append(f"{name}: no run")
@@ -121,6 +69,13 @@ def plan_text(points, results):
     failed = sum(point.known is not None and point.known.failed for point in points)
     if failed:
         lines.append(f"{failed} points are known to fail: nothing is run there")
+    if more > 0:
+        what = [f"{more * of_all[kind]} runs of {name}" for kind, name in NAMES.items() if of_all[kind]]
+        seconds = sum(usual.get(kind, 0.0) for kind in NAMES if of_all[kind])
+        untold = [NAMES[kind] for kind in NAMES if of_all[kind] and kind not in usual]
+        lines.append(f"{more} points more that the emulators will choose (--more): {', '.join(what)}, "
+                     f"{more * seconds / 60:.0f} core-minutes"
+                     + (f" without {' and '.join(untold)}: no time recorded" if untold else ""))
     return "\n".join(lines) + "\n"
 
 

@@ -76,13 +76,14 @@ def blocks_of(targets, radius):
 
 class Runs:
     """The table's points as arrays. unit(kind): coordinates in the unit cube at which that kind of test was run, the
-    solid fraction as it was reached in its beds. notes: what emulators cannot see."""
+    solid fraction as it was reached in its beds. unseen: kinds without an emulator, as their runs do not tell what a parameter that acts on
+    them does: what it may do would be missing in every interval; notes: the same in words."""
 
     def __init__(self, table, vary):
         self.vary = vary
         self.points = [one for one in table["points"] if one["status"] != "failed"
                        and all(one["values"].get(name) == value for name, value in vary.fixed.items())]
-        self._processes, self.notes = {}, []
+        self._processes, self.notes, self.unseen = {}, [], set()
 
     def unit(self, kind):
         return numpy.array([self.vary.to_unit(self._reached(one, kind)) for one in self.points])
@@ -99,7 +100,8 @@ class Runs:
         return values
 
     def process(self, block, needed=True):
-        """Fitted to a block's results; none where the runs never had it. Where too few points gave it: Refused, or
+        """Fitted to a block's results; none where the runs never had it, or do not tell what each of
+        its parameters does. Where too few points gave it: Refused, or
         none if it is not needed."""
         keys = tuple(row.key for row in block.rows)
         if self._processes.get(keys) is None:
@@ -119,7 +121,10 @@ class Runs:
         if known.sum() < least:
             raise Refused(f"{block.name}: {known.sum()} points of the design gave it, expected at least {least}: run "
                           "more points (--points, --budget)")
-        self.notes += [note for note in notes if note not in self.notes]
+        if notes:
+            self.notes += [note for note in notes if note not in self.notes]
+            self.unseen.add(block.kind)
+            return None
         return emulator.fit(x[known], y[known], columns)
 
     def _columns(self, kind, x):
@@ -131,7 +136,7 @@ class Runs:
         if len(x) < least_runs(seen):
             seen = [k for k in seen if same[k] <= max(len(x) - LEAST_RUNS, len(x) / 2, 1)]
         return seen, [f"{kind}: {same[k]} of its {len(x)} runs have one {self.vary.names[k]}; what another does to it "
-                      "is not seen, its emulator leaves it out" for k in acting if k not in seen]
+                      "is not seen: neither fitted nor predicted" for k in acting if k not in seen]
 
 
 class Evidence:
@@ -142,7 +147,8 @@ class Evidence:
         self.processes = [one for one in processes if one]
         self.unanswered = [block for block, one in zip(blocks, processes) if not one]
         if not self.blocks:
-            raise Refused("the design has no run of any row that is fitted: another measurement file?")
+            raise Refused("the design has no run of any row that is fitted, or none that tells what each parameter does: "
+                          "another measurement file, or more points?")
         self.groups = list(dict.fromkeys(block.group for block in self.blocks))
         self.group = numpy.array([self.groups.index(block.group) for block in self.blocks])
         self.value, self.sd, self.scale = (numpy.array([getattr(block, name) for block in self.blocks])

@@ -4,7 +4,7 @@ A test depends on the parameters that act on it (vary.KNOWN). What the earlier d
 differ: an output of a test on which such a parameter acts stays the measurement of another point of the space, and
 enters the emulator at the values at which it was run (`ran_at`); an output of any other test is that of the point
 itself. Where every test depends on such a parameter, the points of the earlier design stand beside those of this one,
-at the values at which they were run."""
+at the values at which they were run; so do those that no point of this design is at, as those that emulators chose."""
 
 import math
 
@@ -47,17 +47,22 @@ class Known:
         else:
             say(f"--known {path}: its engine version is not recorded, here {head['engine']}")
         there, here = {**table["ranges"], **table["fixed"]}, {**vary.ranges, **vary.fixed}
-        absent = {name: KNOWN[name].absent for name in vary.ranges
+        absent = {name: KNOWN[name].absent for name in here
                   if name not in there and KNOWN[name].absent is not None}
         self._expect("parameters", sorted({**there, **absent}), sorted(here))
+        self.held = {name: value for name, value in vary.fixed.items() if name in absent}
+        for name, value in self.held.items():
+            if absent[name] not in (ANY, value):
+                self._expect(name, absent[name], value)
         curves, here = (sorted(key for key in rows if kind_of(key) != "wheel") for rows in (self.asked, head["rows"]))
         if curves and curves != here:  # box and depth of the bed go with them
             raise Refused(f"--known {path}: {len(curves)} rows of plates and pressed wheel, expected the {len(here)} "
                           f"rows that are run here: {difference(curves, here)}")
-        self.new = {**absent, **{name: table["fixed"][name] for name in vary.ranges if name in table["fixed"]}}
+        self.new = {**{name: value for name, value in absent.items() if name in vary.ranges}, **{name: table["fixed"][name] for name in vary.ranges if name in table["fixed"]}}
         self.beside = any(set(KNOWN[name].acts_on) == set(TESTS) for name in self.new)
-        self.shared = [name for name in (*vary.ranges, *vary.fixed) if name not in self.new]
-        self.points = {self._place(one["values"]): one for one in table["points"]}
+        self.shared = [name for name in (*vary.ranges, *vary.fixed) if name not in self.new and name not in self.held]
+        self.table, self.say = table["points"], say
+        self.points = {self._place(one["values"]): one for one in self.table}
 
     def _expect(self, what, there, here):
         if there != here:
@@ -76,17 +81,29 @@ class Known:
                for kind in TESTS if any(kind_of(key) == kind for key in point["outputs"])}
         return Taken(point, self.asked, {kind: one for kind, one in ran.items() if one})
 
-    def own_points(self):
-        """Lines of the table for points that stand beside those of the design; none where they are taken by `of`."""
-        if not self.beside:
-            return []
-        spread, found = self.vary.points(len(self.points)), []
-        for one, where in zip(self.points.values(), spread):
-            new = {name: where[name] if value == ANY else value for name, value in self.new.items()}
-            found.append({**one, "label": "k" + one["label"], "values": {**one["values"], **new},
-                          "seconds": dict.fromkeys(one["seconds"], 0.0),
-                          "known": Taken(one, self.asked, one.get("known", {}).get("ran_at", {})).entry})
-        return found
+    def own_points(self, design):
+        """Lines of the table for points that stand beside those of the design ([values]): those that `of` gives to none
+        of them. Says how many have values that this design does not."""
+        taken = set() if self.beside else set(map(self._place, design))
+        rest = [one for one in self.table if self._place(one["values"]) not in taken]
+        inside = [one for one in rest if all(self._is_here(name, one["values"][name]) for name in self.shared)]
+        if len(inside) < len(rest):
+            self.say(f"--known {self.path}: {len(rest) - len(inside)} points left out: they lie outside the ranges, or "
+                     "have another value of what is held here")
+        return [self._own(one, where) for one, where in zip(inside, self.vary.points(len(inside)) if inside else ())]
+
+    def _is_here(self, name, value):
+        if name in self.vary.fixed:
+            return value == self.vary.fixed[name]
+        low, high = self.vary.ranges[name]
+        return low <= value <= high
+
+    def _own(self, one, where):
+        """where: a point of the sequence, for what may have any value."""
+        new = {name: where[name] if value == ANY else value for name, value in self.new.items()}
+        return {**one, "label": "k" + one["label"], "values": {**one["values"], **new, **self.held},
+                "seconds": dict.fromkeys(one["seconds"], 0.0),
+                "known": Taken(one, self.asked, one.get("known", {}).get("ran_at", {})).entry}
 
     def check(self, design):
         """design: [values]. Refused where not one of its points is known."""

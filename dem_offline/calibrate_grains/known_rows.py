@@ -2,14 +2,17 @@
 
 import glob
 import hashlib
+import math
 import os
 
+import table_check
 import wheel_campaign
 from experiment_runs import Refused
 from point import counts, over_beds
 from targets import wheel_key
 from vary import KNOWN, between, load
 
+ROUNDED = 1e-4  # more than vary.round_to takes off
 NOT_COMPARED = {"soil": ("name", "source"), "scene": ("name", "soil")}  # words
 
 
@@ -31,20 +34,29 @@ def point_of(path, kept, label, start, head, vary):
         beds = [kept["bed_reached"][str(seed)] for seed in range(1, head["beds"] + 1)] if outputs else []
         fractions = {key: {"wheels": sum(bed[key] for bed in beds) / len(beds)} if all(bed[key] for bed in beds) else {}
                      for key in ("solid_fraction", "top_solid_fraction") if beds}
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
         raise Refused(f"--known {path}: {type(error).__name__} {error}, expected rows.json of ./grouser validate"
                       ) from None
     if not outputs:
         raise Refused(f"--known {path}: no wheel state that is run here was run there on {head['beds']} beds")
-    return {"label": label, "values": values, "asked": "", "status": "part", "seconds": {"tests": 0.0, "wheels": 0.0},
-            "known": {"label": os.path.basename(path), "ran_at": {}, "seconds": {"wheels": round(seconds, 1)}},
-            **fractions, "outputs": outputs, "reasons": []}
+    point = {"label": label, "values": values, "asked": "", "status": "part", "seconds": {"tests": 0.0, "wheels": 0.0},
+             "known": {"label": os.path.basename(path), "ran_at": {}, "seconds": {"wheels": seconds}},
+             **fractions, "outputs": outputs, "reasons": []}
+    fault = table_check.fault_of_point(point, values)
+    if fault:
+        raise Refused(f"--known {path}: {fault}, expected rows.json of ./grouser validate")
+    return point
 
 
 def values_of(path, soil, scene, start, vary):
-    """{parameter: value} that make these documents of the start."""
+    """{parameter: value} that make these documents of the start. Refused: a parameter that is held here has another
+    value there."""
     values = {**middle_of(vary), **vary.fixed}  # of what is in neither file: it does not act on wheels
-    values.update({name: value for name, value in start.values_of(soil, scene).items() if name in values})
+    there = start.values_of(soil, scene)
+    for name, held in vary.fixed.items():
+        if name in there and not math.isclose(there[name], held, rel_tol=ROUNDED):
+            raise Refused(f"--known {path}: {name}: {there[name]:g}, expected {held:g} as it is held here")
+    values.update({name: value for name, value in there.items() if name in vary.ranges})
     for what, document, made in zip(("soil", "scene"), (soil, scene), start.made(values, "")):
         key = first_difference(document, made, NOT_COMPARED[what])
         if key:
@@ -67,7 +79,7 @@ def outputs_of(rows, head):
         for name in wanted:
             found[wheel_key(state, name)] = over_beds({
                 seed: (run["outputs"][name]["mean"], run["outputs"][name]["standard_error"]) for seed, run in each})
-    return found, seconds
+    return found, round(seconds, 1)
 
 
 def middle_of(vary):

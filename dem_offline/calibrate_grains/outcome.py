@@ -87,7 +87,7 @@ class Inference:
     def _notes(self, best, parameters):
         notes = [*self.targets.notes, *self.runs.notes]
         notes += [f"{block.name}: no run of the design answers it, left out of the fit"
-                  for block in self.evidence.unanswered]
+                  for block in self.evidence.unanswered if block.kind not in self.runs.unseen]
         for one in parameters:
             for end, near in ((0, one["low90"]), (1, one["high90"])):
                 at = varied.position(varied.KNOWN[one["name"]], *one["range"], near)

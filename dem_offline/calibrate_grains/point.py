@@ -21,11 +21,13 @@ WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force i
 
 class Setting:
     """What all points share. start: vary.Start; targets; predict; beds; program: grouser-dem; folder: of the
-    points; lock: a descriptor that children keep; say; known: of an earlier design, or none."""
+    points; lock: a descriptor that children keep; say; known: of an earlier design, or none; scratch: where a point
+    writes, its own folder but for a call that runs nothing."""
 
     def __init__(self, start, targets, predict, beds, program, folder, lock, say, known=None):
         self.start, self.targets, self.predict, self.beds = start, targets, predict, beds
         self.program, self.folder, self.lock, self.say, self.known = program, folder, lock, say, known
+        self.scratch = folder
 
     @property
     def keys(self):
@@ -38,8 +40,8 @@ class Point:
 
     def __init__(self, label, values, setting):
         self.label, self.values, self.setting = label, values, setting
-        self.folder = os.path.join(setting.folder, label)
-        self.stored, self.spent = (os.path.join(self.folder, name) for name in ("point.json", "spent.json"))
+        kept, self.folder = (os.path.join(one, label) for one in (setting.folder, setting.scratch))
+        self.stored, self.spent = (os.path.join(kept, name) for name in ("point.json", "spent.json"))
         os.makedirs(os.path.join(self.folder, "logs"), exist_ok=True)
         soil, scene, tool, wheel = setting.start.made(values, f"point {label}")
         scene["soil"] = "point.soil.yaml"
@@ -53,7 +55,7 @@ class Point:
         self.tests, self.states = self._left()
         asked = [COLLECTED, engine_of(setting.program), *texts, repr(tool), str(setting.beds), *setting.keys]
         if self.known:
-            asked.append(json.dumps(self.known.entry, sort_keys=True))
+            asked.append(json.dumps([self.known.entry, self.known.failed, self.known.outputs], sort_keys=True))
         self.asked = hashlib.sha256("\n".join(asked).encode()).hexdigest()
         self.processes = Processes(os.path.join(self.folder, "logs"), inherited=[setting.lock])
         self.execution = Execution(self.folder, setting.program, 1, self.processes, setting.say)
@@ -74,6 +76,12 @@ class Point:
         rows = (row for row in self.setting.targets.chosen(self.setting.predict) if row.kind == "wheel")
         at = {(row.at["slip"], row.at["angle"], row.at["load"]) for row in rows if row.key in left}
         return names, [state for state in states if wheel_campaign.state_of(state) in at]
+
+    def of_all(self):
+        """{kind of runs: how many of them a point makes of which nothing is known}."""
+        count = {"tests": len(self.bench.bed_tests()),
+                 "wheels": len(self.setting.targets.wheel_states(self.setting.predict))}
+        return {what: self.setting.beds * runs for what, runs in count.items()}
 
     def finished(self):
         """What an earlier call has kept of the same point, else none; of the same grains asked for less, or cut

@@ -31,8 +31,9 @@ struct Similarity {
 /// How far DEM of a similar wheel is from that of the wheel itself where the grains keep their
 /// Young's modulus, as those of one sand do: an sd over load, load r or r, for each doubling of the
 /// stresses (g l; softer grains) and for each halving of them. 0: no difference beyond the scatter
-/// of beds was seen (f_x), or the load (f_z). Source: `grouser-dem verify --only size_and_gravity`,
-/// twice the size and lunar gravity; docs/validation.md, "Another size or gravity".
+/// of beds was seen (f_x), or the load (f_z). Source: `./grouser dem verify --case
+/// size_and_gravity`, twice the size and lunar gravity; docs/validation.md, "Another size or
+/// gravity".
 inline constexpr std::array<double, kOutputs> kSdPerDoubling = {0, 0.041, 0, 0.016, 0.004, 0.068};
 inline constexpr std::array<double, kOutputs> kSdPerHalving = {0, 0.011, 0, 0, 0, 0.031};
 

@@ -273,9 +273,18 @@ class WholeWay(unittest.TestCase):
         points = [{**one, "known": {"ran_at": {"press": {"wheel_friction": 0.45}}}} for one in self.table["points"]]
         runs, evidence = evidence_of(self.targets, {**self.table, "points": points[:12]}, self.vary)
         columns = {block.kind: process.columns for block, process in zip(evidence.blocks, evidence.processes)}
-        self.assertEqual((columns["press"], columns["wheel"]), ([0, 1, 3], [0, 1, 2, 3]))
+        self.assertEqual(columns, {"plate": [0, 1, 3], "wheel": [0, 1, 2, 3]})
+        self.assertEqual({block.kind for block in evidence.unanswered}, {"press"})
+        got = bayes.sample(bayes.Target(evidence), seed=2, count=100)
+        for row in predict.rows_of(self.targets, runs, evidence, got, 0.0625):
+            if row["kind"] == "press":
+                self.assertNotIn("model", row)
         self.assertEqual(len(runs.notes), 1)
         self.assertIn("press: 12 of its 12 runs have one wheel_friction", runs.notes[0])
+        self.assertIn("is not seen: neither fitted nor predicted", runs.notes[0])
+        stand_in = types.SimpleNamespace(targets=self.targets, runs=runs, evidence=evidence, vary=self.vary)
+        said = [note for note in outcome.Inference._notes(stand_in, {}, []) if note not in self.targets.notes]
+        self.assertEqual([note for note in said if "press" in note], runs.notes)
         checked = check.dem_as_truth(types.SimpleNamespace(runs=runs, evidence=evidence), 1)
         self.assertEqual(checked, [])  # none was run at one place in all tests
 
@@ -284,9 +293,10 @@ class WholeWay(unittest.TestCase):
             points = [{**one, "known": {"ran_at": {"press": {"wheel_friction": 0.45}}}} if k < count - own else one
                       for k, one in enumerate(self.table["points"][:count])]
             runs = evidences.Runs({**self.table, "points": points}, self.vary)
-            return runs.process(next(one for one in self.evidence.blocks if one.kind == "press")).columns, runs.notes
+            process = runs.process(next(one for one in self.evidence.blocks if one.kind == "press"))
+            return process and process.columns, runs.notes
         few, notes = columns(11, 1)
-        self.assertEqual(few, [0, 1, 3])
+        self.assertIsNone(few)
         self.assertIn("press: 10 of its 11 runs have one wheel_friction", notes[0])
         self.assertEqual(columns(12, 1), ([0, 1, 2, 3], []))
         for count in (1, 4, 9):  # too few stay too few

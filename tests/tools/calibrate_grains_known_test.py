@@ -18,10 +18,10 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"),
     ("clients", "common"))]
 
-import design  # noqa: E402
 import evidence  # noqa: E402
 import known  # noqa: E402
 import known_rows  # noqa: E402
+import table_check  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
 from calibrate_grains import hash_of  # noqa: E402
@@ -38,7 +38,7 @@ class Tables(unittest.TestCase):
 
     def setUp(self):
         path = os.path.join(CAMPAIGNS, "cmu_plates", "design.json")
-        self.table = design.read_table(path)
+        self.table = table_check.read_table(path)
         self.vary = varied.read(os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml"), self.table["ranges"])
         rows = sorted({key for one in self.table["points"] for key in one["outputs"]})
         self.head = {"soil": {"sha256": hash_of(SOIL)}, "scene": {"sha256": hash_of(SCENE)}, "beds": 1,
@@ -87,7 +87,7 @@ class Tables(unittest.TestCase):
                                 self.table["fixed"])
         one = self.known()
         self.assertIsNone(one.of({**self.vary.fixed, **self.vary.points(1)[0]}))  # its own bed has two layers
-        beside = one.own_points()
+        beside = one.own_points([])
         self.assertEqual([point["label"] for point in beside], ["k" + point["label"] for point in self.table["points"]])
         self.assertEqual({point["values"]["denser_below"] for point in beside}, {0})
         self.assertGreater(len({point["values"]["top_layer_m"] for point in beside}), 8)
@@ -99,6 +99,33 @@ class Tables(unittest.TestCase):
         numpy.testing.assert_allclose(reached, [point["solid_fraction"]["tests"] for point in beside[:10]], atol=1e-9)
         self.vary = varied.Vary({**self.vary.ranges, "youngs_modulus_pa": (1e6, 1e8)}, self.vary.fixed)
         self.assertIn("parameters:", self.complaint())  # what the soil file has is not in the table
+
+    def test_fixed_layers_are_known_to_be_absent(self):
+        ranges = {name: tuple(ends) for name, ends in self.table["ranges"].items()}
+        self.vary = varied.Vary({**ranges, "denser_below": (0.0, 0.04)}, {**self.table["fixed"], "top_layer_m": 0.04})
+        beside = self.known().own_points([])
+        self.assertEqual(len(beside), len(self.table["points"]))
+        self.assertEqual({(one["values"]["denser_below"], one["values"]["top_layer_m"]) for one in beside}, {(0, 0.04)})
+        self.assertEqual(len(evidence.Runs({**self.table, "points": beside}, self.vary).points), 10)  # one failed
+        self.vary = varied.Vary({**ranges, "top_layer_m": (0.02, 0.06)}, {**self.table["fixed"], "denser_below": 0.02})
+        self.assertIn("d.json: denser_below: 0, expected 0.02 as here", self.complaint())
+        self.vary = varied.Vary(ranges, {**self.table["fixed"], "surface_energy_j_per_m2": 0.0})
+        self.assertEqual(self.known().of(self.vary.points(1)[0] | self.vary.fixed).entry["label"], "s001")
+
+    def test_points_that_are_none_of_this_design_stand_beside_it(self):
+        one = self.table["points"][0]
+        rest = [{**one, "label": label, "values": {**one["values"], "friction": at}}
+                for label, at in (("m001", 0.351), ("v001", 0.352), ("ks009", 0.353), ("m002", 0.9))]
+        rest.append({**rest[0], "label": "m003", "values": {**rest[0]["values"], "tool_friction": 0.6}})
+        points = [{**self.vary.fixed, **at} for at in self.vary.points(10)]
+        got = self.known(points=[*self.table["points"], *rest]).own_points(points)
+        self.assertEqual([point["label"] for point in got], ["ks011", "km001", "kv001", "kks009"])
+        self.assertEqual(got[1]["values"], {**rest[0]["values"], "wheel_friction": 0.45})
+        self.assertEqual(got[1]["outputs"], one["outputs"])
+        self.assertEqual(self.said, ["--known d.json: 2 points left out: they lie outside the ranges, or have another "
+                                     "value of what is held here"])
+        again = self.known(points=[*self.table["points"], *rest]).own_points([*points, *(one["values"] for one in got)])
+        self.assertEqual(again, [])
 
     def test_says_that_the_engine_is_not_recorded(self):
         self.known(engine="6")
@@ -145,7 +172,7 @@ class Rows(unittest.TestCase):
                                sum(by_row[k]["runs"][0]["wall_s"] for k in (3, 6, 13)), delta=0.1)
         file = {"file": "", "sha256": ""}
         ranges = {name: list(ends) for name, ends in self.vary.ranges.items()}
-        self.assertIsNone(design.fault_of({"version": 1, "soil": file, "scene": file, "points": [one], "fixed": {},
+        self.assertIsNone(table_check.fault_of({"version": 1, "soil": file, "scene": file, "points": [one], "fixed": {},
                                            "ranges": ranges}))
 
     def test_refuses_runs_of_something_else(self):
@@ -165,6 +192,33 @@ class Rows(unittest.TestCase):
             file.write(text)
         self.assertIn("soil file beside it: grains.poisson_ratio is not what the soil file here has at friction 0.399",
                       self.complaint(path, {**kept, "soil_sha256": hash_of(soil)}))
+
+    def test_refuses_another_value_of_what_is_held(self):
+        self.vary = varied.Vary({**self.vary.ranges}, {**self.vary.fixed, "youngs_modulus_pa": 3e6})
+        there = self.start.values_of(self.start.soil, self.start.scene)["youngs_modulus_pa"]
+        self.assertNotEqual(there, 3e6)
+        self.assertIn(f"youngs_modulus_pa: {there:g}, expected 3e+06 as it is held here", self.complaint(self.rows))
+        ranges = {name: ends for name, ends in self.vary.ranges.items() if name != "wheel_friction"}
+        self.vary = varied.Vary(ranges, {"wheel_friction": 0.5})
+        self.assertIn("wheel_friction: 0.45, expected 0.5 as it is held here", self.complaint(self.rows))
+
+    def test_refuses_damaged_rows(self):
+        with open(self.rows, encoding="utf-8") as file:
+            text = file.read()
+        self.assertTrue(self.point(self.rows, json.loads(text))["outputs"])
+        for changes in ({"rows": [3]}, {"rows": [{}]}, {"bed_reached": 3}, {"bed_reached": {}}, {"soil_sha256": 3}):
+            self.assertIn("expected rows.json", self.complaint(self.rows, {**json.loads(text), **changes}))
+        for key, value in (("outputs", 3), ("wall_s", "x"), ("seed", []), ("outputs", {"f_x": {"mean": 1}})):
+            kept = json.loads(text)
+            for row in kept["rows"]:
+                for run in row["dem"]["runs"] if row["dem"] else ():
+                    run[key] = value
+            self.assertIn("expected rows.json", self.complaint(self.rows, kept), key)
+        kept = json.loads(text)
+        for row in kept["rows"]:
+            for run in row["dem"]["runs"] if row["dem"] else ():
+                run["outputs"]["f_x"]["mean"] = math.nan
+        self.assertIn("f_x: no value that is a number, expected rows.json", self.complaint(self.rows, kept))
 
     def test_values_are_read_back_from_what_they_make(self):
         values = {"friction": 0.4, "rolling_friction": 0.2, "wheel_friction": 0.6, "solid_fraction": 0.53,

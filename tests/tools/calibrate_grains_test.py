@@ -4,6 +4,7 @@
 Usage: calibrate_grains_test.py BIN"""
 
 import json
+import math
 import os
 import re
 import shutil
@@ -25,6 +26,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 
 import design  # noqa: E402
 import point as points  # noqa: E402
+import table_check  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
 from experiment_runs import Refused  # noqa: E402
@@ -36,6 +38,7 @@ SOIL = os.path.join(CAMPAIGNS, "cmu_loose.soil.yaml")
 SCENE = os.path.join(CAMPAIGNS, "cmu_validate.scene.yaml")
 WHEEL = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_wheel.yaml")
 POINT = {"label": "s001", "values": {"friction": 0.4}, "status": "done", "seconds": {}, "outputs": {}}
+PLATE = "plate 60 mm @ 10 mm"
 DATA = """soil: a test
 tests:
   - {name: plate, kind: plate, file: p.csv, columns: {sinkage: z_mm, force: F_N}, constants: {diameter: 60 mm}, \
@@ -181,7 +184,7 @@ class Tables(InFolder):
                  "points": [POINT], **changes}
         path = self.file("design.json", json.dumps(table))
         try:
-            return design.read_table(path) and None
+            return table_check.read_table(path) and None
         except Refused as error:
             return str(error)
 
@@ -195,6 +198,21 @@ class Tables(InFolder):
                 ({"ranges": {"friction": [0.8, 0.3]}}, "ranges: friction: got [0.8, 0.3], not [LOW, HIGH]"),
                 ({"ranges": {"wheel_friction": [0.2, 0.7]}}, "points[0]: values: no number for wheel_friction"),
                 ({"points": [{**POINT, "known": {"ran_at": {"press": {"mass": 1}}}}]}, "points[0]: known: no ran_at"),
+                ({"fixed": {"tool_friction": 0.5}}, "points[0]: values: no number for tool_friction"),
+                ({"rows": 3}, "rows: no list of keys"), ({"rows": [[1]]}, "rows: no list of keys"),
+                *(({"points": [{**POINT, **what}]}, "points[0]: " + words) for what, words in (
+                    ({"outputs": {PLATE: 3}}, f"outputs: {PLATE}: no value that is a number"),
+                    ({"outputs": {PLATE: {"value": -1.5}}}, f"outputs: {PLATE}: force -1.5 N, not more than 0"),
+                    ({"outputs": {PLATE: {"value": math.nan}}}, f"outputs: {PLATE}: no value that is a number"),
+                    ({"outputs": {PLATE: {"value": 1, "standard_error": "x"}}}, f"outputs: {PLATE}: standard_error: got"),
+                    ({"outputs": {PLATE: {"value": 1, "beds": {"1": "x"}}}}, f"outputs: {PLATE}: beds: no numbers"),
+                    ({"outputs": {"cone": {"value": 1}}}, "outputs: unknown row 'cone'"),
+                    ({"status": "good"}, "status: got 'good', not one of done, part, failed"),
+                    ({"seconds": {"tests": "3"}}, "seconds: no numbers"),
+                    ({"solid_fraction": {"tests": "x"}}, "solid_fraction: no numbers"),
+                    ({"reasons": 3}, "reasons: no list of texts"),
+                    ({"known": 3}, "known: no ran_at"),
+                    ({"known": {"ran_at": {}, "seconds": 3}}, "known: seconds: no numbers"))),
                 ({"points": [1]}, "points[0]: no label"), ({"points": None}, "points: got None, expected a list")):
             self.assertIn(words, self.complaint(**changes) or "taken", changes)
 
@@ -326,9 +344,15 @@ class Runs(InFolder):
             before = json.load(file)["points"]
         plan = self.run_it("--known", path, "--points", "4", "--jobs", "1", "--dry-run")
         self.assertEqual((plan.returncode, self.calls()), (0, []), plan.stderr)
+        self.assertFalse(os.path.exists(self.out))
         self.assertIn("4 points, 0 of them done\nplates and pressed wheel: 2 runs at 1 points, ", plan.stdout)
         self.assertIn("wheel states: 3 runs at 3 points, no time recorded before a first point is done", plan.stdout)
         self.assertIn("1 points are known to fail", plan.stdout)
+        self.assertNotIn("--more", plan.stdout)
+        plan = self.run_it("--known", path, "--points", "4", "--more", "2", "--dry-run")
+        self.assertRegex(plan.stdout, r"\n2 points more that the emulators will choose \(--more\): 4 runs of plates and "
+                         r"pressed wheel, 2 runs of wheel states, \d+ core-minutes without wheel states: no time "
+                         "recorded\n$")
         done = self.run_it("--known", path, "--points", "4", "--jobs", "1")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.calls(), ["wheel 0.3 seed 1", "wheel 0.3 seed 1", "run plate60_bed1.run.h5",
@@ -343,12 +367,42 @@ class Runs(InFolder):
         self.assertEqual(third["solid_fraction"], {"tests": 0.56, "wheels": 0.56})
         self.assertEqual(second["reasons"], before[1]["reasons"])
         self.assertNotIn("known", fourth)
+        self.check_that_a_dry_run_writes_nothing(path)
+        self.check_that_taken_outputs_count(path)
         path, self.out = os.path.join(self.out, "design.json"), os.path.join(self.folder, "third")
         again = self.run_it("--known", path, "--points", "4", "--jobs", "1")  # one that knows all
         self.assertEqual((again.returncode, self.calls()), (0, []), again.stderr)
         for one, other in zip(self.table()["points"], table["points"]):
             self.assertEqual(one["outputs"], other["outputs"])
             self.assertEqual(one["known"]["ran_at"], other.get("known", {"ran_at": {}})["ran_at"])
+
+    def check_that_a_dry_run_writes_nothing(self, path):
+        """Where all is done, and other grains are asked for."""
+        def contents():
+            found = {}
+            for folder, _, names in os.walk(self.out):
+                for name in names:
+                    with open(os.path.join(folder, name), "rb") as file:
+                        found[folder, name] = file.read()
+            return found
+        before, vary = contents(), os.path.join(self.folder, "vary.yaml")
+        with open(vary, encoding="utf-8") as file:
+            text = file.read()
+        self.file("vary.yaml", text.replace("[0.2, 0.7]", "[0.2, 0.6]"))
+        plan = self.run_it("--known", path, "--points", "5", "--dry-run")
+        self.assertIn("5 points, 0 of them done", plan.stdout)
+        self.assertEqual(contents(), before)
+        self.file("vary.yaml", text)
+
+    def check_that_taken_outputs_count(self, path):
+        """An output of the table that is another number now: the points that took it are made again."""
+        with open(path, encoding="utf-8") as file:
+            table = json.load(file)
+        output = next(iter(table["points"][2]["outputs"].values()))
+        output["value"] *= 2
+        other = self.file("other.json", json.dumps(table))
+        plan = self.run_it("--known", other, "--points", "4", "--dry-run")
+        self.assertIn("4 points, 3 of them done", plan.stdout)
 
     def test_survives_runs_that_fail(self):
         with open(os.path.join(self.bin, "refuse"), "w", encoding="utf-8") as file:

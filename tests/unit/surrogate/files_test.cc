@@ -1,17 +1,12 @@
 #include <gmock/gmock.h>
-#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
 
 #include "proto/records/model_file.h"
-#include "proto/records/run_file.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/json.h"
 #include "surrogate/fit/measured.h"
@@ -20,71 +15,14 @@
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
 #include "surrogate/model_io/write_model.h"
-#include "tests/unit/surrogate/synthetic.h"
+#include "tests/unit/surrogate/run_folder.h"
 
 namespace grouser::surrogate {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
-
-class Files : public testing::Test {
- protected:
-  Files() : folder_(fs::temp_directory_path() / ("grouser-fit-test-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_ / "runs");
-  }
-  ~Files() override { fs::remove_all(folder_); }
-
-  std::string Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
-
-  // A run file that holds what a summary says.
-  std::string WriteRun(const v1alpha1::RunSummary& s) {
-    records::RunFile run;
-    v1alpha1::RunRecord& r = run.record;
-    r.set_run_id(s.run_id());
-    *r.mutable_spec()->mutable_wheel() = synthetic::MakeScene().wheel();
-    *r.mutable_spec()->mutable_soil() = synthetic::MakeScene().soil();
-    r.mutable_spec()->mutable_state()->set_load_n(s.load_n());
-    r.mutable_spec()->set_seed(s.seed());
-    r.set_status(s.status());
-    r.set_slip(s.slip());
-    r.set_attack_angle_rad(s.attack_angle_rad());
-    const VelocityState v = FromSlip(s.slip(), s.attack_angle_rad(), s.speed_m_per_s());
-    r.set_v_x_m_per_s(v.v_x);
-    r.set_v_y_m_per_s(v.v_y);
-    r.set_rim_speed_m_per_s(v.rim_speed);
-    r.set_travel_m(s.travel_m());
-    for (int o = kOutputs - 1; o >= 0; --o) {  // order must not matter
-      v1alpha1::OutputMean* mean = r.add_outputs();
-      mean->set_name(kOutputFields[o].name);
-      mean->set_mean(s.mean(o));
-      mean->set_standard_error(s.standard_error(o));
-    }
-    run.series["time_s"] = {0, 1};
-    const std::string path = (folder_ / "runs" / (s.run_id() + ".run.h5")).string();
-    records::WriteRunFile(path, run);
-    return path;
-  }
-
-  void WriteCampaign(const std::vector<v1alpha1::RunSummary>& runs) {
-    v1alpha1::Campaign campaign;
-    *campaign.mutable_scene() = synthetic::MakeScene();
-    for (const v1alpha1::RunSummary& run : runs) {
-      v1alpha1::PlannedRun* planned = campaign.add_runs();
-      planned->set_run_id(run.run_id());
-      planned->set_role(run.role());
-    }
-    std::string json;
-    ASSERT_TRUE(google::protobuf::util::MessageToJsonString(campaign, &json).ok());
-    Write("campaign.json", json);
-  }
-
-  fs::path folder_;
-};
+using Files = synthetic::RunFolder;
 
 TEST_F(Files, CampaignToModelToRefitWithProvenance) {
   synthetic::Truth truth;
@@ -145,46 +83,6 @@ TEST_F(Files, RefitRefusesAnUnsteadyOrForeignRun) {
   const std::string steady = WriteRun(fresh);
   EXPECT_THROW(RefitRequest(other, "d", steady), std::runtime_error);
   EXPECT_NO_THROW(RefitRequest(base, "d", steady));
-}
-
-TEST_F(Files, MeansOfNoStateAndLostRunsTrainNothing) {
-  v1alpha1::RunSummary fresh =
-      synthetic::MakeRun({}, "fresh", 0.5, 1.4, 24, v1alpha1::RUN_ROLE_TRAIN, 77);
-  fresh.set_status(v1alpha1::RUN_STATUS_UNSTEADY);
-  const std::string file = WriteRun(fresh);
-  const auto rows = [&] {
-    return SamplesOf({SummariseRun(file, v1alpha1::RUN_ROLE_TRAIN)}, v1alpha1::RUN_ROLE_TRAIN)
-        .size();
-  };
-  EXPECT_EQ(rows(), 1u);  // drifted to its end
-  records::RunFile run = records::ReadRunFile(file);
-  run.record.set_means_of_no_state(true);
-  records::WriteRunFile(file, run);
-  EXPECT_EQ(rows(), 0u);
-  run.record.set_means_of_no_state(false);
-  run.record.set_status(v1alpha1::RUN_STATUS_LOST);
-  records::WriteRunFile(file, run);
-  EXPECT_EQ(rows(), 0u);
-}
-
-TEST_F(Files, CampaignErrorsNameTheFile) {
-  const auto complaint = [&] {
-    try {
-      ReadCampaign(folder_.string());
-    } catch (const std::exception& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  EXPECT_THAT(complaint(), AllOf(HasSubstr("campaign.json: cannot open"), HasSubstr("expected")));
-  ASSERT_EQ(mkfifo((folder_ / "campaign.json").c_str(), 0600), 0);  // a reader that waits hangs
-  EXPECT_THAT(complaint(), HasSubstr("campaign.json: not a regular file"));
-  std::filesystem::remove(folder_ / "campaign.json");
-  Write("campaign.json", "{\"runs\": [");
-  EXPECT_THAT(complaint(), HasSubstr("not the JSON of a campaign"));
-  WriteCampaign({synthetic::MakeRun({}, "broken", 0, 0, 24, v1alpha1::RUN_ROLE_TRAIN, 1)});
-  Write("runs/broken.run.h5", "not HDF5");
-  EXPECT_THAT(complaint(), HasSubstr("broken.run.h5"));
 }
 
 TEST_F(Files, MeasuredTableIsReadAndMatched) {
@@ -253,33 +151,6 @@ TEST(CheckRuns, NamesTheRunThatCannotBe) {
                 for (const Output o : {kFx, kFy, kTorque}) run->set_mean(o, 1e-6 * run->mean(o));
               }),
               HasSubstr(where + ": f_x, f_y and torque/radius are at most"));
-}
-
-// All forces in kN beside a load in N: no single run need be impossible.
-TEST(CheckRuns, RefusesACampaignWhoseForcesAreAllTooSmall) {
-  TrainingSet set;
-  set.scene = synthetic::MakeScene();
-  set.runs = synthetic::SmallCampaign(synthetic::Truth(), {24});
-  EXPECT_NO_THROW(CheckRuns(set));
-  for (v1alpha1::RunSummary& run : set.runs) {
-    for (const Output o : {kFx, kFy, kTorque}) run.set_mean(o, 1e-3 * run.mean(o));
-  }
-  EXPECT_THROW(CheckRuns(set), std::invalid_argument);
-  for (v1alpha1::RunSummary& run : set.runs) run.set_status(v1alpha1::RUN_STATUS_FAILED);
-  EXPECT_NO_THROW(CheckRuns(set));  // trains nothing
-}
-
-// The limits hold for every shipped campaign and measurement.
-TEST(CheckRuns, TakesTheShippedPairs) {
-  const std::string pairs = GROUSER_PAIRS;
-  for (const char* file : {"/cmu-smooth-62.5-8mm/runs.json", "/cmu-smooth-62.5-8mm/coarse.json",
-                           "/atv-20x10-20mm/runs.json"}) {
-    const TrainingSet set = ReadRuns(pairs + file);
-    EXPECT_NO_THROW(CheckRuns(set)) << file;
-  }
-  const TrainingSet cmu = ReadRuns(pairs + "/cmu-smooth-62.5-8mm/runs.json");
-  EXPECT_GT(ReadMeasured(pairs + "/cmu-smooth-62.5-8mm/measured.csv", LimitsOf(cmu.scene)).size(),
-            10u);
 }
 
 // A model that the server would refuse is not written, and what was there stays.

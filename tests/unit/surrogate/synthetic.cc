@@ -6,7 +6,6 @@
 namespace grouser::surrogate::synthetic {
 namespace {
 
-constexpr WheelGeometry kWheel{0.0625, 0.05};
 constexpr double kSpeed = 0.1;
 
 }  // namespace

@@ -9,6 +9,8 @@
 
 namespace grouser::surrogate::synthetic {
 
+inline constexpr WheelGeometry kWheel{0.0625, 0.05};
+
 /// Runs that never were: a known Bekker model plus a smooth misfit that no
 /// Bekker model has, plus seeded noise. For tests of the fitter alone.
 struct Truth {

@@ -39,7 +39,7 @@ TEST(ReadModel, GivesAModelOfVersion001InTodaysForm) {
 }
 
 /// What UpgradeModel says about a model of version 001 with one change.
-std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
+std::string ComplaintOfUpgrade(const std::function<void(v1alpha1::Model*)>& change) {
   v1alpha1::Model model = records::ReadModelFile(kModel).model;
   change(&model);
   return MessageOf([&] { UpgradeModel(&model); });
@@ -48,12 +48,13 @@ std::string Complaint(const std::function<void(v1alpha1::Model*)>& change) {
 TEST(UpgradeModel, RefusesByName) {
   using M = v1alpha1::Model*;
   const auto values = [](M m) { return m->mutable_bekker_values()->mutable_values(); };
-  EXPECT_THAT(Complaint([&](M m) { values(m)->erase("n"); }), HasSubstr("no entry \"n\""));
-  EXPECT_THAT(Complaint([&](M m) { (*values(m))["nn"] = 1; }), HasSubstr("unknown entry \"nn\""));
-  EXPECT_THAT(Complaint([](M m) { m->mutable_bekker()->set_n(1); }),
+  EXPECT_THAT(ComplaintOfUpgrade([&](M m) { values(m)->erase("n"); }), HasSubstr("no entry \"n\""));
+  EXPECT_THAT(ComplaintOfUpgrade([&](M m) { (*values(m))["nn"] = 1; }),
+              HasSubstr("unknown entry \"nn\""));
+  EXPECT_THAT(ComplaintOfUpgrade([](M m) { m->mutable_bekker()->set_n(1); }),
               HasSubstr("both bekker and bekker_values"));
   for (const double seconds : {-1.0, 1e12, std::nan("")}) {
-    EXPECT_THAT(Complaint([&](M m) { m->set_created_unix_s(seconds); }),
+    EXPECT_THAT(ComplaintOfUpgrade([&](M m) { m->set_created_unix_s(seconds); }),
                 HasSubstr("created_unix_s: "));
   }
 }
