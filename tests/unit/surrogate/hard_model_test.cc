@@ -17,6 +17,7 @@
 #include "surrogate/soils/hard_table.h"
 #include "tests/unit/count_allocations.h"
 #include "tests/unit/records/temp_folder.h"
+#include "tests/unit/refusal.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -41,15 +42,6 @@ v1alpha1::Model Message() {
   request.wheel.set_width_m(0.114);
   request.parameters = Ground();
   return MakeHardModel(request);
-}
-
-std::string Refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(HardModel, AFileAnswersAsTheLawBitByBit) {

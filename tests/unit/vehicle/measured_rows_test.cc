@@ -1,24 +1,15 @@
 // Tables of measured vehicles that are wrong are refused.
 #include <gmock/gmock.h>
 
-#include <functional>
 #include <sstream>
 
 #include "surrogate/measured_vehicles/rows.h"
+#include "tests/unit/refusal.h"
 
 namespace grouser::measured {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string Refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(MeasuredRows, TablesAreRefusedByLineAndColumn) {
   const auto windows = [](const std::string& text) {

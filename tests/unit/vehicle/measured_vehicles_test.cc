@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <fstream>
-#include <functional>
 
 #include "surrogate/measured_vehicles/comparison.h"
 #include "surrogate/vehicle/vehicle_file.h"
+#include "tests/unit/refusal.h"
 
 namespace grouser::measured {
 namespace {
@@ -24,15 +24,6 @@ const PowerSummary& On(const PowerComparison& c, const std::string& terrain) {
     if (s.terrain == terrain) return s;
   }
   throw std::runtime_error(terrain);
-}
-
-std::string Refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(MeasuredVehicles, YawRatesAreThoseCommitted) {
