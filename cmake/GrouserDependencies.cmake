@@ -40,6 +40,7 @@ if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
 endif()
 if(GROUSER_SERVICES)
   find_package(gRPC CONFIG REQUIRED)
+  find_library(SYSTEMD_LIBRARY systemd REQUIRED)
   set(required REQUIRED)
 endif()
 find_library(LCM_LIBRARY lcm ${required})  # lcm.pc would ask for glib

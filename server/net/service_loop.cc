@@ -29,6 +29,7 @@ void ServiceLoop::Fail() {
 void ServiceLoop::BeginStop(const std::string& why) {
   if (stopper_.joinable()) return;
   spdlog::info("{}: draining", why);
+  manager_.Stopping();
   stopper_ = std::thread(stop_);  // the loop goes on: work may need it to stop
 }
 
@@ -43,6 +44,7 @@ int ServiceLoop::Run(GrpcServer& server, const std::string& port_file,
     records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n");
   }
   std::cerr << ready_line << std::endl;
+  manager_.Ready();
   const auto guard = asio::make_work_guard(context_);
   context_.run();
   stopper_.join();

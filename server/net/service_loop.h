@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "server/net/grpc_server.h"
+#include "server/net/service_manager.h"
 
 namespace grouser::server {
 
@@ -23,7 +24,7 @@ class ServiceLoop {
   /// GrpcServer's on_unreachable calls.
   void Fail();
 
-  /// Writes the port file, prints `ready_line` to stderr and serves until
+  /// Writes the port file, prints `ready_line` to stderr, tells a service manager and serves until
   /// SIGINT, SIGTERM or Fail(); then drains and has `stop_work` stop what runs
   /// behind the service; it calls its argument when that is done. Returns the
   /// exit code; the loop no longer runs, the server is still to be closed.
@@ -35,6 +36,7 @@ class ServiceLoop {
 
   boost::asio::io_context context_{1};
   boost::asio::signal_set signals_{context_, SIGINT, SIGTERM};
+  ServiceManager manager_{context_};
   std::function<void()> stop_;  // of Run; runs on stopper_
   std::thread stopper_;
   int exit_code_ = 0;
