@@ -29,7 +29,7 @@ class VehicleAnswers {
   const vehicle::DescribedVehicle& described() const { return described_; }
 
   /// One more soil, named by this text: "{NAME: WEIGHT, ...}". Throws InputError, and
-  /// std::invalid_argument as vehicle::AddMixture; a server's vehicle takes none.
+  /// std::invalid_argument as vehicle::AddMixture; a server says so at the next question.
   virtual void AddMixture(const std::string& text) = 0;
 
   /// With the probability that every limit of the vehicle holds.

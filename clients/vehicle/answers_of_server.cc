@@ -3,6 +3,7 @@
 #include "clients/cpp/client_error.h"
 #include "clients/cpp/vehicle_client.h"
 #include "clients/vehicle/answers.h"
+#include "surrogate/vehicle/mixture_ground.h"
 
 namespace grouser::cli {
 namespace {
@@ -18,9 +19,9 @@ class ServerAnswers final : public VehicleAnswers {
   }
 
   void AddMixture(const std::string& text) override {
-    throw std::invalid_argument("soil " + text +
-                                ": a mixture, expected a soil by name (key `mixtures` of the "
-                                "server's vehicle file)");
+    const SoilWeights weights = ReadSoilWeights(text);
+    vehicle::ToMessage(text, weights, mixtures_.Add());
+    described_.soils.push_back(text);
   }
   Solution Solve(const Motion& motion, GoProbability* go) override {
     return SolveToGo(motion, 0, go);
@@ -28,8 +29,7 @@ class ServerAnswers final : public VehicleAnswers {
   MotionOnDraws SolveOnDraws(const Motion& motion, std::size_t draws) override {
     MotionOnDraws out;
     SolveToGo(motion, draws, &out.go);
-    v1alpha1::SolveRequest request;
-    request.set_vehicle(described_.vehicle.name);
+    auto request = RequestFor<v1alpha1::SolveRequest>();
     request.set_draws(static_cast<std::uint32_t>(draws));
     Motion drawn = motion;
     for (std::size_t k = 0; k < draws; ++k) {
@@ -43,15 +43,13 @@ class ServerAnswers final : public VehicleAnswers {
     return out;
   }
   PowerInterval Energy(const Motion& motion) override {
-    v1alpha1::EnergyRequest request;
-    request.set_vehicle(described_.vehicle.name);
+    auto request = RequestFor<v1alpha1::EnergyRequest>();
     Append(motion, described_, request.mutable_motions());
     return PowerAt(Ask(&VehicleClient::Energy, request).powers(), described_, 0);
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {
-    v1alpha1::PlanSpeedRequest request;
-    request.set_vehicle(described_.vehicle.name);
+    auto request = RequestFor<v1alpha1::PlanSpeedRequest>();
     ToMessage(path, request.mutable_path());
     client::SetOptions(options, &request);
     request.set_draws(static_cast<std::uint32_t>(on_draws->draws));
@@ -64,8 +62,7 @@ class ServerAnswers final : public VehicleAnswers {
     return response.not_held();
   }
   GradeRange Grades(double speed, std::uint8_t soil, const SpeedOptions& options) override {
-    v1alpha1::GradesRequest request;
-    request.set_vehicle(described_.vehicle.name);
+    auto request = RequestFor<v1alpha1::GradesRequest>();
     request.set_speed_m_per_s(speed);
     request.add_soils(described_.soils[soil]);
     request.set_worse_by_sd(options.worse_by_sd);
@@ -89,9 +86,17 @@ class ServerAnswers final : public VehicleAnswers {
  private:
   using VehicleClient = client::VehicleClient;
 
-  Solution SolveToGo(const Motion& motion, std::size_t draws, GoProbability* go) const {
-    v1alpha1::SolveRequest request;
+  /// Of this vehicle with the soils of this call.
+  template <class Request>
+  Request RequestFor() const {
+    Request request;
     request.set_vehicle(described_.vehicle.name);
+    *request.mutable_mixtures() = mixtures_;
+    return request;
+  }
+
+  Solution SolveToGo(const Motion& motion, std::size_t draws, GoProbability* go) const {
+    auto request = RequestFor<v1alpha1::SolveRequest>();
     Append(motion, described_, request.mutable_motions());
     request.set_with_go_probability(true);
     request.set_draws(static_cast<std::uint32_t>(draws));
@@ -121,6 +126,7 @@ class ServerAnswers final : public VehicleAnswers {
   }
 
   VehicleClient client_;
+  google::protobuf::RepeatedPtrField<v1alpha1::SoilMixture> mixtures_;
 };
 
 }  // namespace

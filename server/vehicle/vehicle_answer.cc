@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "server/vehicle/call_vehicle.h"
 #include "server/vehicle/vehicle_check.h"
 #include "surrogate/vehicle/stop.h"
 
@@ -40,6 +41,15 @@ double FromZero(double value, const char* field) {
   return value;
 }
 
+template <class Request>
+Mixtures MixturesOf(const Request& request) {
+  if constexpr (requires { request.mixtures(); }) {
+    return request.mixtures();
+  } else {
+    return {};
+  }
+}
+
 /// Finds the vehicle, has `fill` make the response and says how long that took.
 template <class Request, class Response, class Fill>
 Status Timed(const VehicleContext& context, const Request& request, Response* response,
@@ -48,7 +58,7 @@ Status Timed(const VehicleContext& context, const Request& request, Response* re
     const auto start = std::chrono::steady_clock::now();
     const ServedVehicle* served = nullptr;
     if (Status status = context.fleet.Find(request.vehicle(), &served); !status.ok()) return status;
-    fill(*served);
+    fill(CallVehicle(*served, MixturesOf(request), context.bench));
     const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
     response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
     response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
@@ -76,16 +86,16 @@ SpeedOptions OptionsOf(const VehicleContext& context, const v1alpha1::PlanSpeedR
   return o;
 }
 
-std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const ServedVehicle& v) {
-  return Reading([&] { return vehicle::FromMessage(motions, v.described); });
+std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const CallVehicle& v) {
+  return Reading([&] { return vehicle::FromMessage(motions, v.described()); });
 }
 
 /// Draws of a vehicle's grounds for one call: those who use them forget them at its end, so that
 /// their memory is given back.
 class CallDraws {
  public:
-  CallDraws(const ServedVehicle& v, std::size_t count) {
-    if (count > 0) draws_ = std::make_shared<const GroundDraws>(v.file.grounds, count);
+  CallDraws(const CallVehicle& v, std::size_t count) {
+    if (count > 0) draws_ = std::make_shared<const GroundDraws>(v.file().grounds, count);
   }
   CallDraws(const CallDraws&) = delete;
   ~CallDraws() {
@@ -129,23 +139,23 @@ std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& nu
 
 Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& request,
               v1alpha1::SolveResponse* response) {
-  return Timed(context, request, response, [&](const ServedVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
     const SpeedOptions options = MarginsOf(context, request.margins());
     const std::vector<Motion> motions = MotionsOf(request.motions(), v);
     std::array<Solution, kChunk> solutions;
     CallDraws draws(v, request.draws());
-    Solver* solver = context.bench.SolverOf(v);
+    Solver* solver = v.solver();
     draws.For(solver);
     for (std::size_t first = 0; first < motions.size(); first += kChunk) {
       const std::size_t count = std::min(kChunk, motions.size() - first);
       vehicle::StopIfAsked(options.stop);
       solver->Solve(std::span(motions).subspan(first, count), std::span(solutions).first(count));
       for (std::size_t k = 0; k < count; ++k) {
-        Append(solutions[k], v.described, response->mutable_solutions());
+        Append(solutions[k], v.described(), response->mutable_solutions());
       }
     }
     if (!request.with_go_probability()) return;
-    SpeedPlanner* planner = context.bench.PlannerOf(v, 1);
+    SpeedPlanner* planner = v.Planner(1);
     draws.For(planner);
     for (const Motion& motion : motions) {
       const GoProbability go = draws ? planner->ProbabilityByDraws(motion, options)
@@ -158,26 +168,26 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
 
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,
               v1alpha1::EnergyResponse* response) {
-  return Timed(context, request, response, [&](const ServedVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
     const double sds = request.has_interval_sds() ? FromZero(request.interval_sds(), "interval_sds")
                                                   : SpeedOptions{}.worse_by_sd;
-    Solver* solver = context.bench.SolverOf(v);
+    Solver* solver = v.solver();
     for (const Motion& motion : MotionsOf(request.motions(), v)) {
       vehicle::StopIfAsked(&context.cancelled);
-      Append(PowerOf(solver, motion, sds), v.described, response->mutable_powers());
+      Append(PowerOf(solver, motion, sds), v.described(), response->mutable_powers());
     }
   });
 }
 
 Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& request,
               v1alpha1::PlanSpeedResponse* response) {
-  return Timed(context, request, response, [&](const ServedVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
     const SpeedOptions options = OptionsOf(context, request);
     const std::vector<PathPoint> path =
-        Reading([&] { return vehicle::FromMessage(request.path(), v.described); });
+        Reading([&] { return vehicle::FromMessage(request.path(), v.described()); });
     std::vector<SpeedPoint> plan(path.size());
     CallDraws draws(v, request.draws());
-    SpeedPlanner* planner = context.bench.PlannerOf(v, path.size());
+    SpeedPlanner* planner = v.Planner(path.size());
     draws.For(planner);
     const std::size_t not_held = planner->Plan(path, options, plan);
     vehicle::ToMessage(plan, response->mutable_plan());
@@ -191,7 +201,7 @@ Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& r
 
 Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& request,
               v1alpha1::GradesResponse* response) {
-  return Timed(context, request, response, [&](const ServedVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
     SpeedOptions options = MarginsOf(context, request.margins());
     options.worse_by_sd = FiniteOr(request.has_worse_by_sd(), request.worse_by_sd(),
                                    options.worse_by_sd, "worse_by_sd");
@@ -199,15 +209,15 @@ Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& requ
     std::vector<std::uint8_t> soils;
     for (int i = 0; i < request.soils_size(); ++i) {
       soils.push_back(Reading([&] {
-        return SoilIndexOf(fmt::format("soils[{}]", i), request.soils(i), v.described.soils);
+        return SoilIndexOf(fmt::format("soils[{}]", i), request.soils(i), v.described().soils);
       }));
     }
-    for (std::size_t s = 0; request.soils().empty() && s < v.described.soils.size(); ++s) {
+    for (std::size_t s = 0; request.soils().empty() && s < v.described().soils.size(); ++s) {
       soils.push_back(static_cast<std::uint8_t>(s));
     }
-    SpeedPlanner* planner = context.bench.PlannerOf(v, 1);
+    SpeedPlanner* planner = v.Planner(1);
     for (const std::uint8_t soil : soils) {
-      vehicle::ToMessage(v.described.soils[soil], planner->Grades(speed, soil, options),
+      vehicle::ToMessage(v.described().soils[soil], planner->Grades(speed, soil, options),
                          response->add_grades());
     }
   });
@@ -215,15 +225,15 @@ Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& requ
 
 Status Answer(const VehicleContext& context, const v1alpha1::ConstantsRequest& request,
               v1alpha1::ConstantsResponse* response) {
-  return Timed(context, request, response, [&](const ServedVehicle& v) {
-    if (v.file.vehicle.steered()) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
+    if (v.file().vehicle.steered()) {
       throw StatusError(StatusCode::kFailedPrecondition,
                         "vehicle: steered wheels, expected a skid-steered vehicle");
     }
     CheckAbove0(request.speeds_m_per_s(), "speeds_m_per_s");
     CheckAbove0(request.radii_m(), "radii_m");
     for (const SkidConstants& c :
-         ConstantsOf(v.file.vehicle, v.file.grounds, SpanOf(request.speeds_m_per_s()),
+         ConstantsOf(v.file().vehicle, v.file().grounds, SpanOf(request.speeds_m_per_s()),
                      SpanOf(request.radii_m()), &context.cancelled)) {
       vehicle::ToMessage(c, response->add_constants());
     }

@@ -12,7 +12,9 @@ namespace grouser::server {
 /// they are first asked for and kept.
 class VehicleBench {
  public:
-  explicit VehicleBench(const Fleet& fleet) : places_(fleet.vehicles().size()) {}
+  explicit VehicleBench(const Fleet& fleet) : VehicleBench(fleet.vehicles().size()) {}
+  /// For vehicles of so many indices.
+  explicit VehicleBench(std::size_t vehicles) : places_(vehicles) {}
 
   vehicle::Solver* SolverOf(const ServedVehicle& vehicle);
   /// With room for `points`. Room for many is given back when another planner is asked for.

@@ -17,9 +17,25 @@ void AtMost(const std::string& field, std::size_t count, std::size_t most, const
       fmt::format("{}: {} entries{}, at most {} in one message", field, count, of, most)));
 }
 
-void CheckDraws(std::size_t draws, const ServedVehicle& v) {
-  AtMost("draws", draws, kMaxDraws);
-  AtMost("draws times soils", draws * v.described.soils.size(), kMaxDraws);
+/// How many soils a call may name: those of the vehicle and its own mixtures.
+template <class Request>
+std::size_t SoilsOf(const Request& request, const ServedVehicle& v) {
+  return v.described.soils.size() + static_cast<std::size_t>(request.mixtures_size());
+}
+
+template <class Request>
+void CheckMixtures(const Request& request) {
+  AtMost("mixtures", static_cast<std::size_t>(request.mixtures_size()), kMaxMixtures);
+  std::size_t soils = 0;
+  for (const auto& mixture : request.mixtures())
+    soils += static_cast<std::size_t>(mixture.of_size());
+  AtMost("mixtures.of", soils, kMaxMixtureSoils, " in all");
+}
+
+template <class Request>
+void CheckDraws(const Request& request, const ServedVehicle& v) {
+  AtMost("draws", request.draws(), kMaxDraws);
+  AtMost("draws times soils", request.draws() * SoilsOf(request, v), kMaxDraws);
 }
 
 void CheckMotions(const v1alpha1::Motions& motions, const ServedVehicle& v, std::size_t most,
@@ -64,7 +80,8 @@ Status Check(const Fleet& fleet, const v1alpha1::SolveRequest& request) {
   return Checked(fleet, request, [&](const ServedVehicle& v) {
     const bool go = request.with_go_probability();
     const std::size_t draws = request.draws();
-    CheckDraws(draws, v);
+    CheckMixtures(request);
+    CheckDraws(request, v);
     CheckMotions(request.motions(), v,
                  go ? kMaxMotions / (draws > 0 ? draws : kSolvesToGo) : kMaxMotions,
                  go ? " with go_probability" : "");
@@ -72,8 +89,10 @@ Status Check(const Fleet& fleet, const v1alpha1::SolveRequest& request) {
 }
 
 Status Check(const Fleet& fleet, const v1alpha1::EnergyRequest& request) {
-  return Checked(fleet, request,
-                 [&](const ServedVehicle& v) { CheckMotions(request.motions(), v, kMaxMotions); });
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
+    CheckMixtures(request);
+    CheckMotions(request.motions(), v, kMaxMotions);
+  });
 }
 
 Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {
@@ -81,7 +100,8 @@ Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {
     const v1alpha1::Path& path = request.path();
     const auto points = static_cast<std::size_t>(path.s_m_size());
     AtMost("path.s_m", points, kMaxPathPoints);
-    CheckDraws(request.draws(), v);
+    CheckMixtures(request);
+    CheckDraws(request, v);
     AtMost("draws times points", request.draws() * points, kMaxDrawnPoints);
     AtMost("path.soils", static_cast<std::size_t>(path.soils_size()), kMaxSoilNames);
     vehicle::CheckSizes(path);
@@ -90,7 +110,8 @@ Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {
 
 Status Check(const Fleet& fleet, const v1alpha1::GradesRequest& request) {
   return Checked(fleet, request, [&](const ServedVehicle& v) {
-    AtMost("soils", static_cast<std::size_t>(request.soils_size()), v.described.soils.size());
+    CheckMixtures(request);
+    AtMost("soils", static_cast<std::size_t>(request.soils_size()), SoilsOf(request, v));
   });
 }
 

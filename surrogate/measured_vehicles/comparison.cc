@@ -9,9 +9,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "surrogate/soils/soil_library.h"
-#include "surrogate/vehicle/vehicle_file.h"
-
 namespace grouser::measured {
 namespace {
 
@@ -30,29 +27,6 @@ std::ifstream Open(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw std::invalid_argument(path + ": cannot be read, expected a table");
   return file;
-}
-
-vehicle::Vehicle Shipped(const std::string& name) {
-  return vehicle::ReadVehicle(surrogate::SurrogateFile("vehicle/shipped/" + name + ".vehicle.yaml"))
-      .vehicle;
-}
-
-PublishedGrounds Published() {
-  const std::string path = surrogate::PublishedSoilsFile();
-  std::ifstream soils = Open(path);
-  return {surrogate::PublishedHardGrounds(), surrogate::ReadSoils(soils, path)};
-}
-
-// Of the soils of each terrain only the one that is suggested for its words.
-PublishedGrounds SuggestedOf(const PublishedGrounds& all) {
-  surrogate::SoilLibrary library;
-  library.Add(surrogate::PublishedSoilsFile());
-  PublishedGrounds suggested{all.hard, {}};
-  for (const Terrain& terrain : Terrains()) {
-    if (terrain.soils.empty()) continue;
-    suggested.soils.push_back(SuggestSoils(library, terrain.soils, {}).at(0).entry->soil);
-  }
-  return suggested;
 }
 
 RobotYaw CompareRobot(const Robot& robot, const std::vector<DriveWindow>& windows,

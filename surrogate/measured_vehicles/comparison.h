@@ -50,6 +50,5 @@ struct Verdict {
 std::vector<Verdict> VerdictsOf(const Comparison& comparison);
 
 std::string TextOf(const Comparison& comparison);
-std::string JsonOf(const Comparison& comparison);
 
 }  // namespace grouser::measured

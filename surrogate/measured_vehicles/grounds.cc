@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "surrogate/models/hybrid.h"
+#include "surrogate/vehicle/vehicle_file.h"
 
 namespace grouser::measured {
 namespace {
@@ -15,6 +16,7 @@ using Made = std::unique_ptr<const surrogate::WheelModel>;
 
 // No runs stand behind the law: it is asked for everything, and its intervals for nothing.
 constexpr double kLeastLoad = 1, kMostLoad = 1e5;
+constexpr double kTableLoads = 4;     // a table's loads: the usual one over and times this
 constexpr double kMostRadius = 1000;  // of a substitute wheel, over the tyre's
 
 /// A model of a larger wheel in place of a tyre: its torque is that of the tyre's own radius.
@@ -63,12 +65,17 @@ Made Bekker(const surrogate::Soil& soil, const Vehicle& vehicle, const WheelType
       wheels == Wheels::kRigid ? wheel.radius_m : SubstituteRadius(parameters, wheel, load);
   surrogate::TrainingDomain all;
   all.attack_angle_max_rad = std::numbers::pi / 2;
-  all.load_min_n = kLeastLoad;
-  all.load_max_n = kMostLoad;
+  const bool table = wheels == Wheels::kTabulatedTyres;
+  all.load_min_n = table ? load / kTableLoads : kLeastLoad;
+  all.load_max_n = table ? load * kTableLoads : kMostLoad;
   all.gravity_m_per_s2 = gravity;
   surrogate::HybridModel model(surrogate::BekkerModel(parameters, {radius, wheel.width_m}),
                                surrogate::ResidualTable(), all, surrogate::Uncertainty{});
-  model.AnswerByLaw();
+  if (table) {
+    model.Tabulate();
+  } else {
+    model.AnswerByLaw();
+  }
   return std::make_unique<SubstituteWheel>(std::move(model), wheel.radius_m / radius);
 }
 
@@ -77,15 +84,17 @@ Made Hard(surrogate::HardGround ground, const WheelType& wheel) {
   return std::make_unique<surrogate::HardGroundModel>(ground, wheel.radius_m);
 }
 
-std::unique_ptr<vehicle::Solver> SolverOf(const Vehicle& vehicle, std::vector<Made>* models,
-                                          const std::function<Made(const WheelType&)>& make) {
+vehicle::Grounds GroundsOf(const std::vector<Made>& models) {
   vehicle::Grounds grounds;
   grounds.soils = {"ground"};
-  for (const WheelType& wheel : vehicle.wheel_types) {
-    models->push_back(make(wheel));
-    grounds.models.push_back(models->back().get());
-  }
-  return std::make_unique<vehicle::Solver>(vehicle, grounds);
+  for (const Made& model : models) grounds.models.push_back(model.get());
+  return grounds;
+}
+
+std::unique_ptr<vehicle::Solver> SolverOf(const Vehicle& vehicle, std::vector<Made>* models,
+                                          const std::function<Made(const WheelType&)>& make) {
+  for (const WheelType& wheel : vehicle.wheel_types) models->push_back(make(wheel));
+  return std::make_unique<vehicle::Solver>(vehicle, GroundsOf(*models));
 }
 
 }  // namespace
@@ -98,12 +107,13 @@ OnGround::OnGround(const Vehicle& vehicle, const surrogate::Soil& soil, Wheels w
                        [&](const WheelType& w) { return Bekker(soil, vehicle, w, wheels); })) {}
 
 std::vector<Solution> OnGround::Turn(const std::vector<double>& left,
-                                     const std::vector<double>& right) {
+                                     const std::vector<double>& right, int draw) {
   std::vector<Motion> motions(left.size());
   for (std::size_t i = 0; i < left.size(); ++i) {
     motions[i].given = Motion::Given::kControls;
     motions[i].rim_speed_m_per_s[0] = left[i];
     motions[i].rim_speed_m_per_s[1] = right[i];
+    motions[i].draw = draw;
   }
   std::vector<Solution> solved(left.size());
   solver_->Solve(motions, solved);
@@ -115,6 +125,13 @@ Solution OnGround::Straight(double speed) {
   Solution solved;
   solver_->Solve({&motion, 1}, {&solved, 1});
   return solved;
+}
+
+vehicle::Grounds OnGround::grounds() const { return GroundsOf(models_); }
+
+Vehicle Shipped(const std::string& name) {
+  return vehicle::ReadVehicle(surrogate::SurrogateFile("vehicle/shipped/" + name + ".vehicle.yaml"))
+      .vehicle;
 }
 
 surrogate::Soil WithFriction(surrogate::Soil soil, double friction) {

@@ -18,7 +18,10 @@ enum class Wheels {
   /// the parabolas of equal length of contact, 2 r* z = 2 r (z + d). z is that of straight rolling
   /// at the share of the weight of one wheel; torque counts with r. The substitute circle is
   /// Bekker's idea; Harnisch et al. 2005 (Vehicle System Dynamics 43, suppl.) give it for any tyre.
-  kTyres
+  kTyres,
+  /// The same, its law answered from a table around the usual load of a wheel
+  /// (HybridModel::Tabulate) instead of solved at every state.
+  kTabulatedTyres
 };
 
 /// One ground under all wheels of a vehicle, and its solver. Nothing is fitted to the wheels.
@@ -30,17 +33,25 @@ class OnGround {
   /// tyres.
   OnGround(const vehicle::Vehicle& vehicle, const surrogate::Soil& soil, Wheels wheels);
 
-  /// The twist of given rim speeds of two sides, or of steady straight driving.
+  /// The twist of given rim speeds of two sides (on a draw of the solver's), or of steady straight
+  /// driving.
   std::vector<vehicle::Solution> Turn(const std::vector<double>& left,
-                                      const std::vector<double>& right);
+                                      const std::vector<double>& right,
+                                      int draw = vehicle::Motion::kMeanGround);
   vehicle::Solution Straight(double speed);
 
+  vehicle::Solver& solver() { return *solver_; }
+  /// For other solvers and planners of the same vehicle, while this lives.
+  vehicle::Grounds grounds() const;
   const vehicle::Vehicle& vehicle() const { return solver_->vehicle(); }
 
  private:
   std::vector<std::unique_ptr<const surrogate::WheelModel>> models_;
   std::unique_ptr<vehicle::Solver> solver_;
 };
+
+/// A shipped vehicle, by its name. Throws records::InputError.
+vehicle::Vehicle Shipped(const std::string& name);
 
 /// A soil with another angle of internal friction, tan(angle) = friction.
 surrogate::Soil WithFriction(surrogate::Soil soil, double friction);

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measured vehicles beside the solver: yaw rates, and power by terrain.
 
-  ./grouser vehicle measured --json > measured.json
+  ./grouser vehicle measured --ways --json > measured.json
   /usr/bin/python3 surrogate/measured_vehicles/plot.py measured.json docs/validation
 """
 
@@ -80,6 +80,35 @@ def draw_power(data, path):
     figure.savefig(path, dpi=80)
 
 
+def ways_panel(axes, ways, value, title, unit):
+    for number, way in enumerate(ways, 1):
+        y = value(way)
+        if y is None:
+            continue
+        axes.plot([way["motion_us"]], [y], "o", color="#1f77b4")
+        axes.annotate(str(number), (way["motion_us"], y), textcoords="offset points", xytext=(5, 4), fontsize=9)
+    axes.set_xscale("log")
+    axes.set_ylim(0, 1.1 * axes.get_ylim()[1])
+    axes.set_title(title, fontsize=9)
+    axes.set_xlabel("a motion [us]")
+    axes.set_ylabel(unit)
+
+
+def draw_ways(data, path):
+    ways = data["ways"]
+    figure, axes = pyplot.subplots(2, 2, figsize=(9, 6.6), layout="constrained")
+    ways_panel(axes[0][0], ways, lambda w: w["robots"]["husky"]["yaw_rms_rad_per_s"], "Husky: yaw rate",
+               "rms, rows held back [rad/s]")
+    ways_panel(axes[0][1], ways, lambda w: w["robots"]["husky"]["speed_rms_m_per_s"], "Husky: forward speed",
+               "rms, rows held back [m/s]")
+    ways_panel(axes[1][0], ways, lambda w: w["robots"]["warthog"]["yaw_rms_rad_per_s"], "Warthog: yaw rate",
+               "rms, rows held back [rad/s]")
+    ways_panel(axes[1][1], ways, lambda w: w["power"]["SANDY_LOAM"]["rms_w"], "Husky: power on sandy loam",
+               "rms [W]")
+    figure.text(0.01, -0.01, "\n".join(f"{n}  {w['way']}" for n, w in enumerate(ways, 1)), fontsize=8, va="top")
+    figure.savefig(path, dpi=80, bbox_inches="tight")
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -88,6 +117,8 @@ def main():
     folder = pathlib.Path(sys.argv[2])
     draw_yaw(data, folder / "vehicles-yaw.png")
     draw_power(data, folder / "vehicles-power.png")
+    if data["ways"]:
+        draw_ways(data, folder / "vehicles-ways.png")
 
 
 main()

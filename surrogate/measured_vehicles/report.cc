@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "surrogate/measured_vehicles/comparison.h"
+#include "surrogate/measured_vehicles/ways.h"
 
 namespace grouser::measured {
 namespace {
@@ -67,6 +68,27 @@ Json JsonOf(const PowerComparison& c) {
           {"no_load_current_a", c.no_load_current_a},
           {"fit_rms", c.fit_rms},
           {"points", points}};
+}
+
+Json JsonOf(const Comparison& c, const Way& way) {
+  Json robots, power;
+  for (std::size_t i = 0; i < way.robots.size(); ++i) {
+    const TwistMiss& m = way.robots[i];
+    robots[c.robots[i].robot] = {{"yaw_rms_rad_per_s", NumberOf(m.yaw_rad_per_s)},
+                                 {"speed_rms_m_per_s", NumberOf(m.speed_m_per_s)},
+                                 {"rows", m.rows},
+                                 {"unanswered", m.unanswered},
+                                 {"covered", m.covered < 0 ? Json(nullptr) : Json(m.covered)}};
+  }
+  for (const PowerMiss& m : way.power) {
+    power[m.terrain] = {{"rms_share", NumberOf(m.share)}, {"rms_w", NumberOf(m.watts)}};
+  }
+  return {{"way", way.name},
+          {"motion_us", way.motion_us},
+          {"plan_ms", NumberOf(way.plan_ms)},
+          {"robots", robots},
+          {"power", power},
+          {"current_miss_share", NumberOf(way.current_share)}};
 }
 
 std::string TextOf(const RobotYaw& r) {
@@ -134,8 +156,53 @@ std::string TextOf(const Comparison& c) {
   return text + TextOf(c.power, c.all_soils);
 }
 
-std::string JsonOf(const Comparison& c) {
-  Json verdicts = Json::array(), robots;
+// Three digits, "-" for none.
+std::string Short(double x) {
+  if (!std::isfinite(x)) return "-";
+  return x < 1000 ? fmt::format("{:.3g}", x) : fmt::format("{:.0f}", x);
+}
+
+std::string NoteOf(const TwistMiss& m) {
+  std::string note;
+  if (m.covered >= 0) note += fmt::format(" ({} of {} inside)", m.covered, m.rows);
+  if (m.unanswered > 0) note += fmt::format(" ({} of {} no balance)", m.unanswered, m.rows);
+  return note;
+}
+
+std::string TableOf(const Comparison& c, const std::vector<Way>& ways) {
+  std::string text =
+      fmt::format("| way to answer | a motion [us] | a plan of {} points [ms] |", kPlanPoints);
+  for (const RobotYaw& r : c.robots) {
+    text += fmt::format(" {}: yaw rate [rad/s] | forward speed [m/s] |", r.robot);
+  }
+  for (const PowerSummary& s : c.power.terrains) {
+    text += fmt::format(" power on {} |", TerrainOf(s.terrain).hard.empty()
+                                              ? TerrainOf(s.terrain).soils
+                                              : TerrainOf(s.terrain).hard);
+  }
+  text += " straight current, loam over asphalt |\n|";
+  for (std::size_t i = 0; i < 4 + 2 * c.robots.size() + c.power.terrains.size(); ++i) {
+    text += " --- |";
+  }
+  for (const Way& way : ways) {
+    text += fmt::format("\n| {} | {} | {} |", way.name, Short(way.motion_us), Short(way.plan_ms));
+    for (const TwistMiss& m : way.robots) {
+      text += fmt::format(" {}{} | {} |", Shown(m.yaw_rad_per_s, 3), NoteOf(m),
+                          Shown(m.speed_m_per_s, 3));
+    }
+    for (const PowerMiss& m : way.power) {
+      text += std::isfinite(m.share) ? fmt::format(" {:.0f} %, {:.0f} W |", 100 * m.share, m.watts)
+                                     : " - |";
+    }
+    text += std::isfinite(way.current_share) ? fmt::format(" {:.0f} % |", 100 * way.current_share)
+                                             : " - |";
+  }
+  return text + "\n";
+}
+
+std::string JsonOf(const Comparison& c, const std::vector<Way>& ways) {
+  Json verdicts = Json::array(), robots, all_ways = Json::array();
+  for (const Way& way : ways) all_ways.push_back(JsonOf(c, way));
   for (const Verdict& v : VerdictsOf(c)) {
     verdicts.push_back({{"row", v.row},
                         {"target", v.target},
@@ -151,7 +218,8 @@ std::string JsonOf(const Comparison& c) {
               {"power", JsonOf(c.power)},
               {"power_rescaled", JsonOf(c.rescaled)},
               {"power_rigid", JsonOf(c.rigid)},
-              {"power_all_soils", JsonOf(c.all_soils)}}
+              {"power_all_soils", JsonOf(c.all_soils)},
+              {"ways", all_ways}}
              .dump() +
          "\n";
 }

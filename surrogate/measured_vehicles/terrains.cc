@@ -1,6 +1,9 @@
 #include "surrogate/measured_vehicles/terrains.h"
 
+#include <fstream>
 #include <stdexcept>
+
+#include "surrogate/soils/soil_library.h"
 
 namespace grouser::measured {
 
@@ -19,6 +22,24 @@ const Terrain& TerrainOf(const std::string& name) {
   }
   throw std::invalid_argument("terrain: got " + name +
                               ", expected ASPHALT, FLOORING, ICE, SANDY_LOAM or SNOW");
+}
+
+PublishedGrounds Published() {
+  const std::string path = surrogate::PublishedSoilsFile();
+  std::ifstream soils(path);
+  if (!soils) throw std::invalid_argument(path + ": cannot be read, expected a table");
+  return {surrogate::PublishedHardGrounds(), surrogate::ReadSoils(soils, path)};
+}
+
+PublishedGrounds SuggestedOf(const PublishedGrounds& all) {
+  surrogate::SoilLibrary library;
+  library.Add(surrogate::PublishedSoilsFile());
+  PublishedGrounds suggested{all.hard, {}};
+  for (const Terrain& terrain : Terrains()) {
+    if (terrain.soils.empty()) continue;
+    suggested.soils.push_back(SuggestSoils(library, terrain.soils, {}).at(0).entry->soil);
+  }
+  return suggested;
 }
 
 Candidates CandidatesOf(const Terrain& terrain, const vehicle::Vehicle& vehicle,

@@ -13,6 +13,11 @@ struct PublishedGrounds {
   std::vector<surrogate::Soil> soils;
 };
 
+/// All of the shipped tables.
+PublishedGrounds Published();
+/// Of the soils of each terrain only the first that `grouser soil suggest` names for its words.
+PublishedGrounds SuggestedOf(const PublishedGrounds& all);
+
 /// The grounds that may stand for a terrain: one of the hard ones, or all published soils of that
 /// kind, as nobody says which it was; the prediction is their median.
 struct Terrain {

@@ -119,6 +119,24 @@ void FromMessage(const v1alpha1::SpeedPlan& from, std::span<SpeedPoint> to) {
   }
 }
 
+void ToMessage(const std::string& soil, const NamedWeights& from, v1alpha1::SoilMixture* to) {
+  to->set_name(soil);
+  for (const auto& [name, weight] : from) {
+    to->add_of(name);
+    to->add_weight(weight);
+  }
+}
+
+NamedWeights FromMessage(const std::string& field, const v1alpha1::SoilMixture& from) {
+  if (from.weight_size() != from.of_size()) {
+    Refuse(field + ".weight", std::to_string(from.weight_size()) + " entries",
+           std::to_string(from.of_size()));
+  }
+  NamedWeights weights;
+  for (int i = 0; i < from.of_size(); ++i) weights.emplace_back(from.of(i), from.weight(i));
+  return weights;
+}
+
 void FromMessage(const v1alpha1::Margins& from, SpeedOptions* to) {
   if (from.has_tip()) to->tip_margin = from.tip();
   to->torque_margin = from.torque();

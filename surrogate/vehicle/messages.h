@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grouser/v1alpha1/vehicle.pb.h"
@@ -50,6 +51,12 @@ void ToMessage(std::span<const PathPoint> from, v1alpha1::Path* to);
 void ToMessage(std::span<const SpeedPoint> from, v1alpha1::SpeedPlan* to);
 /// Throws std::invalid_argument where the arrays have other lengths.
 void FromMessage(const v1alpha1::SpeedPlan& from, std::span<SpeedPoint> to);
+
+/// SoilWeights of mixture_ground.h, which reads files as well.
+using NamedWeights = std::vector<std::pair<std::string, double>>;
+void ToMessage(const std::string& soil, const NamedWeights& from, v1alpha1::SoilMixture* to);
+/// Throws std::invalid_argument "FIELD.weight: 1 entries, expected 2".
+NamedWeights FromMessage(const std::string& field, const v1alpha1::SoilMixture& from);
 
 /// Puts margins into options that have defaults.
 void FromMessage(const v1alpha1::Margins& from, SpeedOptions* to);

@@ -208,6 +208,8 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
           << (i < 30 ? "asphalt" : "ice") << "\n";
     }
   }
+  const std::string bare_path = dir_->path() + "/bare_path.csv";
+  std::ofstream(bare_path) << "s_m,curvature_per_m\n0,0.1\n1,0.3\n2,-0.2\n3,0\n";
   const std::vector<std::vector<std::string>> calls = {
       {"show", "husky"},
       {"solve", "husky", "--soil", "floor", "--speed", "0.8", "--radius", "2", "--json"},
@@ -222,6 +224,14 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       {"speed", "husky", path, "--limit", "1.5", "--json"},
       {"speed", "husky", path, "--limit", "1.5", "--draws", "20"},
       {"speed", "cart", path, "--limit", "4", "--start", "1", "--tip-margin", "0.3"},
+      {"solve", "husky", "--soil", "{asphalt: 0.7, ice: 0.3}", "--speed", "0.5", "--draws", "40"},
+      {"solve", "rover", "--soils", "{dry_sand: 3, floor: 1}", "floor", "{floor: 1, dry_sand: 1}",
+       "dry_sand", "floor", "floor", "--speed", "0.04", "--json"},
+      {"energy", "husky", "--soil", "{asphalt: 0.7, ice: 0.3}", "--speed", "0.5", "--radius", "2"},
+      {"speed", "husky", path, "--soil", "{floor: 1, ice: 2}", "--limit", "1.5"},
+      {"speed", "husky", bare_path, "--soil", "{asphalt: 1, ice: 2}", "--limit", "1", "--draws",
+       "10"},
+      {"climb", "husky", "--soil", "{asphalt: 1, floor: 1}", "--json"},
       {"constants", "husky", "--speeds", "0.5", "--radii", "1", "5"}};
   for (std::vector<std::string> call : calls) {
     std::vector<std::string> remote = call;
@@ -233,6 +243,14 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
     EXPECT_EQ(ours.err, theirs.err) << call[0];
     EXPECT_EQ(ours.code, theirs.code) << call[0];
     EXPECT_GT(ours.out.size(), 100u) << call[0] << ours.err;
+  }
+  for (const char* soil : {"{asphalt: 1, mud: 1}", "{asphalt: 1"}) {
+    const auto bad = testing::RunProgram(
+        "grouser-vehicle",
+        {"energy", "husky", "--speed", "1", "--soil", soil, "--server", server_->address()},
+        dir_->path());
+    EXPECT_EQ(bad.code, 2) << soil;
+    EXPECT_THAT(bad.err, HasSubstr(soil == std::string("{asphalt: 1") ? "soil {" : "soil mud"));
   }
   const auto list = testing::RunProgram("grouser-vehicle", {"list", "--server", server_->address()},
                                         dir_->path());

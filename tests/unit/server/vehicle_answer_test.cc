@@ -30,6 +30,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+using SoilShares = std::vector<std::pair<const char*, double>>;
+
 /// Allocations of more than so many bytes fail meanwhile.
 struct Short {
   explicit Short(std::size_t largest) { g_largest = largest; }
@@ -125,6 +127,71 @@ TEST_F(VehicleAnswerTest, RefusesTooManyDrawsBeforeARequestWaits) {
   ExpectExhausted(plan, "draws times points: 101000 entries, at most 100000");
   plan.set_draws(342);
   ExpectExhausted(plan, "draws times soils: 1026");
+}
+
+// Sizes before a request waits, names and weights when it is answered; none is there for the next.
+TEST_F(VehicleAnswerTest, MixturesAreBoundedCheckedAndOfTheirCallAlone) {
+  const auto add = [](auto* request, const char* name, const SoilShares& shares) {
+    v1alpha1::SoilMixture* mixture = request->add_mixtures();
+    mixture->set_name(name);
+    for (const auto& [soil, weight] : shares) mixture->add_of(soil), mixture->add_weight(weight);
+  };
+  v1alpha1::SolveRequest solve = Motions(2);
+  add(&solve, "either", {{"asphalt", 7}, {"ice", 3}});
+  for (const std::uint32_t soil : {0, 3}) {  // 3: after the three of the vehicle
+    solve.mutable_motions()->add_soil(soil);
+    solve.mutable_motions()->mutable_twist()->add_yaw_rate_rad_per_s(0.3);
+  }
+  v1alpha1::SolveResponse response;
+  ASSERT_TRUE(Ask(solve, &response).ok());
+  EXPECT_EQ(response.solutions().reasons(1), 0u);
+  EXPECT_NE(response.solutions().electric_power_w(0), response.solutions().electric_power_w(1));
+  solve.clear_mixtures();
+  EXPECT_THAT(Ask(solve, &response).message, HasSubstr("motions.soil[1]: 3, expected below 3"));
+
+  const auto refusal = [&](const char* name, const SoilShares& shares) {
+    v1alpha1::SolveRequest bad = Motions(1);
+    add(&bad, "first", {{"asphalt", 1}});
+    add(&bad, name, shares);
+    const Status status = Ask(bad, &response);
+    EXPECT_EQ(status.code, StatusCode::kInvalidArgument) << status.message;
+    EXPECT_THAT(status.message, HasSubstr("mixtures[1]: "));
+    return status.message;
+  };
+  EXPECT_THAT(refusal("x", {{"mud", 1}}), HasSubstr("soil mud: none of the vehicle"));
+  EXPECT_THAT(refusal("ice", {{"asphalt", 1}}), HasSubstr("soil ice: there is one"));
+  EXPECT_THAT(refusal("x", {{"ice", 1}, {"ice", 1}}), HasSubstr("soil ice: twice"));
+  for (const double weight : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(refusal("x", {{"ice", weight}}), HasSubstr("weight")) << weight;
+  }
+  EXPECT_THAT(refusal("x", {}), HasSubstr("mixture: "));
+  EXPECT_THAT(refusal("x", {{"first", 1}, {"ice", 1}}), HasSubstr("mixture"));
+  v1alpha1::SolveRequest uneven = Motions(1);
+  uneven.add_mixtures()->add_of("ice");
+  EXPECT_THAT(Ask(uneven, &response).message,
+              HasSubstr("mixtures[0].weight: 0 entries, expected 1"));
+
+  v1alpha1::PlanSpeedRequest plan = Plan(2);
+  plan.set_draws(256);
+  add(&plan, "a", {{"ice", 1}});
+  EXPECT_TRUE(Check(fleet_, plan).ok());
+  add(&plan, "b", {{"ice", 1}});
+  ExpectExhausted(plan, "draws times soils: 1280 entries, at most 1024");
+  v1alpha1::GradesRequest grades;
+  grades.set_vehicle("husky");
+  for (int i = 0; i < 4; ++i) grades.add_soils("ice");
+  ExpectExhausted(grades, "soils: 4 entries, at most 3");
+  add(&grades, "a", {{"ice", 1}});
+  EXPECT_TRUE(Check(fleet_, grades).ok());
+  v1alpha1::EnergyRequest energy;
+  energy.set_vehicle("husky");
+  energy.mutable_motions()->mutable_twist()->add_v_x_m_per_s(1);
+  for (int i = 0; i < 8; ++i) add(&energy, "a", {{"ice", 1}});
+  EXPECT_TRUE(Check(fleet_, energy).ok());
+  for (int i = 0; i < 57; ++i) energy.mutable_mixtures(0)->add_of("ice");
+  ExpectExhausted(energy, "mixtures.of: 65 entries in all, at most 64");
+  add(&energy, "a", {{"ice", 1}});
+  ExpectExhausted(energy, "mixtures: 9 entries, at most 8");
 }
 
 // What a call used is not there for the next.

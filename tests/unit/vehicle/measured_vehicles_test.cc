@@ -1,10 +1,11 @@
 // The shipped rows give the figures that docs/measured-vehicles.md states.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
-#include "surrogate/measured_vehicles/comparison.h"
+#include "surrogate/measured_vehicles/ways.h"
 #include "surrogate/vehicle/vehicle_file.h"
 #include "tests/unit/refusal.h"
 
@@ -70,6 +71,44 @@ TEST(MeasuredVehicles, PowerIsThatCommitted) {
   EXPECT_NEAR(Shipped().all_soils.current_ratio.middle, 1.92, 0.03);
   EXPECT_NEAR(c.measured_current_ratio, 1.448, 0.001);
   for (const PowerPoint& p : c.points) EXPECT_TRUE(p.motion != "stuck" && p.motion != "still");
+}
+
+// The same errors as those of the rows, from the cheapest way to the dearest.
+TEST(MeasuredVehicles, WaysAreAsFarOffAsTheirRows) {
+  const Comparison& c = Shipped();
+  const std::vector<Way> ways = WaysOf(
+      {GROUSER_MEASURED "/drive_windows.csv", GROUSER_MEASURED "/borealtc_husky_power.csv", ""}, c);
+  ASSERT_EQ(ways.size(), 7U);
+  const Way &factor = ways[0], &hard = ways[1], &table = ways[2], &law = ways[3], &draws = ways[5];
+  for (const Way& way : ways) {
+    EXPECT_GT(way.motion_us, 0) << way.name;
+    EXPECT_EQ(way.robots.size(), 2U);
+    EXPECT_EQ(way.power.size(), c.power.terrains.size());
+    EXPECT_EQ(way.robots[0].rows, 100);
+  }
+  for (const int robot : {0, 1}) {
+    const RobotYaw& r = c.robots[robot];
+    EXPECT_NEAR(factor.robots[robot].yaw_rad_per_s, r.hard.factor_rms, 1e-9);
+    EXPECT_NEAR(hard.robots[robot].yaw_rad_per_s, r.hard.rms, 1e-6);
+    EXPECT_NEAR(law.robots[robot].yaw_rad_per_s, r.soil.rms, 1e-6);
+    EXPECT_NEAR(draws.robots[robot].yaw_rad_per_s, r.hard.rms, 0.005);
+    EXPECT_GE(draws.robots[robot].covered, 0);
+  }
+  for (std::size_t i = 0; i < c.power.terrains.size(); ++i) {
+    const PowerSummary& s = c.power.terrains[i];
+    const bool is_hard = !TerrainOf(s.terrain).hard.empty();
+    if (is_hard) {
+      EXPECT_NEAR(hard.power[i].share, s.rms, 1e-9) << s.terrain;
+    }
+    EXPECT_EQ(std::isnan(law.power[i].share), is_hard || s.terrain == "SNOW") << s.terrain;
+    // The baseline of the aims: 57 to 373 %.
+    EXPECT_GE(factor.power[i].share, 0.57) << s.terrain;
+    EXPECT_LE(factor.power[i].share, 3.735) << s.terrain;
+  }
+  EXPECT_NEAR(table.power[3].share, law.power[3].share, 0.01);
+  EXPECT_NEAR(factor.current_share, 1 - 1 / c.power.measured_current_ratio, 1e-9);
+  const std::string text = TableOf(c, ways);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 9);
 }
 
 // A prediction that is met by construction is called held, one off by more is not.
