@@ -102,6 +102,7 @@ std::vector<std::string> NamedLately(const Repository::Aliases& aliases, std::si
   std::map<std::pair<std::string, std::string>, std::size_t> later;
   std::set<std::string> named;
   for (auto move = aliases.history.rbegin(); move != aliases.history.rend(); ++move) {
+    if (move->alias == kCandidateAlias) continue;
     if (later[{move->model, move->alias}]++ >= most) continue;
     named.insert(move->digest);
     if (!move->from.empty()) named.insert(move->from);

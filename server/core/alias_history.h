@@ -19,7 +19,7 @@ std::string RollbackTarget(const Repository::Aliases& aliases, const std::string
 /// Drops all but the latest kMovesKept moves of each alias.
 void BoundHistory(std::vector<AliasMove>* history);
 
-/// The latest `most` moves of each alias, by what they led from and to: digests.
+/// Digests that the latest `most` moves of each alias but "candidate" led from and to.
 std::vector<std::string> NamedLately(const Repository::Aliases& aliases, std::size_t most);
 
 }  // namespace grouser::server

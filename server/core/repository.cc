@@ -255,7 +255,7 @@ AliasMove Repository::Move(Aliases aliases, AliasMove move,
   }
   auto& of_model = aliases.by_model[move.model];
   const bool leaves = !move.from.empty() && move.from != move.digest;
-  if (move.alias == kDefaultAlias && leaves) of_model["previous"] = move.from;
+  if (move.alias == kDefaultAlias && leaves) of_model[std::string(kPreviousAlias)] = move.from;
   of_model[move.alias] = move.digest;
   move.generation = ++aliases.generation;
   aliases.history.push_back(move);
