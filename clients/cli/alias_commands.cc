@@ -15,7 +15,7 @@ using google::protobuf::util::TimeUtil;
 
 constexpr std::size_t kShownDigits = 12;  // as many as name a model
 
-JobsClient MakeClient(const Common& common) {
+JobsClient JobsOf(const Common& common) {
   return JobsClient(common.jobs, client::Milliseconds(common.deadline_ms));
 }
 
@@ -35,7 +35,7 @@ int Print(const Common& common, const v1alpha1::AliasMove& move) {
 }
 
 int History(const Common& common, const std::string& model, int limit) {
-  const auto response = MakeClient(common).ListAliasMoves(model, limit);
+  const auto response = JobsOf(common).ListAliasMoves(model, limit);
   if (common.json) {
     PrintJson(response);
   } else {
@@ -45,7 +45,7 @@ int History(const Common& common, const std::string& model, int limit) {
 }
 
 int Prune(const Common& common, const v1alpha1::PruneRequest& request) {
-  const auto response = MakeClient(common).Prune(request);
+  const auto response = JobsOf(common).Prune(request);
   if (common.json) {
     PrintJson(response);
     return kExitOk;
@@ -86,7 +86,7 @@ void AddMove(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
       "--override-gate", [request] { request->set_override_gate(true); },
       "Also to what no gate has let through");
   move->callback(
-      [=] { *action = [=] { return Print(*common, MakeClient(*common).MoveAlias(*request)); }; });
+      [=] { *action = [=] { return Print(*common, JobsOf(*common).MoveAlias(*request)); }; });
 }
 
 void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
@@ -100,9 +100,8 @@ void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action
       "--to", [request](const auto& v) { request->set_to(v); },
       "Digest (12 hex digits or more) or generation; default: the model before");
   AddWhoAndWhy(back, request);
-  back->callback([=] {
-    *action = [=] { return Print(*common, MakeClient(*common).RollbackAlias(*request)); };
-  });
+  back->callback(
+      [=] { *action = [=] { return Print(*common, JobsOf(*common).RollbackAlias(*request)); }; });
 }
 
 }  // namespace
