@@ -22,6 +22,8 @@ struct Common {
 /// main runs. An action returns the exit code and may throw.
 using Action = std::function<int()>;
 void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
+/// Below "model", which AddQueryCommands adds, and "prune".
+void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
 void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
 
 }  // namespace grouser::cli

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <google/protobuf/util/time_util.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <iostream>
 #include <numbers>
 #include <random>
@@ -127,6 +129,20 @@ void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
                           [request](std::uint64_t v) { request->set_seed(v); });
   AddField<double>(submit, "--max-time", "Simulated limit [s]; 0: as the model's rig",
                    [request](double v) { request->set_max_time_s(v); });
+  submit
+      ->add_option_function<int>(
+          "--priority", [request](int v) { request->set_priority(v); },
+          "-10 to 10: the higher go first among your own jobs")
+      ->check(CLI::Range(-10, 10));
+  submit
+      ->add_option_function<double>(
+          "--time-limit-s",
+          [request](double v) {
+            *request->mutable_time_limit() =
+                google::protobuf::util::TimeUtil::MillisecondsToDuration(std::llround(1e3 * v));
+          },
+          "Longest DEM run by the clock [s]; default: the program's")
+      ->check(CLI::Range(1.0, 1e7));
   AddField<std::string>(submit, "--request-id", "Makes the submission idempotent",
                         [request](const auto& v) { request->set_request_id(v); });
   submit->add_flag("--watch", options->watch, "Follow the job to its end");

@@ -15,6 +15,9 @@ constexpr const char* kExamples =
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
     "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
+    "  grouser-client model move NAME@canary --to stable --who me --why 'a week without "
+    "complaint'\n"
+    "  grouser-client model rollback NAME --who me --why 'worse on the slope'\n"
     "Exit codes: 0 ok, 1 failed, 2 usage, or every state of a query INVALID.";
 
 }  // namespace
@@ -38,6 +41,7 @@ int main(int argc, char** argv) {
   Action action;
   AddQueryCommands(app, common, &action);
   AddJobCommands(app, common, &action);
+  AddAliasCommands(app, common, &action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

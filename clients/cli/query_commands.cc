@@ -234,7 +234,10 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   auto* one = app.add_subcommand("model", "One model with its error table and provenance");
   auto name = std::make_shared<std::string>();
   one->add_option("model", *name, model_text);
-  one->callback([=] { *action = [=] { return RunModel(*common, *name); }; });
+  one->callback([=] {
+    if (!one->get_subcommands().empty()) return;  // AddAliasCommands
+    *action = [=] { return RunModel(*common, *name); };
+  });
 
   auto* health = app.add_subcommand("health", "Whether a program serves (exit 0) or not (1)");
   auto service = std::make_shared<std::string>("server");

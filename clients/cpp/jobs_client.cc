@@ -68,4 +68,31 @@ v1alpha1::PromoteResponse JobsClient::Promote(const v1alpha1::PromoteRequest& re
   return Call(*stub_, &Stub::Promote, request, address_, deadline_);
 }
 
+v1alpha1::AliasMove JobsClient::MoveAlias(const v1alpha1::MoveAliasRequest& request) const {
+  return Call(*stub_, &Stub::MoveAlias, request, address_, deadline_).move();
+}
+
+v1alpha1::AliasMove JobsClient::RollbackAlias(const v1alpha1::RollbackAliasRequest& request) const {
+  return Call(*stub_, &Stub::RollbackAlias, request, address_, deadline_).move();
+}
+
+v1alpha1::ListAliasMovesResponse JobsClient::ListAliasMoves(const std::string& model,
+                                                            int limit) const {
+  v1alpha1::ListAliasMovesResponse all;
+  v1alpha1::ListAliasMovesRequest request;
+  request.set_model(model);
+  do {
+    request.set_page_size(limit - all.moves_size());
+    const auto page = Call(*stub_, &Stub::ListAliasMoves, request, address_, deadline_);
+    request.set_page_token(page.next_page_token());
+    all.MergeFrom(page);
+  } while (!request.page_token().empty() && all.moves_size() < limit);
+  all.clear_next_page_token();
+  return all;
+}
+
+v1alpha1::PruneResponse JobsClient::Prune(const v1alpha1::PruneRequest& request) const {
+  return Call(*stub_, &Stub::Prune, request, address_, deadline_);
+}
+
 }  // namespace grouser::client

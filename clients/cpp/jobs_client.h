@@ -26,6 +26,11 @@ class JobsClient {
                       const std::function<bool(const v1alpha1::Job&)>& on_change) const;
   v1alpha1::Job Cancel(const std::string& job_id, const std::string& request_id) const;
   v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request) const;
+  v1alpha1::AliasMove MoveAlias(const v1alpha1::MoveAliasRequest& request) const;
+  v1alpha1::AliasMove RollbackAlias(const v1alpha1::RollbackAliasRequest& request) const;
+  /// The newest moves of "name", "name@alias" or (empty) all, at most `limit`.
+  v1alpha1::ListAliasMovesResponse ListAliasMoves(const std::string& model, int limit) const;
+  v1alpha1::PruneResponse Prune(const v1alpha1::PruneRequest& request) const;
 
  private:
   std::string address_;

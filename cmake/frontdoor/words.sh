@@ -200,6 +200,10 @@ need a running ./grouser serve.
   watch     follow a job until it ends
   cancel    withdraw from a job
   promote   make a job's candidate the stable model
+  history   where aliases pointed, when, who moved them, why
+  move      point an alias at a model: canary to stable
+  rollback  move an alias back to what it named before
+  prune     remove what nothing names any more
 Examples:
   ./grouser jobs submit --slip 0.35 --angle-deg 20 --load 24
   ./grouser jobs watch JOB_ID
@@ -208,7 +212,8 @@ HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client jobs "$@" ;;
     get) shift; run_program grouser-client job "$@" ;;
-    submit | watch | cancel | promote) run_program grouser-client "$@" ;;
+    history | move | rollback) run_program grouser-client model "$@" ;;
+    prune | submit | watch | cancel | promote) run_program grouser-client "$@" ;;
     *) usage_error "jobs: unknown verb '$verb'; see ./grouser jobs --help" ;;
   esac
 }

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
@@ -42,6 +44,16 @@ std::uint64_t Count(const Json& object, const std::string& key) {
   return static_cast<std::uint64_t>(Number(object, key, /*whole=*/true));
 }
 
+AliasMove MoveFrom(const Json& move) {
+  if (!move.is_object()) throw std::runtime_error("key 'history': expected a list of objects");
+  AliasMove out{Text(move, "model"),       Text(move, "alias"), Text(move, "digest"),
+                Count(move, "generation"), Text(move, "who"),   Text(move, "why"),
+                Number(move, "unix_s")};
+  if (move.contains("from")) out.from = Text(move, "from");
+  if (move.contains("rollback")) out.rollback = Get<bool>(move, "rollback", "true or false");
+  return out;
+}
+
 Repository::Aliases AliasesFrom(const Json& root) {
   Repository::Aliases aliases;
   aliases.generation = Count(root, "generation");
@@ -52,11 +64,13 @@ Repository::Aliases AliasesFrom(const Json& root) {
       aliases.by_model[model][alias] = Text(value, alias);
     }
   }
+  std::map<std::pair<std::string, std::string>, std::string> last;
   for (const Json& move : Get<Json::array_t>(root, "history", "a list")) {
-    if (!move.is_object()) throw std::runtime_error("key 'history': expected a list of objects");
-    aliases.history.push_back({Text(move, "model"), Text(move, "alias"), Text(move, "digest"),
-                               Count(move, "generation"), Text(move, "who"), Text(move, "why"),
-                               Number(move, "unix_s")});
+    aliases.history.push_back(MoveFrom(move));
+    AliasMove& made = aliases.history.back();
+    std::string& before = last[{made.model, made.alias}];
+    if (!move.contains("from")) made.from = before;
+    before = made.digest;
   }
   return aliases;
 }
@@ -83,6 +97,8 @@ void WriteAliasFile(const std::string& path, const Repository::Aliases& aliases)
     history.push_back({{"model", move.model},
                        {"alias", move.alias},
                        {"digest", move.digest},
+                       {"from", move.from},
+                       {"rollback", move.rollback},
                        {"generation", move.generation},
                        {"who", move.who},
                        {"why", move.why},

@@ -8,6 +8,12 @@ namespace grouser::server {
 
 /// The alias that a bare model name means.
 inline constexpr std::string_view kDefaultAlias = "stable";
+/// Moves to every job's candidate by itself.
+inline constexpr std::string_view kCandidateAlias = "candidate";
+/// What stable was before its last move; moves with it.
+inline constexpr std::string_view kPreviousAlias = "previous";
+/// What some clients try before it becomes stable.
+inline constexpr std::string_view kCanaryAlias = "canary";
 /// Fewest hex digits that may stand for a digest.
 inline constexpr std::size_t kMinDigestDigits = 12;
 

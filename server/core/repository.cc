@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <mutex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -14,6 +15,7 @@
 #include "proto/records/durable_file.h"
 #include "proto/records/os/file_lock.h"
 #include "server/core/alias_file.h"
+#include "server/core/alias_history.h"
 #include "server/core/model_reference.h"
 #include "surrogate/model_io/upgrade.h"
 
@@ -65,6 +67,22 @@ std::string AliasPath(const std::string& state_dir) {
   return ModelsDir(state_dir) + "/aliases.json";
 }
 
+/// Held while an alias moves. Throws std::runtime_error.
+os::UniqueFd LockAliases(const std::string& state_dir) {
+  fs::create_directories(ModelsDir(state_dir));
+  const std::string lock_file = ModelsDir(state_dir) + "/.aliases.lock";
+  os::UniqueFd lock = os::LockWithin(lock_file, kLongestMoveS);
+  if (!lock.valid()) throw std::runtime_error(lock_file + ": still locked by another program");
+  return lock;
+}
+
+bool IsThere(const std::vector<Repository::Entry>& entries, const std::string& model,
+             const std::string& digest) {
+  return std::any_of(entries.begin(), entries.end(), [&](const Repository::Entry& entry) {
+    return entry.digest == digest && entry.name == model;
+  });
+}
+
 std::string KnownNames(const std::vector<Repository::Entry>& entries) {
   std::set<std::string> names;
   for (const auto& entry : entries) names.insert(entry.name);
@@ -73,8 +91,19 @@ std::string KnownNames(const std::vector<Repository::Entry>& entries) {
 
 }  // namespace
 
+struct Repository::Known {
+  struct Read {
+    std::string stamp;
+    Entry entry;
+  };
+  std::mutex mutex;
+  std::map<std::string, Read> by_path;  // guarded by mutex
+};
+
 Repository::Repository(std::string state_dir, std::string shipped_dir)
-    : state_dir_(std::move(state_dir)), shipped_dir_(std::move(shipped_dir)) {
+    : state_dir_(std::move(state_dir)),
+      shipped_dir_(std::move(shipped_dir)),
+      known_(std::make_shared<Known>()) {
   if (state_dir_.empty()) throw std::runtime_error("state folder: empty, expected a path");
 }
 
@@ -98,18 +127,33 @@ records::LoadedModel Repository::Read(const File& file) {
 }
 
 std::vector<Repository::Entry> Repository::List(std::vector<std::string>* problems) const {
+  std::map<std::string, Known::Read> before, now;
+  {
+    const std::lock_guard<std::mutex> lock(known_->mutex);
+    before = known_->by_path;
+  }
   std::vector<Entry> entries;
   std::set<std::string> seen;
   for (const File& file : Files()) {
     try {
-      const auto loaded = Read(file);
-      if (!seen.insert(loaded.digest).second) continue;
-      entries.push_back({file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(),
-                         file.shipped});
+      const auto found = before.find(file.path);
+      Known::Read& read = now[file.path];
+      if (found != before.end() && found->second.stamp == file.stamp) {
+        read = found->second;
+      } else {
+        const auto loaded = Read(file);
+        read = {file.stamp,
+                {file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(),
+                 file.shipped}};
+      }
+      if (seen.insert(read.entry.digest).second) entries.push_back(read.entry);
     } catch (const std::exception& e) {
+      now.erase(file.path);
       if (problems != nullptr) problems->push_back(e.what());
     }
   }
+  const std::lock_guard<std::mutex> lock(known_->mutex);
+  known_->by_path = std::move(now);
   return entries;
 }
 
@@ -149,6 +193,7 @@ std::string Repository::Publish(const std::string& model_file) {
   try {
     // Already there and whole: the same content, nothing to write.
     if (fs::exists(target) && records::ReadModelFile(target).digest == loaded.digest) {
+      fs::last_write_time(target, fs::file_time_type::clock::now());  // its age begins again
       return loaded.digest;
     }
   } catch (const std::exception&) {
@@ -168,36 +213,60 @@ AliasMove Repository::SetAlias(const std::string& model, const std::string& alia
   if (!IsAliasName(alias)) {
     throw std::runtime_error("alias: '" + alias + "', expected a lower-case name such as stable");
   }
-  fs::create_directories(ModelsDir(state_dir_));
-  const std::string lock_file = ModelsDir(state_dir_) + "/.aliases.lock";
-  const os::UniqueFd lock = os::LockWithin(lock_file, kLongestMoveS);
-  if (!lock.valid()) throw std::runtime_error(lock_file + ": still locked by another program");
+  const os::UniqueFd lock = LockAliases(state_dir_);
   const auto entries = List(nullptr);
-  const bool known = std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
-    return entry.digest == digest && entry.name == model;
-  });
-  if (!known) {
+  if (!IsThere(entries, model, digest)) {
     throw std::runtime_error("digest: '" + digest + "' is no model file of '" + model +
                              "' in this repository; known models: " + KnownNames(entries));
   }
+  return Move(ReadStateAliases(), {model, alias, digest, 0, who, why, UnixNow()}, entries);
+}
+
+AliasMove Repository::Rollback(const std::string& model, const std::string& alias,
+                               const std::string& to, const std::string& who,
+                               const std::string& why) {
+  const os::UniqueFd lock = LockAliases(state_dir_);
+  const auto entries = List(nullptr);
   Aliases aliases = ReadStateAliases();
   AddShippedDefaults(entries, &aliases);
-  const std::string before = aliases.Find(model, alias);
-  const bool recorded = std::any_of(
-      aliases.history.begin(), aliases.history.end(),
-      [&](const AliasMove& move) { return move.model == model && move.alias == alias; });
+  const std::string target = RollbackTarget(aliases, model, alias, to);
+  if (!IsThere(entries, model, target)) {
+    throw std::out_of_range("to: " + target + ", which " + model + "@" + alias +
+                            " named before, has no readable model file any more");
+  }
+  AliasMove move{model, alias, target, 0, who, why, UnixNow()};
+  move.rollback = true;
+  return Move(std::move(aliases), std::move(move), entries);
+}
+
+AliasMove Repository::Move(Aliases aliases, AliasMove move,
+                           const std::vector<Entry>& entries) const {
+  AddShippedDefaults(entries, &aliases);
+  move.from = aliases.Find(move.model, move.alias);
+  const bool recorded =
+      std::any_of(aliases.history.begin(), aliases.history.end(), [&](const AliasMove& other) {
+        return other.model == move.model && other.alias == move.alias;
+      });
   // A repeated move (a promotion finished after a crash) must not make the
   // model its own predecessor.
-  if (before == digest && recorded) {
-    return {model, alias, digest, aliases.generation, who, why, UnixNow()};
+  if (move.from == move.digest && (recorded || move.rollback)) {
+    move.generation = aliases.generation;
+    return move;
   }
-  auto& of_model = aliases.by_model[model];
-  if (alias == kDefaultAlias && !before.empty() && before != digest) of_model["previous"] = before;
-  of_model[alias] = digest;
-  aliases.generation += 1;
-  aliases.history.push_back({model, alias, digest, aliases.generation, who, why, UnixNow()});
+  auto& of_model = aliases.by_model[move.model];
+  const bool leaves = !move.from.empty() && move.from != move.digest;
+  if (move.alias == kDefaultAlias && leaves) of_model[std::string(kPreviousAlias)] = move.from;
+  of_model[move.alias] = move.digest;
+  move.generation = ++aliases.generation;
+  aliases.history.push_back(move);
+  BoundHistory(&aliases.history);
   WriteAliasFile(AliasPath(state_dir_), aliases);
-  return aliases.history.back();
+  return move;
+}
+
+void Repository::WithoutMoves(const std::function<void(const Aliases&)>& remove) const {
+  const os::UniqueFd lock = LockAliases(state_dir_);
+  remove(ReadAliases());
 }
 
 Repository::Entry Repository::Resolve(const std::string& reference) const {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,7 +17,12 @@ struct AliasMove {
   std::uint64_t generation = 0;      ///< of the whole repository, grows by one a move
   std::string who, why;
   double unix_s = 0;
+  std::string from = {};  ///< digest before; empty: none, or recorded before 0.2
+  bool rollback = false;
 };
+
+/// The history keeps this many latest moves of every alias.
+inline constexpr std::size_t kMovesKept = 100;
 
 /// Models and aliases on disk. `state_dir`/models/DIGEST.model are content-
 /// addressed; `state_dir`/models/aliases.json is the one truth about aliases
@@ -44,7 +51,8 @@ class Repository {
     google::protobuf::Timestamp created;
     bool shipped = false;
   };
-  /// Every readable model; unreadable files are reported in `problems`.
+  /// Every readable model; unreadable files are reported in `problems`. A file is read
+  /// once, and again when its stamp has changed. Any thread.
   std::vector<Entry> List(std::vector<std::string>* problems) const;
 
   struct Aliases {
@@ -72,6 +80,17 @@ class Repository {
   AliasMove SetAlias(const std::string& model, const std::string& alias, const std::string& digest,
                      const std::string& who, const std::string& why);
 
+  /// Moves an alias back to what it named before, under the same lock. `to`: the
+  /// first digits of a digest or a generation; empty: the model before the present
+  /// one, and called again the one before that. Throws std::out_of_range naming what
+  /// the alias named before where there is no such model.
+  AliasMove Rollback(const std::string& model, const std::string& alias, const std::string& to,
+                     const std::string& who, const std::string& why);
+
+  /// Runs `remove` while no alias can move and no model be published, with the
+  /// aliases as they are: for removing models that nothing names.
+  void WithoutMoves(const std::function<void(const Aliases&)>& remove) const;
+
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" to an entry.
   /// Throws std::out_of_range with what is known when there is none.
   Entry Resolve(const std::string& reference) const;
@@ -82,7 +101,11 @@ class Repository {
   const std::string& state_dir() const { return state_dir_; }
 
  private:
+  struct Known;  ///< what List has read, by path
+  AliasMove Move(Aliases aliases, AliasMove move, const std::vector<Entry>& entries) const;
+
   std::string state_dir_, shipped_dir_;
+  std::shared_ptr<Known> known_;
 };
 
 }  // namespace grouser::server

@@ -52,8 +52,12 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
 }
 
 Snapshot::Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
-                   std::map<std::string, Aliases, std::less<>> aliases)
-    : generation_(generation), models_(std::move(models)), aliases_(std::move(aliases)) {
+                   std::map<std::string, Aliases, std::less<>> aliases,
+                   std::vector<std::string> pending)
+    : generation_(generation),
+      models_(std::move(models)),
+      aliases_(std::move(aliases)),
+      pending_(std::move(pending)) {
   std::sort(models_.begin(), models_.end(), [](const ModelPtr& a, const ModelPtr& b) {
     return std::tie(a->message.name(), a->digest) < std::tie(b->message.name(), b->digest);
   });
@@ -121,7 +125,13 @@ Status Snapshot::Find(std::string_view reference, const ServedModel** model) con
     }
     *model = candidate.get();
   }
-  return *model != nullptr ? Status::Ok() : Unknown(reference, "is unknown");
+  if (*model != nullptr) return Status::Ok();
+  const bool pending = std::ranges::any_of(pending_, [&](const std::string& digest) {
+    return digest.starts_with(parsed->digest_prefix);
+  });
+  if (!pending) return Unknown(reference, "is unknown");
+  return {StatusCode::kUnavailable,
+          fmt::format("model: {} is being loaded; ask again", Quote(reference))};
 }
 
 Status Snapshot::Unknown(std::string_view reference, const char* why) const {

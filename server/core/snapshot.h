@@ -51,20 +51,25 @@ class Snapshot {
   using Aliases = std::map<std::string, ModelPtr, std::less<>>;
 
   Snapshot() = default;
+  /// `pending`: digests of models that are there but not loaded yet.
   Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
-           std::map<std::string, Aliases, std::less<>> aliases);
+           std::map<std::string, Aliases, std::less<>> aliases,
+           std::vector<std::string> pending = {});
 
   std::uint64_t generation() const { return generation_; }
   /// Sorted by name, then digest.
   const std::vector<ModelPtr>& models() const { return models_; }
   /// Aliases by model name.
   const std::map<std::string, Aliases, std::less<>>& aliases() const { return aliases_; }
+  /// Digests of models that are there but not loaded yet; none of them has an alias.
+  const std::vector<std::string>& pending() const { return pending_; }
 
   /// Null where there is no such model or alias.
   ModelPtr FindAlias(std::string_view name, std::string_view alias) const;
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" (the only model).
-  /// On failure *model is null and the status is NOT_FOUND (unknown) or
-  /// INVALID_ARGUMENT (malformed). Allocates only on failure.
+  /// On failure *model is null and the status is NOT_FOUND (unknown),
+  /// INVALID_ARGUMENT (malformed) or UNAVAILABLE (a digest that is pending). Allocates only
+  /// on failure.
   Status Find(std::string_view reference, const ServedModel** model) const;
 
   /// Who may answer where `named` was found by `reference` and an accuracy request given:
@@ -79,6 +84,7 @@ class Snapshot {
   std::uint64_t generation_ = 0;
   std::vector<ModelPtr> models_;
   std::map<std::string, Aliases, std::less<>> aliases_;
+  std::vector<std::string> pending_;
   std::map<const ServedModel*, std::unique_ptr<const SelectableModels>> alone_, together_;
 };
 

@@ -1,7 +1,12 @@
 #include "server/core/snapshot_store.h"
 
 #include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <iterator>
+#include <set>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace grouser::server {
@@ -13,6 +18,16 @@ ModelPtr FindDigest(const std::vector<ModelPtr>& models, const std::string& dige
   const auto it = std::find_if(models.begin(), models.end(),
                                [&](const ModelPtr& model) { return model->digest == digest; });
   return it == models.end() ? nullptr : *it;
+}
+
+std::string StemOf(const std::string& path) { return std::filesystem::path(path).stem().string(); }
+
+std::set<std::string> NamedDigests(const Repository::Aliases& aliases) {
+  std::set<std::string> named;
+  for (const auto& [name, of_model] : aliases.by_model) {
+    for (const auto& [alias, digest] : of_model) named.insert(digest);
+  }
+  return named;
 }
 
 /// What each alias names. One whose model cannot be served stays where it was;
@@ -38,8 +53,9 @@ std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(
 
 }  // namespace
 
-SnapshotStore::SnapshotStore(const Repository& repository, ModelFactory factory)
-    : repository_(repository), factory_(std::move(factory)) {}
+SnapshotStore::SnapshotStore(const Repository& repository, ModelFactory factory,
+                             std::chrono::milliseconds unnamed)
+    : repository_(repository), factory_(std::move(factory)), unnamed_(unnamed) {}
 
 std::shared_ptr<const Snapshot> SnapshotStore::Current() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -65,6 +81,37 @@ SnapshotStore::LastGood SnapshotStore::Load(const Repository::File& file, const 
   }
 }
 
+void SnapshotStore::LoadAll(const Snapshot& before, std::vector<Loading>* all) const {
+  // What is loaded already costs nothing; then what an alias names, then the rest.
+  std::vector<Loading*> order;
+  for (Loading& one : *all) order.push_back(&one);
+  const auto rank = [&](const Loading* one) {
+    const auto known = last_good_.find(one->file->path);
+    const bool loaded = known != last_good_.end() && known->second.stamp == one->file->stamp;
+    return loaded ? 0 : one->named ? 1 : 2;
+  };
+  std::ranges::stable_sort(order, {}, rank);
+  const auto end = std::chrono::steady_clock::now() + unnamed_;
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> one_more = true;  // each call comes further
+  const auto work = [&] {
+    for (std::size_t i = next++; i < order.size(); i = next++) {
+      Loading& one = *order[i];
+      const bool now =
+          rank(&one) < 2 || std::chrono::steady_clock::now() < end || one_more.exchange(false);
+      if (!now) continue;
+      one.result = Load(*one.file, before, &one.problems);
+      one.tried = true;
+    }
+  };
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  std::vector<std::jthread> helpers;
+  const auto made = std::ranges::count_if(order, [&](const Loading* o) { return rank(o) > 0; });
+  const std::size_t wanted = std::min<std::size_t>(processors, static_cast<std::size_t>(made));
+  for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  work();
+}
+
 void SnapshotStore::ReadStateAliases(std::vector<std::string>* problems) {
   try {
     state_aliases_ = repository_.ReadStateAliases();
@@ -86,27 +133,43 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   LastGoodFiles good;
   std::vector<ModelPtr> models;
   std::vector<Repository::Entry> entries;
-  for (const Repository::File& file : repository_.Files()) {
-    LastGood loaded = Load(file, *before, &outcome.problems);
+  std::vector<std::string> pending;
+  const std::vector<Repository::File> files = repository_.Files();
+  std::vector<Loading> all;
+  const std::set<std::string> named = NamedDigests(state_aliases_);
+  for (const Repository::File& file : files) {
+    Loading& one = all.emplace_back();
+    one.file = &file;
+    one.named = file.shipped || named.contains(StemOf(file.path));
+  }
+  LoadAll(*before, &all);
+  for (Loading& one : all) {
+    if (!one.tried) {
+      pending.push_back(StemOf(one.file->path));
+      continue;
+    }
+    std::ranges::move(one.problems, std::back_inserter(outcome.problems));
+    LastGood& loaded = one.result;
     if (!loaded.model) continue;
     if (!FindDigest(models, loaded.model->digest)) models.push_back(loaded.model);
     const auto& message = loaded.model->message;
-    entries.push_back(
-        {file.path, message.name(), loaded.model->digest, message.create_time(), file.shipped});
-    good[file.path] = std::move(loaded);
+    entries.push_back({one.file->path, message.name(), loaded.model->digest, message.create_time(),
+                       one.file->shipped});
+    good[one.file->path] = std::move(loaded);
   }
   Repository::Aliases wanted = state_aliases_;
   Repository::AddShippedDefaults(entries, &wanted);
   auto aliases = TargetsOf(wanted, *before, &models, &outcome.problems);
-  std::shared_ptr<const Snapshot> next =
-      std::make_shared<const Snapshot>(wanted.generation, std::move(models), std::move(aliases));
+  std::shared_ptr<const Snapshot> next = std::make_shared<const Snapshot>(
+      wanted.generation, std::move(models), std::move(aliases), pending);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     current_.swap(next);
   }
   retired_.push_back(std::move(next));
   last_good_ = std::move(good);
-  fingerprint_ = std::move(fingerprint);
+  // With some pending the next call goes on.
+  fingerprint_ = pending.empty() ? std::move(fingerprint) : "";
   loaded_ = true;
   outcome.changed = true;
   return outcome;

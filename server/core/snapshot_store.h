@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -15,7 +16,9 @@ namespace grouser::server {
 /// belongs to one thread (the store thread); Current() to any.
 class SnapshotStore {
  public:
-  SnapshotStore(const Repository& repository, ModelFactory factory);
+  /// `unnamed`: how long a refresh goes on loading models that no alias names.
+  SnapshotStore(const Repository& repository, ModelFactory factory,
+                std::chrono::milliseconds unnamed = std::chrono::milliseconds(1000));
 
   /// What a refresh did; `problems` are worth a log line each.
   struct Outcome {
@@ -24,12 +27,14 @@ class SnapshotStore {
   };
 
   /// Reads the repository if it changed since the last call and puts a new
-  /// snapshot live. What is damaged never replaces what is good: a file that
-  /// cannot be read or fails its self-test leaves the last known good model of
-  /// that file in place, a damaged alias file the last known good aliases (none
-  /// but those of the shipped models if there were none); `problems` name them.
-  /// Throws std::runtime_error, and changes nothing, when a folder of the
-  /// repository cannot be read; the next call tries again.
+  /// snapshot live. Models are made on as many threads as there are processors. Those that no
+  /// alias names come last, and what `unnamed` does not suffice for is left to the next calls
+  /// (Snapshot::pending): a start waits for what has a name alone. What is damaged never replaces
+  /// what is good: a file that cannot be read or fails its self-test leaves the last known good
+  /// model of that file in place, a damaged alias file the last known good aliases (none but those
+  /// of the shipped models if there were none); `problems` name them. Throws std::runtime_error,
+  /// and changes nothing, when a folder of the repository cannot be read; the next call tries
+  /// again.
   Outcome Refresh();
 
   /// The snapshot to answer one message with. Locks for a pointer copy only:
@@ -45,13 +50,23 @@ class SnapshotStore {
   };
   using LastGoodFiles = std::map<std::string, LastGood>;  // by path
 
+  /// What became of a file.
+  struct Loading {
+    const Repository::File* file = nullptr;
+    bool named = true;
+    bool tried = false;
+    LastGood result;
+    std::vector<std::string> problems;
+  };
   LastGood Load(const Repository::File& file, const Snapshot& before,
                 std::vector<std::string>* problems) const;
+  void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
   void ReadStateAliases(std::vector<std::string>* problems);
   void ReleaseRetired();
 
   const Repository& repository_;
   ModelFactory factory_;
+  std::chrono::milliseconds unnamed_;
   std::string fingerprint_;
   bool loaded_ = false;
   LastGoodFiles last_good_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "proto/records/model_file.h"
 #include "server/core/page.h"
@@ -58,16 +59,36 @@ std::optional<JobRow> JobBook::FindOpen(const std::string& job_id) const {
 }
 
 std::optional<JobRow> JobBook::NextQueued() const {
-  for (const JobRow& row : open_) {
-    if (row.job.job_state() == v1alpha1::JOB_STATE_QUEUED) return row;
+  std::map<std::string, int> working;
+  for (const JobRow& row : open_) working[row.job.client()] += IsWorking(row.job.job_state());
+  const auto place = [&](const JobRow& row) {
+    const auto turn = turns_.find(row.job.client());
+    return std::tuple(working[row.job.client()], turn == turns_.end() ? 0 : turn->second,
+                      -row.job.priority());
+  };
+  const JobRow* next = nullptr;
+  for (const JobRow& row : open_) {  // the oldest first: of equal ones that stays
+    if (row.job.job_state() != v1alpha1::JOB_STATE_QUEUED) continue;
+    if (next == nullptr || place(row) < place(*next)) next = &row;
   }
-  return std::nullopt;
+  return next == nullptr ? std::nullopt : std::optional(*next);
 }
 
-std::size_t JobBook::CountQueued() const {
-  return std::count_if(open_.begin(), open_.end(), [](const JobRow& row) {
-    return row.job.job_state() == v1alpha1::JOB_STATE_QUEUED;
-  });
+void JobBook::CheckQueue(const std::string& client) const {
+  std::size_t own = 0, all = 0;
+  for (const JobRow& row : open_) {
+    if (row.job.job_state() != v1alpha1::JOB_STATE_QUEUED) continue;
+    ++all;
+    own += row.job.client() == client;
+  }
+  const auto refuse = [](const std::string& whose, std::size_t wait, std::size_t most) {
+    throw StatusError(StatusCode::kResourceExhausted,
+                      fmt::format("queue: {} jobs {}wait already, expected fewer than {}; "
+                                  "submit again later",
+                                  wait, whose, most));
+  };
+  if (own >= max_queued_) refuse("of this client ", own, max_queued_);
+  if (own > 0 && all >= kMostClients * max_queued_) refuse("", all, kMostClients * max_queued_);
 }
 
 void JobBook::Touch(JobRow& row) const {
@@ -108,7 +129,8 @@ std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
 v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinementRequest& request,
                                                    const std::string& model,
                                                    const std::string& join_key,
-                                                   const v1alpha1::WheelTestSpec& spec) {
+                                                   const v1alpha1::WheelTestSpec& spec,
+                                                   const std::string& client) {
   if (auto known = Replay(request)) return *known;
   const auto same = std::find_if(open_.begin(), open_.end(),
                                  [&](const JobRow& row) { return row.join_key == join_key; });
@@ -117,16 +139,12 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
   if (asked.joined) {
     row = *same;
     row.job.set_subscribers(row.job.subscribers() + 1);
+    row.job.set_priority(std::max(row.job.priority(), request.priority()));
     Touch(row);
     asked.job_id = row.job.job_id();
     store_.Join(row, asked);
   } else {
-    if (CountQueued() >= max_queued_) {
-      throw StatusError(StatusCode::kResourceExhausted,
-                        fmt::format("queue: {} jobs wait already, expected fewer than {}; "
-                                    "submit again later",
-                                    CountQueued(), max_queued_));
-    }
+    CheckQueue(client);
     row.join_key = join_key;
     row.spec = spec;
     row.job.set_job_id(NewJobId());
@@ -137,6 +155,9 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     row.job.set_message("waiting for a worker");
     row.job.clear_eta();
     row.job.set_subscribers(1);
+    row.job.set_client(client);
+    row.job.set_priority(request.priority());
+    if (request.has_time_limit()) *row.job.mutable_time_limit() = request.time_limit();
     row.job.set_lease_epoch(1);
     *row.job.mutable_submit_time() = records::TimestampOf(clock_());
     Touch(row);
@@ -224,6 +245,7 @@ std::optional<JobRow> JobBook::Change(const std::string& job_id, std::uint64_t e
   }
   Touch(*row);
   if (!store_.Save(*row, epoch)) return std::nullopt;
+  if (from != to && to == v1alpha1::JOB_STATE_RUNNING) turns_[row->job.client()] = ++turn_;
   Adopt(*row, publish);
   return row;
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,10 @@ class JobBook {
   using Listener = std::function<void(const v1alpha1::Job&)>;
 
   /// Loads all open jobs. `listener` hears every published change.
+  /// `max_queued`: of one client; of all kMostClients times as many, but a client of
+  /// whom no job waits is never refused.
   JobBook(JobStore& store, std::size_t max_queued, Clock clock, Listener listener);
+  static constexpr std::size_t kMostClients = 16;
 
   /// The answer given before to this request_id, if any; throws
   /// StatusError(kAlreadyExists) where it then asked for something else.
@@ -34,7 +38,8 @@ class JobBook {
   /// `model` is "name@sha256:HEX". Throws StatusError(kResourceExhausted).
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
                                             const std::string& model, const std::string& join_key,
-                                            const v1alpha1::WheelTestSpec& spec);
+                                            const v1alpha1::WheelTestSpec& spec,
+                                            const std::string& client = "");
 
   /// Throws StatusError(kNotFound).
   v1alpha1::Job Get(const std::string& job_id);
@@ -49,7 +54,8 @@ class JobBook {
 
   // Rows are handed out as copies: every change replaces the book's own row,
   // and a reference to it would outlive what it refers to.
-  /// The oldest QUEUED job.
+  /// The QUEUED job whose turn it is: of the client for whom the fewest workers run, then who
+  /// waited longest for a turn; of that client the one of the highest priority, then the oldest.
   std::optional<JobRow> NextQueued() const;
   std::optional<JobRow> FindOpen(const std::string& job_id) const;
   /// All open jobs, oldest first.
@@ -75,7 +81,7 @@ class JobBook {
 
  private:
   JobRow* Find(const std::string& job_id);
-  std::size_t CountQueued() const;
+  void CheckQueue(const std::string& client) const;
   void Touch(JobRow& row) const;
   /// Takes over a stored row: replaces or drops the open one, tells listeners.
   void Adopt(JobRow row, Publish publish);
@@ -84,7 +90,9 @@ class JobBook {
   std::size_t max_queued_;
   Clock clock_;
   Listener listener_;
-  std::vector<JobRow> open_;  ///< oldest first
+  std::vector<JobRow> open_;                    ///< oldest first
+  std::map<std::string, std::uint64_t> turns_;  ///< by client: when one of its jobs last started
+  std::uint64_t turn_ = 0;
 };
 
 }  // namespace grouser::server

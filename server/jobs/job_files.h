@@ -14,6 +14,8 @@ class JobFiles {
 
   std::string Database() const { return state_ + "/jobs/jobs.sqlite"; }
   std::string InstanceLock() const { return state_ + "/jobs/lock"; }
+  /// A folder of the state folder.
+  std::string Below(const std::string& folder) const { return state_ + "/" + folder; }
   std::string Tiles() const { return state_ + "/tiles"; }
   std::string Run(const std::string& file) const { return state_ + "/runs/" + file; }
 

@@ -213,6 +213,36 @@ std::vector<JobRow> JobStore::LoadOpen() {
   return ReadRows(query);
 }
 
+void JobStore::ForEach(const std::function<void(const v1alpha1::Job&, std::uint64_t)>& visit) {
+  SQLite::Statement query(db_, std::string("SELECT ") + kColumns + " FROM jobs ORDER BY seq");
+  while (query.executeStep()) {
+    std::uint64_t bytes = 0;
+    for (int column = 2; column < 5; ++column) bytes += query.getColumn(column).getBytes();
+    visit(ReadRow(query, Path()).job, bytes);
+  }
+}
+
+void JobStore::Remove(const std::string& job_id) {
+  Transaction transaction(db_);
+  SQLite::Statement requests(db_,
+                             "DELETE FROM requests WHERE job_id IN"
+                             " (SELECT job_id FROM jobs WHERE job_id=?1 AND state IN (?2,?3,?4))");
+  SQLite::Statement job(db_, "DELETE FROM jobs WHERE job_id=?1 AND state IN (?2,?3,?4)");
+  for (SQLite::Statement* statement : {&requests, &job}) {
+    SQLite::bind(*statement, job_id, static_cast<int>(v1alpha1::JOB_STATE_DONE),
+                 static_cast<int>(v1alpha1::JOB_STATE_FAILED),
+                 static_cast<int>(v1alpha1::JOB_STATE_CANCELLED));
+    statement->exec();
+  }
+  transaction.commit();
+}
+
+void JobStore::Compact() {
+  const int free = db_.execAndGet("PRAGMA freelist_count").getInt();
+  const int all = db_.execAndGet("PRAGMA page_count").getInt();
+  if (free > all / 4) db_.exec("VACUUM");
+}
+
 std::optional<std::vector<v1alpha1::Job>> JobStore::List(std::size_t limit,
                                                          const std::string& before) {
   std::int64_t end = std::numeric_limits<std::int64_t>::max();

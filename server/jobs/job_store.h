@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,14 @@ class JobStore {
   /// Newest first, from the one submitted before `before` (a job's id; empty: the newest).
   /// nullopt where no such job is known.
   std::optional<std::vector<v1alpha1::Job>> List(std::size_t limit, const std::string& before = "");
+
+  /// Every job with the bytes of its row, oldest first. Throws std::runtime_error for a
+  /// damaged row.
+  void ForEach(const std::function<void(const v1alpha1::Job&, std::uint64_t)>& visit);
+  /// Forgets an ended job and its requests; of an open one, nothing.
+  void Remove(const std::string& job_id);
+  /// Gives the space of removed rows back to the disk, where it is worth it.
+  void Compact();
 
   static constexpr int kSchemaVersion = 1;
 

@@ -1,5 +1,8 @@
 #include "server/jobs/jobs_app.h"
 
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <future>
 #include <stdexcept>
@@ -8,6 +11,7 @@
 #include "proto/records/os/file_lock.h"
 #include "server/core/model_reference.h"
 #include "server/core/status.h"
+#include "server/jobs/alias_requests.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
@@ -16,6 +20,8 @@
 
 namespace grouser::server {
 namespace {
+
+constexpr std::uint64_t kMegabyte = 1'000'000;
 
 double UnixNow() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -39,12 +45,15 @@ os::UniqueFd LockState(const std::string& path) {
 }  // namespace
 
 JobsApp::JobsApp(JobsOptions options, boost::asio::io_context& loop)
-    : files_(options.state_dir),
+    : prune_(options.prune),
+      prune_every_s_(options.prune_every_s),
+      files_(options.state_dir),
       instance_lock_(LockState(files_.InstanceLock())),
       repository_(options.state_dir, options.shipped_dir),
       store_(files_.Database()),
       book_(store_, options.max_queued, UnixNow,
             [this](const v1alpha1::Job& job) { hub_.Publish(job); }),
+      pruner_(files_, store_, book_, repository_),
       pool_(loop, options.grace_s),
       scheduler_(std::make_unique<Scheduler>(options.scheduler, files_, book_, repository_, pool_,
                                              thread_)) {}
@@ -55,6 +64,7 @@ void JobsApp::Start() {
     try {
       scheduler_->Recover();
       scheduler_->Kick();
+      if (prune_.max_bytes > 0 || prune_.keep_s > 0) PruneEvery(prune_every_s_);
       started.set_value();
     } catch (...) {
       started.set_exception(std::current_exception());
@@ -77,8 +87,8 @@ void JobsApp::RefuseWhenStopping() const {
   if (stopping_) throw StatusError(StatusCode::kUnavailable, "the jobs program is stopping");
 }
 
-v1alpha1::SubmitRefinementResponse JobsApp::Submit(
-    const v1alpha1::SubmitRefinementRequest& request) {
+v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                                   const std::string& client) {
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
@@ -93,8 +103,9 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(
   }
   const auto loaded = surrogate::ReadModel(entry.path);
   const auto spec = BuildSpec(loaded.model, request);
+  CheckScene(loaded.model, spec);
   auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
-                               JoinKeyOf(entry.digest, spec), spec);
+                               JoinKeyOf(entry.digest, spec), spec, client);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
   return response;
@@ -126,11 +137,13 @@ void JobsApp::CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteR
   }
   if (request.override_gate()) return;
   if (!GatePassed(job)) Precondition(GateMessage(job) + "; override_gate promotes it all the same");
-  const std::string target = repository_.ReadAliases().Find(ModelName(job), alias);
+  // A canary is measured by what it is to replace.
+  const std::string rival = alias == kCanaryAlias ? std::string(kDefaultAlias) : alias;
+  const std::string target = repository_.ReadAliases().Find(ModelName(job), rival);
   // The candidate lacks what was promoted meanwhile, and the gate never
   // compared the two.
   if (!target.empty() && target != ModelDigest(job) && target != job.candidate_digest()) {
-    Precondition("alias: " + alias + " has moved to " + target +
+    Precondition("alias: " + rival + " has moved to " + target +
                  " since the candidate was fitted from " + ModelDigest(job) +
                  "; submit again, or promote with override_gate");
   }
@@ -173,6 +186,67 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   }
   *response.mutable_job() = book_.Get(job.job_id());
   return response;
+}
+
+v1alpha1::MoveAliasResponse JobsApp::Move(const v1alpha1::MoveAliasRequest& request,
+                                          const std::string& peer) {
+  RefuseWhenStopping();
+  return MoveAlias(repository_, request, peer);
+}
+
+v1alpha1::MoveAliasResponse JobsApp::Rollback(const v1alpha1::RollbackAliasRequest& request,
+                                              const std::string& peer) {
+  RefuseWhenStopping();
+  return RollbackAlias(repository_, request, peer);
+}
+
+v1alpha1::ListAliasMovesResponse JobsApp::ListMoves(
+    const v1alpha1::ListAliasMovesRequest& request) {
+  return ListAliasMoves(repository_, request);
+}
+
+v1alpha1::PruneResponse JobsApp::Prune(const v1alpha1::PruneRequest& request) {
+  RefuseWhenStopping();
+  CheckPrune(request);
+  PruneLimits limits = prune_;
+  if (request.has_max_disk_mb()) limits.max_bytes = request.max_disk_mb() * kMegabyte;
+  if (request.has_keep_days()) limits.keep_s = request.keep_days() * kDayS;
+  return PruneTo(limits, request.dry_run());
+}
+
+v1alpha1::PruneResponse JobsApp::PruneTo(const PruneLimits& limits, bool dry_run) {
+  if (!dry_run) EndWhatNobodyPromotes(limits.keep_s);
+  try {
+    return pruner_.Prune(limits, dry_run, UnixNow());
+  } catch (const SqliteError&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    Precondition(std::string("not pruned: ") + e.what());
+  }
+}
+
+void JobsApp::EndWhatNobodyPromotes(double keep_s) {
+  if (!(keep_s > 0)) return;
+  for (const JobRow& row : book_.Open()) {
+    const bool waits = row.job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION &&
+                       row.pending.job_id().empty();
+    const double since = UnixNow() - static_cast<double>(row.job.update_time().seconds());
+    if (!waits || since < keep_s) continue;
+    book_.Change(row.job.job_id(), row.job.lease_epoch(), [&](JobRow& changed) {
+      changed.job.set_job_state(v1alpha1::JOB_STATE_CANCELLED);
+      changed.job.set_message(fmt::format("nobody promoted it for {:.4g} days", since / kDayS));
+    });
+  }
+}
+
+void JobsApp::PruneEvery(double seconds) {
+  if (stopping_) return;
+  try {
+    PruneTo(prune_, /*dry_run=*/false);
+  } catch (const std::exception& e) {
+    spdlog::error("{}; next try in {} s", e.what(), seconds);
+  }
+  thread_.PostAfter(seconds, [this, seconds] { PruneEvery(seconds); });
 }
 
 void JobsApp::Watch(const v1alpha1::WatchJobRequest& request,

@@ -9,6 +9,7 @@
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/pruner.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/serial_thread.h"
 #include "server/jobs/watch_hub.h"
@@ -21,6 +22,8 @@ struct JobsOptions {
   std::size_t max_queued = 64;
   double grace_s = 5.0;  ///< from SIGTERM to SIGKILL of a worker
   SchedulerOptions scheduler;
+  PruneLimits prune;
+  double prune_every_s = 600;
 };
 
 /// Everything behind the service. Requests (below "Requests") run on thread()
@@ -42,7 +45,9 @@ class JobsApp {
   SerialThread& thread() { return thread_; }
 
   // Requests.
-  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request);
+  /// `client`: whose share of queue and workers it takes.
+  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                            const std::string& client = "");
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
   v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request) {
     return book_.List(request);
@@ -51,6 +56,12 @@ class JobsApp {
   /// `peer`: named as who where the request names nobody.
   v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request,
                                     const std::string& peer);
+  v1alpha1::MoveAliasResponse Move(const v1alpha1::MoveAliasRequest& request,
+                                   const std::string& peer);
+  v1alpha1::MoveAliasResponse Rollback(const v1alpha1::RollbackAliasRequest& request,
+                                       const std::string& peer);
+  v1alpha1::ListAliasMovesResponse ListMoves(const v1alpha1::ListAliasMovesRequest& request);
+  v1alpha1::PruneResponse Prune(const v1alpha1::PruneRequest& request);
   /// Tells the watcher the present state, then every change.
   void Watch(const v1alpha1::WatchJobRequest& request, const std::shared_ptr<JobWatcher>& watcher);
 
@@ -58,13 +69,19 @@ class JobsApp {
   void RefuseWhenStopping() const;
   void CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteRequest& request,
                        const std::string& alias) const;
+  v1alpha1::PruneResponse PruneTo(const PruneLimits& limits, bool dry_run);
+  void EndWhatNobodyPromotes(double keep_s);
+  void PruneEvery(double seconds);
 
+  PruneLimits prune_;
+  double prune_every_s_;
   JobFiles files_;
   os::UniqueFd instance_lock_;
   Repository repository_;
   WatchHub hub_;
   JobStore store_;
   JobBook book_;
+  Pruner pruner_;
   WorkerPool pool_;
   bool stopping_ = false;
   std::unique_ptr<Scheduler> scheduler_;

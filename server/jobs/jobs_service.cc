@@ -12,6 +12,19 @@
 namespace grouser::server {
 namespace {
 
+/// Whose share of queue and workers a call takes: the identity that TLS has shown, else the
+/// machine (or "unix"), for ports change with every connection.
+std::string ClientOf(const grpc::CallbackServerContext& context) {
+  const auto auth = context.auth_context();
+  if (auth != nullptr && auth->IsPeerAuthenticated() && !auth->GetPeerIdentity().empty()) {
+    const grpc::string_ref identity = auth->GetPeerIdentity().front();
+    return {identity.data(), identity.size()};
+  }
+  const std::string peer = context.peer();
+  if (peer.starts_with("unix")) return "unix";
+  return peer.substr(0, peer.rfind(':'));
+}
+
 const Status kBusy{StatusCode::kResourceExhausted,
                    "requests: " + std::to_string(SerialThread::kMaxWaiting) +
                        " wait already, expected fewer; try again later"};
@@ -52,7 +65,9 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Submit(*request); });
+  return Answer(context, [this, request, response, client = ClientOf(*context)] {
+    *response = app_.Submit(*request, client);
+  });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
@@ -79,6 +94,34 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContex
   return Answer(context, [this, request, response, peer = context->peer()] {
     *response = app_.Promote(*request, peer);
   });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
+                                                        const v1alpha1::MoveAliasRequest* request,
+                                                        v1alpha1::MoveAliasResponse* response) {
+  return Answer(context, [this, request, response, peer = context->peer()] {
+    *response = app_.Move(*request, peer);
+  });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
+    grpc::CallbackServerContext* context, const v1alpha1::RollbackAliasRequest* request,
+    v1alpha1::MoveAliasResponse* response) {
+  return Answer(context, [this, request, response, peer = context->peer()] {
+    *response = app_.Rollback(*request, peer);
+  });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::ListAliasMoves(
+    grpc::CallbackServerContext* context, const v1alpha1::ListAliasMovesRequest* request,
+    v1alpha1::ListAliasMovesResponse* response) {
+  return Answer(context, [this, request, response] { *response = app_.ListMoves(*request); });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::Prune(grpc::CallbackServerContext* context,
+                                                    const v1alpha1::PruneRequest* request,
+                                                    v1alpha1::PruneResponse* response) {
+  return Answer(context, [this, request, response] { *response = app_.Prune(*request); });
 }
 
 grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJob(

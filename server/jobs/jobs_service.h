@@ -28,6 +28,18 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   grpc::ServerUnaryReactor* Promote(grpc::CallbackServerContext* context,
                                     const v1alpha1::PromoteRequest* request,
                                     v1alpha1::PromoteResponse* response) override;
+  grpc::ServerUnaryReactor* MoveAlias(grpc::CallbackServerContext* context,
+                                      const v1alpha1::MoveAliasRequest* request,
+                                      v1alpha1::MoveAliasResponse* response) override;
+  grpc::ServerUnaryReactor* RollbackAlias(grpc::CallbackServerContext* context,
+                                          const v1alpha1::RollbackAliasRequest* request,
+                                          v1alpha1::MoveAliasResponse* response) override;
+  grpc::ServerUnaryReactor* ListAliasMoves(grpc::CallbackServerContext* context,
+                                           const v1alpha1::ListAliasMovesRequest* request,
+                                           v1alpha1::ListAliasMovesResponse* response) override;
+  grpc::ServerUnaryReactor* Prune(grpc::CallbackServerContext* context,
+                                  const v1alpha1::PruneRequest* request,
+                                  v1alpha1::PruneResponse* response) override;
   grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* WatchJob(
       grpc::CallbackServerContext* context, const v1alpha1::WatchJobRequest* request) override;
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "server/core/config.h"
+#include "server/core/model_reference.h"
 #include "server/jobs/jobs_service.h"
 #include "server/net/service_loop.h"
 
@@ -21,7 +22,8 @@ constexpr int kMaxReceiveBytes = 256 * 1024;  // requests are small
 struct Settings {
   JobsOptions jobs;
   NetOptions net;
-  double memory_gib = 8;
+  double memory_gib = 8, keep_days = 0;
+  std::uint64_t max_disk_mb = 0, max_file_mb = 4096;
 };
 
 constexpr char kExamples[] = R"(
@@ -51,12 +53,35 @@ void Describe(CLI::App& app, Settings& s) {
                  "address space but for cpu, since CUDA maps all memory there is")
       ->check(CLI::IsMember({"cpu", "cuda", "auto"}))
       ->capture_default_str();
-  app.add_option("--max-queued", s.jobs.max_queued, "Waiting jobs before new ones are refused")
+  app.add_option("--max-queued", s.jobs.max_queued,
+                 "Waiting jobs of one client before new ones are refused")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   app.add_option("--memory-gib", s.memory_gib, "Address space of a worker; 0: unbounded")
       ->check(CLI::Range(0.0, 4096.0))
       ->capture_default_str();
+  app.add_option("--max-disk-mb", s.max_disk_mb,
+                 "Models, runs, tiles and jobs: beyond it goes, oldest first, what nothing names "
+                 "any more [MB]; 0: no limit")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  app.add_option("--keep-days", s.keep_days,
+                 "What nothing names any more goes after so long, and jobs that nobody promotes "
+                 "end; 0: never")
+      ->check(CLI::Range(0.0, 1e5))
+      ->capture_default_str();
+  app.add_option("--settle-s", s.jobs.prune.settle_s, "Nothing younger than this is pruned")
+      ->check(CLI::Range(0.0, 1e7))
+      ->capture_default_str();
+  app.add_option("--max-file-mb", s.max_file_mb, "Largest file of a worker [MB]; 0: no limit")
+      ->check(CLI::Range(0.0, 1e7))
+      ->capture_default_str();
+  app.add_option("--auto-promote", s.jobs.scheduler.auto_promote,
+                 "Alias that a candidate which passes the gate gets by itself, such as canary; "
+                 "default: a person promotes")
+      ->check([](const std::string& alias) {
+        return alias == kDefaultAlias || alias == kCanaryAlias ? "" : "expected stable or canary";
+      });
   app.add_option("--nice", s.jobs.scheduler.limits.nice,
                  "Added to this program's nice value for workers")
       ->check(CLI::Range(0, 19))
@@ -93,6 +118,10 @@ int Serve(Settings settings) {
   const bool bounded = scheduler.device == "cpu";
   scheduler.limits.memory_bytes =
       bounded ? static_cast<std::uint64_t>(settings.memory_gib * (1 << 30)) : 0;
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  scheduler.limits.file_bytes = settings.max_file_mb * kMegabyte;
+  settings.jobs.prune.max_bytes = settings.max_disk_mb * kMegabyte;
+  settings.jobs.prune.keep_s = settings.keep_days * 86400;
   if (!settings.jobs.shipped_dir.empty()) {
     settings.jobs.shipped_dir = fs::absolute(settings.jobs.shipped_dir).string();
   }

@@ -1,5 +1,6 @@
 #include "server/jobs/refinement_spec.h"
 
+#include <fmt/core.h>
 #include <google/protobuf/util/message_differencer.h>
 
 #include <algorithm>
@@ -66,6 +67,27 @@ v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
   }
   spec.set_seed(request.seed() != 0 ? request.seed() : OwnSeed(model));
   return spec;
+}
+
+void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec) {
+  const auto refuse = [&](const char* field, double value, const std::string& expected) {
+    throw StatusError(
+        StatusCode::kInvalidArgument,
+        fmt::format("{}: {:.6g}, expected {} (model '{}')", field, value, expected, model.name()));
+  };
+  const v1alpha1::Domain& domain = model.domain();
+  const double load = spec.state().load_n(), speed = spec.rig().speed_m_per_s();
+  const double least = domain.load_min_n() / kSceneLighter;
+  const double most = domain.load_max_n() * kSceneHeavier;
+  if (most > 0 && !(load >= least && load <= most)) {
+    refuse("state.load_n", load,
+           fmt::format("{:.4g} to {:.4g} N, for which its scene is made", least, most));
+  }
+  const double fastest = kSceneFaster * model.rig().speed_m_per_s();
+  if (speed > fastest) {
+    refuse("state.speed_m_per_s", speed,
+           fmt::format("at most {:.4g} m/s, {} times its rig's", fastest, kSceneFaster));
+  }
 }
 
 std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {

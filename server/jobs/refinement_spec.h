@@ -16,6 +16,12 @@ namespace grouser::server {
 v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
                                   const v1alpha1::SubmitRefinementRequest& request);
 
+/// Throws StatusError(kInvalidArgument) for a state that this model's scene cannot run: a load
+/// beyond kSceneLighter and kSceneHeavier times those of its runs (grains and bed are made for
+/// those), a speed beyond kSceneFaster times the rig's.
+void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec);
+inline constexpr double kSceneLighter = 4, kSceneHeavier = 3, kSceneFaster = 10;
+
 /// Equal for requests that are the same work: the model's digest and a hash of
 /// the spec.
 std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec);

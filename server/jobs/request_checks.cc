@@ -84,6 +84,12 @@ void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
   CheckNumber("max_time_s", request.max_time_s(),
               request.max_time_s() >= 0 && request.max_time_s() <= kMaxTimeS,
               fmt::format("0 (as the model's rig) to {}", kMaxTimeS));
+  CheckNumber("priority", request.priority(), std::abs(request.priority()) <= kMostPriority,
+              fmt::format("{} to {}", -kMostPriority, kMostPriority));
+  if (!request.has_time_limit()) return;
+  const double limit_s =
+      static_cast<double>(request.time_limit().seconds()) + 1e-9 * request.time_limit().nanos();
+  CheckNumber("time_limit", limit_s, limit_s >= 1 && limit_s < 1e7, "1 s or more");
 }
 
 void CheckJobId(const std::string& job_id) {
@@ -98,16 +104,30 @@ void CheckCancel(const v1alpha1::CancelJobRequest& request) {
 
 void CheckPromote(const v1alpha1::PromoteRequest& request) {
   CheckJobId(request.job_id());
+  if (!request.alias().empty()) CheckMovableAlias(request.alias());
+  CheckWhoAndWhy(request.who(), request.why());
+}
+
+void CheckPrune(const v1alpha1::PruneRequest& request) {
+  constexpr double kMostMb = 1e9, kMostDays = 1e5;
+  const auto mb = static_cast<double>(request.max_disk_mb());
+  CheckNumber("max_disk_mb", mb, mb <= kMostMb, fmt::format("0 (no limit) to {}", kMostMb));
+  CheckNumber("keep_days", request.keep_days(),
+              request.keep_days() >= 0 && request.keep_days() <= kMostDays,
+              fmt::format("0 (no limit) to {}", kMostDays));
+}
+
+void CheckMovableAlias(const std::string& alias) {
   // "previous" is where the repository keeps the way back; "candidate" moves
   // with every job by itself.
-  const std::string& alias = request.alias();
-  const bool own = alias == "previous" || alias == "candidate";
-  if (!alias.empty() && (own || !IsAliasName(alias))) {
-    Refuse("alias: '" + alias +
-           "', expected a lower-case name such as stable (not previous, not candidate)");
-  }
-  CheckText("who", request.who(), 128);
-  CheckText("why", request.why(), 1024);
+  if (alias != kPreviousAlias && alias != kCandidateAlias && IsAliasName(alias)) return;
+  Refuse("alias: " + Quote(alias) +
+         ", expected a lower-case name such as stable (not previous, not candidate)");
+}
+
+void CheckWhoAndWhy(const std::string& who, const std::string& why) {
+  CheckText("who", who, 128);
+  CheckText("why", why, 1024);
 }
 
 v1alpha1::TestState Canonical(const v1alpha1::TestState& state) {

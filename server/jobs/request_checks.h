@@ -12,6 +12,7 @@ namespace grouser::server {
 inline constexpr std::size_t kMaxRequestIdCharacters = 128;
 inline constexpr double kMaxTimeS = 600.0;  ///< simulated; longer is a slip of the pen
 inline constexpr int kMaxJobsPageSize = 500;
+inline constexpr int kMostPriority = 10;  ///< and its negative the least
 
 /// All throw StatusError(kInvalidArgument) naming the field, its value and
 /// what was expected. What needs the model (does it exist, can it be refined)
@@ -20,6 +21,10 @@ void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request);
 void CheckTestState(const v1alpha1::TestState& state);
 void CheckCancel(const v1alpha1::CancelJobRequest& request);
 void CheckPromote(const v1alpha1::PromoteRequest& request);
+void CheckPrune(const v1alpha1::PruneRequest& request);
+/// One that people move: not previous, not candidate.
+void CheckMovableAlias(const std::string& alias);
+void CheckWhoAndWhy(const std::string& who, const std::string& why);
 void CheckJobId(const std::string& job_id);
 
 /// The state with the default mode named, fields that the mode ignores zeroed

@@ -14,6 +14,7 @@
 #include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
+#include "server/core/model_reference.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/scheduler_steps.h"
 
@@ -25,6 +26,14 @@ constexpr double kLongestRetryS = 300.0;
 
 double SteadyNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// The smaller of the job's own limit and the program's [s]; 0: none.
+double LimitOf(const v1alpha1::Job& job, double program_s) {
+  if (!job.has_time_limit()) return program_s;
+  const double own_s =
+      static_cast<double>(job.time_limit().seconds()) + 1e-9 * job.time_limit().nanos();
+  return program_s > 0 ? std::min(own_s, program_s) : own_s;
 }
 
 }  // namespace
@@ -123,7 +132,7 @@ void Scheduler::LaunchRun(const JobRow& row) {
          {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
           files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json", "--device",
           options_.device},
-         options_.dem_timeout_s);
+         LimitOf(row.job, options_.dem_timeout_s));
 }
 
 void Scheduler::LaunchFit(const JobRow& row) {
@@ -185,9 +194,10 @@ void Scheduler::Conclude(const Ended& ended) {
   if (!end.Exited(0) && !(gate && end.Exited(3))) {
     const StageNames names = NamesOf(stage);
     const std::string words = LastWords(files_.Output(row.job, names.file, "log"));
-    // Bad input (2) stays bad; what was killed or found no room may fare better.
+    // Bad input (2) stays bad, and what is slow stays slow; what was killed or found no room may
+    // fare better.
     EndAbnormally(id, epoch, names.program + " " + end.Text() + (words.empty() ? "" : ": " + words),
-                  end.Exited(2) ? Retry::kNo : Retry::kOnce);
+                  end.Exited(2) || end.timed_out ? Retry::kNo : Retry::kOnce);
   } else if (stage == v1alpha1::JOB_STATE_RUNNING) {
     AcceptRun(row, PublishRun(files_, row));
   } else if (stage == v1alpha1::JOB_STATE_FITTING) {
@@ -238,7 +248,7 @@ void Scheduler::ConcludeGate(const JobRow& row) {
         changed.job.set_job_state(v1alpha1::JOB_STATE_AWAITING_PROMOTION);
         changed.job.set_message(GateMessage(judged));
         changed.pending.set_job_id(id);
-        changed.pending.set_alias("candidate");
+        changed.pending.set_alias(std::string(kCandidateAlias));
         changed.pending.set_who("grouser-jobs");
         changed.pending.set_why("refinement " + id);
       },
@@ -252,14 +262,34 @@ std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
   const auto& move = row->pending;
   const AliasMove moved = repository_.SetAlias(ModelName(row->job), move.alias(),
                                                row->job.candidate_digest(), move.who(), move.why());
+  const bool offered = move.alias() == kCandidateAlias;
+  const v1alpha1::PromoteRequest next = offered ? NextMove(row->job) : v1alpha1::PromoteRequest();
   book_.Change(job_id, row->job.lease_epoch(), [&](JobRow& changed) {
-    if (move.alias() != "candidate") {
+    if (!offered) {
       changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
       changed.job.set_message(fmt::format("promoted to {} by {}", move.alias(), move.who()));
     }
-    changed.pending.Clear();
+    changed.pending = next;
   });
   return moved.generation;
+}
+
+v1alpha1::PromoteRequest Scheduler::NextMove(const v1alpha1::Job& job) const {
+  v1alpha1::PromoteRequest move;
+  if (options_.auto_promote.empty() || !GatePassed(job)) return move;
+  // What became stable meanwhile, the gate has not seen.
+  const std::string stable =
+      repository_.ReadAliases().Find(ModelName(job), std::string(kDefaultAlias));
+  if (stable != ModelDigest(job)) {
+    spdlog::info("{}: passes the gate, but stable is now {}: a person decides", job.job_id(),
+                 stable);
+    return move;
+  }
+  move.set_job_id(job.job_id());
+  move.set_alias(options_.auto_promote);
+  move.set_who("grouser-jobs");
+  move.set_why("refinement " + job.job_id() + " passes the gate");
+  return move;
 }
 
 void Scheduler::RetryPendingMove(const std::string& job_id, double retry_s) {
@@ -267,6 +297,7 @@ void Scheduler::RetryPendingMove(const std::string& job_id, double retry_s) {
   if (!row || row->pending.job_id().empty()) return;
   try {
     FinishPendingMove(job_id);
+    if (row->pending.alias() == kCandidateAlias) RetryPendingMove(job_id, retry_s);
   } catch (const std::exception& e) {
     spdlog::error("{}: alias not moved yet: {}; next try in {} s", job_id, e.what(), retry_s);
     // An alias file that stays damaged must not fill the log.

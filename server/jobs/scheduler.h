@@ -19,6 +19,8 @@ struct SchedulerOptions {
   WorkerLimits limits;
   double dem_timeout_s = 6 * 3600;
   double fit_timeout_s = 3600;
+  /// Alias that a candidate which passes the gate gets by itself; empty: a person promotes.
+  std::string auto_promote;
   double retry_s = 5;  ///< until a step that the store refused is tried again
 };
 
@@ -78,6 +80,8 @@ class Scheduler {
   void AcceptCandidate(const JobRow& row, const std::string& message);
   void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
                      Retry retry);
+  /// The move after the one to "candidate", where the gate alone decides.
+  v1alpha1::PromoteRequest NextMove(const v1alpha1::Job& job) const;
   void RetryPendingMove(const std::string& job_id, double retry_s);
   void RecoverJob(const JobRow& row);
 

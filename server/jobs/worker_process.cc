@@ -33,7 +33,7 @@ struct ChildPlan {
   const char* folder;
   int in, out, log, report;
   int nice;
-  rlim_t memory;
+  rlim_t memory, file;
   pid_t parent;
 };
 
@@ -69,6 +69,10 @@ void ResetSignals() {
   if (plan.memory != 0) {
     const struct rlimit memory { plan.memory, plan.memory };
     ok = ok && ::setrlimit(RLIMIT_AS, &memory) == 0;
+  }
+  if (plan.file != 0) {
+    const struct rlimit file { plan.file, plan.file };
+    ok = ok && ::setrlimit(RLIMIT_FSIZE, &file) == 0;
   }
   ok = ok && ::chdir(plan.folder) == 0;
   if (ok) {
@@ -123,6 +127,7 @@ WorkerProcess WorkerProcess::Spawn(WorkerCommand command) {
                        report_write.get(),
                        command.limits.nice,
                        command.limits.memory_bytes,
+                       command.limits.file_bytes,
                        ::getpid()};
   // _Fork: no fork handlers of libraries, which may lock.
   const pid_t pid = ::_Fork();

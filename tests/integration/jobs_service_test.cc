@@ -193,6 +193,130 @@ TEST_F(JobsServiceTest, APromotionMustNotUndoAnother) {
   EXPECT_TRUE(Promote(request, &response).ok());
 }
 
+TEST_F(JobsServiceTest, CanaryThenStableThenBack) {
+  Prepare(Request("a"));
+  LetDemGo();
+  StartJobs();
+  const Job job = Await(Submitted(Request("a")).job_id(), JOB_STATE_AWAITING_PROMOTION);
+  const std::string name = "cmu-smooth-62.5";
+  const auto move = [&](const std::string& model, const std::string& alias,
+                        MoveAliasResponse* response) {
+    grpc::ClientContext context;
+    MoveAliasRequest request;
+    request.set_model(model);
+    request.set_alias(alias);
+    request.set_who("op");
+    request.set_why("test");
+    return stub_->MoveAlias(&context, request, response);
+  };
+  MoveAliasResponse moved;
+  const auto early = move(name + "@sha256:" + job.candidate_digest(), "stable", &moved);
+  EXPECT_EQ(early.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << "no gate was asked";
+  EXPECT_THAT(early.error_message(), HasSubstr("a candidate that no promotion has let through"));
+  EXPECT_EQ(move("nothing@canary", "stable", &moved).error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(move(name, "previous", &moved).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  auto request = PromotionOf(job.job_id());
+  request.set_alias("canary");
+  PromoteResponse promoted;
+  ASSERT_TRUE(Promote(request, &promoted).ok());
+  EXPECT_EQ(repository().Resolve(name).digest, base_digest_) << "a canary is not stable";
+  EXPECT_EQ(repository().Resolve(name + "@canary").digest, job.candidate_digest());
+  ASSERT_TRUE(move(name + "@canary", "", &moved).ok());
+  EXPECT_EQ(moved.move().from_digest(), base_digest_);
+  EXPECT_EQ(moved.move().to_digest(), job.candidate_digest());
+  EXPECT_EQ(repository().Resolve(name).digest, job.candidate_digest());
+
+  grpc::ClientContext back_context, again_context, list_context;
+  RollbackAliasRequest back;
+  back.set_model(name);
+  back.set_who("op");
+  back.set_why("worse");
+  ASSERT_TRUE(stub_->RollbackAlias(&back_context, back, &moved).ok());
+  EXPECT_EQ(moved.move().to_digest(), base_digest_);
+  EXPECT_TRUE(moved.move().rollback());
+  EXPECT_EQ(repository().Resolve(name).digest, base_digest_);
+  EXPECT_EQ(stub_->RollbackAlias(&again_context, back, &moved).error_code(),
+            grpc::StatusCode::NOT_FOUND);
+
+  ListAliasMovesRequest list;
+  list.set_model(name + "@stable");
+  list.set_page_size(1);
+  ListAliasMovesResponse page;
+  ASSERT_TRUE(stub_->ListAliasMoves(&list_context, list, &page).ok());
+  ASSERT_EQ(page.moves_size(), 1);
+  EXPECT_EQ(page.moves(0).why(), "worse");
+  list.set_page_token(page.next_page_token());
+  list.set_page_size(10);
+  grpc::ClientContext next_context;
+  ASSERT_TRUE(stub_->ListAliasMoves(&next_context, list, &page).ok());
+  ASSERT_EQ(page.moves_size(), 1);
+  EXPECT_EQ(page.moves(0).to_digest(), job.candidate_digest());
+  EXPECT_EQ(page.next_page_token(), "");
+}
+
+TEST_F(JobsServiceTest, AGateMayPromoteByItself) {
+  Prepare(Request("a"));
+  LetDemGo();
+  StartJobs({"--auto-promote", "stable"});
+  const Job job = Await(Submitted(Request("a")).job_id(), JOB_STATE_DONE);
+  EXPECT_EQ(repository().Resolve("cmu-smooth-62.5").digest, job.candidate_digest());
+  const auto aliases = repository().ReadAliases();
+  EXPECT_EQ(aliases.history.back().who, "grouser-jobs");
+  EXPECT_THAT(aliases.history.back().why, HasSubstr("passes the gate"));
+}
+
+TEST_F(JobsServiceTest, AGateThatFailsPromotesNothing) {
+  Prepare(Request("a"));
+  LetDemGo();
+  testing::WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":false,"detail":"x"}])");
+  testing::WriteText(bin_ + "/gate.exit", "3");
+  StartJobs({"--auto-promote", "stable"});
+  Await(Submitted(Request("a")).job_id(), JOB_STATE_AWAITING_PROMOTION);
+  EXPECT_TRUE(Eventually([&] {
+    return repository().ReadAliases().by_model.at("cmu-smooth-62.5").contains("candidate");
+  }));
+  EXPECT_EQ(repository().Resolve("cmu-smooth-62.5").digest, base_digest_);
+}
+
+TEST_F(JobsServiceTest, PruneSaysWhatWouldGoThenRemovesIt) {
+  Prepare(Request("a"), RUN_STATUS_UNSTEADY);
+  LetDemGo();
+  StartJobs({"--settle-s", "0"});
+  const Job job = Await(Submitted(Request("a")).job_id(), JOB_STATE_FAILED);
+  const auto prune = [&](bool dry_run) {
+    grpc::ClientContext context;
+    PruneRequest request;
+    request.set_dry_run(dry_run);
+    request.set_keep_days(1e-9);
+    PruneResponse response;
+    const auto status = stub_->Prune(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  };
+  const auto planned = prune(true);
+  EXPECT_EQ(planned.items_count(), 2u) << planned.DebugString();
+  EXPECT_EQ(Get(job.job_id()).job_id(), job.job_id());
+  EXPECT_EQ(prune(false).items_count(), 2u);
+  EXPECT_FALSE(std::filesystem::exists(state_ + "/runs/" + job.run_file()));
+  EXPECT_EQ(prune(false).items_count(), 0u);
+  grpc::ClientContext context;
+  GetJobRequest get;
+  get.set_job_id(job.job_id());
+  GetJobResponse response;
+  EXPECT_EQ(stub_->GetJob(&context, get, &response).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(JobsServiceTest, AJobsOwnTimeLimitEndsItsRun) {
+  Prepare(Request("a"));
+  StartJobs();
+  auto request = Request("a");
+  request.mutable_time_limit()->set_seconds(1);
+  const Job job = Await(Submitted(request).job_id(), JOB_STATE_FAILED);
+  EXPECT_THAT(job.message(), HasSubstr("ran past its time limit"));
+  EXPECT_EQ(job.lease_epoch(), 1u) << "what is slow is not tried again";
+}
+
 /// Sends raw bytes to a method, returns the first answer's bytes. The packages
 /// have no stubs of the two standard services.
 std::string CallRaw(const std::string& address, const std::string& method,

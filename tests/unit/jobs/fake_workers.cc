@@ -50,10 +50,10 @@ void FakeWorkers::Fake(const std::string& program, const std::string& script) {
 }
 
 void FakeWorkers::Prepare(const v1alpha1::SubmitRefinementRequest& request,
-                          v1alpha1::RunStatus status) {
+                          v1alpha1::RunStatus status, const std::string& run_id) {
   records::RunFile run;
   *run.record.mutable_spec() = BuildSpec(BaseModel(), request);
-  run.record.set_run_id("0123456789abcdef");
+  run.record.set_run_id(run_id);
   run.record.set_status(status);
   if (status != v1alpha1::RUN_STATUS_STEADY) run.record.set_reason("it drifts");
   auto* mean = run.record.add_outputs();
@@ -63,7 +63,9 @@ void FakeWorkers::Prepare(const v1alpha1::SubmitRefinementRequest& request,
   v1alpha1::Model candidate = BaseModel();
   auto* provenance = candidate.mutable_provenance();
   provenance->set_base_digest(base_digest_);
-  provenance->add_runs()->set_sha256(records::Sha256OfFile(bin_ + "/prepared.run.h5"));
+  auto* trained = provenance->add_runs();
+  trained->set_sha256(records::Sha256OfFile(bin_ + "/prepared.run.h5"));
+  trained->set_run_id(run_id);
   records::WriteModelFile(bin_ + "/prepared.model", candidate);
 }
 

@@ -23,7 +23,8 @@ class FakeWorkers {
   /// The run that the fake DEM hands out for a request, and the candidate of
   /// that run that the fake fitter hands out.
   void Prepare(const v1alpha1::SubmitRefinementRequest& request,
-               v1alpha1::RunStatus status = v1alpha1::RUN_STATUS_STEADY);
+               v1alpha1::RunStatus status = v1alpha1::RUN_STATUS_STEADY,
+               const std::string& run_id = "0123456789abcdef");
   /// Replaces a fake: a shell script, with $out set to the value of --out.
   void Fake(const std::string& program, const std::string& script);
   void LetDemGo();

@@ -34,9 +34,10 @@ class JobBookTest : public ::testing::Test {
         [this](const Job& job) { heard_.push_back(job); });
   }
 
-  SubmitRefinementResponse Submit(const SubmitRefinementRequest& request) {
+  SubmitRefinementResponse Submit(const SubmitRefinementRequest& request,
+                                  const std::string& client = "") {
     const auto spec = BuildSpec(BaseModel(), request);
-    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec);
+    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec, client);
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
@@ -124,6 +125,50 @@ TEST_F(JobBookTest, FullQueueRefusesNewWorkButNotJoiningOrReplay) {
   EXPECT_NO_THROW(Submit(Request("a", 0.1)));
   // What was refused has left nothing behind.
   EXPECT_FALSE(book_->Replay(Request("c", 0.3)).has_value());
+}
+
+TEST_F(JobBookTest, OneClientsJobsNeverRefuseAnothers) {
+  Reopen(2);
+  double slip = 0.01;
+  const auto fill = [&](const std::string& client, int jobs) {
+    for (int i = 0; i < jobs; ++i) {
+      Submit(Request(client + std::to_string(i), slip += 0.01), client);
+    }
+  };
+  fill("greedy", 2);
+  EXPECT_EQ(CodeOf([&] { Submit(Request("g", 0.9), "greedy"); }), StatusCode::kResourceExhausted);
+  EXPECT_NO_THROW(fill("modest", 2));
+  for (std::size_t i = 2; i < JobBook::kMostClients; ++i) fill("client" + std::to_string(i), 2);
+  EXPECT_NO_THROW(fill("late", 1)) << "the whole queue is full of others' jobs";
+  EXPECT_EQ(CodeOf([&] { Submit(Request("l", 0.9), "late"); }), StatusCode::kResourceExhausted);
+  Reopen(2);
+  EXPECT_EQ(CodeOf([&] { Submit(Request("m", 0.9), "modest"); }), StatusCode::kResourceExhausted)
+      << "whose a job is outlasts a restart";
+}
+
+TEST_F(JobBookTest, ClientsTakeTurnsAndPriorityOrdersAClientsOwn) {
+  const auto submit = [&](const std::string& id, double slip, const std::string& client,
+                          int priority) {
+    auto request = Request(id, slip);
+    request.set_priority(priority);
+    return Submit(request, client).job().job_id();
+  };
+  const std::string a1 = submit("a1", 0.1, "a", 0), a2 = submit("a2", 0.2, "a", 5),
+                    a3 = submit("a3", 0.3, "a", 5), b1 = submit("b1", 0.4, "b", -10);
+  std::vector<std::string> order;
+  while (const auto next = book_->NextQueued()) {
+    order.push_back(next->job.job_id());
+    MoveTo(order.back(), 1, JOB_STATE_RUNNING);
+    MoveTo(order.back(), 1, JOB_STATE_FAILED);
+  }
+  EXPECT_THAT(order, ::testing::ElementsAre(a2, b1, a3, a1));
+  // While one of a's runs, b's go first, however long they waited.
+  const std::string busy = submit("a4", 0.5, "a", 0), a5 = submit("a5", 0.6, "a", 10);
+  MoveTo(busy, 1, JOB_STATE_RUNNING);
+  const std::string b2 = submit("b2", 0.7, "b", 0), b3 = submit("b3", 0.8, "b", 0);
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), b2);
+  MoveTo(b2, 1, JOB_STATE_RUNNING);
+  EXPECT_EQ(book_->NextQueued()->job.job_id(), a5) << "one each runs: a waited longer for a turn";
 }
 
 TEST_F(JobBookTest, WalksTheStateMachineAndSurvivesReopening) {

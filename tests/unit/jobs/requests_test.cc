@@ -10,11 +10,13 @@
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/request_checks.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
+#include "tests/unit/records/throws.h"
 
 namespace grouser::server {
 namespace {
 
 using testing::BaseModel;
+using ::testing::HasSubstr;
 using testing::Request;
 using ::testing::StartsWith;
 using v1alpha1::SubmitRefinementRequest;
@@ -45,6 +47,9 @@ TEST(RequestChecks, AcceptsAGoodRequest) {
 }
 
 TEST(RequestChecks, NamesTheBadField) {
+  EXPECT_THAT(Verdict([](auto& r) { r.set_priority(11); }), StartsWith("priority: 11, expected"));
+  EXPECT_THAT(Verdict([](auto& r) { r.mutable_time_limit()->set_nanos(1); }),
+              StartsWith("time_limit:"));
   EXPECT_THAT(Verdict([](auto& r) { r.set_request_id(""); }), StartsWith("request_id:"));
   EXPECT_THAT(Verdict([](auto& r) { r.set_request_id(std::string(129, 'x')); }),
               StartsWith("request_id:"));
@@ -175,6 +180,24 @@ TEST(RefinementSpec, EqualWorkHasOneJoinKey) {
   towed.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);
   also_towed.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);
   EXPECT_EQ(key(towed), key(also_towed)) << "slip means nothing when towed";
+}
+
+TEST(RefinementSpec, RefusesAStateThatTheSceneCannotRun) {
+  auto model = BaseModel();
+  model.mutable_domain()->set_load_min_n(12);
+  model.mutable_domain()->set_load_max_n(48);
+  const auto check = [&](double load, double speed) {
+    auto request = Request("a");
+    request.mutable_state()->set_load_n(load);
+    request.mutable_state()->set_speed_m_per_s(speed);
+    return MessageOf([&] { CheckScene(model, BuildSpec(model, request)); });
+  };
+  EXPECT_EQ(check(24, 0), "");
+  EXPECT_EQ(check(3, 0.2), "");
+  EXPECT_EQ(check(144, 0), "");
+  EXPECT_THAT(check(145, 0), HasSubstr("state.load_n: 145, expected 3 to 144 N"));
+  EXPECT_THAT(check(2.9, 0), HasSubstr("state.load_n: 2.9"));
+  EXPECT_THAT(check(24, 1.1), HasSubstr("state.speed_m_per_s: 1.1, expected at most 1 m/s"));
 }
 
 TEST(RefinementSpec, RefusesAModelWithoutGrains) {

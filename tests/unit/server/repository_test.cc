@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "proto/records/model_file.h"
+#include "tests/unit/records/throws.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -178,6 +179,84 @@ TEST_F(RepositoryTest, ConcurrentMovesAreAllKept) {
   }
 }
 
+TEST_F(RepositoryTest, RollbackGoesBackStepByStepAndByName) {
+  const auto shipped = Ship("sand", 0.1);
+  const std::vector<std::string> d = {shipped, Publish("sand", 0.2), Publish("sand", 0.3),
+                                      Publish("sand", 0.4)};
+  for (int i = 1; i < 4; ++i) repository_.SetAlias("sand", "stable", d[i], "me", "next");
+  const auto back = [&](const std::string& to) {
+    return repository_.Rollback("sand", "stable", to, "op", "worse").digest;
+  };
+  const auto move = repository_.Rollback("sand", "stable", "", "op", "worse");
+  EXPECT_EQ(move.digest, d[2]);
+  EXPECT_EQ(move.from, d[3]);
+  EXPECT_EQ(move.generation, 4u);
+  EXPECT_TRUE(repository_.ReadAliases().history.back().rollback) << "read back";
+  EXPECT_EQ(repository_.Resolve("sand@previous").digest, d[3]);
+  EXPECT_EQ(back(""), d[1]) << "not forth again";
+  EXPECT_EQ(back(""), d[0]) << "the shipped one was there before any move";
+  EXPECT_THAT(MessageOf([&] { back(""); }), HasSubstr("to: the model before is nothing"));
+  EXPECT_EQ(back(d[3].substr(0, 12)), d[3]);
+  EXPECT_EQ(back("2"), d[2]) << "what it named at generation 2";
+  EXPECT_EQ(back("2"), d[2]) << "asked again";
+  EXPECT_EQ(repository_.ReadAliases().generation, 8u) << "asking again moves nothing";
+  repository_.SetAlias("sand", "stable", d[3], "me", "after all");
+  EXPECT_EQ(back(""), d[2]);
+}
+
+TEST_F(RepositoryTest, RollbackLeadsOnlyToWhatTheAliasNamedAndWhatIsThere) {
+  const auto a = Publish("sand", 0.1), b = Publish("sand", 0.2), never = Publish("sand", 0.3);
+  repository_.SetAlias("sand", "stable", a, "me", "");
+  repository_.SetAlias("sand", "stable", b, "me", "");
+  const auto back = [&](const std::string& alias, const std::string& to) {
+    return MessageOf([&] { repository_.Rollback("sand", alias, to, "op", ""); });
+  };
+  EXPECT_THAT(back("stable", never), HasSubstr("named, oldest first: " + a + ", " + b));
+  EXPECT_THAT(back("stable", "0"), HasSubstr("to: '0' is nothing"));
+  EXPECT_THAT(back("stable", "abc"), HasSubstr("to: 'abc' is nothing"));
+  EXPECT_THAT(back("canary", ""), HasSubstr("nothing"));
+  std::filesystem::remove(dir_ / ("state/models/" + a + ".model"));
+  EXPECT_THAT(back("stable", ""), HasSubstr("has no readable model file"));
+  EXPECT_EQ(repository_.Resolve("sand").digest, b);
+}
+
+TEST_F(RepositoryTest, HistoryIsBoundedAnAliasAtATime) {
+  const std::vector<std::string> d = {Publish("sand", 0.1), Publish("sand", 0.2)};
+  repository_.SetAlias("sand", "keep", d[0], "me", "rarely moved");
+  for (std::size_t i = 0; i < kMovesKept + 5; ++i) {
+    repository_.SetAlias("sand", "stable", d[i % 2], "me", "");
+  }
+  const auto aliases = repository_.ReadAliases();
+  EXPECT_EQ(aliases.history.size(), kMovesKept + 1);
+  EXPECT_EQ(aliases.history.front().alias, "keep");
+  EXPECT_EQ(aliases.history.back().generation, aliases.generation);
+  EXPECT_EQ(aliases.history.back().digest, aliases.Find("sand", "stable"));
+}
+
+TEST_F(RepositoryTest, AliasFileOfAnEarlierVersionCanBeRolledBack) {
+  const auto a = Publish("sand", 0.1), b = Publish("sand", 0.2);
+  const auto move = [](int generation, const std::string& digest) {
+    return R"({"model": "sand", "alias": "stable", "digest": ")" + digest + R"(", "generation": )" +
+           std::to_string(generation) + R"(, "who": "me", "why": "", "unix_s": 1.5e9})";
+  };
+  std::ofstream(dir_ / "state/models/aliases.json")
+      << R"({"generation": 2, "aliases": {"sand": {"stable": ")" << b << R"(", "previous": ")" << a
+      << R"("}}, "history": [)" << move(1, a) << "," << move(2, b) << "]}";
+  EXPECT_EQ(repository_.ReadAliases().history[1].from, a);
+  EXPECT_EQ(repository_.Rollback("sand", "stable", "", "op", "").digest, a);
+}
+
+TEST_F(RepositoryTest, ListReadsAChangedFileAgain) {
+  const auto a = Publish("sand", 0.1);
+  EXPECT_EQ(repository_.List(nullptr).size(), 1u);
+  std::ofstream(dir_ / ("state/models/" + a + ".model")) << "damaged";
+  EXPECT_TRUE(repository_.List(nullptr).empty());
+  EXPECT_THROW(repository_.SetAlias("sand", "stable", a, "me", ""), std::runtime_error);
+  std::filesystem::remove(dir_ / ("state/models/" + a + ".model"));
+  EXPECT_EQ(Publish("sand", 0.1), a);
+  EXPECT_EQ(repository_.List(nullptr).size(), 1u);
+}
+
 // A process killed at any moment leaves a readable file and no lock.
 TEST_F(RepositoryTest, KilledWriterLeavesAWholeAliasFile) {
   const std::vector<std::string> digests = {Publish("sand", 0.1), Publish("sand", 0.2)};
@@ -193,7 +272,8 @@ TEST_F(RepositoryTest, KilledWriterLeavesAWholeAliasFile) {
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
     const auto aliases = repository_.ReadAliases();
-    EXPECT_EQ(aliases.history.size(), aliases.generation);
+    EXPECT_EQ(aliases.history.back().generation, aliases.generation);
+    EXPECT_EQ(aliases.history.size(), std::min<std::size_t>(aliases.generation, kMovesKept));
   }
   const auto last = repository_.ReadAliases();
   const auto other = last.by_model.at("sand").at("stable") == digests[0] ? digests[1] : digests[0];

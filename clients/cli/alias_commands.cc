@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+#include <google/protobuf/util/time_util.h>
+
+#include <iostream>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/print.h"
+#include "clients/cpp/jobs_client.h"
+
+namespace grouser::cli {
+namespace {
+
+using client::JobsClient;
+using google::protobuf::util::TimeUtil;
+
+constexpr std::size_t kShownDigits = 12;  // as many as name a model
+
+JobsClient JobsOf(const Common& common) {
+  return JobsClient(common.jobs, client::Milliseconds(common.deadline_ms));
+}
+
+std::string Short(const std::string& digest) {
+  return digest.empty() ? "none" : digest.substr(0, kShownDigits);
+}
+
+void PrintMove(const v1alpha1::AliasMove& move) {
+  fmt::print("{:>6} {} {}@{} {} -> {}{} by {}: {}\n", move.generation(),
+             TimeUtil::ToString(move.time()), move.model(), move.alias(), Short(move.from_digest()),
+             Short(move.to_digest()), move.rollback() ? " back" : "", move.who(), move.why());
+}
+
+int Print(const Common& common, const v1alpha1::AliasMove& move) {
+  common.json ? PrintJson(move) : PrintMove(move);
+  return kExitOk;
+}
+
+int History(const Common& common, const std::string& model, int limit) {
+  const auto response = JobsOf(common).ListAliasMoves(model, limit);
+  if (common.json) {
+    PrintJson(response);
+  } else {
+    for (const auto& move : response.moves()) PrintMove(move);
+  }
+  return kExitOk;
+}
+
+int Prune(const Common& common, const v1alpha1::PruneRequest& request) {
+  const auto response = JobsOf(common).Prune(request);
+  if (common.json) {
+    PrintJson(response);
+    return kExitOk;
+  }
+  for (const auto& item : response.items()) {
+    fmt::print("{:>12} {} {}: {}\n", item.bytes(), TimeUtil::ToString(item.time()), item.name(),
+               item.why());
+  }
+  fmt::print("{} {} of {} MB, {} entries\n", request.dry_run() ? "would free" : "freed",
+             response.bytes_freed() / 1e6, response.bytes_before() / 1e6, response.items_count());
+  return kExitOk;
+}
+
+template <class Request>
+void AddWhoAndWhy(CLI::App* command, std::shared_ptr<Request> request) {
+  command
+      ->add_option_function<std::string>(
+          "--who", [request](const auto& v) { request->set_who(v); }, "Who decided")
+      ->required();
+  command
+      ->add_option_function<std::string>(
+          "--why", [request](const auto& v) { request->set_why(v); }, "Why")
+      ->required();
+}
+
+void AddMove(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
+  auto* move = model.add_subcommand("move", "Points an alias at a model: canary to stable");
+  auto request = std::make_shared<v1alpha1::MoveAliasRequest>();
+  move->add_option_function<std::string>(
+          "model", [request](const auto& v) { request->set_model(v); },
+          "Where to: NAME@ALIAS or NAME@sha256:HEX")
+      ->required();
+  move->add_option_function<std::string>(
+      "--to", [request](const auto& v) { request->set_alias(v); },
+      "Alias to move; default: stable");
+  AddWhoAndWhy(move, request);
+  move->add_flag_callback(
+      "--override-gate", [request] { request->set_override_gate(true); },
+      "Also to what no gate has let through");
+  move->callback(
+      [=] { *action = [=] { return Print(*common, JobsOf(*common).MoveAlias(*request)); }; });
+}
+
+void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
+  auto* back = model.add_subcommand("rollback", "Moves an alias back to what it named before");
+  auto request = std::make_shared<v1alpha1::RollbackAliasRequest>();
+  back->add_option_function<std::string>(
+          "model", [request](const auto& v) { request->set_model(v); },
+          "NAME (its stable) or NAME@ALIAS")
+      ->required();
+  back->add_option_function<std::string>(
+      "--to", [request](const auto& v) { request->set_to(v); },
+      "Digest (12 hex digits or more) or generation; default: the model before");
+  AddWhoAndWhy(back, request);
+  back->callback(
+      [=] { *action = [=] { return Print(*common, JobsOf(*common).RollbackAlias(*request)); }; });
+}
+
+}  // namespace
+
+void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
+  CLI::App& model = *app.get_subcommand("model");
+  AddMove(model, common, action);
+  AddRollback(model, common, action);
+
+  auto name = std::make_shared<std::string>();
+  auto limit = std::make_shared<int>(20);
+  auto* history = model.add_subcommand("history", "Where aliases pointed, newest first");
+  history->add_option("model", *name, "NAME or NAME@ALIAS; default: all");
+  history->add_option("--limit", *limit, "How many")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  history->callback([=] { *action = [=] { return History(*common, *name, *limit); }; });
+
+  auto request = std::make_shared<v1alpha1::PruneRequest>();
+  auto* prune = app.add_subcommand(
+      "prune", "Removes models, runs, tiles and ended jobs that nothing names any more");
+  prune->add_flag_callback(
+      "--dry-run", [request] { request->set_dry_run(true); }, "Say what would go, and why");
+  prune->add_option_function<std::uint64_t>(
+      "--max-disk-mb", [request](std::uint64_t v) { request->set_max_disk_mb(v); },
+      "Oldest first, until so much is left; default: as grouser-jobs was started");
+  prune->add_option_function<double>(
+      "--keep-days", [request](double v) { request->set_keep_days(v); },
+      "What is older; default: as grouser-jobs was started");
+  prune->callback([=] { *action = [=] { return Prune(*common, *request); }; });
+}
+
+}  // namespace grouser::cli
