@@ -37,53 +37,63 @@ Status StatusOf(const Request& run) {
 
 }  // namespace
 
-template <typename Run>
+template <typename Request, typename Response, typename Run>
 grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext* context,
+                                                     const Request* request, Response* response,
                                                      Run run) {
-  auto* call = new UnaryCall(gate_, *context);
+  auto* call = new UnaryCall(gate_, *context, *request);
   if (!call->admitted()) return call;
-  const bool taken = app_.thread().TryPost([call, context, run] {
-    call->Finish(context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run)));
+  const bool taken = app_.thread().TryPost([call, context, response, run] {
+    const auto status =
+        context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run));
+    call->FinishWith(status, *response);
   });
-  if (!taken) call->Finish(ToGrpcStatus(kBusy));
+  if (!taken) {
+    HintRetry(*context);
+    call->Finish(ToGrpcStatus(kBusy));
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Submit(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.Submit(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetJobRequest* request,
                                                      v1alpha1::GetJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Get(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.Get(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListJobs(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListJobsRequest* request,
                                                        v1alpha1::ListJobsResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.List(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.List(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerContext* context,
                                                         const v1alpha1::CancelJobRequest* request,
                                                         v1alpha1::CancelJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Cancel(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.Cancel(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
+  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Promote(*request, peer);
   });
 }
 
 grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJob(
-    grpc::CallbackServerContext*, const v1alpha1::WatchJobRequest* request) {
-  const auto reactor = WatchReactor::Create(gate_);
+    grpc::CallbackServerContext* context, const v1alpha1::WatchJobRequest* request) {
+  const auto reactor = WatchReactor::Create(gate_, *context);
   // A copy: the stream may be cancelled, and the request gone, before its turn.
   const bool taken = gate_.Enter() && app_.thread().TryPost([this, reactor, request = *request] {
     const Status status = StatusOf([&] { app_.Watch(request, reactor); });
