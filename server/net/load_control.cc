@@ -10,6 +10,9 @@ namespace {
 
 // While memory is short a client has one part in so many of the time to take its answer.
 constexpr int kTightShare = 10;
+// Smaller requests are not refused for the time that they would wait: to read and refuse one takes
+// about as long as to answer it.
+constexpr std::size_t kCostlyBytes = 16 * 1024;
 // One part in so many of the memory is left to small requests when big ones have taken the rest.
 constexpr std::size_t kReserve = 8;
 // What the answer to a big request takes, over the request: 10,000 states in slip form, all parts

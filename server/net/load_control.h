@@ -60,9 +60,6 @@ class LoadControl {
   };
 
   enum class Verdict { kAdmitted, kNoMemory, kConnectionFull, kBusy };
-  /// Smaller requests are never refused for the time that they would wait: to read and refuse one
-  /// takes about as long as to answer it.
-  static constexpr std::size_t kCostlyBytes = 48 * 1024;
 
   void SetLimits(const Limits& limits);
 

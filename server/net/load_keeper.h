@@ -30,6 +30,7 @@ class LoadKeeper {
   std::uint64_t seen_ = 0;
   LoadControl::Clock::time_point last_message_{};
   bool trimmed_ = true;
+  const std::size_t start_bytes_;  // resident
 };
 
 }  // namespace grouser::server

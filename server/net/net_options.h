@@ -23,7 +23,7 @@ struct NetOptions {
   /// For requests and answers under way, over all connections; see LoadControl::Limits.
   int memory_budget_mb = 256;
   /// Calls under way on a connection; its client holds further ones back.
-  int max_calls = 16;
+  int max_calls = 8;
   /// An answer that its client does not take within it is cancelled.
   double answer_s = 10;
   int max_receive_bytes = 4 * 1024 * 1024;

@@ -19,7 +19,7 @@ constexpr const char* kExamples =
     "  grouser-bench planner\n"
     "  grouser-bench planner --server 127.0.0.1:50151\n"
     "  grouser-bench overload --seconds 60\n"
-    "Exit codes: 0 ok, 1 failed, 2 usage.";
+    "Exit codes: 0 ok, 1 failed, 2 usage, 3 a target of overload was missed.";
 
 void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
   fmt::print("{:12} {:>7} {:>8} {:>6} {:>10} {:>10} {:>12}\n", "transport", "batch", "samples",
@@ -262,7 +262,9 @@ int main(int argc, char** argv) {
     if (overload->parsed()) {
       const auto result = grouser::bench::MeasureOverload(load);
       json ? PrintJson(result) : PrintTable(result);
-      return 0;
+      const auto missed = result.Missed();
+      for (const std::string& target : missed) std::cerr << "missed: " << target << "\n";
+      return missed.empty() ? 0 : 3;
     }
     options.lcm = !no_lcm;
     const auto rows = grouser::bench::MeasureLatency(options);

@@ -20,7 +20,8 @@ struct OverloadOptions {
 };
 
 /// One load: calls over all connections at random (Poisson), or, closed, one call under way on
-/// each connection, the next when it ends.
+/// each connection, the next when it ends, or, where it was refused, after the time that the
+/// refusal told.
 struct OverloadRow {
   std::string load;           ///< "closed", "0.8", "2"
   double offered_per_s = 0;   ///< calls that the load asks for
@@ -46,6 +47,9 @@ struct OverloadResult {
   double p99_ratio = 0;  ///< at load 2 over that at 0.8
   double most_rss_mib = 0;
   double rss_ratio = 0;  ///< end over start
+
+  /// Each that is missed, by what was asked and found.
+  std::vector<std::string> Missed() const;
 };
 
 /// Starts a server on a core of its own, measures how much it answers in a closed loop, then sends

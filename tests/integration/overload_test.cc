@@ -107,7 +107,7 @@ TEST_F(OverloadTest, ClientsThatGiveNoWindowHoldLittleAndNotForLong) {
     for (int i = 0; i < 8; ++i) {
       H2Connection& peer = peers.emplace_back(server.address(), 0);
       // Before the server says how many calls it takes, as few as any takes.
-      for (int k = 0; k < 16; ++k) peer.Call(k % 4 == 0 ? kStream : kEvaluate, big);
+      for (int k = 0; k < 8; ++k) peer.Call(k % 4 == 0 ? kStream : kEvaluate, big);
       peer.Flush();
     }
     const auto until = steady_clock::now() + std::chrono::seconds(Long() ? 60 : 2);
