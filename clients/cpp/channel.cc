@@ -14,6 +14,16 @@ namespace {
 // 10,000 states with all parts of the uncertainty take some 4 MB.
 constexpr int kMaxReceiveBytes = 64 * 1024 * 1024;
 
+// A server that is gone without a word (power, cable) is noticed after the sum, while a call is
+// under way. Servers take pings every 10 s.
+constexpr int kKeepaliveMs = 15000;
+constexpr int kKeepaliveTimeoutMs = 5000;
+// Between two tries to reach a server that is not there.
+constexpr int kFirstReconnectMs = 100;
+constexpr int kLastReconnectMs = 1000;
+// One try to connect may take so long.
+constexpr int kConnectMs = 1000;
+
 // http_proxy names a machine elsewhere: it cannot reach this one's loopback interface.
 bool IsLoopback(const std::string& address) {
   for (const char* start : {"localhost:", "127.", "[::1]:"}) {
@@ -27,6 +37,12 @@ bool IsLoopback(const std::string& address) {
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxReceiveBytes);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // as many as a quiet watch takes
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
   if (IsLoopback(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }

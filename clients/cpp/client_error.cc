@@ -1,8 +1,25 @@
 #include "clients/cpp/client_error.h"
 
+#include <charconv>
 #include <iterator>
 
+#include "google/rpc/error_details.pb.h"
+
 namespace grouser::client {
+namespace {
+
+std::optional<Milliseconds> PushbackOf(const grpc::ClientContext& context) {
+  const auto& trailers = context.GetServerTrailingMetadata();
+  const auto found = trailers.find("grpc-retry-pushback-ms");
+  if (found == trailers.end()) return std::nullopt;
+  const auto text = found->second;
+  int ms = -1;  // negative: do not try again
+  std::from_chars(text.data(), text.data() + text.size(), ms);
+  if (ms < 0) return std::nullopt;
+  return Milliseconds(ms);
+}
+
+}  // namespace
 
 std::string StatusCodeName(int code) {
   static constexpr const char* kNames[] = {"OK",
@@ -26,16 +43,31 @@ std::string StatusCodeName(int code) {
   return kNames[code];
 }
 
-ClientError::ClientError(grpc::StatusCode code, const std::string& text)
-    : std::runtime_error(StatusCodeName(code) + ": " + text), code_(code) {}
+ClientError::ClientError(grpc::StatusCode code, const std::string& text,
+                         std::optional<Milliseconds> retry_after)
+    : std::runtime_error(StatusCodeName(code) + ": " + text),
+      code_(code),
+      retry_after_(retry_after) {}
 
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address) {
+std::optional<Milliseconds> RetryAfter(const google::rpc::Status& error) {
+  google::rpc::RetryInfo retry;
+  for (const auto& detail : error.details()) {
+    if (!detail.UnpackTo(&retry)) continue;
+    return Milliseconds(retry.retry_delay().seconds() * 1000 +
+                        retry.retry_delay().nanos() / 1'000'000);
+  }
+  return std::nullopt;
+}
+
+void ThrowUnlessOk(const grpc::Status& status, const std::string& address,
+                   const grpc::ClientContext* context) {
   if (status.ok()) return;
   std::string text = status.error_message();
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
     text += " (server " + address + "; is it running? ./grouser serve starts it)";
   }
-  throw ClientError(status.error_code(), text);
+  throw ClientError(status.error_code(), text,
+                    context != nullptr ? PushbackOf(*context) : std::nullopt);
 }
 
 }  // namespace grouser::client

@@ -3,10 +3,12 @@
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/status.h>
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "clients/cpp/channel.h"
+#include "google/rpc/status.pb.h"
 
 namespace grouser::client {
 
@@ -14,19 +16,27 @@ namespace grouser::client {
 /// "CODE_NAME: text of the server".
 class ClientError : public std::runtime_error {
  public:
-  ClientError(grpc::StatusCode code, const std::string& text);
+  ClientError(grpc::StatusCode code, const std::string& text,
+              std::optional<Milliseconds> retry_after = std::nullopt);
   grpc::StatusCode code() const { return code_; }
+  /// How long an overloaded server asks to wait before the next try.
+  std::optional<Milliseconds> retry_after() const { return retry_after_; }
 
  private:
   grpc::StatusCode code_;
+  std::optional<Milliseconds> retry_after_;
 };
 
 /// "INVALID_ARGUMENT" and so on; the number for an unknown one.
 std::string StatusCodeName(int code);
 
 /// Throws ClientError unless `status` is OK; names the address when the server
-/// cannot be reached.
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address);
+/// cannot be reached. `context`: of the call that has ended, for its retry hint.
+void ThrowUnlessOk(const grpc::Status& status, const std::string& address,
+                   const grpc::ClientContext* context = nullptr);
+
+/// The retry hint of a message that was refused in band, on a stream.
+std::optional<Milliseconds> RetryAfter(const google::rpc::Status& error);
 
 /// The response to one unary call of a stub's method; throws as ThrowUnlessOk.
 template <class Stub, class Request, class Response>
@@ -36,7 +46,7 @@ Response Call(Stub& stub,
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline));
   Response response;
-  ThrowUnlessOk((stub.*method)(&context, request, &response), address);
+  ThrowUnlessOk((stub.*method)(&context, request, &response), address, &context);
   return response;
 }
 

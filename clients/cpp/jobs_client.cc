@@ -53,7 +53,7 @@ v1alpha1::Job JobsClient::Watch(const std::string& job_id,
   while (!stopped_here && reader->Read(&response)) stopped_here = !on_change(response.job());
   if (stopped_here) context.TryCancel();
   const grpc::Status status = reader->Finish();
-  if (!stopped_here) ThrowUnlessOk(status, address_);
+  if (!stopped_here) ThrowUnlessOk(status, address_, &context);
   return std::move(*response.mutable_job());
 }
 

@@ -1,5 +1,6 @@
 #include "clients/cpp/terrain_client.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "clients/cpp/client_error.h"
@@ -11,12 +12,36 @@ using TerrainStub = v1alpha1::TerrainService::Stub;
 
 }  // namespace
 
+WheelStreamSession::WheelStreamSession(Milliseconds receive_limit)
+    : receive_limit_(receive_limit), watch_([this](const std::stop_token& stop) { Watch(stop); }) {}
+
+void WheelStreamSession::Watch(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (!stop.stop_requested()) {
+    const auto now = Clock::now();
+    const auto due = due_.load();
+    if (due <= now) {
+      late_ = true;
+      context_->TryCancel();
+      return;
+    }
+    wake_.wait_until(lock, stop, std::min(due, now + receive_limit_), [] { return false; });
+  }
+}
+
+bool WheelStreamSession::Read(v1alpha1::EvaluateWheelsResponse* response) {
+  due_ = Clock::now() + receive_limit_;
+  const bool ok = stream_->Read(response);
+  due_ = Clock::time_point::max();
+  return ok;
+}
+
 bool WheelStreamSession::Send(const v1alpha1::EvaluateWheelsRequest& request) {
   return stream_->Write(request);
 }
 
 bool WheelStreamSession::Receive(v1alpha1::EvaluateWheelsResponse* response) {
-  return stream_->Read(response);
+  return Read(response);
 }
 
 void WheelStreamSession::Finish() {
@@ -24,9 +49,15 @@ void WheelStreamSession::Finish() {
   finished_ = true;
   stream_->WritesDone();
   v1alpha1::EvaluateWheelsResponse dropped;
-  while (stream_->Read(&dropped)) {
+  while (Read(&dropped)) {
   }
-  ThrowUnlessOk(stream_->Finish(), address_);
+  const grpc::Status status = stream_->Finish();
+  if (late_) {
+    throw ClientError(grpc::StatusCode::DEADLINE_EXCEEDED,
+                      "no answer within " + std::to_string(receive_limit_.count()) +
+                          " ms on the stream (server " + address_ + ")");
+  }
+  ThrowUnlessOk(status, address_, context_.get());
 }
 
 WheelStreamSession::~WheelStreamSession() {
@@ -51,7 +82,7 @@ void TerrainClient::Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
                              v1alpha1::EvaluateWheelsResponse* response) const {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), address_);
+  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), address_, &context);
 }
 
 v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
@@ -73,7 +104,7 @@ v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) con
 }
 
 std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {
-  std::unique_ptr<WheelStreamSession> session(new WheelStreamSession);
+  std::unique_ptr<WheelStreamSession> session(new WheelStreamSession(deadline_));
   session->address_ = address_;
   session->stream_ = stub_->StreamWheels(session->context_.get());
   return session;

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 
 #include "clients/cpp/channel.h"
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
@@ -13,7 +17,8 @@ namespace grouser::client {
 /// (response.has_error()) and do not end the stream.
 class WheelStreamSession {
  public:
-  /// False when the stream has ended; Finish() tells why.
+  /// False when the stream has ended; Finish() tells why. An answer that does not come within the
+  /// limit of OpenStream() ends it with DEADLINE_EXCEEDED.
   bool Send(const v1alpha1::EvaluateWheelsRequest& request);
   bool Receive(v1alpha1::EvaluateWheelsResponse* response);
   /// Half-closes, drops what is still to come, throws ClientError unless the
@@ -26,12 +31,23 @@ class WheelStreamSession {
   friend class TerrainClient;
   using Stream =
       grpc::ClientReaderWriter<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>;
-  WheelStreamSession() = default;
+  using Clock = std::chrono::steady_clock;
+  explicit WheelStreamSession(Milliseconds receive_limit);
+  bool Read(v1alpha1::EvaluateWheelsResponse* response);
+  void Watch(const std::stop_token& stop);
 
   std::string address_;
   std::unique_ptr<grpc::ClientContext> context_ = std::make_unique<grpc::ClientContext>();
   std::unique_ptr<Stream> stream_;
   bool finished_ = false;
+  const Milliseconds receive_limit_;
+  // When the answer that is waited for is due. Looked at every receive_limit_ by a thread that
+  // nobody wakes, so that a message costs nothing more.
+  std::atomic<Clock::time_point> due_{Clock::time_point::max()};
+  std::atomic<bool> late_{false};
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread watch_;  // last: it uses the others
 };
 
 /// Wheel queries over gRPC; thread-safe. Every call throws ClientError with
@@ -47,7 +63,8 @@ class TerrainClient {
   /// All models, of all pages.
   v1alpha1::ListModelsResponse ListModels() const;
   v1alpha1::GetModelResponse GetModel(const std::string& model) const;
-  /// Opens a stream without a deadline.
+  /// Opens a stream without a deadline; each of its answers must come within that of a call, from
+  /// when it is waited for.
   std::unique_ptr<WheelStreamSession> OpenStream() const;
 
   const std::string& address() const { return address_; }

@@ -31,7 +31,7 @@ void VehicleClient::PlanSpeed(const v1alpha1::PlanSpeedRequest& request,
                               v1alpha1::PlanSpeedResponse* response) const {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  ThrowUnlessOk(stub_->PlanSpeed(&context, request, response), address_);
+  ThrowUnlessOk(stub_->PlanSpeed(&context, request, response), address_, &context);
 }
 v1alpha1::GradesResponse VehicleClient::Grades(const v1alpha1::GradesRequest& request) const {
   return Call(*stub_, &VehicleStub::Grades, request, address_, deadline_);

@@ -50,22 +50,28 @@ Status StatusOf(const Request& run) {
 
 }  // namespace
 
-template <typename Run>
+template <typename Request, typename Response, typename Run>
 grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext* context,
+                                                     const Request* request, Response* response,
                                                      Run run) {
-  auto* call = new UnaryCall(gate_, *context);
+  auto* call = new UnaryCall(gate_, *context, *request);
   if (!call->admitted()) return call;
-  const bool taken = app_.thread().TryPost([call, context, run] {
-    call->Finish(context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run)));
+  const bool taken = app_.thread().TryPost([call, context, response, run] {
+    const auto status =
+        context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run));
+    call->FinishWith(status, *response);
   });
-  if (!taken) call->Finish(ToGrpcStatus(kBusy));
+  if (!taken) {
+    HintRetry(*context);
+    call->Finish(ToGrpcStatus(kBusy));
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, [this, request, response, client = ClientOf(*context)] {
+  return Answer(context, request, response, [this, request, response, client = ClientOf(*context)] {
     *response = app_.Submit(*request, client);
   });
 }
@@ -73,25 +79,28 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetJobRequest* request,
                                                      v1alpha1::GetJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Get(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.Get(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListJobs(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListJobsRequest* request,
                                                        v1alpha1::ListJobsResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.List(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.List(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerContext* context,
                                                         const v1alpha1::CancelJobRequest* request,
                                                         v1alpha1::CancelJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Cancel(*request); });
+  return Answer(context, request, response,
+                [this, request, response] { *response = app_.Cancel(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
+  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Promote(*request, peer);
   });
 }
@@ -99,7 +108,7 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
                                                         const v1alpha1::MoveAliasRequest* request,
                                                         v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
+  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Move(*request, peer);
   });
 }
@@ -107,7 +116,7 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
     grpc::CallbackServerContext* context, const v1alpha1::RollbackAliasRequest* request,
     v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
+  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Rollback(*request, peer);
   });
 }
@@ -115,18 +124,18 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListAliasMoves(
     grpc::CallbackServerContext* context, const v1alpha1::ListAliasMovesRequest* request,
     v1alpha1::ListAliasMovesResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.ListMoves(*request); });
+  return Answer(context, request, response, [this, request, response] { *response = app_.ListMoves(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Prune(grpc::CallbackServerContext* context,
                                                     const v1alpha1::PruneRequest* request,
                                                     v1alpha1::PruneResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Prune(*request); });
+  return Answer(context, request, response, [this, request, response] { *response = app_.Prune(*request); });
 }
 
 grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJob(
-    grpc::CallbackServerContext*, const v1alpha1::WatchJobRequest* request) {
-  const auto reactor = WatchReactor::Create(gate_);
+    grpc::CallbackServerContext* context, const v1alpha1::WatchJobRequest* request) {
+  const auto reactor = WatchReactor::Create(gate_, *context);
   // A copy: the stream may be cancelled, and the request gone, before its turn.
   const bool taken = gate_.Enter() && app_.thread().TryPost([this, reactor, request = *request] {
     const Status status = StatusOf([&] { app_.Watch(request, reactor); });

@@ -46,8 +46,9 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
  private:
   /// Runs `run` on the serial thread and answers with its outcome. Request and
   /// response live until then.
-  template <typename Run>
-  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, Run run);
+  template <typename Request, typename Response, typename Run>
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Request* request,
+                                   Response* response, Run run);
 
   JobsApp& app_;
   CallGate& gate_;

@@ -18,6 +18,8 @@ namespace grouser::server {
 namespace {
 
 constexpr int kMaxReceiveBytes = 256 * 1024;  // requests are small
+constexpr int kMemoryBudgetMb = 64;           // answers are below 1 MB
+constexpr int kMaxCalls = 64;                 // watches last as long as their jobs
 
 struct Settings {
   JobsOptions jobs;
@@ -154,6 +156,8 @@ int main(int argc, char** argv) {
   settings.jobs.state_dir = DefaultStateDir();
   settings.net.grpc = "127.0.0.1:50152";
   settings.net.max_receive_bytes = kMaxReceiveBytes;
+  settings.net.memory_budget_mb = kMemoryBudgetMb;
+  settings.net.max_calls = kMaxCalls;
   CLI::App cli("Runs refinement jobs: a fresh DEM run, a refit, a gated candidate.",
                "grouser-jobs");
   Describe(cli, settings);

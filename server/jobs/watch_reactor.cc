@@ -4,8 +4,9 @@
 
 namespace grouser::server {
 
-std::shared_ptr<WatchReactor> WatchReactor::Create(CallGate& gate) {
-  auto reactor = std::make_shared<WatchReactor>(gate);
+std::shared_ptr<WatchReactor> WatchReactor::Create(CallGate& gate,
+                                                   grpc::CallbackServerContext& context) {
+  auto reactor = std::make_shared<WatchReactor>(gate, context);
   reactor->self_ = reactor;
   if (!gate.Add(reactor.get())) reactor->OnStop();
   return reactor;
@@ -48,11 +49,16 @@ void WatchReactor::Pump() {
       next = Next::kFinish;
     }
   }
-  if (next == Next::kWrite) StartWrite(&current_);
+  if (next == Next::kWrite) {
+    gate_.load().Hold(ticket_, context_, 0);  // a change is never refused
+    gate_.load().Answer(ticket_, AnswerBytes(current_));
+    StartWrite(&current_);
+  }
   if (next == Next::kFinish) Finish(status);
 }
 
 void WatchReactor::OnWriteDone(bool ok) {
+  gate_.load().End(ticket_);
   {
     const std::lock_guard lock(mutex_);
     writing_ = false;
@@ -74,6 +80,7 @@ void WatchReactor::OnCancel() {
 }
 
 void WatchReactor::OnDone() {
+  gate_.load().End(ticket_);
   gate_.Remove(this);
   const auto last = std::move(self_);
 }

@@ -14,13 +14,15 @@
 namespace grouser::server {
 
 /// One WatchJob stream. Keeps itself alive until gRPC is done with it. Every
-/// state is sent; of a slow reader's waiting progress only the latest.
+/// state is sent; of a slow reader's waiting progress only the latest. A reader that takes nothing
+/// is cancelled, see LoadControl.
 class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>,
                            public JobWatcher,
                            public DrainableStream {
  public:
-  explicit WatchReactor(CallGate& gate) : gate_(gate) {}
-  static std::shared_ptr<WatchReactor> Create(CallGate& gate);
+  WatchReactor(CallGate& gate, grpc::CallbackServerContext& context)
+      : gate_(gate), context_(context) {}
+  static std::shared_ptr<WatchReactor> Create(CallGate& gate, grpc::CallbackServerContext& context);
 
   void OnJob(const v1alpha1::Job& job) override;
   void OnStop() override { End(ShuttingDown()); }
@@ -39,6 +41,8 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1alpha1::WatchJobRes
   void Pump();
 
   CallGate& gate_;
+  grpc::CallbackServerContext& context_;
+  LoadControl::Ticket ticket_;  // of the write under way
   std::mutex mutex_;
   std::deque<v1alpha1::Job> waiting_;
   v1alpha1::WatchJobResponse current_;

@@ -63,21 +63,41 @@ bool CallGate::WaitEmpty(Milliseconds limit) const {
   return true;
 }
 
+grpc::Status TooLate() {
+  return {grpc::StatusCode::DEADLINE_EXCEEDED, "the deadline passed before the call's turn"};
+}
+
 grpc::Status ShuttingDown() {
   return {grpc::StatusCode::UNAVAILABLE, "the server is shutting down"};
 }
 
-UnaryCall::UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context)
-    : gate_(gate), admitted_(gate.Enter()) {
-  if (!admitted_) {
-    Finish(ShuttingDown());
-  } else if (context.IsCancelled()) {
-    admitted_ = false;
-    Finish(grpc::Status::CANCELLED);
-  }
+UnaryCall::UnaryCall(CallGate& gate, grpc::CallbackServerContext& context,
+                     const google::protobuf::MessageLite& request)
+    : gate_(gate) {
+  const grpc::Status status = Admit(context, request);
+  admitted_ = status.ok();
+  if (!admitted_) Finish(status);
+}
+
+grpc::Status UnaryCall::Admit(grpc::CallbackServerContext& context,
+                              const google::protobuf::MessageLite& request) {
+  if (!gate_.Enter()) return ShuttingDown();
+  if (context.IsCancelled()) return grpc::Status::CANCELLED;
+  if (context.deadline() < std::chrono::system_clock::now()) return TooLate();
+  const auto verdict = gate_.load().Begin(ticket_, context, request.ByteSizeLong());
+  if (verdict == LoadControl::Verdict::kAdmitted) return grpc::Status::OK;
+  HintRetry(context);
+  return Refusal(verdict);
+}
+
+void UnaryCall::FinishWith(const grpc::Status& status,
+                           const google::protobuf::MessageLite& response) {
+  gate_.load().Answer(ticket_, status.ok() ? AnswerBytes(response) : 0);
+  Finish(status);
 }
 
 void UnaryCall::OnDone() {
+  gate_.load().End(ticket_);
   gate_.Leave();
   delete this;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <google/protobuf/message_lite.h>
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
@@ -7,6 +8,8 @@
 #include <chrono>
 #include <mutex>
 #include <unordered_set>
+
+#include "server/net/load_control.h"
 
 namespace grouser::server {
 
@@ -43,7 +46,11 @@ class CallGate {
   /// Waits until no message is under way and no stream open, at most `limit`.
   bool WaitEmpty(Milliseconds limit) const;
 
+  /// The memory of what is under way.
+  LoadControl& load() { return load_; }
+
  private:
+  LoadControl load_;
   std::atomic<int> under_way_{0};
   std::atomic<unsigned> entered_{0};
   std::atomic<bool> refusing_{false};
@@ -53,29 +60,40 @@ class CallGate {
 
 /// Status of what comes during a drain.
 grpc::Status ShuttingDown();
+/// Status of what is not begun, as nobody waits for it any more.
+grpc::Status TooLate();
 
-/// One unary call that a gate counts until gRPC is done with it. Deletes
-/// itself then.
+/// One unary call that a gate counts, with its bytes, until gRPC is done with it. Deletes itself
+/// then.
 class UnaryCall : public grpc::ServerUnaryReactor {
  public:
-  /// `context` tells whether the call is cancelled already, e.g. because its
-  /// deadline passed in the queue.
-  UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context);
+  /// Finishes the call at once during a drain, where its client is gone or its deadline has passed
+  /// in the queue, and where `request` does not fit in the memory for what is under way.
+  UnaryCall(CallGate& gate, grpc::CallbackServerContext& context,
+            const google::protobuf::MessageLite& request);
   /// False: the call has been finished, do nothing but return it.
   bool admitted() const { return admitted_; }
+  /// The one way to finish an admitted call.
+  void FinishWith(const grpc::Status& status, const google::protobuf::MessageLite& response);
   void OnDone() final;
 
  private:
+  grpc::Status Admit(grpc::CallbackServerContext& context,
+                     const google::protobuf::MessageLite& request);
+
   CallGate& gate_;
+  LoadControl::Ticket ticket_;
   bool admitted_;
 };
 
-/// Finishes a new UnaryCall with the status that `answer` returns.
+/// Finishes a new UnaryCall with the status that `answer` returns, after it has filled `response`.
 template <class Answer>
-grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, const grpc::CallbackServerContext& context,
+grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, grpc::CallbackServerContext& context,
+                                    const google::protobuf::MessageLite& request,
+                                    const google::protobuf::MessageLite& response,
                                     const Answer& answer) {
-  auto* call = new UnaryCall(gate, context);
-  if (call->admitted()) call->Finish(answer());
+  auto* call = new UnaryCall(gate, context, request);
+  if (call->admitted()) call->FinishWith(answer(), response);
   return call;
 }
 

@@ -1,7 +1,11 @@
 #include "server/net/connection_table.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+
+#include <algorithm>
+#include <vector>
 
 namespace grouser::server {
 namespace {
@@ -34,6 +38,19 @@ bool ConnectionTable::IsFull() {
   if (inode_of_.size() < max_open_) return false;
   ForgetClosed();
   return inode_of_.size() >= max_open_;
+}
+
+std::size_t ConnectionTable::CountWaiting() {
+  std::vector<pollfd> polls;
+  {
+    const std::lock_guard lock(mutex_);
+    ForgetClosed();
+    polls.reserve(inode_of_.size());
+    for (const auto& [fd, inode] : inode_of_) polls.push_back({fd, POLLIN, 0});
+  }
+  ::poll(polls.data(), polls.size(), 0);
+  return static_cast<std::size_t>(
+      std::ranges::count_if(polls, [](const pollfd& p) { return (p.revents & POLLIN) != 0; }));
 }
 
 void ConnectionTable::EndAll() {

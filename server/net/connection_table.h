@@ -18,6 +18,8 @@ class ConnectionTable {
   void Add(int fd);
   std::size_t CountOpen();
   bool IsFull();
+  /// Connections with bytes that nobody has read yet.
+  std::size_t CountWaiting();
   /// Every open connection reads end of file: gRPC then closes it after the
   /// writes under way, and the peer sees UNAVAILABLE, not CANCELLED, for calls
   /// that come too late.

@@ -20,7 +20,6 @@ using Milliseconds = CallGate::Milliseconds;
 
 // Memory that gRPC may hold for messages; beyond it calls are refused.
 constexpr std::size_t kQuotaBytes = 512ull * 1024 * 1024;
-constexpr int kMaxCallsPerConnection = 128;
 // Descriptors that connections leave to the rest: files, workers, LCM.
 constexpr std::size_t kReservedDescriptors = 64;
 // A client that says nothing at all is dropped after this.
@@ -45,7 +44,7 @@ void SetLimits(grpc::ServerBuilder& builder, const NetOptions& options) {
   const int idle_ms = static_cast<int>(ToMilliseconds(options.idle_s).count());
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   builder.SetResourceQuota(grpc::ResourceQuota("grouser").Resize(kQuotaBytes));
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxCallsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, idle_ms);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, std::min(idle_ms, kHandshakeMs));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
@@ -53,6 +52,11 @@ void SetLimits(grpc::ServerBuilder& builder, const NetOptions& options) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinClientPingMs);
+}
+
+LoadControl::Limits LoadLimits(const NetOptions& options) {
+  const std::size_t bytes = static_cast<std::size_t>(options.memory_budget_mb) << 20;
+  return {bytes, ToMilliseconds(options.answer_s)};
 }
 
 std::size_t MostConnections(const NetOptions& options) {
@@ -77,7 +81,7 @@ std::string Reachable(Address address) {
 
 GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService>& services,
                        CallGate& gate, std::function<void()> on_unreachable)
-    : options_(options), gate_(gate) {
+    : options_(options), gate_(gate), keeper_(loop_, gate.load()) {
   // Both are registries of gRPC itself and must be set before a builder exists.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -87,6 +91,7 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
       grpc::InsecureServerCredentials());
   for (const NamedService& s : services) builder.RegisterService(s.service);
   SetLimits(builder, options_);
+  gate.load().SetLimits(LoadLimits(options_));
   listener_ = std::make_unique<Listener>(
       loop_, ParseAddress(options_.grpc), MostConnections(options_), [this](int listener, int fd) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
@@ -94,10 +99,12 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
         connection.fd = fd;
         acceptor_->HandleNewConnection(&connection);
       });
+  gate.load().backlog().SetCount([this] { return listener_->connections().CountWaiting(); });
   server_ = builder.BuildAndStart();
   if (!server_) throw std::runtime_error("grpc: the server cannot be started");
   for (const NamedService& s : services) SetServing(s.name, true);
   listener_->Start();
+  keeper_.Start();
   thread_ = std::jthread([this] { loop_.run(); });
   if (options_.probe_s > 0) {
     probe_.emplace(

@@ -12,6 +12,7 @@
 
 #include "server/net/call_gate.h"
 #include "server/net/listener.h"
+#include "server/net/load_keeper.h"
 #include "server/net/net_options.h"
 #include "server/net/self_probe.h"
 
@@ -58,6 +59,7 @@ class GrpcServer {
   std::unique_ptr<grpc::Server> server_;
   boost::asio::io_context loop_{1};
   std::unique_ptr<Listener> listener_;
+  LoadKeeper keeper_;
   std::optional<SelfProbe> probe_;
   std::jthread thread_;  // runs loop_
 };

@@ -27,6 +27,21 @@ void NetOptions::AddTo(CLI::App& app) {
   app.add_option("--idle-s", idle_s, "A connection without a call for so long is closed [s]")
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();
+  app.add_option(
+         "--memory-budget-mb", memory_budget_mb,
+         "Memory for requests and answers under way over all connections, of which each may "
+         "hold as much as is free; what does not fit is refused [MiB]")
+      ->check(CLI::Range(8, 1000000))
+      ->capture_default_str();
+  app.add_option("--max-calls", max_calls,
+                 "Most calls and streams under way on a connection; its client holds further ones "
+                 "back")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--answer-s", answer_s,
+                 "A call whose client does not take its answer within so long is cancelled [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
   app.add_option("--drain-s", drain_s,
                  "After SIGTERM, longest time to answer what was sent before it [s]")
       ->check(CLI::Range(0.0, 3600.0))

@@ -20,6 +20,12 @@ struct NetOptions {
   double drain_s = 2;
   /// Between two tries to reach oneself; 0: none.
   double probe_s = 10;
+  /// For requests and answers under way, over all connections; see LoadControl::Limits.
+  int memory_budget_mb = 256;
+  /// Calls under way on a connection; its client holds further ones back.
+  int max_calls = 8;
+  /// An answer that its client does not take within it is cancelled.
+  double answer_s = 10;
   int max_receive_bytes = 4 * 1024 * 1024;
 
   void AddTo(CLI::App& app);

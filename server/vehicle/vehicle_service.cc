@@ -19,8 +19,9 @@ constexpr int kNice = 5;
 /// A call that another thread finishes, or that is cancelled while it waits for one.
 class LaterCall final : public UnaryCall {
  public:
-  LaterCall(CallGate& gate, const grpc::CallbackServerContext& context, WorkQueue& queue)
-      : UnaryCall(gate, context), queue_(queue) {}
+  LaterCall(CallGate& gate, grpc::CallbackServerContext& context,
+            const google::protobuf::MessageLite& request, WorkQueue& queue)
+      : UnaryCall(gate, context, request), queue_(queue) {}
 
   // gRPC calls it after the reactor was returned, and OnDone after it.
   void OnCancel() override {
@@ -41,14 +42,14 @@ VehicleService::VehicleService(const Fleet& fleet, CallGate& gate, int threads)
 VehicleService::~VehicleService() = default;
 
 template <class Request, class Response>
-grpc::ServerUnaryReactor* VehicleService::Later(const grpc::CallbackServerContext& context,
+grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& context,
                                                 const Request& request, Response* response) {
-  auto* call = new LaterCall(gate_, context, queue_);
+  auto* call = new LaterCall(gate_, context, request, queue_);
   if (!call->admitted()) return call;
   const auto work = [this, call, &request, response](int worker) {
     VehicleBench& bench = benches_[static_cast<std::size_t>(worker)];
     const Status status = Answer({fleet_, bench, call->cancelled()}, request, response);
-    call->Finish(call->cancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(status));
+    call->FinishWith(call->cancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(status), *response);
   };
   const Status status = Guarded([&] {
     Status checked = Check(fleet_, request);
@@ -58,7 +59,9 @@ grpc::ServerUnaryReactor* VehicleService::Later(const grpc::CallbackServerContex
     }
     return checked;
   });
-  if (!status.ok()) call->Finish(ToGrpcStatus(status));
+  if (status.ok()) return call;
+  if (status.code == StatusCode::kResourceExhausted) HintRetry(context);
+  call->Finish(ToGrpcStatus(status));
   return call;
 }
 
@@ -91,13 +94,14 @@ grpc::ServerUnaryReactor* VehicleService::Constants(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* VehicleService::ListVehicles(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListVehiclesRequest* request,
                                                        v1alpha1::ListVehiclesResponse* response) {
-  return AnswerNow(gate_, *context, [&] { return ToGrpcStatus(fleet_.List(*request, response)); });
+  return AnswerNow(gate_, *context, *request, *response,
+                   [&] { return ToGrpcStatus(fleet_.List(*request, response)); });
 }
 
 grpc::ServerUnaryReactor* VehicleService::GetVehicle(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetVehicleRequest* request,
                                                      v1alpha1::GetVehicleResponse* response) {
-  return AnswerNow(gate_, *context, [&] {
+  return AnswerNow(gate_, *context, *request, *response, [&] {
     const ServedVehicle* served = nullptr;
     const Status status = fleet_.Find(request->vehicle(), &served);
     if (status.ok()) vehicle::ToMessage(served->described, response->mutable_vehicle());

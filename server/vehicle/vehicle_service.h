@@ -48,8 +48,8 @@ class VehicleService final : public v1alpha1::VehicleService::CallbackService {
 
  private:
   template <class Request, class Response>
-  grpc::ServerUnaryReactor* Later(const grpc::CallbackServerContext& context,
-                                  const Request& request, Response* response);
+  grpc::ServerUnaryReactor* Later(grpc::CallbackServerContext& context, const Request& request,
+                                  Response* response);
 
   const Fleet& fleet_;
   CallGate& gate_;

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tests/bench/latency_bench.h"
+#include "tests/bench/overload_bench.h"
 #include "tests/bench/planner_bench.h"
 #include "tests/bench/surrogate_bench.h"
 
@@ -17,7 +18,8 @@ constexpr const char* kExamples =
     "  grouser-bench surrogate --json\n"
     "  grouser-bench planner\n"
     "  grouser-bench planner --server 127.0.0.1:50151\n"
-    "Exit codes: 0 ok, 1 failed, 2 usage.";
+    "  grouser-bench overload --seconds 60\n"
+    "Exit codes: 0 ok, 1 failed, 2 usage, 3 a target of overload was missed.";
 
 void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
   fmt::print("{:12} {:>7} {:>8} {:>6} {:>10} {:>10} {:>12}\n", "transport", "batch", "samples",
@@ -105,6 +107,52 @@ void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
   fmt::print("\n]\n");
 }
 
+void PrintTable(const grouser::bench::OverloadResult& result) {
+  fmt::print("{:6} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10} {:>8} {:>8} {:>11} {:>11} {:>8}\n",
+             "load", "offered/s", "answered/s", "refused/s", "late/s", "failed/s", "held/s",
+             "p50 ms", "p99 ms", "ref. p50 ms", "ref. p99 ms", "RSS MiB");
+  for (const auto& r : result.rows) {
+    fmt::print(
+        "{:6} {:>10.0f} {:>10.0f} {:>10.0f} {:>8.0f} {:>8.0f} {:>10.0f} {:>8.2f} {:>8.2f} "
+        "{:>11.2f} "
+        "{:>11.2f} {:>8.0f}\n",
+        r.load, r.offered_per_s, r.answered_per_s, r.refused_per_s, r.late_per_s, r.failed_per_s,
+        r.held_per_s, r.p50_ms, r.p99_ms, r.refused_p50_ms, r.refused_p99_ms, r.most_rss_mib);
+  }
+  fmt::print(
+      "goodput {:.2f} of the closed loop's, p99 {:.1f} times that at 0.8, RSS at most {:.0f} MiB, "
+      "{:.0f} at the start, {:.2f} times that at the end\n",
+      result.goodput, result.p99_ratio, result.most_rss_mib, result.start_rss_mib,
+      result.rss_ratio);
+}
+
+void PrintJson(const grouser::bench::OverloadResult& result) {
+  fmt::print("{{\"rows\": [");
+  const char* separator = "\n";
+  for (const auto& r : result.rows) {
+    fmt::print(
+        "{}  {{\"load\": \"{}\", \"offered_per_s\": {:.1f}, \"answered_per_s\": {:.1f}, "
+        "\"refused_per_s\": {:.1f}, \"late_per_s\": {:.1f}, \"failed_per_s\": {:.1f}, "
+        "\"held_per_s\": {:.1f}, \"p50_ms\": {:.3f}, \"p99_ms\": {:.3f}, "
+        "\"refused_p50_ms\": {:.3f}, \"refused_p99_ms\": {:.3f}, \"most_rss_mib\": {:.1f}}}",
+        separator, r.load, r.offered_per_s, r.answered_per_s, r.refused_per_s, r.late_per_s,
+        r.failed_per_s, r.held_per_s, r.p50_ms, r.p99_ms, r.refused_p50_ms, r.refused_p99_ms,
+        r.most_rss_mib);
+    separator = ",\n";
+  }
+  fmt::print("\n], \"rss_mib\": [");
+  separator = "";
+  for (const double mib : result.rss_mib) {
+    fmt::print("{}{:.1f}", separator, mib);
+    separator = ", ";
+  }
+  fmt::print(
+      "], \"start_rss_mib\": {:.1f}, \"end_rss_mib\": {:.1f}, \"goodput\": {:.3f}, "
+      "\"p99_ratio\": {:.3f}, \"most_rss_mib\": {:.1f}, \"rss_ratio\": {:.3f}}}\n",
+      result.start_rss_mib, result.end_rss_mib, result.goodput, result.p99_ratio,
+      result.most_rss_mib, result.rss_ratio);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -161,6 +209,40 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(2, 100000))
       ->capture_default_str();
   planner->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::OverloadOptions load;
+  auto* overload = app.add_subcommand(
+      "overload",
+      "A server of its own on one core, calls from another: closed loop, 0.8 and 2 times its rate, "
+      "then silence. Exits with 3 where a target is missed");
+  overload->add_option("--program", load.program, "grouser-server; default: beside this program");
+  overload->add_option("--server-option", load.server_options, "One more word for it; repeatable")
+      ->allow_extra_args(false);
+  overload->add_option("--connections", load.connections, "Clients")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  overload->add_option("--states", load.states, "Of every message")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  overload
+      ->add_option("--in-flight", load.in_flight,
+                   "Most calls under way on a connection, where the server allows so many")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  overload->add_option("--seconds", load.seconds, "Of each load [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  overload->add_option("--settle-s", load.settle_s, "Of silence at the end [s]")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  overload->add_option("--deadline-ms", load.deadline_ms, "Of every call [ms]")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  overload->add_option("--server-core", load.server_core, "-1: any")->capture_default_str();
+  overload->add_option("--client-core", load.client_core, "-1: any")->capture_default_str();
+  overload->add_flag("--heed-hints", load.heeds_hints,
+                     "A client that was refused waits as long as it was told");
+  overload->add_option("--seed", load.seed, "Of states and arrivals")->capture_default_str();
+  overload->add_flag("--json", json, "JSON on stdout");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -176,6 +258,13 @@ int main(int argc, char** argv) {
       const auto rows = grouser::bench::MeasurePlanner(plans);
       json ? PrintJson(rows) : PrintTable(rows);
       return 0;
+    }
+    if (overload->parsed()) {
+      const auto result = grouser::bench::MeasureOverload(load);
+      json ? PrintJson(result) : PrintTable(result);
+      const auto missed = result.Missed();
+      for (const std::string& target : missed) std::cerr << "missed: " << target << "\n";
+      return missed.empty() ? 0 : 3;
     }
     options.lcm = !no_lcm;
     const auto rows = grouser::bench::MeasureLatency(options);

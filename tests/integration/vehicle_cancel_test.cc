@@ -79,8 +79,16 @@ class VehicleCancelTest : public ::testing::Test {
  protected:
   VehicleCancelTest() { testing::MakeStable(dir_.path(), testing::PhysicsModel("sand")); }
   static std::vector<std::string> Arguments(const char* threads) {
-    return {"--no-lcm",  "--vehicles", GROUSER_VEHICLES, "--vehicle-threads", threads,
-            "--drain-s", "0.5"};
+    // One connection fills the queue by itself.
+    return {"--no-lcm",
+            "--vehicles",
+            GROUSER_VEHICLES,
+            "--vehicle-threads",
+            threads,
+            "--drain-s",
+            "0.5",
+            "--max-calls",
+            "256"};
   }
   static auto Stub(const testing::ServerProcess& server) {
     return v1alpha1::VehicleService::NewStub(client::MakeChannel(server.address()));

@@ -28,6 +28,12 @@ class MessagePool : public grpc::MessageAllocator<Request, Response> {
     return new Holder(this);
   }
 
+  /// Frees the idle pairs.
+  void Clear() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    idle_.clear();
+  }
+
  private:
   class Holder : public grpc::MessageHolder<Request, Response> {
    public:

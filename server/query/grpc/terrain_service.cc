@@ -3,7 +3,6 @@
 #include "server/net/grpc_status.h"
 #include "server/query/grpc/answer.h"
 #include "server/query/grpc/describe_models.h"
-#include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
 namespace {
@@ -17,24 +16,25 @@ constexpr std::size_t kIdleMessages = 16;
 TerrainService::TerrainService(const SnapshotStore& store, CallGate& gate)
     : store_(store), gate_(gate), pool_(kIdleMessages) {
   SetMessageAllocatorFor_EvaluateWheels(&pool_);
+  gate.load().OnIdle([this] { pool_.Clear(); });
 }
 
 grpc::ServerUnaryReactor* TerrainService::EvaluateWheels(
     grpc::CallbackServerContext* context, const v1alpha1::EvaluateWheelsRequest* request,
     v1alpha1::EvaluateWheelsResponse* response) {
-  return AnswerNow(gate_, *context,
+  return AnswerNow(gate_, *context, *request, *response,
                    [&] { return ToGrpcStatus(Answer(store_, *request, response)); });
 }
 
 grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>*
-TerrainService::StreamWheels(grpc::CallbackServerContext* /*context*/) {
-  return new WheelStream(store_, gate_);
+TerrainService::StreamWheels(grpc::CallbackServerContext* context) {
+  return new WheelStream(store_, gate_, *context, pool_);
 }
 
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
                                                      const v1alpha1::ListModelsRequest* request,
                                                      v1alpha1::ListModelsResponse* response) {
-  return AnswerNow(gate_, *context, [&] {
+  return AnswerNow(gate_, *context, *request, *response, [&] {
     return ToGrpcStatus(server::ListModels(*store_.Current(), *request, response));
   });
 }
@@ -42,7 +42,7 @@ grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* context,
                                                    const v1alpha1::GetModelRequest* request,
                                                    v1alpha1::GetModelResponse* response) {
-  return AnswerNow(gate_, *context, [&] {
+  return AnswerNow(gate_, *context, *request, *response, [&] {
     return ToGrpcStatus(server::GetModel(*store_.Current(), *request, response));
   });
 }

@@ -5,7 +5,7 @@
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
 #include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
-#include "server/query/grpc/message_pool.h"
+#include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
 
@@ -31,7 +31,7 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
  private:
   const SnapshotStore& store_;
   CallGate& gate_;
-  MessagePool<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse> pool_;
+  WheelMessages pool_;
 };
 
 }  // namespace grouser::server

@@ -5,8 +5,16 @@
 #include "server/query/grpc/answer.h"
 
 namespace grouser::server {
+namespace {
 
-WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate) : store_(store), gate_(gate) {
+// The memory of a bigger request counts as taken while the stream keeps it for the next one.
+constexpr std::size_t kBigBytes = 64 * 1024;
+
+}  // namespace
+
+WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate,
+                         grpc::CallbackServerContext& context, WheelMessages& pool)
+    : store_(store), gate_(gate), context_(context), pool_(pool) {
   const bool admitted = gate_.Add(this);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!admitted) draining_ = true;
@@ -18,17 +26,53 @@ WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate) : store_(st
   }
 }
 
+WheelStream::~WheelStream() {
+  gate_.load().End(kept_);
+  for (Slot& slot : slots_) Free(slot);
+}
+
+void WheelStream::Free(Slot& slot) {
+  gate_.load().End(slot.ticket);
+  if (auto* messages = std::exchange(slot.messages, nullptr)) messages->Release();
+}
+
+void WheelStream::AnswerInto(Slot& slot) {
+  LoadControl& load = gate_.load();
+  slot.messages = pool_.AllocateMessages();
+  v1alpha1::EvaluateWheelsResponse& response = *slot.messages->response();
+  const std::size_t bytes = request_.ByteSizeLong();
+  const auto verdict = load.Begin(slot.ticket, context_, bytes);
+  if (verdict == LoadControl::Verdict::kAdmitted) {
+    Answer(store_, request_, &response);
+    load.Answer(slot.ticket, AnswerBytes(response));
+  } else {
+    response.Clear();
+    response.set_sequence(request_.sequence());
+    RefuseInBand(verdict, response.mutable_error());
+  }
+  KeepOrDropRequest(bytes);
+}
+
+void WheelStream::KeepOrDropRequest(std::size_t bytes) {
+  LoadControl& load = gate_.load();
+  load.End(kept_);
+  if (bytes < kBigBytes) return;
+  const bool keep =
+      !load.Tight() && load.Hold(kept_, context_, bytes) == LoadControl::Verdict::kAdmitted;
+  if (!keep) request_ = {};
+}
+
 void WheelStream::OnReadDone(bool ok) {
   if (ok) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    answering_ = gate_.Enter() && !finished_;
-    if (!answering_) gate_.Leave();  // a drain ends the stream
+    answering_ = gate_.Enter() && !finished_ && !context_.IsCancelled();
+    if (!answering_) gate_.Leave();  // a drain ends the stream, or nobody waits for it any more
     ok = answering_;
   }
   if (ok) {
-    // No lock: responses_[next_] and request_ belong to the reading side until
+    // No lock: slots_[next_] and request_ belong to the reading side until
     // answered_ is set, and no second read is under way.
-    Answer(store_, request_, &responses_[next_]);
+    AnswerInto(slots_[next_]);
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   answering_ = false;
@@ -43,6 +87,7 @@ void WheelStream::OnReadDone(bool ok) {
 void WheelStream::OnWriteDone(bool ok) {
   const std::lock_guard<std::mutex> lock(mutex_);
   writing_ = false;
+  Free(slots_[1 - next_]);
   gate_.Leave();
   if (!ok) {
     // The call is dead; a read under way comes back with ok = false.
@@ -57,7 +102,7 @@ void WheelStream::WriteNext() {
   if (answered_) {
     answered_ = false;
     writing_ = true;
-    StartWrite(&responses_[next_]);
+    StartWrite(slots_[next_].messages->response());
     next_ = 1 - next_;
     if (!draining_ && !reads_done_) StartRead(&request_);
     return;
