@@ -21,9 +21,6 @@ class ClientError : public std::runtime_error {
   grpc::StatusCode code_;
 };
 
-/// "INVALID_ARGUMENT" and so on; the number for an unknown one.
-std::string StatusCodeName(int code);
-
 /// Throws ClientError unless `status` is OK; names the address when the server
 /// cannot be reached.
 void ThrowUnlessOk(const grpc::Status& status, const std::string& address);

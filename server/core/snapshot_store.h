@@ -21,6 +21,9 @@ class SnapshotStore {
   struct Outcome {
     bool changed = false;
     std::vector<std::string> problems;
+    /// Names that should be answered and are not: "name@stable" of an alias without any model
+    /// to serve, or the damaged alias file of which no alias was ever read.
+    std::vector<std::string> unresolved;
   };
 
   /// Reads the repository if it changed since the last call and puts a new
@@ -47,13 +50,14 @@ class SnapshotStore {
 
   LastGood Load(const Repository::File& file, const Snapshot& before,
                 std::vector<std::string>* problems) const;
-  void ReadStateAliases(std::vector<std::string>* problems);
+  void ReadStateAliases(Outcome* outcome);
   void ReleaseRetired();
 
   const Repository& repository_;
   ModelFactory factory_;
   std::string fingerprint_;
   bool loaded_ = false;
+  bool aliases_were_read_ = false;
   LastGoodFiles last_good_;
   Repository::Aliases state_aliases_;  // the last known good ones
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,9 @@ class JobStore {
   /// Newest first, from the one submitted before `before` (a job's id; empty: the newest).
   /// nullopt where no such job is known.
   std::optional<std::vector<v1alpha1::Job>> List(std::size_t limit, const std::string& before = "");
+
+  /// All that were ever submitted.
+  std::map<v1alpha1::JobState, std::size_t> CountByState();
 
   static constexpr int kSchemaVersion = 1;
 

@@ -1,6 +1,5 @@
 #include "server/jobs/jobs_service.h"
 
-#include <spdlog/spdlog.h>
 #include <sqlite3.h>
 
 #include <stdexcept>
@@ -25,12 +24,10 @@ Status StatusOf(const Request& run) {
   } catch (const StatusError& e) {
     return e.status();
   } catch (const SqliteError& e) {
-    spdlog::error("job store: {}", e.what());
     return {
         e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted : StatusCode::kUnavailable,
         std::string("nothing was changed: job store: ") + e.what()};
   } catch (const std::exception& e) {
-    spdlog::error("{}", e.what());
     return {StatusCode::kInternal, e.what()};
   }
 }
@@ -39,44 +36,51 @@ Status StatusOf(const Request& run) {
 
 template <typename Run>
 grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext* context,
-                                                     Run run) {
-  auto* call = new UnaryCall(gate_, *context);
+                                                     std::string_view method, Run run) {
+  auto* call = new UnaryCall(gate_, *context, method);
   if (!call->admitted()) return call;
   const bool taken = app_.thread().TryPost([call, context, run] {
     call->Finish(context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run)));
   });
-  if (!taken) call->Finish(ToGrpcStatus(kBusy));
+  if (!taken) {
+    gate_.records().Refused(Refusal::kQueueFull);
+    call->Finish(ToGrpcStatus(kBusy));
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Submit(*request); });
+  return Answer(context, "JobsService/SubmitRefinement",
+                [this, request, response] { *response = app_.Submit(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetJobRequest* request,
                                                      v1alpha1::GetJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Get(*request); });
+  return Answer(context, "JobsService/GetJob",
+                [this, request, response] { *response = app_.Get(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListJobs(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListJobsRequest* request,
                                                        v1alpha1::ListJobsResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.List(*request); });
+  return Answer(context, "JobsService/ListJobs",
+                [this, request, response] { *response = app_.List(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerContext* context,
                                                         const v1alpha1::CancelJobRequest* request,
                                                         v1alpha1::CancelJobResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Cancel(*request); });
+  return Answer(context, "JobsService/CancelJob",
+                [this, request, response] { *response = app_.Cancel(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
+  return Answer(context, "JobsService/Promote", [this, request, response, peer = context->peer()] {
     *response = app_.Promote(*request, peer);
   });
 }

@@ -35,7 +35,8 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   /// Runs `run` on the serial thread and answers with its outcome. Request and
   /// response live until then.
   template <typename Run>
-  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, Run run);
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, std::string_view method,
+                                   Run run);
 
   JobsApp& app_;
   CallGate& gate_;

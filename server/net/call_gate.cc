@@ -1,5 +1,6 @@
 #include "server/net/call_gate.h"
 
+#include <algorithm>
 #include <thread>
 
 namespace grouser::server {
@@ -67,14 +68,33 @@ grpc::Status ShuttingDown() {
   return {grpc::StatusCode::UNAVAILABLE, "the server is shutting down"};
 }
 
-UnaryCall::UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context)
-    : gate_(gate), admitted_(gate.Enter()) {
+void CallGate::AddTo(MetricPage* page) const {
+  page->AddGauge("grouser_calls_under_way", "Messages that came and were not answered yet.",
+                 static_cast<double>(std::max(0, under_way_.load())));
+  std::size_t streams = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    streams = streams_.size();
+  }
+  page->AddGauge("grouser_streams", "Open streams.", static_cast<double>(streams));
+  records_.AddTo(page);
+}
+
+UnaryCall::UnaryCall(CallGate& gate, grpc::CallbackServerContext& context, std::string_view method)
+    : gate_(gate), context_(context), method_(gate.records().Of(method)), admitted_(gate.Enter()) {
   if (!admitted_) {
+    gate_.records().Refused(Refusal::kDraining);
     Finish(ShuttingDown());
   } else if (context.IsCancelled()) {
     admitted_ = false;
+    gate_.records().Refused(Refusal::kCancelled);
     Finish(grpc::Status::CANCELLED);
   }
+}
+
+void UnaryCall::Finish(const grpc::Status& status) {
+  gate_.records().Ended(method_, context_, status, std::chrono::steady_clock::now() - start_);
+  ServerUnaryReactor::Finish(status);
 }
 
 void UnaryCall::OnDone() {

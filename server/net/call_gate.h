@@ -6,7 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <string_view>
 #include <unordered_set>
+
+#include "server/net/call_records.h"
 
 namespace grouser::server {
 
@@ -43,12 +46,17 @@ class CallGate {
   /// Waits until no message is under way and no stream open, at most `limit`.
   bool WaitEmpty(Milliseconds limit) const;
 
+  /// What became of the calls.
+  CallRecords& records() { return records_; }
+  void AddTo(MetricPage* page) const;
+
  private:
   std::atomic<int> under_way_{0};
   std::atomic<unsigned> entered_{0};
   std::atomic<bool> refusing_{false};
   mutable std::mutex mutex_;
   std::unordered_set<DrainableStream*> streams_;
+  CallRecords records_;
 };
 
 /// Status of what comes during a drain.
@@ -59,22 +67,27 @@ grpc::Status ShuttingDown();
 class UnaryCall : public grpc::ServerUnaryReactor {
  public:
   /// `context` tells whether the call is cancelled already, e.g. because its
-  /// deadline passed in the queue.
-  UnaryCall(CallGate& gate, const grpc::CallbackServerContext& context);
+  /// deadline passed in the queue. `method`: its name in CallRecords.
+  UnaryCall(CallGate& gate, grpc::CallbackServerContext& context, std::string_view method);
   /// False: the call has been finished, do nothing but return it.
   bool admitted() const { return admitted_; }
+  /// Ends the call, once, and records it.
+  void Finish(const grpc::Status& status);
   void OnDone() final;
 
  private:
   CallGate& gate_;
+  grpc::CallbackServerContext& context_;
+  CallRecords::Method& method_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool admitted_;
 };
 
 /// Finishes a new UnaryCall with the status that `answer` returns.
 template <class Answer>
-grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, const grpc::CallbackServerContext& context,
-                                    const Answer& answer) {
-  auto* call = new UnaryCall(gate, context);
+grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, grpc::CallbackServerContext& context,
+                                    std::string_view method, const Answer& answer) {
+  auto* call = new UnaryCall(gate, context, method);
   if (call->admitted()) call->Finish(answer());
   return call;
 }

@@ -6,7 +6,8 @@
 
 namespace grouser::server {
 
-WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate) : store_(store), gate_(gate) {
+WheelStream::WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate)
+    : store_(store), metrics_(metrics), gate_(gate) {
   const bool admitted = gate_.Add(this);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!admitted) draining_ = true;
@@ -28,7 +29,7 @@ void WheelStream::OnReadDone(bool ok) {
   if (ok) {
     // No lock: responses_[next_] and request_ belong to the reading side until
     // answered_ is set, and no second read is under way.
-    Answer(store_, request_, &responses_[next_]);
+    Answer(store_, metrics_, Transport::kStream, request_, &responses_[next_]);
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   answering_ = false;

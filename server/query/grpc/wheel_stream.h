@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "grouser/v1alpha1/terrain_service.pb.h"
+#include "server/core/query_metrics.h"
 #include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
 
@@ -17,7 +18,7 @@ class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheel
                                                          v1alpha1::EvaluateWheelsResponse>,
                           public DrainableStream {
  public:
-  WheelStream(const SnapshotStore& store, CallGate& gate);
+  WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -29,6 +30,7 @@ class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheel
   void FinishOnce(const grpc::Status& status);  // needs mutex_
 
   const SnapshotStore& store_;
+  QueryMetrics& metrics_;
   CallGate& gate_;
   v1alpha1::EvaluateWheelsRequest request_;  // owned by the reading side
   v1alpha1::EvaluateWheelsResponse responses_[2];
