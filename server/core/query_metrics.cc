@@ -1,6 +1,8 @@
 #include "server/core/query_metrics.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 
 #include "proto/records/status_code.h"
 #include "server/core/snapshot.h"
@@ -11,23 +13,35 @@ namespace {
 constexpr std::size_t kFlags = std::size(surrogate::kFlagFields);
 constexpr std::array<const char*, 3> kTransportNames = {"unary", "stream", "lcm"};
 
-/// States with each flag. Blocks in which all states have the same flags cost one comparison a
-/// state, and most blocks are such.
-std::array<std::uint64_t, kFlags> CountFlags(std::span<const std::uint32_t> flags) {
+constexpr std::size_t kBits = 32;
+
+/// Place in kFlagFields of the flag with a bit; kFlags: there is none.
+constexpr std::array<std::size_t, kBits> kPlaceOfBit = [] {
+  std::array<std::size_t, kBits> places{};
+  places.fill(kFlags);
+  for (std::size_t k = 0; k < kFlags; ++k) {
+    places[std::countr_zero(std::uint32_t{surrogate::kFlagFields[k].flag})] = k;
+  }
+  return places;
+}();
+
+template <class PerBit>
+void ForBits(std::uint32_t bits, const PerBit& per_bit) {
+  for (; bits != 0; bits &= bits - 1) per_bit(std::countr_zero(bits));
+}
+
+/// States with each bit. In most blocks all states have the same flags, which one comparison
+/// of memory tells.
+std::array<std::uint32_t, kBits> CountBits(std::span<const std::uint32_t> flags) {
   constexpr std::size_t kBlock = 64;
-  std::array<std::uint64_t, kFlags> counts{};
+  std::array<std::uint32_t, kBits> counts{};
   for (std::size_t at = 0; at < flags.size(); at += kBlock) {
     const auto block = flags.subspan(at, std::min(kBlock, flags.size() - at));
-    std::uint32_t some = 0, all = ~std::uint32_t{0};
-    for (const std::uint32_t f : block) some |= f, all &= f;
-    if (some == 0) continue;
-    for (std::size_t k = 0; k < kFlags; ++k) {
-      const std::uint32_t bit = surrogate::kFlagFields[k].flag;
-      if ((all & bit) != 0) {
-        counts[k] += block.size();
-      } else if ((some & bit) != 0) {
-        for (const std::uint32_t f : block) counts[k] += (f & bit) != 0 ? 1 : 0;
-      }
+    const auto size = static_cast<std::uint32_t>(block.size());
+    if (std::memcmp(block.data(), block.data() + 1, (size - 1) * sizeof block[0]) == 0) {
+      ForBits(block[0], [&](int bit) { counts[bit] += size; });
+    } else {
+      for (const std::uint32_t f : block) ForBits(f, [&](int bit) { ++counts[bit]; });
     }
   }
   return counts;
@@ -43,9 +57,9 @@ void ModelCounters::Add(std::span<const std::uint32_t> flags, std::chrono::nanos
   }
   spent_[size_class].Add(spent);
   states_.Add(flags.size());
-  const auto counts = CountFlags(flags);
-  for (std::size_t k = 0; k < kFlags; ++k) {
-    if (counts[k] != 0) flagged_[k].Add(counts[k]);
+  const auto counts = CountBits(flags);
+  for (std::size_t bit = 0; bit < kBits; ++bit) {
+    if (counts[bit] != 0 && kPlaceOfBit[bit] < kFlags) flagged_[kPlaceOfBit[bit]].Add(counts[bit]);
   }
 }
 

@@ -73,7 +73,8 @@ void CallRecords::Ended(Method& method, grpc::CallbackServerContext& context,
       given == metadata.end() ? std::string_view()
                               : std::string_view(given->second.data(), given->second.size()));
   context.AddTrailingMetadata(kRequestId, request_id);
-  Log(method, context.peer(), request_id, status, spent);
+  const std::string peer = context.peer();
+  Log(method, peer.find(':') == std::string::npos ? "http" : peer, request_id, status, spent);
 }
 
 bool CallRecords::MayLog(std::uint64_t* left_out) {

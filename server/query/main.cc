@@ -139,8 +139,9 @@ int main(int argc, char** argv) {
          "named and left out")
       ->expected(1, -1);
   app.add_option(
-      "--vehicle-threads", config.vehicle_threads,
-      "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors");
+         "--vehicle-threads", config.vehicle_threads,
+         "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors")
+      ->capture_default_str();
   net.AddTo(app);
   http.AddTo(app);
   log.AddTo(app);

@@ -12,6 +12,7 @@
 
 #include "server/core/snapshot.h"
 #include "tests/unit/count_allocations.h"
+#include "tests/unit/server/quick_served_model.h"
 
 namespace grouser::server {
 namespace {
@@ -19,10 +20,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 std::shared_ptr<ServedModel> Named(const std::string& name, const std::string& digest) {
-  auto model = std::make_shared<ServedModel>();
-  model->message.set_name(name);
-  model->digest = digest;
-  return model;
+  return testing::QuickServedModel(testing::FakeMessage(name, 0.1), digest);
 }
 
 /// The value of one sample; -1: it is not there.
@@ -71,7 +69,7 @@ TEST(QueryMetricsTest, CountsFlagsAsOneByOneDoes) {
   std::size_t states = 0;
   for (int query = 0; query < 200; ++query) {
     std::vector<std::uint32_t> flags(1 + random() % 300);
-    const std::uint32_t common = random() % 2 == 0 ? surrogate::kFormUnknown : 0;
+    const std::uint32_t common = random() % 2 * surrogate::kFormUnknown;
     for (auto& f : flags) {
       f = common;
       if (random() % 100 == 0) f |= surrogate::kFlagFields[random() % expected.size()].flag;
