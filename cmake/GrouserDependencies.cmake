@@ -8,6 +8,8 @@ find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(Ceres REQUIRED)
 find_package(OpenTURNS CONFIG REQUIRED)  # the yardstick of the ladder
+# The core alone: the package's own config would ask for a web server and curl.
+find_library(PROMETHEUS_LIBRARY prometheus-cpp-core REQUIRED)
 option(GROUSER_MULTIBODY "joints of bodies on grains, where Simbody is found" ON)
 if(GROUSER_MULTIBODY)
   find_package(Simbody CONFIG QUIET)

@@ -98,6 +98,21 @@ int RunHealth(const Common& common, const std::string& service) {
   return serving ? kExitOk : kExitFailed;
 }
 
+int RunVersion(const Common& common, const std::string& program) {
+  const auto build = client::GetBuildInfo(program == "jobs" ? common.jobs : common.server,
+                                          Milliseconds(common.deadline_ms));
+  if (common.json) {
+    PrintJson(build);
+    return kExitOk;
+  }
+  fmt::print("{} {}\ncommit {}\n{}, {}\ninstruction set {}\n", build.program(), build.version(),
+             build.commit(), build.compiler(), build.build_type(), build.instruction_set());
+  for (const auto& format : build.formats()) {
+    fmt::print("{} version {}\n", format.name(), format.version());
+  }
+  return kExitOk;
+}
+
 grouser_lcm::wheel_query_t ToLcm(const std::string& model, const v1alpha1::WheelStates& states) {
   if (!states.has_velocity()) {
     throw CLI::ValidationError("state", "LCM takes velocities: expected --vx, --vy and --rim");
@@ -245,6 +260,13 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
       ->check(CLI::IsMember({"server", "jobs"}))
       ->capture_default_str();
   health->callback([=] { *action = [=] { return RunHealth(*common, *service); }; });
+
+  auto* version = app.add_subcommand("version", "What a program was built from, and its formats");
+  auto program = std::make_shared<std::string>("server");
+  version->add_option("program", *program, "server or jobs")
+      ->check(CLI::IsMember({"server", "jobs"}))
+      ->capture_default_str();
+  version->callback([=] { *action = [=] { return RunVersion(*common, *program); }; });
 }
 
 }  // namespace grouser::cli

@@ -7,6 +7,7 @@
 #include <grpcpp/impl/codegen/proto_utils.h>  // protobuf messages as those of a call
 
 #include "clients/cpp/client_error.h"
+#include "grouser/v1alpha1/operator_service.grpc.pb.h"
 
 namespace grouser::client {
 namespace {
@@ -73,6 +74,12 @@ bool IsServing(const std::string& address, const std::string& service, Milliseco
   queue.Next(&tag, &ok);
   ThrowUnlessOk(status, address);
   return response.value() == kServing;
+}
+
+v1alpha1::GetBuildInfoResponse GetBuildInfo(const std::string& address, Milliseconds deadline) {
+  const auto stub = v1alpha1::OperatorService::NewStub(MakeChannel(address));
+  return Call(*stub, &v1alpha1::OperatorService::Stub::GetBuildInfo,
+              v1alpha1::GetBuildInfoRequest(), address, deadline);
 }
 
 }  // namespace grouser::client

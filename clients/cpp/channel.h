@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "grouser/v1alpha1/operator_service.pb.h"
+
 namespace grouser::client {
 
 using Milliseconds = std::chrono::milliseconds;
@@ -20,5 +22,9 @@ std::chrono::system_clock::time_point DeadlineAfter(Milliseconds limit);
 /// Asks the standard health service about `service` ("" is the whole server).
 /// True for SERVING. Throws ClientError (NOT_FOUND for an unknown service).
 bool IsServing(const std::string& address, const std::string& service, Milliseconds deadline);
+
+/// What runs at an address: grouser-server or grouser-jobs. Throws ClientError (UNIMPLEMENTED
+/// from versions that do not tell).
+v1alpha1::GetBuildInfoResponse GetBuildInfo(const std::string& address, Milliseconds deadline);
 
 }  // namespace grouser::client

@@ -1,9 +1,9 @@
 #include "clients/cpp/client_error.h"
 
 #include <charconv>
-#include <iterator>
 
 #include "google/rpc/error_details.pb.h"
+#include "proto/records/status_code.h"
 
 namespace grouser::client {
 namespace {
@@ -21,31 +21,9 @@ std::optional<Milliseconds> PushbackOf(const grpc::ClientContext& context) {
 
 }  // namespace
 
-std::string StatusCodeName(int code) {
-  static constexpr const char* kNames[] = {"OK",
-                                           "CANCELLED",
-                                           "UNKNOWN",
-                                           "INVALID_ARGUMENT",
-                                           "DEADLINE_EXCEEDED",
-                                           "NOT_FOUND",
-                                           "ALREADY_EXISTS",
-                                           "PERMISSION_DENIED",
-                                           "RESOURCE_EXHAUSTED",
-                                           "FAILED_PRECONDITION",
-                                           "ABORTED",
-                                           "OUT_OF_RANGE",
-                                           "UNIMPLEMENTED",
-                                           "INTERNAL",
-                                           "UNAVAILABLE",
-                                           "DATA_LOSS",
-                                           "UNAUTHENTICATED"};
-  if (code < 0 || code >= std::ssize(kNames)) return std::to_string(code);
-  return kNames[code];
-}
-
 ClientError::ClientError(grpc::StatusCode code, const std::string& text,
                          std::optional<Milliseconds> retry_after)
-    : std::runtime_error(StatusCodeName(code) + ": " + text),
+    : std::runtime_error(records::StatusCodeName(code) + ": " + text),
       code_(code),
       retry_after_(retry_after) {}
 

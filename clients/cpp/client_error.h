@@ -27,9 +27,6 @@ class ClientError : public std::runtime_error {
   std::optional<Milliseconds> retry_after_;
 };
 
-/// "INVALID_ARGUMENT" and so on; the number for an unknown one.
-std::string StatusCodeName(int code);
-
 /// Throws ClientError unless `status` is OK; names the address when the server
 /// cannot be reached. `context`: of the call that has ended, for its retry hint.
 void ThrowUnlessOk(const grpc::Status& status, const std::string& address,

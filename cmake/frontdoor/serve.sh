@@ -21,6 +21,11 @@ SIGTERM.
   --lcm-interface IF receives LCM queries by this interface, e.g. eth0 (default: lo,
                      from this machine alone)
   --port-file FILE, --jobs-port-file FILE   receive "grpc=ADDR"
+  --http ADDR        of queries, for /metrics, /healthz, /readyz, /buildinfo and calls as
+                     JSON (default: none); --jobs-http ADDR: of jobs
+  --log-format text|json, --log-slow-s S   of both
+  --config FILE      YAML file of settings of both (./grouser config --help);
+                     options given here, and the defaults above, go before it
   --max-connections N, --idle-s S, --drain-s S, --probe-s S   of both; see
                      grouser-server --help
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
@@ -80,11 +85,12 @@ word_serve() {
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
       --vehicles) vehicles+=("$1" "$2") ;;
-      --grpc | --port-file | --vehicle-threads) server+=("$1" "$2") ;;
-      --max-connections | --idle-s | --drain-s | --probe-s)
+      --grpc | --http | --port-file | --vehicle-threads) server+=("$1" "$2") ;;
+      --max-connections | --idle-s | --drain-s | --probe-s | --log-format | --log-slow-s | --config)
         server+=("$1" "$2"); jobs+=("$1" "$2") ;;
       --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;
       --jobs-grpc) jobs+=(--grpc "$2") ;;
+      --jobs-http) jobs+=(--http "$2") ;;
       --jobs-port-file) jobs+=(--port-file "$2") ;;
       *) usage_error "serve: unknown option '$1'; see ./grouser serve --help" ;;
     esac
@@ -108,4 +114,42 @@ word_serve() {
     --bin "$GROUSER_ROOT/build/release/bin" "${jobs[@]}"
   reap_children
   exit "$SERVE_CODE"
+}
+
+config_help() {
+  cat <<'HELP'
+Usage: ./grouser config check FILE          whether both programs take it
+       ./grouser config show [FILE]         all settings, and where each comes from
+       ./grouser config schema server|jobs  the JSON schema, for editors
+One YAML file for the settings of grouser-server and grouser-jobs, by the names
+of their options (see their --help). The command line goes before the file, a
+program's own section before "both". Unknown keys are refused:
+  both:   {state: /var/lib/grouser, shipped: /usr/share/grouser, log-format: json}
+  server: {http: 127.0.0.1:50161, no-lcm: true}
+  jobs:   {http: 127.0.0.1:50162, workers: 2}
+Exit codes: 0 ok, 1 failed, 2 bad file.
+Examples:
+  ./grouser config check grouser.yaml
+  grouser-server --config grouser.yaml --http 127.0.0.1:0
+HELP
+}
+
+word_config() {
+  if wants_help "$@"; then config_help; return; fi
+  local program file=()
+  build_if_missing grouser-server grouser-jobs
+  case "${1:-}" in
+    check) [ $# -eq 2 ] || usage_error "config check: one file; see ./grouser config --help" ;;
+    show) [ $# -le 2 ] || usage_error "config show: at most one file; see ./grouser config --help" ;;
+    schema)
+      case "${2:-}" in
+        server | jobs) run_program "grouser-$2" --config-schema ;;
+        *) usage_error "config schema: server or jobs; see ./grouser config --help" ;;
+      esac ;;
+    *) usage_error "config: check, show or schema; see ./grouser config --help" ;;
+  esac
+  [ $# -eq 1 ] || file=(--config "$2")
+  for program in grouser-server grouser-jobs; do
+    "$(program_path "$program")" "${file[@]}" "--config-$1" || return $?
+  done
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "server/core/query_metrics.h"
 #include "server/core/repository.h"
 #include "server/core/status.h"
 #include "surrogate/models/model_selector.h"
@@ -31,6 +32,8 @@ struct ServedModel {
   std::unique_ptr<const surrogate::WheelModel> evaluator;
   surrogate::SelectableModel choice;  ///< what it costs (measured once) and claims; sd_form
   std::string pair;                   ///< equal for models of one wheel on one soil
+  /// What it answered: all of a model that changes.
+  std::shared_ptr<ModelCounters> counters = std::make_shared<ModelCounters>();
 };
 
 /// The models that may answer a query with an accuracy request.

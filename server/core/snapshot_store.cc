@@ -32,17 +32,19 @@ std::set<std::string> NamedDigests(const Repository::Aliases& aliases) {
 
 /// What each alias names. One whose model cannot be served stays where it was;
 /// that model is then added to `models`.
-std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(
-    const Repository::Aliases& wanted, const Snapshot& before, std::vector<ModelPtr>* models,
-    std::vector<std::string>* problems) {
+std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(const Repository::Aliases& wanted,
+                                                                const Snapshot& before,
+                                                                std::vector<ModelPtr>* models,
+                                                                SnapshotStore::Outcome* outcome) {
   std::map<std::string, Snapshot::Aliases, std::less<>> aliases;
   for (const auto& [name, of_model] : wanted.by_model) {
     for (const auto& [alias, digest] : of_model) {
       ModelPtr target = FindDigest(*models, digest);
       if (!target) {
         target = before.FindAlias(name, alias);
-        problems->push_back(name + "@" + alias + ": " + digest + " cannot be served; " +
-                            (target ? "kept " + target->digest : "left out"));
+        outcome->problems.push_back(name + "@" + alias + ": " + digest + " cannot be served; " +
+                                    (target ? "kept " + target->digest : "left out"));
+        if (!target && alias == kDefaultAlias) outcome->unresolved.push_back(name + "@" + alias);
         if (target && !FindDigest(*models, target->digest)) models->push_back(target);
       }
       if (target) aliases[name][alias] = std::move(target);
@@ -112,12 +114,14 @@ void SnapshotStore::LoadAll(const Snapshot& before, std::vector<Loading>* all) c
   work();
 }
 
-void SnapshotStore::ReadStateAliases(std::vector<std::string>* problems) {
+void SnapshotStore::ReadStateAliases(Outcome* outcome) {
   try {
     state_aliases_ = repository_.ReadStateAliases();
+    aliases_were_read_ = true;
   } catch (const std::exception& e) {
-    problems->push_back(std::string(e.what()) +
-                        (loaded_ ? "; kept the aliases of before" : "; no alias of it is served"));
+    outcome->problems.push_back(std::string(e.what()) + (loaded_ ? "; kept the aliases of before"
+                                                                 : "; no alias of it is served"));
+    if (!aliases_were_read_) outcome->unresolved.push_back(e.what());
   }
 }
 
@@ -129,7 +133,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   if (loaded_ && fingerprint == fingerprint_) return outcome;
 
   const auto before = Current();
-  ReadStateAliases(&outcome.problems);
+  ReadStateAliases(&outcome);
   LastGoodFiles good;
   std::vector<ModelPtr> models;
   std::vector<Repository::Entry> entries;
@@ -159,7 +163,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   }
   Repository::Aliases wanted = state_aliases_;
   Repository::AddShippedDefaults(entries, &wanted);
-  auto aliases = TargetsOf(wanted, *before, &models, &outcome.problems);
+  auto aliases = TargetsOf(wanted, *before, &models, &outcome);
   std::shared_ptr<const Snapshot> next = std::make_shared<const Snapshot>(
       wanted.generation, std::move(models), std::move(aliases), pending);
   {

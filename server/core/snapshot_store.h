@@ -24,6 +24,9 @@ class SnapshotStore {
   struct Outcome {
     bool changed = false;
     std::vector<std::string> problems;
+    /// Names that should be answered and are not: "name@stable" of an alias without any model
+    /// to serve, or the damaged alias file of which no alias was ever read.
+    std::vector<std::string> unresolved;
   };
 
   /// Reads the repository if it changed since the last call and puts a new
@@ -61,7 +64,7 @@ class SnapshotStore {
   LastGood Load(const Repository::File& file, const Snapshot& before,
                 std::vector<std::string>* problems) const;
   void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
-  void ReadStateAliases(std::vector<std::string>* problems);
+  void ReadStateAliases(Outcome* outcome);
   void ReleaseRetired();
 
   const Repository& repository_;
@@ -69,6 +72,7 @@ class SnapshotStore {
   std::chrono::milliseconds unnamed_;
   std::string fingerprint_;
   bool loaded_ = false;
+  bool aliases_were_read_ = false;
   LastGoodFiles last_good_;
   Repository::Aliases state_aliases_;  // the last known good ones
 

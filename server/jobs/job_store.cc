@@ -184,6 +184,19 @@ std::optional<JobRow> JobStore::Find(const std::string& job_id) {
   return ReadRow(query, Path());
 }
 
+std::map<v1alpha1::JobState, std::size_t> JobStore::CountByState() {
+  std::map<v1alpha1::JobState, std::size_t> counts;
+  SQLite::Statement query(db_, "SELECT state, COUNT(*) FROM jobs GROUP BY state");
+  while (query.executeStep()) {
+    const int state = query.getColumn(0).getInt();
+    if (v1alpha1::JobState_IsValid(state)) {
+      counts[static_cast<v1alpha1::JobState>(state)] =
+          static_cast<std::size_t>(query.getColumn(1).getInt64());
+    }
+  }
+  return counts;
+}
+
 std::uint32_t JobStore::CountSubscribers(const std::string& job_id) {
   SQLite::Statement query(db_, "SELECT COUNT(*) FROM requests WHERE job_id=? AND withdrawn=0");
   query.bind(1, job_id);

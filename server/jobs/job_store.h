@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,6 +71,8 @@ class JobStore {
   void Remove(const std::string& job_id);
   /// Gives the space of removed rows back to the disk, where it is worth it.
   void Compact();
+  /// All that were ever submitted.
+  std::map<v1alpha1::JobState, std::size_t> CountByState();
 
   static constexpr int kSchemaVersion = 1;
 

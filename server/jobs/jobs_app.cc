@@ -38,6 +38,9 @@ os::UniqueFd LockState(const std::string& path) {
   return lock;
 }
 
+constexpr const char* kReadyHelp = "1: the job store can be read and the program does not stop.";
+constexpr const char* kJobsHelp = "Jobs by state, ended ones too.";
+
 [[noreturn]] void Precondition(const std::string& message) {
   throw StatusError(StatusCode::kFailedPrecondition, message);
 }
@@ -80,6 +83,40 @@ void JobsApp::Stop(std::function<void()> done) {
       hub_.Stop();
       done();
     });
+  });
+}
+
+void JobsApp::TellReadiness(std::function<void(std::vector<std::string>)> tell) {
+  thread_.Post([this, tell = std::move(tell)] {
+    std::vector<std::string> reasons;
+    if (stopping_) reasons.push_back("the jobs program is stopping");
+    try {
+      store_.CountByState();
+    } catch (const SqliteError& e) {
+      reasons.push_back(std::string("job store: ") + e.what());
+    }
+    tell(std::move(reasons));
+  });
+}
+
+void JobsApp::TellMetrics(std::function<void(MetricPage)> tell) {
+  thread_.Post([this, tell = std::move(tell)] {
+    MetricPage page;
+    std::map<v1alpha1::JobState, std::size_t> jobs;
+    try {
+      jobs = store_.CountByState();
+      page.AddGauge("grouser_ready", kReadyHelp, stopping_ ? 0 : 1);
+    } catch (const SqliteError&) {
+      page.AddGauge("grouser_ready", kReadyHelp, 0);
+    }
+    page.AddFamily("grouser_jobs", kJobsHelp, prometheus::MetricType::Gauge);
+    for (const auto& [state, count] : jobs) {
+      page.AddGauge("grouser_jobs", kJobsHelp, static_cast<double>(count),
+                    {{"state", ShortName(state)}});
+    }
+    page.AddGauge("grouser_job_requests_waiting", "Requests that wait for the thread of the jobs.",
+                  thread_.waiting());
+    tell(std::move(page));
   });
 }
 

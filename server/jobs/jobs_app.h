@@ -4,8 +4,10 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "proto/records/os/unique_fd.h"
+#include "server/core/metric_page.h"
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
@@ -43,6 +45,11 @@ class JobsApp {
   void Stop(std::function<void()> done);
 
   SerialThread& thread() { return thread_; }
+
+  // Asked on any thread, told on thread(): what that has not the time to say is not said.
+  /// Why requests are not answered: the job store cannot be read, or the program stops.
+  void TellReadiness(std::function<void(std::vector<std::string>)> tell);
+  void TellMetrics(std::function<void(MetricPage)> tell);
 
   // Requests.
   /// `client`: whose share of queue and workers it takes.

@@ -1,6 +1,5 @@
 #include "server/jobs/jobs_service.h"
 
-#include <spdlog/spdlog.h>
 #include <sqlite3.h>
 
 #include <stdexcept>
@@ -38,12 +37,10 @@ Status StatusOf(const Request& run) {
   } catch (const StatusError& e) {
     return e.status();
   } catch (const SqliteError& e) {
-    spdlog::error("job store: {}", e.what());
     return {
         e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted : StatusCode::kUnavailable,
         std::string("nothing was changed: job store: ") + e.what()};
   } catch (const std::exception& e) {
-    spdlog::error("{}", e.what());
     return {StatusCode::kInternal, e.what()};
   }
 }
@@ -52,9 +49,10 @@ Status StatusOf(const Request& run) {
 
 template <typename Request, typename Response, typename Run>
 grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext* context,
+                                                     std::string_view method,
                                                      const Request* request, Response* response,
                                                      Run run) {
-  auto* call = new UnaryCall(gate_, *context, *request);
+  auto* call = new UnaryCall(gate_, *context, method, *request);
   if (!call->admitted()) return call;
   const bool taken = app_.thread().TryPost([call, context, response, run] {
     const auto status =
@@ -63,6 +61,7 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
   });
   if (!taken) {
     HintRetry(*context);
+    gate_.records().Refused(Refusal::kQueueFull);
     call->Finish(ToGrpcStatus(kBusy));
   }
   return call;
@@ -71,36 +70,38 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, request, response, [this, request, response, client = ClientOf(*context)] {
-    *response = app_.Submit(*request, client);
-  });
+  return Answer(context, "JobsService/SubmitRefinement", request, response,
+                [this, request, response, client = ClientOf(*context)] {
+                  *response = app_.Submit(*request, client);
+                });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetJobRequest* request,
                                                      v1alpha1::GetJobResponse* response) {
-  return Answer(context, request, response,
+  return Answer(context, "JobsService/GetJob", request, response,
                 [this, request, response] { *response = app_.Get(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListJobs(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListJobsRequest* request,
                                                        v1alpha1::ListJobsResponse* response) {
-  return Answer(context, request, response,
+  return Answer(context, "JobsService/ListJobs", request, response,
                 [this, request, response] { *response = app_.List(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerContext* context,
                                                         const v1alpha1::CancelJobRequest* request,
                                                         v1alpha1::CancelJobResponse* response) {
-  return Answer(context, request, response,
+  return Answer(context, "JobsService/CancelJob", request, response,
                 [this, request, response] { *response = app_.Cancel(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
+  return Answer(context, "JobsService/Promote", request, response,
+                [this, request, response, peer = context->peer()] {
     *response = app_.Promote(*request, peer);
   });
 }
@@ -108,7 +109,7 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
                                                         const v1alpha1::MoveAliasRequest* request,
                                                         v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
+  return Answer(context, "JobsService/MoveAlias", request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Move(*request, peer);
   });
 }
@@ -116,7 +117,7 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
     grpc::CallbackServerContext* context, const v1alpha1::RollbackAliasRequest* request,
     v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, request, response, [this, request, response, peer = context->peer()] {
+  return Answer(context, "JobsService/RollbackAlias", request, response, [this, request, response, peer = context->peer()] {
     *response = app_.Rollback(*request, peer);
   });
 }
@@ -124,13 +125,13 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListAliasMoves(
     grpc::CallbackServerContext* context, const v1alpha1::ListAliasMovesRequest* request,
     v1alpha1::ListAliasMovesResponse* response) {
-  return Answer(context, request, response, [this, request, response] { *response = app_.ListMoves(*request); });
+  return Answer(context, "JobsService/ListAliasMoves", request, response, [this, request, response] { *response = app_.ListMoves(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Prune(grpc::CallbackServerContext* context,
                                                     const v1alpha1::PruneRequest* request,
                                                     v1alpha1::PruneResponse* response) {
-  return Answer(context, request, response, [this, request, response] { *response = app_.Prune(*request); });
+  return Answer(context, "JobsService/Prune", request, response, [this, request, response] { *response = app_.Prune(*request); });
 }
 
 grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJob(

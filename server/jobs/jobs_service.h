@@ -47,8 +47,8 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   /// Runs `run` on the serial thread and answers with its outcome. Request and
   /// response live until then.
   template <typename Request, typename Response, typename Run>
-  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Request* request,
-                                   Response* response, Run run);
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, std::string_view method,
+                                   const Request* request, Response* response, Run run);
 
   JobsApp& app_;
   CallGate& gate_;

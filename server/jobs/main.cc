@@ -1,8 +1,6 @@
 // grouser-jobs: runs refinement jobs.
 #include <fcntl.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -12,6 +10,11 @@
 #include "server/core/config.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/jobs_service.h"
+#include "server/net/build_info.h"
+#include "server/net/config_file.h"
+#include "server/net/http/operator_endpoint.h"
+#include "server/net/log_settings.h"
+#include "server/net/operator_service.h"
 #include "server/net/service_loop.h"
 
 namespace grouser::server {
@@ -24,6 +27,8 @@ constexpr int kMaxCalls = 64;                 // watches last as long as their j
 struct Settings {
   JobsOptions jobs;
   NetOptions net;
+  HttpOptions http;
+  LogSettings log;
   double memory_gib = 8, keep_days = 0;
   std::uint64_t max_disk_mb = 0, max_file_mb = 4096;
 };
@@ -45,6 +50,8 @@ void Describe(CLI::App& app, Settings& s) {
       ->capture_default_str();
   app.add_option("--shipped", s.jobs.shipped_dir, "Folder of shipped models, only read");
   s.net.AddTo(app);
+  s.http.AddTo(app);
+  s.log.AddTo(app);
   app.add_option("--bin", s.jobs.scheduler.bin_dir,
                  "Folder of grouser-dem and grouser-fit (default: this program's)");
   app.add_option("--workers", s.jobs.scheduler.workers, "Worker processes at a time")
@@ -111,6 +118,14 @@ void KeepStdioOpen() {
   }
 }
 
+v1alpha1::GetBuildInfoResponse MakeJobsBuildInfo() {
+  auto build = MakeBuildInfo("grouser-jobs");
+  auto* store = build.add_formats();
+  store->set_name("job store");
+  store->set_version(JobStore::kSchemaVersion);
+  return build;
+}
+
 int Serve(Settings settings) {
   namespace fs = std::filesystem;
   auto& scheduler = settings.jobs.scheduler;
@@ -132,13 +147,33 @@ int Serve(Settings settings) {
   ServiceLoop loop;
   JobsApp app(settings.jobs, loop.context());
   CallGate gate;
+  gate.records().SetLog(settings.log);
   JobsServiceAdapter service(app, gate);
+  OperatorService operator_service(MakeJobsBuildInfo(), gate);
+  const std::string jobs_name = v1alpha1::JobsService::service_full_name();
+  const std::string operator_name = v1alpha1::OperatorService::service_full_name();
   // Listening comes before workers start: a port in use must cost nobody a run.
-  GrpcServer server(settings.net, {{&service, v1alpha1::JobsService::service_full_name()}}, gate,
+  GrpcServer server(settings.net, {{&service, jobs_name}, {&operator_service, operator_name}}, gate,
                     [&loop] { loop.Fail(); });
+  std::unique_ptr<OperatorEndpoint> endpoint;
+  if (!settings.http.http.empty()) {
+    OperatorView view{[&app](auto tell) { app.TellReadiness(std::move(tell)); },
+                      [&app](auto tell) { app.TellMetrics(std::move(tell)); },
+                      [&loop] { return loop.draining(); },
+                      // Whoever reaches gRPC may call all, and so may these.
+                      [](const auto&, const auto&) { return grpc::Status::OK; },
+                      operator_service.build()};
+    endpoint = std::make_unique<OperatorEndpoint>(
+        loop.context(), settings.http, server, gate,
+        std::vector<std::string>{jobs_name, operator_name}, std::move(view));
+  }
   app.Start();
-  const int code = loop.Run(server, settings.net.port_file, "ready grpc=" + server.address(),
-                            [&app](auto done) { app.Stop(std::move(done)); });
+  const std::string at = endpoint ? endpoint->address() : "";
+  const int code = loop.Run(
+      server, settings.net.port_file,
+      "ready grpc=" + server.address() + (at.empty() ? "" : " http=" + at),
+      [&app](auto done) { app.Stop(std::move(done)); }, at);
+  endpoint.reset();
   server.Close();
   return code;
 }
@@ -150,8 +185,6 @@ int main(int argc, char** argv) {
   using namespace grouser::server;
   KeepStdioOpen();
   ::signal(SIGPIPE, SIG_IGN);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("jobs"));
-  spdlog::flush_on(spdlog::level::info);
   Settings settings;
   settings.jobs.state_dir = DefaultStateDir();
   settings.net.grpc = "127.0.0.1:50152";
@@ -161,15 +194,26 @@ int main(int argc, char** argv) {
   CLI::App cli("Runs refinement jobs: a fresh DEM run, a refit, a gated candidate.",
                "grouser-jobs");
   Describe(cli, settings);
+  ConfigFile file("jobs");
+  file.AddTo(cli);
   try {
     cli.parse(argc, argv);
+    settings.http.Validate();
   } catch (const CLI::ParseError& e) {
     return cli.exit(e, std::cout, std::cerr) == 0 ? 0 : 2;
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "grouser-jobs: %s\n", e.what());
+    return 2;
   }
   if (settings.jobs.state_dir.empty()) {
     std::fprintf(stderr, "grouser-jobs: --state: empty, expected a folder\n");
     return 2;
   }
+  if (std::string text; file.Answer(cli, &text)) {
+    std::fputs(text.c_str(), stdout);
+    return 0;
+  }
+  settings.log.Install("grouser-jobs");
   try {
     return Serve(std::move(settings));
   } catch (const std::exception& e) {

@@ -22,6 +22,8 @@ class SerialThread {
   /// False where `kMaxWaiting` such tasks wait already: for work that clients
   /// ask for, so that a flood of them cannot fill the memory.
   bool TryPost(std::function<void()> task);
+  /// How many such tasks wait now. Any thread.
+  int waiting() const { return waiting_; }
   void PostAfter(double seconds, std::function<void()> task);
 
   static constexpr int kMaxWaiting = 1000;

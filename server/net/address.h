@@ -11,12 +11,14 @@ struct Address {
   std::string path;  ///< of a Unix domain socket; empty for a host
 
   bool is_unix() const { return !path.empty(); }
+  /// Reached from this machine alone: a path, localhost, or a loopback address.
+  bool is_local() const;
   /// As gRPC clients take it.
   std::string Text() const;
 };
 
-/// Also takes unix:///PATH. Throws std::invalid_argument with the text and the
+/// Also takes unix:///PATH. Throws std::invalid_argument with the option, the text and the
 /// forms that are expected.
-Address ParseAddress(const std::string& text);
+Address ParseAddress(const std::string& text, const char* option = "grpc");
 
 }  // namespace grouser::server

@@ -1,5 +1,6 @@
 #include "server/net/call_gate.h"
 
+#include <algorithm>
 #include <thread>
 
 namespace grouser::server {
@@ -71,29 +72,67 @@ grpc::Status ShuttingDown() {
   return {grpc::StatusCode::UNAVAILABLE, "the server is shutting down"};
 }
 
-UnaryCall::UnaryCall(CallGate& gate, grpc::CallbackServerContext& context,
+void CallGate::AddTo(MetricPage* page) const {
+  page->AddGauge("grouser_calls_under_way", "Messages that came and were not answered yet.",
+                 static_cast<double>(std::max(0, under_way_.load())));
+  std::size_t streams = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    streams = streams_.size();
+  }
+  page->AddGauge("grouser_streams", "Open streams.", static_cast<double>(streams));
+  page->AddGauge("grouser_memory_under_way_bytes", "Requests and answers that are under way.",
+                 static_cast<double>(load_.bytes()));
+  page->AddCounter("grouser_answers_not_taken_total",
+                   "Calls that were cancelled since their client did not take the answer in time.",
+                   static_cast<double>(load_.cancelled()));
+  records_.AddTo(page);
+}
+
+Refusal ReasonOf(LoadControl::Verdict verdict) {
+  switch (verdict) {
+    case LoadControl::Verdict::kConnectionFull:
+      return Refusal::kConnectionFull;
+    case LoadControl::Verdict::kBusy:
+      return Refusal::kBusy;
+    default:
+      return Refusal::kNoMemory;
+  }
+}
+
+UnaryCall::UnaryCall(CallGate& gate, grpc::CallbackServerContext& context, std::string_view method,
                      const google::protobuf::MessageLite& request)
-    : gate_(gate) {
-  const grpc::Status status = Admit(context, request);
+    : gate_(gate), context_(context), method_(gate.records().Of(method)) {
+  const grpc::Status status = Admit(request);
   admitted_ = status.ok();
   if (!admitted_) Finish(status);
 }
 
-grpc::Status UnaryCall::Admit(grpc::CallbackServerContext& context,
-                              const google::protobuf::MessageLite& request) {
-  if (!gate_.Enter()) return ShuttingDown();
-  if (context.IsCancelled()) return grpc::Status::CANCELLED;
-  if (context.deadline() < std::chrono::system_clock::now()) return TooLate();
-  const auto verdict = gate_.load().Begin(ticket_, context, request.ByteSizeLong());
+grpc::Status UnaryCall::Admit(const google::protobuf::MessageLite& request) {
+  const auto refuse = [this](Refusal reason, grpc::Status status) {
+    gate_.records().Refused(reason);
+    return status;
+  };
+  if (!gate_.Enter()) return refuse(Refusal::kDraining, ShuttingDown());
+  if (context_.IsCancelled()) return refuse(Refusal::kCancelled, grpc::Status::CANCELLED);
+  if (context_.deadline() < std::chrono::system_clock::now()) {
+    return refuse(Refusal::kTooLate, TooLate());
+  }
+  const auto verdict = gate_.load().Begin(ticket_, context_, request.ByteSizeLong());
   if (verdict == LoadControl::Verdict::kAdmitted) return grpc::Status::OK;
-  HintRetry(context);
-  return Refusal(verdict);
+  HintRetry(context_);
+  return refuse(ReasonOf(verdict), RefusalStatus(verdict));
 }
 
 void UnaryCall::FinishWith(const grpc::Status& status,
                            const google::protobuf::MessageLite& response) {
   gate_.load().Answer(ticket_, status.ok() ? AnswerBytes(response) : 0);
   Finish(status);
+}
+
+void UnaryCall::Finish(const grpc::Status& status) {
+  gate_.records().Ended(method_, context_, status, std::chrono::steady_clock::now() - start_);
+  ServerUnaryReactor::Finish(status);
 }
 
 void UnaryCall::OnDone() {

@@ -7,8 +7,10 @@
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <string_view>
 #include <unordered_set>
 
+#include "server/net/call_records.h"
 #include "server/net/load_control.h"
 
 namespace grouser::server {
@@ -48,6 +50,9 @@ class CallGate {
 
   /// The memory of what is under way.
   LoadControl& load() { return load_; }
+  /// What became of the calls.
+  CallRecords& records() { return records_; }
+  void AddTo(MetricPage* page) const;
 
  private:
   LoadControl load_;
@@ -56,10 +61,13 @@ class CallGate {
   std::atomic<bool> refusing_{false};
   mutable std::mutex mutex_;
   std::unordered_set<DrainableStream*> streams_;
+  CallRecords records_;
 };
 
 /// Status of what comes during a drain.
 grpc::Status ShuttingDown();
+/// As the records count it.
+Refusal ReasonOf(LoadControl::Verdict verdict);
 /// Status of what is not begun, as nobody waits for it any more.
 grpc::Status TooLate();
 
@@ -69,30 +77,36 @@ class UnaryCall : public grpc::ServerUnaryReactor {
  public:
   /// Finishes the call at once during a drain, where its client is gone or its deadline has passed
   /// in the queue, and where `request` does not fit in the memory for what is under way.
-  UnaryCall(CallGate& gate, grpc::CallbackServerContext& context,
+  /// `method`: its name in CallRecords.
+  UnaryCall(CallGate& gate, grpc::CallbackServerContext& context, std::string_view method,
             const google::protobuf::MessageLite& request);
   /// False: the call has been finished, do nothing but return it.
   bool admitted() const { return admitted_; }
-  /// The one way to finish an admitted call.
+  /// Ends an admitted call with an answer.
   void FinishWith(const grpc::Status& status, const google::protobuf::MessageLite& response);
+  /// Ends the call without an answer, once, and records it.
+  void Finish(const grpc::Status& status);
   void OnDone() final;
 
  private:
-  grpc::Status Admit(grpc::CallbackServerContext& context,
-                     const google::protobuf::MessageLite& request);
+  grpc::Status Admit(const google::protobuf::MessageLite& request);
 
   CallGate& gate_;
   LoadControl::Ticket ticket_;
-  bool admitted_;
+  grpc::CallbackServerContext& context_;
+  CallRecords::Method& method_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  bool admitted_ = false;
 };
 
 /// Finishes a new UnaryCall with the status that `answer` returns, after it has filled `response`.
 template <class Answer>
 grpc::ServerUnaryReactor* AnswerNow(CallGate& gate, grpc::CallbackServerContext& context,
+                                    std::string_view method,
                                     const google::protobuf::MessageLite& request,
                                     const google::protobuf::MessageLite& response,
                                     const Answer& answer) {
-  auto* call = new UnaryCall(gate, context, request);
+  auto* call = new UnaryCall(gate, context, method, request);
   if (call->admitted()) call->FinishWith(answer(), response);
   return call;
 }

@@ -89,7 +89,10 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
       grpc::InsecureServerCredentials());
-  for (const NamedService& s : services) builder.RegisterService(s.service);
+  for (const NamedService& s : services) {
+    builder.RegisterService(s.service);
+    gate_.records().AddService(s.name);
+  }
   SetLimits(builder, options_);
   gate.load().SetLimits(LoadLimits(options_));
   listener_ = std::make_unique<Listener>(
@@ -119,6 +122,12 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
 }
 
 GrpcServer::~GrpcServer() { Close(); }
+
+std::shared_ptr<grpc::Channel> GrpcServer::InProcessChannel() {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);  // answers are bounded by what is asked
+  return server_->InProcessChannel(arguments);
+}
 
 void GrpcServer::SetServing(const std::string& service, bool serving) {
   server_->GetHealthCheckService()->SetServingStatus(service, serving);

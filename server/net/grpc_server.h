@@ -39,6 +39,10 @@ class GrpcServer {
   /// With the port that was taken.
   std::string address() const { return listener_->address().Text(); }
 
+  /// Calls from within this program; as those from outside, but for the connection.
+  std::shared_ptr<grpc::Channel> InProcessChannel();
+  std::size_t CountConnections() { return listener_->connections().CountOpen(); }
+
   /// Health of a service; that of the whole server ("") is SERVING always.
   void SetServing(const std::string& service, bool serving);
 

@@ -33,8 +33,9 @@ constexpr int kBurst = 64;
 // A peer that takes no data for so long is gone.
 constexpr int kUserTimeoutMs = 20000;
 
-[[noreturn]] void Fail(const Address& address, const std::string& what) {
-  throw std::runtime_error("grpc: " + address.Text() + ": " + what);
+[[noreturn]] void Fail(const std::string& what, const Address& address,
+                       const std::string& problem) {
+  throw std::runtime_error(what + ": " + address.Text() + ": " + problem);
 }
 
 std::pair<dev_t, ino_t> IdentityOf(const std::string& path) {
@@ -50,10 +51,10 @@ int PortOf(const asio::generic::stream_protocol::endpoint& endpoint) {
 }
 
 /// Removes the socket file of a server that is no more. Throws for anything else.
-void RemoveStaleSocket(asio::io_context& loop, const Address& address) {
+void RemoveStaleSocket(asio::io_context& loop, const std::string& what, const Address& address) {
   struct stat file {};
   if (::lstat(address.path.c_str(), &file) != 0) return;
-  if (!S_ISSOCK(file.st_mode)) Fail(address, "exists and is no socket");
+  if (!S_ISSOCK(file.st_mode)) Fail(what, address, "exists and is no socket");
   asio::local::stream_protocol::socket probe(loop);
   error_code error;
   probe.open(asio::local::stream_protocol(), error);
@@ -61,9 +62,9 @@ void RemoveStaleSocket(asio::io_context& loop, const Address& address) {
   if (!error) probe.non_blocking(true, error);
   if (!error) probe.connect(asio::local::stream_protocol::endpoint(address.path), error);
   if (error != asio::error::connection_refused) {
-    Fail(address, !error || error == asio::error::try_again
-                      ? "cannot listen: in use by another program"
-                      : "cannot listen: " + error.message());
+    Fail(what, address,
+         !error || error == asio::error::try_again ? "cannot listen: in use by another program"
+                                                   : "cannot listen: " + error.message());
   }
   ::unlink(address.path.c_str());
 }
@@ -71,10 +72,11 @@ void RemoveStaleSocket(asio::io_context& loop, const Address& address) {
 }  // namespace
 
 Listener::Listener(asio::io_context& loop, Address address, std::size_t max_connections,
-                   Deliver deliver)
+                   Deliver deliver, std::string what)
     : loop_(loop),
       address_(std::move(address)),
       deliver_(std::move(deliver)),
+      what_(std::move(what)),
       connections_(max_connections) {
   address_.is_unix() ? ListenUnix() : ListenTcp();
 }
@@ -96,7 +98,7 @@ void Listener::ListenTcp() {
   error_code error;
   const auto found = tcp::resolver(loop_).resolve(address_.host, std::to_string(address_.port),
                                                   tcp::resolver::passive, error);
-  if (error) Fail(address_, "cannot listen: " + error.message());
+  if (error) Fail(what_, address_, "cannot listen: " + error.message());
   std::string problem = "no such address";
   for (const auto& entry : found) {
     tcp::endpoint endpoint = entry.endpoint();
@@ -115,7 +117,7 @@ void Listener::ListenTcp() {
       break;
     }
   }
-  if (ports_.empty()) Fail(address_, "cannot listen: " + problem);
+  if (ports_.empty()) Fail(what_, address_, "cannot listen: " + problem);
 }
 
 void Listener::ListenUnix() {
@@ -124,14 +126,14 @@ void Listener::ListenUnix() {
   // replaces a socket file.
   const os::UniqueFd guard(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (guard.valid()) ::flock(guard.get(), LOCK_EX);
-  RemoveStaleSocket(loop_, address_);
+  RemoveStaleSocket(loop_, what_, address_);
   try {
     Acceptor& acceptor = Open(asio::local::stream_protocol::endpoint(address_.path));
     socket_file_ = IdentityOf(address_.path);
     ::chmod(address_.path.c_str(), S_IRUSR | S_IWUSR);  // before anybody can connect
     acceptor.listen();
   } catch (const boost::system::system_error& e) {
-    Fail(address_, "cannot listen: " + e.code().message());
+    Fail(what_, address_, "cannot listen: " + e.code().message());
   }
 }
 
@@ -187,7 +189,7 @@ void Listener::WarnFull(const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_warning_ < kBetweenWarnings) return;
   last_warning_ = now;
-  spdlog::warn("grpc: {}: new clients wait: {}", address_.Text(), why);
+  spdlog::warn("{}: {}: new clients wait: {}", what_, address_.Text(), why);
 }
 
 void Listener::Stop() {

@@ -28,9 +28,10 @@ class Listener {
 
   /// Listens. A Unix socket has mode 0600 (only the server's user); the file of
   /// a dead server is replaced, that of a live one is not. Throws
-  /// std::runtime_error "grpc: ADDR: ..." when it cannot listen.
+  /// std::runtime_error "WHAT: ADDR: ..." when it cannot listen. `what`: the
+  /// protocol, for messages.
   Listener(boost::asio::io_context& loop, Address address, std::size_t max_connections,
-           Deliver deliver);
+           Deliver deliver, std::string what = "grpc");
   ~Listener();
 
   void Start();
@@ -63,6 +64,7 @@ class Listener {
   boost::asio::io_context& loop_;
   Address address_;
   Deliver deliver_;
+  std::string what_;
   ConnectionTable connections_;
   std::list<Port> ports_;  // one for each address of the host
   std::atomic<bool> full_{false};

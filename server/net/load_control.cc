@@ -105,7 +105,7 @@ std::size_t AnswerBytes(const google::protobuf::MessageLite& answer) {
   return 2 * answer.ByteSizeLong();
 }
 
-grpc::Status Refusal(LoadControl::Verdict verdict) {
+grpc::Status RefusalStatus(LoadControl::Verdict verdict) {
   using Verdict = LoadControl::Verdict;
   const char* why = verdict == Verdict::kBusy ? "more is asked than this server can answer"
                     : verdict == Verdict::kConnectionFull
@@ -122,7 +122,7 @@ void HintRetry(grpc::CallbackServerContext& context) {
 }
 
 void RefuseInBand(LoadControl::Verdict verdict, google::rpc::Status* error) {
-  const grpc::Status status = Refusal(verdict);
+  const grpc::Status status = RefusalStatus(verdict);
   error->set_code(status.error_code());
   error->set_message(status.error_message());
   google::rpc::RetryInfo retry;

@@ -111,7 +111,7 @@ std::size_t AnswerBytes(const google::protobuf::MessageLite& answer);
 
 /// The status of what was not admitted, and the hint for unary calls and the ends of streams:
 /// trailing metadata "grpc-retry-pushback-ms"; in band on streams: google.rpc.RetryInfo.
-grpc::Status Refusal(LoadControl::Verdict verdict);
+grpc::Status RefusalStatus(LoadControl::Verdict verdict);
 void HintRetry(grpc::CallbackServerContext& context);
 void RefuseInBand(LoadControl::Verdict verdict, google::rpc::Status* error);
 

@@ -28,6 +28,7 @@ void ServiceLoop::Fail() {
 
 void ServiceLoop::BeginStop(const std::string& why) {
   if (stopper_.joinable()) return;
+  draining_ = true;
   spdlog::info("{}: draining", why);
   manager_.Stopping();
   stopper_ = std::thread(stop_);  // the loop goes on: work may need it to stop
@@ -35,13 +36,15 @@ void ServiceLoop::BeginStop(const std::string& why) {
 
 int ServiceLoop::Run(GrpcServer& server, const std::string& port_file,
                      const std::string& ready_line,
-                     std::function<void(std::function<void()> done)> stop_work) {
+                     std::function<void(std::function<void()> done)> stop_work,
+                     const std::string& http_address) {
   stop_ = [&] {
     server.Drain();
     stop_work([this] { asio::post(context_, [this] { context_.stop(); }); });
   };
   if (!port_file.empty()) {
-    records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n");
+    const std::string http = http_address.empty() ? "" : "http=" + http_address + "\n";
+    records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n" + http);
   }
   std::cerr << ready_line << std::endl;
   manager_.Ready();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <functional>
@@ -24,12 +25,16 @@ class ServiceLoop {
   /// GrpcServer's on_unreachable calls.
   void Fail();
 
-  /// Writes the port file, prints `ready_line` to stderr, tells a service manager and serves until
-  /// SIGINT, SIGTERM or Fail(); then drains and has `stop_work` stop what runs
-  /// behind the service; it calls its argument when that is done. Returns the
-  /// exit code; the loop no longer runs, the server is still to be closed.
+  /// The program was told to end. Any thread.
+  bool draining() const { return draining_; }
+
+  /// Writes the port file ("grpc=ADDR", and "http=ADDR" where it serves that), prints `ready_line`
+  /// to stderr, tells a service manager and serves until SIGINT, SIGTERM or Fail(); then drains and has `stop_work` stop
+  /// what runs behind the service; it calls its argument when that is done. Returns the exit code;
+  /// the loop no longer runs, the server is still to be closed.
   int Run(GrpcServer& server, const std::string& port_file, const std::string& ready_line,
-          std::function<void(std::function<void()> done)> stop_work);
+          std::function<void(std::function<void()> done)> stop_work,
+          const std::string& http_address = "");
 
  private:
   void BeginStop(const std::string& why);
@@ -40,6 +45,7 @@ class ServiceLoop {
   std::function<void()> stop_;  // of Run; runs on stopper_
   std::thread stopper_;
   int exit_code_ = 0;
+  std::atomic<bool> draining_{false};
 };
 
 }  // namespace grouser::server

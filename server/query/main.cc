@@ -1,15 +1,17 @@
 // grouser-server: answers wheel queries over gRPC and LCM from fitted models.
 #include <malloc.h>
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <iostream>
+#include <memory>
 #include <thread>
 
+#include "server/net/config_file.h"
+#include "server/net/http/operator_endpoint.h"
+#include "server/net/log_settings.h"
 #include "server/net/service_loop.h"
 #include "server/query/terrain_server.h"
 #include "surrogate/model_io/load_model.h"
@@ -17,7 +19,12 @@
 namespace {
 
 namespace asio = boost::asio;
+using grouser::server::ConfigFile;
+using grouser::server::HttpOptions;
+using grouser::server::LogSettings;
 using grouser::server::NetOptions;
+using grouser::server::OperatorEndpoint;
+using grouser::server::OperatorView;
 using grouser::server::ServerConfig;
 using grouser::server::ServiceLoop;
 using grouser::server::TerrainServer;
@@ -32,7 +39,8 @@ constexpr const char* kExamples =
     "  grouser-server --state /tmp/s --grpc 127.0.0.1:0 --no-lcm --port-file /tmp/s/port\n"
     "  grouser-server --grpc unix:/run/user/1000/grouser\n"
     "  grouser-server --shipped surrogate/shipped --vehicles surrogate/vehicle/shipped\n"
-    "Prints 'ready grpc=ADDR lcm=URL generation=G' to stderr once it answers.\n"
+    "  grouser-server --http 127.0.0.1:50161 --log-format json\n"
+    "Prints 'ready grpc=ADDR lcm=URL generation=G' to stderr once it answers (and http=ADDR).\n"
     "SIGTERM or SIGINT: answers what was sent before, refuses the rest, then exits 0.\n"
     "Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.";
 
@@ -66,16 +74,32 @@ class RefreshTimer {
   asio::thread_pool store_thread_{1};
 };
 
-int Serve(ServerConfig config, const NetOptions& net) {
+int Serve(ServerConfig config, const NetOptions& net, const HttpOptions& http,
+          const LogSettings& log) {
   const auto period = config.poll_period;
   ServiceLoop loop;
   TerrainServer server(std::move(config), grouser::surrogate::MakeModel);
+  server.gate().records().SetLog(log);
   server.Start(net, [&loop] { loop.Fail(); });
+  std::unique_ptr<OperatorEndpoint> endpoint;
+  if (!http.http.empty()) {
+    OperatorView view{[&server](const auto& tell) { tell(server.WhyNotReady()); },
+                      [&server](const auto& tell) { tell(server.Metrics()); },
+                      [&loop] { return loop.draining(); },
+                      // Whoever reaches gRPC may call all, and so may these.
+                      [](const auto&, const auto&) { return grpc::Status::OK; }, server.build()};
+    endpoint =
+        std::make_unique<OperatorEndpoint>(loop.context(), http, server.grpc(), server.gate(),
+                                           TerrainServer::ServiceNames(), std::move(view));
+  }
   RefreshTimer refresh(loop.context(), period, server);
   refresh.Start();
-  const int code =
-      loop.Run(server.grpc(), net.port_file, server.ReadyLine(), [](const auto& done) { done(); });
+  const std::string at = endpoint ? endpoint->address() : "";
+  const int code = loop.Run(
+      server.grpc(), net.port_file, server.ReadyLine() + (at.empty() ? "" : " http=" + at),
+      [](const auto& done) { done(); }, at);
   refresh.Stop();
+  endpoint.reset();
   server.grpc().Close();
   return code;
 }
@@ -99,6 +123,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "grouser-server " GROUSER_VERSION);
   ServerConfig config;
   NetOptions net;
+  HttpOptions http;
+  LogSettings log;
   net.grpc = "127.0.0.1:50151";
   config.state_dir = grouser::server::DefaultStateDir();
   bool no_lcm = false;
@@ -113,9 +139,12 @@ int main(int argc, char** argv) {
          "named and left out")
       ->expected(1, -1);
   app.add_option(
-      "--vehicle-threads", config.vehicle_threads,
-      "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors");
+         "--vehicle-threads", config.vehicle_threads,
+         "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors")
+      ->capture_default_str();
   net.AddTo(app);
+  http.AddTo(app);
+  log.AddTo(app);
   auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
   app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
       ->excludes(without);
@@ -124,20 +153,28 @@ int main(int argc, char** argv) {
                  "machine alone")
       ->excludes(without)
       ->capture_default_str();
+  ConfigFile file("server");
+  file.AddTo(app);
+  std::string settings;
   try {
     app.parse(argc, argv);
     config.lcm = !no_lcm;
     config.Validate();
+    http.Validate();
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   } catch (const std::invalid_argument& e) {
     std::cerr << "grouser-server: " << e.what() << "\n";
     return kExitUsage;
   }
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("grouser-server"));
+  if (file.Answer(app, &settings)) {
+    std::cout << settings;
+    return kExitOk;
+  }
+  log.Install("grouser-server");
   KeepBigBuffers();
   try {
-    return Serve(std::move(config), net);
+    return Serve(std::move(config), net, http, log);
   } catch (const std::exception& e) {
     std::cerr << "grouser-server: " << e.what() << "\n";
     return kExitFailed;

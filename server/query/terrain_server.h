@@ -2,12 +2,16 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "server/core/config.h"
+#include "server/core/query_metrics.h"
 #include "server/core/repository.h"
 #include "server/core/snapshot_store.h"
 #include "server/net/grpc_server.h"
+#include "server/net/operator_service.h"
 #include "server/query/grpc/terrain_service.h"
 #include "server/query/lcm/lcm_server.h"
 #include "server/vehicle/fleet.h"
@@ -34,17 +38,30 @@ class TerrainServer {
   /// throws: what cannot be read leaves the old snapshot in place.
   void Refresh() noexcept;
 
+  /// Why queries that should be answered are not; none: all are. Any thread.
+  std::vector<std::string> WhyNotReady() const;
+  /// Any thread, once it was started.
+  MetricPage Metrics() const;
+  CallGate& gate() { return gate_; }
+  const v1alpha1::GetBuildInfoResponse& build() const { return operator_service_.build(); }
+  static const std::vector<std::string>& ServiceNames();
+
  private:
-  void Log(const SnapshotStore::Outcome& outcome);
+  void Take(const SnapshotStore::Outcome& outcome);
 
   ServerConfig config_;
   Repository repository_;
   SnapshotStore store_;
   std::string last_failure_;  // said once, not every poll
+  QueryMetrics metrics_;
+  Counter problems_, refresh_failures_;
+  mutable std::mutex unresolved_mutex_;
+  std::vector<std::string> unresolved_;
   CallGate gate_;
   TerrainService service_;
   Fleet fleet_;
   VehicleService vehicle_service_;
+  OperatorService operator_service_;
   std::unique_ptr<GrpcServer> grpc_;
   std::unique_ptr<LcmServer> lcm_;
 };

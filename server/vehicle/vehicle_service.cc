@@ -19,9 +19,9 @@ constexpr int kNice = 5;
 /// A call that another thread finishes, or that is cancelled while it waits for one.
 class LaterCall final : public UnaryCall {
  public:
-  LaterCall(CallGate& gate, grpc::CallbackServerContext& context,
+  LaterCall(CallGate& gate, grpc::CallbackServerContext& context, std::string_view method,
             const google::protobuf::MessageLite& request, WorkQueue& queue)
-      : UnaryCall(gate, context, request), queue_(queue) {}
+      : UnaryCall(gate, context, method, request), queue_(queue) {}
 
   // gRPC calls it after the reactor was returned, and OnDone after it.
   void OnCancel() override {
@@ -41,10 +41,16 @@ VehicleService::VehicleService(const Fleet& fleet, CallGate& gate, int threads)
 }
 VehicleService::~VehicleService() = default;
 
+void VehicleService::AddTo(MetricPage* page) const {
+  page->AddGauge("grouser_vehicle_queue_depth", "Calls about vehicles that wait for a thread.",
+                 static_cast<double>(queue_.waiting()));
+}
+
 template <class Request, class Response>
 grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& context,
-                                                const Request& request, Response* response) {
-  auto* call = new LaterCall(gate_, context, request, queue_);
+                                                std::string_view method, const Request& request,
+                                                Response* response) {
+  auto* call = new LaterCall(gate_, context, method, request, queue_);
   if (!call->admitted()) return call;
   const auto work = [this, call, &request, response](int worker) {
     VehicleBench& bench = benches_[static_cast<std::size_t>(worker)];
@@ -54,6 +60,7 @@ grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& con
   const Status status = Guarded([&] {
     Status checked = Check(fleet_, request);
     if (checked.ok() && !queue_.Post(call, work)) {
+      gate_.records().Refused(Refusal::kQueueFull);
       checked = Status::ResourceExhausted(
           fmt::format("calls: {} wait already, expected fewer", kMostWaiting));
     }
@@ -68,40 +75,40 @@ grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& con
 grpc::ServerUnaryReactor* VehicleService::Solve(grpc::CallbackServerContext* context,
                                                 const v1alpha1::SolveRequest* request,
                                                 v1alpha1::SolveResponse* response) {
-  return Later(*context, *request, response);
+  return Later(*context, "VehicleService/Solve", *request, response);
 }
 grpc::ServerUnaryReactor* VehicleService::Energy(grpc::CallbackServerContext* context,
                                                  const v1alpha1::EnergyRequest* request,
                                                  v1alpha1::EnergyResponse* response) {
-  return Later(*context, *request, response);
+  return Later(*context, "VehicleService/Energy", *request, response);
 }
 grpc::ServerUnaryReactor* VehicleService::PlanSpeed(grpc::CallbackServerContext* context,
                                                     const v1alpha1::PlanSpeedRequest* request,
                                                     v1alpha1::PlanSpeedResponse* response) {
-  return Later(*context, *request, response);
+  return Later(*context, "VehicleService/PlanSpeed", *request, response);
 }
 grpc::ServerUnaryReactor* VehicleService::Grades(grpc::CallbackServerContext* context,
                                                  const v1alpha1::GradesRequest* request,
                                                  v1alpha1::GradesResponse* response) {
-  return Later(*context, *request, response);
+  return Later(*context, "VehicleService/Grades", *request, response);
 }
 grpc::ServerUnaryReactor* VehicleService::Constants(grpc::CallbackServerContext* context,
                                                     const v1alpha1::ConstantsRequest* request,
                                                     v1alpha1::ConstantsResponse* response) {
-  return Later(*context, *request, response);
+  return Later(*context, "VehicleService/Constants", *request, response);
 }
 
 grpc::ServerUnaryReactor* VehicleService::ListVehicles(grpc::CallbackServerContext* context,
                                                        const v1alpha1::ListVehiclesRequest* request,
                                                        v1alpha1::ListVehiclesResponse* response) {
-  return AnswerNow(gate_, *context, *request, *response,
+  return AnswerNow(gate_, *context, "VehicleService/ListVehicles", *request, *response,
                    [&] { return ToGrpcStatus(fleet_.List(*request, response)); });
 }
 
 grpc::ServerUnaryReactor* VehicleService::GetVehicle(grpc::CallbackServerContext* context,
                                                      const v1alpha1::GetVehicleRequest* request,
                                                      v1alpha1::GetVehicleResponse* response) {
-  return AnswerNow(gate_, *context, *request, *response, [&] {
+  return AnswerNow(gate_, *context, "VehicleService/GetVehicle", *request, *response, [&] {
     const ServedVehicle* served = nullptr;
     const Status status = fleet_.Find(request->vehicle(), &served);
     if (status.ok()) vehicle::ToMessage(served->described, response->mutable_vehicle());

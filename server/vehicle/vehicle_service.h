@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "grouser/v1alpha1/vehicle_service.grpc.pb.h"
@@ -23,6 +24,9 @@ class VehicleService final : public v1alpha1::VehicleService::CallbackService {
 
   VehicleService(const Fleet& fleet, CallGate& gate, int threads);
   ~VehicleService() override;
+
+  /// How many calls wait.
+  void AddTo(MetricPage* page) const;
 
   grpc::ServerUnaryReactor* Solve(grpc::CallbackServerContext* context,
                                   const v1alpha1::SolveRequest* request,
@@ -48,8 +52,8 @@ class VehicleService final : public v1alpha1::VehicleService::CallbackService {
 
  private:
   template <class Request, class Response>
-  grpc::ServerUnaryReactor* Later(grpc::CallbackServerContext& context, const Request& request,
-                                  Response* response);
+  grpc::ServerUnaryReactor* Later(grpc::CallbackServerContext& context, std::string_view method,
+                                  const Request& request, Response* response);
 
   const Fleet& fleet_;
   CallGate& gate_;

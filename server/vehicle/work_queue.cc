@@ -61,6 +61,11 @@ bool WorkQueue::Remove(const void* key) {
   return std::erase_if(waiting_, [key](const Entry& e) { return e.key == key; }) > 0;
 }
 
+std::size_t WorkQueue::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size();
+}
+
 void WorkQueue::Run(int worker, int nice) {
   if (nice != 0 && !AddNice(nice) && worker == 0) {
     spdlog::warn("vehicle threads: nice +{} is refused ({}); they run with the priority of all",

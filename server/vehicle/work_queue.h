@@ -27,6 +27,8 @@ class WorkQueue {
   bool Post(const void* key, Work work);
   /// Takes work out that has not begun. False: there is none with this key; it was begun, or done.
   bool Remove(const void* key);
+  /// How much waits now.
+  std::size_t waiting() const;
 
  private:
   struct Entry {
@@ -38,7 +40,7 @@ class WorkQueue {
   void Run(int worker, int nice);
 
   const std::size_t most_waiting_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable some_;
   std::deque<Entry> waiting_;
   bool ends_ = false;

@@ -17,6 +17,7 @@
 #include "clients/cpp/client_error.h"
 #include "clients/cpp/terrain_client.h"
 #include "grouser/v1alpha1/jobs_service.grpc.pb.h"
+#include "proto/records/status_code.h"
 #include "tests/integration/query_fixture.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -105,7 +106,7 @@ class Hammer {
         while (!stop.stop_requested()) {
           const auto code = call();
           const std::lock_guard lock(mutex_);
-          ++counts_[client::StatusCodeName(code)];
+          ++counts_[records::StatusCodeName(code)];
         }
       });
     }

@@ -165,9 +165,10 @@ ServerProcess::ServerProcess(const std::string& state_dir, std::vector<std::stri
   if (!settled || !program_.Running()) {
     throw std::runtime_error(program + " did not get ready: " + program_.Stderr());
   }
-  const std::string text = ReadAll(state_dir + "/port");
-  address_ = text.substr(text.find('=') + 1);
-  address_.erase(address_.find_last_not_of('\n') + 1);
+  std::ifstream ports(state_dir + "/port");
+  for (std::string line; std::getline(ports, line);) {
+    (line.starts_with("http=") ? http_ : address_) = line.substr(5);
+  }
 }
 
 void SleepMilliseconds(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }

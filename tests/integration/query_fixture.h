@@ -53,11 +53,13 @@ class ServerProcess {
   explicit ServerProcess(const std::string& state_dir, std::vector<std::string> more = {"--no-lcm"},
                          const std::string& program = "grouser-server", int descriptors = 0);
   const std::string& address() const { return address_; }
+  /// Of --http; empty where that was not given.
+  const std::string& http() const { return http_; }
   Program& program() { return program_; }
 
  private:
   Program program_;
-  std::string address_;
+  std::string address_, http_;
 };
 
 /// Waits until `condition` holds; false after a minute.

@@ -31,7 +31,8 @@ void Tell(const Selection& selection, v1alpha1::EvaluateWheelsResponse* response
 
 }  // namespace
 
-Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest& request,
+Status Answer(const SnapshotStore& store, QueryMetrics& metrics, Transport transport,
+              const v1alpha1::EvaluateWheelsRequest& request,
               v1alpha1::EvaluateWheelsResponse* response) {
   const auto start = std::chrono::steady_clock::now();
   const auto snapshot = store.Current();
@@ -62,6 +63,13 @@ Status Answer(const SnapshotStore& store, const v1alpha1::EvaluateWheelsRequest&
     response->mutable_error()->set_message(status.message);
   }
   const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
+  if (status.ok()) {
+    const auto& flags = response->responses().flags();
+    metrics.Answered(transport, *model->counters,
+                     {flags.data(), static_cast<std::size_t>(flags.size())}, spent);
+  } else {
+    metrics.Refused(transport, status.code);
+  }
   response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
   response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
   return status;

@@ -13,8 +13,8 @@ constexpr std::size_t kIdleMessages = 16;
 
 }  // namespace
 
-TerrainService::TerrainService(const SnapshotStore& store, CallGate& gate)
-    : store_(store), gate_(gate), pool_(kIdleMessages) {
+TerrainService::TerrainService(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate)
+    : store_(store), metrics_(metrics), gate_(gate), pool_(kIdleMessages) {
   SetMessageAllocatorFor_EvaluateWheels(&pool_);
   gate.load().OnIdle([this] { pool_.Clear(); });
 }
@@ -22,19 +22,20 @@ TerrainService::TerrainService(const SnapshotStore& store, CallGate& gate)
 grpc::ServerUnaryReactor* TerrainService::EvaluateWheels(
     grpc::CallbackServerContext* context, const v1alpha1::EvaluateWheelsRequest* request,
     v1alpha1::EvaluateWheelsResponse* response) {
-  return AnswerNow(gate_, *context, *request, *response,
-                   [&] { return ToGrpcStatus(Answer(store_, *request, response)); });
+  return AnswerNow(gate_, *context, "TerrainService/EvaluateWheels", *request, *response, [&] {
+    return ToGrpcStatus(Answer(store_, metrics_, Transport::kUnary, *request, response));
+  });
 }
 
 grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>*
 TerrainService::StreamWheels(grpc::CallbackServerContext* context) {
-  return new WheelStream(store_, gate_, *context, pool_);
+  return new WheelStream(store_, metrics_, gate_, *context, pool_);
 }
 
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
                                                      const v1alpha1::ListModelsRequest* request,
                                                      v1alpha1::ListModelsResponse* response) {
-  return AnswerNow(gate_, *context, *request, *response, [&] {
+  return AnswerNow(gate_, *context, "TerrainService/ListModels", *request, *response, [&] {
     return ToGrpcStatus(server::ListModels(*store_.Current(), *request, response));
   });
 }
@@ -42,7 +43,7 @@ grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* context,
                                                    const v1alpha1::GetModelRequest* request,
                                                    v1alpha1::GetModelResponse* response) {
-  return AnswerNow(gate_, *context, *request, *response, [&] {
+  return AnswerNow(gate_, *context, "TerrainService/GetModel", *request, *response, [&] {
     return ToGrpcStatus(server::GetModel(*store_.Current(), *request, response));
   });
 }

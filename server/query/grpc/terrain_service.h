@@ -3,6 +3,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
+#include "server/core/query_metrics.h"
 #include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
 #include "server/query/grpc/wheel_stream.h"
@@ -10,11 +11,11 @@
 namespace grouser::server {
 
 /// grouser.v1alpha1.TerrainService on gRPC's callback threads: a thin adapter
-/// around Evaluate(). Nothing here blocks. `store` and `gate` must outlive the
+/// around Evaluate(). Nothing here blocks. `store`, `metrics` and `gate` must outlive the
 /// service.
 class TerrainService final : public v1alpha1::TerrainService::CallbackService {
  public:
-  TerrainService(const SnapshotStore& store, CallGate& gate);
+  TerrainService(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate);
 
   grpc::ServerUnaryReactor* EvaluateWheels(grpc::CallbackServerContext* context,
                                            const v1alpha1::EvaluateWheelsRequest* request,
@@ -30,6 +31,7 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
 
  private:
   const SnapshotStore& store_;
+  QueryMetrics& metrics_;
   CallGate& gate_;
   WheelMessages pool_;
 };

@@ -12,9 +12,9 @@ constexpr std::size_t kBigBytes = 64 * 1024;
 
 }  // namespace
 
-WheelStream::WheelStream(const SnapshotStore& store, CallGate& gate,
+WheelStream::WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate,
                          grpc::CallbackServerContext& context, WheelMessages& pool)
-    : store_(store), gate_(gate), context_(context), pool_(pool) {
+    : store_(store), metrics_(metrics), gate_(gate), context_(context), pool_(pool) {
   const bool admitted = gate_.Add(this);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!admitted) draining_ = true;
@@ -43,11 +43,12 @@ void WheelStream::AnswerInto(Slot& slot) {
   const std::size_t bytes = request_.ByteSizeLong();
   const auto verdict = load.Begin(slot.ticket, context_, bytes);
   if (verdict == LoadControl::Verdict::kAdmitted) {
-    Answer(store_, request_, &response);
+    Answer(store_, metrics_, Transport::kStream, request_, &response);
     load.Answer(slot.ticket, AnswerBytes(response));
   } else {
     response.Clear();
     response.set_sequence(request_.sequence());
+    gate_.records().Refused(ReasonOf(verdict));
     RefuseInBand(verdict, response.mutable_error());
   }
   KeepOrDropRequest(bytes);

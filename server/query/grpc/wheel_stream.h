@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "grouser/v1alpha1/terrain_service.pb.h"
+#include "server/core/query_metrics.h"
 #include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
 #include "server/query/grpc/message_pool.h"
@@ -23,8 +24,8 @@ class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheel
                                                          v1alpha1::EvaluateWheelsResponse>,
                           public DrainableStream {
  public:
-  WheelStream(const SnapshotStore& store, CallGate& gate, grpc::CallbackServerContext& context,
-              WheelMessages& pool);
+  WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate,
+              grpc::CallbackServerContext& context, WheelMessages& pool);
   ~WheelStream() override;
 
   void OnReadDone(bool ok) override;
@@ -47,6 +48,7 @@ class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheel
   void FinishOnce(const grpc::Status& status);  // needs mutex_
 
   const SnapshotStore& store_;
+  QueryMetrics& metrics_;
   CallGate& gate_;
   grpc::CallbackServerContext& context_;
   WheelMessages& pool_;

@@ -113,7 +113,8 @@ void EvaluateQuery(const ServedModel& model, const wheel_query_t& query, wheel_r
 
 std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
                                           std::span<const std::uint8_t> encoded,
-                                          std::string* problem, wheel_measured_t* measured) {
+                                          std::string* problem, wheel_measured_t* measured,
+                                          LcmOutcome* outcome) {
   measured->n = 0;
   ByteReader bytes(encoded);
   Head head;
@@ -142,6 +143,7 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
   const ServedModel* model = nullptr;
   if (const Status found = snapshot.Find(head.model, &model); !found.ok()) {
     response.error = found.message;
+    if (outcome != nullptr) outcome->code = found.code;
     return response;
   }
   Resize(query.n, &response);
@@ -151,6 +153,7 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
   measured->sender = response.sender;
   measured->model = response.model;
   EvaluateQuery(*model, query, &response, measured);
+  if (outcome != nullptr) *outcome = {StatusCode::kOk, model};
   return response;
 }
 

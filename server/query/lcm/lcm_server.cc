@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <vector>
@@ -30,8 +31,9 @@ void Publish(lcm_t* publisher, const char* channel, const Message& message) {
 }  // namespace
 
 LcmServer::LcmServer(const std::string& url, const std::string& interface,
-                     const SnapshotStore& store)
+                     const SnapshotStore& store, QueryMetrics& metrics)
     : store_(store),
+      metrics_(metrics),
       url_(lcm_io::EffectiveLcmUrl(url)),
       receiver_(lcm_io::ParseLcmUrl(url_), interface),
       publisher_(lcm_create(lcm_io::ParseLcmUrl(url_).Text().c_str()), lcm_destroy) {
@@ -63,12 +65,33 @@ void LcmServer::Loop() {
   }
 }
 
+void LcmServer::AddTo(MetricPage* page) const {
+  const auto add = [page](const char* name, const char* help, const Counter& count) {
+    page->AddCounter(name, help, static_cast<double>(count.value()));
+  };
+  add("grouser_lcm_messages_total", "Messages of any channel that were received.",
+      counts_.messages);
+  add("grouser_lcm_lost_messages_total", "Messages that are missing in the senders' sequences.",
+      counts_.lost);
+  add("grouser_lcm_fragments_total", "Fragments of long messages, which are ignored.",
+      counts_.fragments);
+  add("grouser_lcm_malformed_datagrams_total", "Datagrams that are none of LCM.",
+      counts_.malformed);
+  add("grouser_lcm_malformed_queries_total", "Messages on the channel of queries that are none.",
+      counts_.not_queries);
+}
+
 // A part of what waits, so that a flood does not keep the thread from its end.
 void LcmServer::TakeMessages() {
   constexpr int kMost = 64;
   for (int taken = 0; taken < kMost; ++taken) {
     const auto message = receiver_.Next();
     WarnOfBadDatagrams();
+    const auto& counts = receiver_.counts();
+    counts_.messages.Set(counts.messages);
+    counts_.fragments.Set(counts.fragments);
+    counts_.malformed.Set(counts.malformed);
+    counts_.lost.Set(counts.lost);
     if (!message) return;
     if (message->channel == kLcmQueryChannel) Answer(message->payload);
   }
@@ -88,11 +111,21 @@ void LcmServer::WarnOfBadDatagrams() {
 
 void LcmServer::Answer(std::span<const std::uint8_t> query) {
   std::string problem;
+  const auto start = std::chrono::steady_clock::now();
   const auto snapshot = store_.Current();
   grouser_lcm::wheel_measured_t measured;
-  const auto response = AnswerLcm(*snapshot, query, &problem, &measured);
+  LcmOutcome outcome;
+  const auto response = AnswerLcm(*snapshot, query, &problem, &measured, &outcome);
+  if (outcome.model != nullptr) {
+    const auto* flags = reinterpret_cast<const std::uint32_t*>(response->flags.data());
+    metrics_.Answered(Transport::kLcm, *outcome.model->counters, {flags, response->flags.size()},
+                      std::chrono::steady_clock::now() - start);
+  } else {
+    metrics_.Refused(Transport::kLcm, outcome.code);
+  }
   if (!response) {
     const std::uint64_t count = ++malformed_;
+    counts_.not_queries.Set(count);
     if (WorthALine(count)) {
       spdlog::warn("lcm: message of {} bytes on {} is {} ({} such so far)", query.size(),
                    kLcmQueryChannel, problem, count);

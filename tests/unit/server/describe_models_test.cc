@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tests/unit/server/fake_model.h"
+#include "tests/unit/server/quick_served_model.h"
 
 namespace grouser::server {
 namespace {
@@ -16,30 +17,20 @@ using v1alpha1::GetModelResponse;
 using v1alpha1::ListModelsRequest;
 using v1alpha1::ListModelsResponse;
 
-/// A served model without the measurements of MakeServedModel, which take time.
 std::shared_ptr<const ServedModel> Serve(const std::string& name, int runs, int name_bytes) {
-  auto served = std::make_shared<ServedModel>();
-  served->message = testing::FakeMessage(name, 0.1);
-  served->message.mutable_soil()->set_name(std::string(name_bytes, 's'));
+  auto message = testing::FakeMessage(name, 0.1);
+  message.mutable_soil()->set_name(std::string(name_bytes, 's'));
   for (int i = 0; i < runs; ++i) {
-    auto* run = served->message.mutable_provenance()->add_runs();
+    auto* run = message.mutable_provenance()->add_runs();
     run->set_run_id("0123456789abcdef");
     run->set_file("0123456789abcdef.run.h5");
     run->set_sha256(std::string(64, 'a'));
     for (int k = 0; k < 6; ++k)
       run->add_mean(0.1 * k), run->add_standard_error(1), run->add_drift(1);
     for (int k = 0; k < 72; ++k) run->mutable_stress()->add_normal_pa(1e4 + k);
-    served->message.add_errors()->set_output("f_x");
+    message.add_errors()->set_output("f_x");
   }
-  served->digest = std::string(64, 'd');
-  served->reference = name + "@sha256:" + served->digest;
-  served->evaluator = testing::MakeFakeModel(served->message);
-  served->choice.model = served->evaluator.get();
-  served->choice.cost_ns = 1;
-  served->choice.radius_m = 0.1;
-  served->choice.hull = {-1, 1, 1, 10, 40, 0, 9.81};
-  served->pair = name;
-  return served;
+  return testing::QuickServedModel(std::move(message), std::string(64, 'd'));
 }
 
 Snapshot MakeSnapshot(int models, int runs = 0, int name_bytes = 8) {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "server/net/address.h"
+#include "server/net/call_records.h"
 #include "server/net/connection_table.h"
 #include "server/net/listener.h"
 #include "tests/unit/server/temp_dir.h"
@@ -45,6 +46,25 @@ TEST(AddressTest, ReadsAllForms) {
   }
   EXPECT_EQ(ParseAddress("unix:///run/x").path, "/run/x");
   EXPECT_EQ(ParseAddress("[::1]:7").host, "::1");
+}
+
+TEST(AddressTest, KnowsWhatOnlyThisMachineReaches) {
+  for (const char* text : {"127.0.0.1:1", "127.9.9.9:1", "localhost:1", "[::1]:1", "unix:/a"}) {
+    EXPECT_TRUE(ParseAddress(text).is_local()) << text;
+  }
+  for (const char* text : {"0.0.0.0:1", "128.0.0.1:1", "[::]:1", "rover:1", "127.evil:1"}) {
+    EXPECT_FALSE(ParseAddress(text).is_local()) << text;
+  }
+}
+
+TEST(RequestIdTest, TakesWhatIsHarmlessAndMakesUpTheRest) {
+  EXPECT_EQ(RequestIdOf("a-Z_0:9."), "a-Z_0:9.");
+  for (const std::string given : {"", "a b", "a\n", "\"", "\x80"}) {
+    EXPECT_THAT(RequestIdOf(given), ::testing::MatchesRegex("[0-9a-f]{16}")) << given;
+  }
+  EXPECT_EQ(RequestIdOf(std::string(64, 'x')).size(), 64u);
+  EXPECT_EQ(RequestIdOf(std::string(65, 'x')).size(), 16u);
+  EXPECT_NE(RequestIdOf(""), RequestIdOf(""));
 }
 
 TEST(ConnectionTableTest, CountsWhatIsStillTheSameSocket) {

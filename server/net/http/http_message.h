@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace grouser::server {
+
+/// A request that was read whole, within all limits.
+struct HttpRequest {
+  std::string method;         ///< "GET", "POST", ...
+  std::string path;           ///< without what follows '?'
+  std::string host;           ///< of the Host header, without a port
+  std::string content_type;   ///< without parameters, lower case
+  std::string authorization;  ///< passed on to gRPC as it is
+  std::string request_id;     ///< x-request-id, as RequestIdOf() has it
+  std::string body;
+};
+
+struct HttpAnswer {
+  int status = 200;
+  std::string content_type = "application/json";
+  std::string body;
+  std::string allow = "";  ///< of 405: the methods that are taken
+};
+
+/// Call it once, on the loop's thread.
+using HttpReply = std::function<void(HttpAnswer)>;
+using HttpHandler = std::function<void(const HttpRequest&, HttpReply)>;
+
+/// {"code": "NOT_FOUND", "message": "..."} with the status that HTTP has for a code of gRPC.
+HttpAnswer HttpError(int grpc_code, const std::string& message);
+
+}  // namespace grouser::server
