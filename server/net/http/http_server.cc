@@ -31,15 +31,13 @@ HttpServer::~HttpServer() {
 
 void HttpServer::Accept(int fd) {
   accepted_.Add();
-  if (sessions_.size() >= kMostConnections) {
+  while (sessions_.size() >= kMostConnections) {
     const auto oldest = std::ranges::min_element(sessions_, {}, [](const auto& session) {
       return std::pair(!session->waits(), session->waits_since());
     });
+    // All are being answered: one more, as far as the listener goes; the rest wait with the kernel.
+    if (!(*oldest)->waits()) break;
     closed_for_others_.Add();
-    if (!(*oldest)->waits()) {  // all are being answered
-      ::close(fd);
-      return;
-    }
     const auto session = *oldest;
     session->Close();
   }

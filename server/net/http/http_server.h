@@ -17,8 +17,9 @@ class HttpSession;
 
 /// HTTP/1.1 on the program's loop, for a few operators: everything is bounded. A request has a
 /// header of 8 KiB and a body of 1 MiB at most and must be there within 20 s of the last answer;
-/// an answer must be taken within 10 s. At most kMostConnections: a new one then takes the place
-/// of the one that has said nothing for longest, so that idle or slow clients keep nobody out.
+/// an answer must be taken within 10 s. Beyond kMostConnections a new one takes the place of the
+/// one that has said nothing for longest, so that idle or slow clients keep nobody out; while all
+/// are being answered there may be twice as many, and further ones wait.
 class HttpServer {
  public:
   static constexpr std::size_t kMostConnections = 24;
