@@ -2,10 +2,14 @@
 // set of candidate paths, over one long-lived stream.
 //
 //   planner_loop [HOST:PORT] [CYCLES]
+#include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
 
 #include "clients/cpp/terrain_client.h"
 #include "clients/cpp/wheel_states.h"
@@ -41,11 +45,22 @@ int FirstSafePath(const grouser::v1alpha1::WheelResponses& responses) {
   return -1;
 }
 
+int CyclesOf(std::string_view text) {
+  int cycles = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), cycles);
+  if (error != std::errc() || end != text.data() + text.size() || cycles < 1) {
+    throw std::invalid_argument("CYCLES: got '" + std::string(text) +
+                                "', expected a whole number of 1 or more");
+  }
+  return cycles;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
+  if (argc > 3) throw std::invalid_argument("expected planner_loop [HOST:PORT] [CYCLES]");
+  const int cycles = argc > 2 ? CyclesOf(argv[2]) : 10;
   const grouser::client::TerrainClient client(argc > 1 ? argv[1] : "127.0.0.1:50151");
-  const int cycles = argc > 2 ? std::atoi(argv[2]) : 10;
   const auto stream = client.OpenStream();
   grouser::v1alpha1::EvaluateWheelsRequest request;
   grouser::v1alpha1::EvaluateWheelsResponse response;
@@ -67,6 +82,9 @@ int main(int argc, char** argv) try {
   }
   stream->Finish();
   return 0;
+} catch (const std::invalid_argument& e) {
+  std::fprintf(stderr, "planner_loop: %s\n", e.what());
+  return 2;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "planner_loop: %s\n", e.what());
   return 1;

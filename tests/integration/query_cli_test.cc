@@ -134,6 +134,12 @@ TEST_F(QueryCliTest, ExampleRuns) {
   const auto example = testing::RunProgram("planner_loop", {server_->address(), "3"}, dir_.path());
   EXPECT_EQ(example.code, 0) << example.err;
   EXPECT_THAT(example.out, HasSubstr("cycle 2: 400 states"));
+  for (const char* cycles : {"3x", "x", "", "0", "-2", "99999999999", "1.5"}) {
+    const auto bad = testing::RunProgram("planner_loop", {server_->address(), cycles}, dir_.path());
+    EXPECT_EQ(bad.code, 2) << cycles;
+    EXPECT_THAT(bad.err, HasSubstr(std::string("CYCLES: got '") + cycles + "', expected"));
+    EXPECT_EQ(bad.out, "") << cycles;
+  }
 }
 
 TEST_F(QueryCliTest, BenchMeasuresEveryTransportAndBatch) {
