@@ -14,9 +14,9 @@ class OperatorService final : public v1alpha1::OperatorService::CallbackService 
   const v1alpha1::GetBuildInfoResponse& build() const { return build_; }
 
   grpc::ServerUnaryReactor* GetBuildInfo(grpc::CallbackServerContext* context,
-                                         const v1alpha1::GetBuildInfoRequest* /*request*/,
+                                         const v1alpha1::GetBuildInfoRequest* request,
                                          v1alpha1::GetBuildInfoResponse* response) override {
-    return AnswerNow(gate_, *context, "OperatorService/GetBuildInfo", [&] {
+    return AnswerNow(gate_, *context, "OperatorService/GetBuildInfo", *request, *response, [&] {
       *response = build_;
       return grpc::Status::OK;
     });
