@@ -2,6 +2,8 @@
 
 #include <iterator>
 
+#include "clients/cpp/credentials.h"
+
 namespace grouser::client {
 
 std::string StatusCodeName(int code) {
@@ -29,11 +31,16 @@ std::string StatusCodeName(int code) {
 ClientError::ClientError(grpc::StatusCode code, const std::string& text)
     : std::runtime_error(StatusCodeName(code) + ": " + text), code_(code) {}
 
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address) {
+void ThrowUnlessOk(const grpc::Status& status, const Server& server) {
   if (status.ok()) return;
   std::string text = status.error_message();
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
-    text += " (server " + address + "; is it running? ./grouser serve starts it)";
+    const std::string problem = TlsProblem(server);
+    text += " (server " + server.address + "; " +
+            (problem.empty() ? "is it running? ./grouser serve starts it" : problem) + ")";
+  }
+  if (status.error_code() == grpc::StatusCode::UNAUTHENTICATED) {
+    text += " (a caller shows who it is by --token-file, or by --tls-cert and --tls-key)";
   }
   throw ClientError(status.error_code(), text);
 }

@@ -25,18 +25,18 @@ class ClientError : public std::runtime_error {
 std::string StatusCodeName(int code);
 
 /// Throws ClientError unless `status` is OK; names the address when the server
-/// cannot be reached.
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address);
+/// cannot be reached, and what is wrong with TLS if that is why.
+void ThrowUnlessOk(const grpc::Status& status, const Server& server);
 
 /// The response to one unary call of a stub's method; throws as ThrowUnlessOk.
 template <class Stub, class Request, class Response>
 Response Call(Stub& stub,
               grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-              const Request& request, const std::string& address, Milliseconds deadline) {
+              const Request& request, const Server& server, Milliseconds deadline) {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline));
   Response response;
-  ThrowUnlessOk((stub.*method)(&context, request, &response), address);
+  ThrowUnlessOk((stub.*method)(&context, request, &response), server);
   return response;
 }
 

@@ -26,7 +26,7 @@ void WheelStreamSession::Finish() {
   v1alpha1::EvaluateWheelsResponse dropped;
   while (stream_->Read(&dropped)) {
   }
-  ThrowUnlessOk(stream_->Finish(), address_);
+  ThrowUnlessOk(stream_->Finish(), server_);
 }
 
 WheelStreamSession::~WheelStreamSession() {
@@ -35,10 +35,10 @@ WheelStreamSession::~WheelStreamSession() {
   stream_->Finish();
 }
 
-TerrainClient::TerrainClient(std::string address, Milliseconds deadline)
-    : address_(std::move(address)),
+TerrainClient::TerrainClient(Server server, Milliseconds deadline)
+    : server_(std::move(server)),
       deadline_(deadline),
-      stub_(v1alpha1::TerrainService::NewStub(MakeChannel(address_))) {}
+      stub_(v1alpha1::TerrainService::NewStub(MakeChannel(server_))) {}
 
 v1alpha1::EvaluateWheelsResponse TerrainClient::Evaluate(
     const v1alpha1::EvaluateWheelsRequest& request) const {
@@ -51,14 +51,14 @@ void TerrainClient::Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
                              v1alpha1::EvaluateWheelsResponse* response) const {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), address_);
+  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), server_);
 }
 
 v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
   v1alpha1::ListModelsResponse all;
   v1alpha1::ListModelsRequest request;
   do {
-    const auto page = Call(*stub_, &TerrainStub::ListModels, request, address_, deadline_);
+    const auto page = Call(*stub_, &TerrainStub::ListModels, request, server_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty());
@@ -69,12 +69,12 @@ v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
 v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) const {
   v1alpha1::GetModelRequest request;
   request.set_model(model);
-  return Call(*stub_, &TerrainStub::GetModel, request, address_, deadline_);
+  return Call(*stub_, &TerrainStub::GetModel, request, server_, deadline_);
 }
 
 std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {
   std::unique_ptr<WheelStreamSession> session(new WheelStreamSession);
-  session->address_ = address_;
+  session->server_ = server_;
   session->stream_ = stub_->StreamWheels(session->context_.get());
   return session;
 }

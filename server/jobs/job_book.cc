@@ -108,7 +108,8 @@ std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
 v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinementRequest& request,
                                                    const std::string& model,
                                                    const std::string& join_key,
-                                                   const v1alpha1::WheelTestSpec& spec) {
+                                                   const v1alpha1::WheelTestSpec& spec,
+                                                   const std::string& who) {
   if (auto known = Replay(request)) return *known;
   const auto same = std::find_if(open_.begin(), open_.end(),
                                  [&](const JobRow& row) { return row.join_key == join_key; });
@@ -137,6 +138,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     row.job.set_message("waiting for a worker");
     row.job.clear_eta();
     row.job.set_subscribers(1);
+    row.job.set_who(who);
     row.job.set_lease_epoch(1);
     *row.job.mutable_submit_time() = records::TimestampOf(clock_());
     Touch(row);

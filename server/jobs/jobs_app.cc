@@ -77,8 +77,8 @@ void JobsApp::RefuseWhenStopping() const {
   if (stopping_) throw StatusError(StatusCode::kUnavailable, "the jobs program is stopping");
 }
 
-v1alpha1::SubmitRefinementResponse JobsApp::Submit(
-    const v1alpha1::SubmitRefinementRequest& request) {
+v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                                   const std::string& who) {
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
@@ -94,7 +94,7 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(
   const auto loaded = surrogate::ReadModel(entry.path);
   const auto spec = BuildSpec(loaded.model, request);
   auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
-                               JoinKeyOf(entry.digest, spec), spec);
+                               JoinKeyOf(entry.digest, spec), spec, who);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
   return response;
@@ -137,7 +137,7 @@ void JobsApp::CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteR
 }
 
 v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& request,
-                                           const std::string& peer) {
+                                           const std::string& who) {
   RefuseWhenStopping();
   CheckPromote(request);
   const v1alpha1::Job job = book_.Get(request.job_id());
@@ -160,7 +160,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   };
   v1alpha1::PromoteRequest move = request;
   move.set_alias(alias);
-  if (move.who().empty()) move.set_who(peer);
+  move.set_who(request.who().empty() ? who : who + " (says: " + request.who() + ")");
   if (move.why().empty()) move.set_why("refinement " + job.job_id());
   decide(move);
   try {

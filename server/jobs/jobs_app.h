@@ -41,16 +41,17 @@ class JobsApp {
 
   SerialThread& thread() { return thread_; }
 
-  // Requests.
-  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request);
+  // Requests. `who`: the caller, as AccessPolicy knows it.
+  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
+                                            const std::string& who);
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
   v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request) {
     return book_.List(request);
   }
   v1alpha1::CancelJobResponse Cancel(const v1alpha1::CancelJobRequest& request);
-  /// `peer`: named as who where the request names nobody.
+  /// What the request calls itself is recorded after `who`, as what it says.
   v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request,
-                                    const std::string& peer);
+                                    const std::string& who);
   /// Tells the watcher the present state, then every change.
   void Watch(const v1alpha1::WatchJobRequest& request, const std::shared_ptr<JobWatcher>& watcher);
 

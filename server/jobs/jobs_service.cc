@@ -52,7 +52,9 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
-  return Answer(context, [this, request, response] { *response = app_.Submit(*request); });
+  return Answer(context, [this, request, response, who = policy_.CallerOf(*context).name] {
+    *response = app_.Submit(*request, who);
+  });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,
@@ -76,8 +78,13 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, [this, request, response, peer = context->peer()] {
-    *response = app_.Promote(*request, peer);
+  const Caller caller = policy_.CallerOf(*context);
+  if (request->override_gate()) {
+    const auto status = AccessPolicy::Require(caller, Role::kAdmin, "Promote with override_gate");
+    if (!status.ok()) return AnswerNow(gate_, *context, [&] { return status; });
+  }
+  return Answer(context, [this, request, response, who = caller.name] {
+    *response = app_.Promote(*request, who);
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include "grouser/v1alpha1/jobs_service.grpc.pb.h"
 #include "server/jobs/jobs_app.h"
+#include "server/net/access_policy.h"
 #include "server/net/call_gate.h"
 
 namespace grouser::server {
@@ -10,8 +11,9 @@ namespace grouser::server {
 /// thread and answers back; none of them waits for a disk.
 class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
  public:
-  /// Both outlive the service.
-  JobsServiceAdapter(JobsApp& app, CallGate& gate) : app_(app), gate_(gate) {}
+  /// All outlive the service.
+  JobsServiceAdapter(JobsApp& app, CallGate& gate, AccessPolicy& policy)
+      : app_(app), gate_(gate), policy_(policy) {}
 
   grpc::ServerUnaryReactor* SubmitRefinement(grpc::CallbackServerContext* context,
                                              const v1alpha1::SubmitRefinementRequest* request,
@@ -39,6 +41,7 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
 
   JobsApp& app_;
   CallGate& gate_;
+  AccessPolicy& policy_;
 };
 
 }  // namespace grouser::server

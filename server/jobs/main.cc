@@ -98,13 +98,14 @@ int Serve(Settings settings) {
   }
   settings.jobs.state_dir = fs::absolute(settings.jobs.state_dir).string();
 
+  AccessPolicy policy(settings.net);
   ServiceLoop loop;
   JobsApp app(settings.jobs, loop.context());
   CallGate gate;
-  JobsServiceAdapter service(app, gate);
+  JobsServiceAdapter service(app, gate, policy);
   // Listening comes before workers start: a port in use must cost nobody a run.
   GrpcServer server(settings.net, {{&service, v1alpha1::JobsService::service_full_name()}}, gate,
-                    [&loop] { loop.Fail(); });
+                    policy, [&loop] { loop.Fail(); });
   app.Start();
   const int code = loop.Run(server, settings.net.port_file, "ready grpc=" + server.address(),
                             [&app](auto done) { app.Stop(std::move(done)); });
@@ -130,8 +131,12 @@ int main(int argc, char** argv) {
   Describe(cli, settings);
   try {
     cli.parse(argc, argv);
+    settings.net.Validate();
   } catch (const CLI::ParseError& e) {
     return cli.exit(e, std::cout, std::cerr) == 0 ? 0 : 2;
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "grouser-jobs: %s\n", e.what());
+    return 2;
   }
   if (settings.jobs.state_dir.empty()) {
     std::fprintf(stderr, "grouser-jobs: --state: empty, expected a folder\n");

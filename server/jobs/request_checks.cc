@@ -103,8 +103,8 @@ void CheckPromote(const v1alpha1::PromoteRequest& request) {
   const std::string& alias = request.alias();
   const bool own = alias == "previous" || alias == "candidate";
   if (!alias.empty() && (own || !IsAliasName(alias))) {
-    Refuse("alias: '" + alias +
-           "', expected a lower-case name such as stable (not previous, not candidate)");
+    Refuse("alias: " + Quote(alias) +
+           ", expected a lower-case name such as stable (not previous, not candidate)");
   }
   CheckText("who", request.who(), 128);
   CheckText("why", request.why(), 1024);

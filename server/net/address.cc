@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/un.h>
 
+#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <stdexcept>
 
@@ -20,6 +21,13 @@ constexpr std::size_t kMaxPath = sizeof(sockaddr_un::sun_path) - 1;
 }
 
 }  // namespace
+
+bool Address::is_local() const {
+  if (is_unix() || host == "localhost") return true;
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(host, error);
+  return !error && address.is_loopback();  // of other names nobody knows what they mean tomorrow
+}
 
 std::string Address::Text() const {
   if (is_unix()) return "unix:" + path;

@@ -11,6 +11,8 @@ struct Address {
   std::string path;  ///< of a Unix domain socket; empty for a host
 
   bool is_unix() const { return !path.empty(); }
+  /// Reached from this machine alone: a path, localhost, or a loopback address.
+  bool is_local() const;
   /// As gRPC clients take it.
   std::string Text() const;
 };

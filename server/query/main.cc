@@ -128,6 +128,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     config.lcm = !no_lcm;
     config.Validate();
+    net.Validate();
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   } catch (const std::invalid_argument& e) {

@@ -23,8 +23,8 @@ class TerrainServer {
   /// read.
   TerrainServer(ServerConfig config, ModelFactory factory);
 
-  /// Opens gRPC and LCM. Throws std::runtime_error naming what cannot start.
-  /// `on_unreachable`: see GrpcServer.
+  /// Opens gRPC and LCM. Throws as AccessPolicy and GrpcServer, and std::runtime_error naming what
+  /// cannot start. `on_unreachable`: see GrpcServer.
   void Start(const NetOptions& options, std::function<void()> on_unreachable);
   /// "ready grpc=ADDR lcm=URL generation=G".
   std::string ReadyLine() const;
@@ -42,6 +42,7 @@ class TerrainServer {
   SnapshotStore store_;
   std::string last_failure_;  // said once, not every poll
   CallGate gate_;
+  std::unique_ptr<AccessPolicy> policy_;  // from Start on
   TerrainService service_;
   Fleet fleet_;
   VehicleService vehicle_service_;

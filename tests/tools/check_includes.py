@@ -53,7 +53,7 @@ RULES = {
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/((model|durable)_file\.h|os/)|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
-    "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|os/)", HEAVY + "|lcm/"),
+    "server/net": (r"server/(core|net)/|proto/records/((model_file|sha256)\.h|os/|yaml/)", HEAVY + "|lcm/"),
     "server/vehicle": (r"server/(core|net|vehicle)/|surrogate/(models|vehicle)/|grouser/v1alpha1/", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query|vehicle)/|surrogate/(models|model_io|vehicle)/"
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),

@@ -36,7 +36,7 @@ class JobBookTest : public ::testing::Test {
 
   SubmitRefinementResponse Submit(const SubmitRefinementRequest& request) {
     const auto spec = BuildSpec(BaseModel(), request);
-    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec);
+    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec, "someone");
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
