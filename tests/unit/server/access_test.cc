@@ -13,6 +13,7 @@
 #include "proto/records/sha256.h"
 #include "server/net/access_policy.h"
 #include "server/net/address.h"
+#include "server/net/grpc_status.h"
 #include "tests/unit/server/temp_dir.h"
 
 namespace grouser::server {
@@ -88,6 +89,15 @@ TEST(AddressTest, LocalIsWhatOnlyThisMachineReaches) {
                            "[::ffff:127.0.0.1]:1"}) {
     EXPECT_FALSE(ParseAddress(text).is_local()) << text;
   }
+}
+
+TEST(GrpcStatusTest, TextIsBoundedWhateverARequestHadInIt) {
+  std::string text = "x";
+  while (text.size() < 1'000'000) text += "\u00e9";
+  const std::string sent = ToGrpcStatus(Status::NotFound(text)).error_message();
+  EXPECT_LE(sent.size(), kMaxStatusBytes + 3);
+  EXPECT_EQ(sent.substr(sent.size() - 5), "\u00e9...") << "whole characters";
+  EXPECT_EQ(ToGrpcStatus(Status::NotFound("model: 'x'")).error_message(), "model: 'x'");
 }
 
 class RightsTest : public ::testing::Test {
