@@ -4,6 +4,8 @@
 #include <functional>
 #include <memory>
 
+#include "clients/cpp/access.h"
+
 namespace grouser::cli {
 
 inline constexpr int kExitOk = 0;
@@ -14,6 +16,7 @@ inline constexpr int kExitUsage = 2;
 struct Common {
   std::string server = "127.0.0.1:50151";  ///< grouser-server
   std::string jobs = "127.0.0.1:50152";    ///< grouser-jobs
+  client::Access access;                   ///< of both
   bool json = false;
   int deadline_ms = 10000;
 };

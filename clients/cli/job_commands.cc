@@ -26,7 +26,8 @@ struct SubmitOptions {
 };
 
 JobsClient MakeClient(const Common& common) {
-  return JobsClient(common.jobs, client::Milliseconds(common.deadline_ms));
+  return JobsClient(client::Server{common.jobs, common.access},
+                    client::Milliseconds(common.deadline_ms));
 }
 
 int Print(const Common& common, const Job& job) {
@@ -158,9 +159,9 @@ void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   })->required();
   AddField<std::string>(promote, "--alias", "Alias to move; default: stable",
                         [request](const auto& v) { request->set_alias(v); });
-  AddField<std::string>(promote, "--who", "Who decided", [request](const auto& v) {
-    request->set_who(v);
-  })->required();
+  AddField<std::string>(promote, "--who", "Who decided, recorded as what the caller says",
+                        [request](const auto& v) { request->set_who(v); })
+      ->required();
   AddField<std::string>(promote, "--why", "Why", [request](const auto& v) {
     request->set_why(v);
   })->required();

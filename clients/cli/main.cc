@@ -2,6 +2,7 @@
 #include <iostream>
 
 #include "clients/cli/commands.h"
+#include "clients/cpp/access_options.h"
 
 namespace {
 
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")
       ->capture_default_str();
+  grouser::client::AddAccessOptions(app, &common->access);
   app.add_flag("--json", common->json, "JSON on stdout");
   app.add_option("--deadline-ms", common->deadline_ms, "Limit of one call [ms]")
       ->check(CLI::PositiveNumber)
@@ -50,6 +52,9 @@ int main(int argc, char** argv) {
   try {
     return action();
   } catch (const CLI::ParseError& e) {  // a combination that makes no sense
+    std::cerr << "grouser-client: " << e.what() << "\n";
+    return kExitUsage;
+  } catch (const std::invalid_argument& e) {
     std::cerr << "grouser-client: " << e.what() << "\n";
     return kExitUsage;
   } catch (const std::exception& e) {

@@ -54,7 +54,8 @@ int ExitCodeOf(const v1alpha1::EvaluateWheelsResponse& response,
 }
 
 int RunQuery(const Common& common, const QueryOptions& options) {
-  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  const client::TerrainClient client(client::Server{common.server, common.access},
+                                     Milliseconds(common.deadline_ms));
   v1alpha1::EvaluateWheelsRequest request;
   request.set_model(options.model);
   request.set_values_only(options.values_only);
@@ -73,14 +74,16 @@ int RunQuery(const Common& common, const QueryOptions& options) {
 }
 
 int RunModels(const Common& common) {
-  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  const client::TerrainClient client(client::Server{common.server, common.access},
+                                     Milliseconds(common.deadline_ms));
   const auto response = client.ListModels();
   common.json ? PrintJson(response) : PrintModels(response);
   return kExitOk;
 }
 
 int RunModel(const Common& common, const std::string& model) {
-  const client::TerrainClient client(common.server, Milliseconds(common.deadline_ms));
+  const client::TerrainClient client(client::Server{common.server, common.access},
+                                     Milliseconds(common.deadline_ms));
   const auto response = client.GetModel(model);
   common.json ? PrintJson(response) : PrintModel(response);
   return kExitOk;
@@ -88,7 +91,7 @@ int RunModel(const Common& common, const std::string& model) {
 
 int RunHealth(const Common& common, const std::string& service) {
   const bool of_jobs = service == "jobs";
-  const bool serving = client::IsServing(of_jobs ? common.jobs : common.server, "",
+  const bool serving = client::IsServing({of_jobs ? common.jobs : common.server, common.access}, "",
                                          Milliseconds(common.deadline_ms));
   if (common.json) {
     fmt::print("{{\"serving\": {}}}\n", serving);

@@ -7,6 +7,7 @@
 #include <grpcpp/impl/codegen/proto_utils.h>  // protobuf messages as those of a call
 
 #include "clients/cpp/client_error.h"
+#include "clients/cpp/credentials.h"
 #include "grouser/v1alpha1/operator_service.grpc.pb.h"
 
 namespace grouser::client {
@@ -25,17 +26,9 @@ constexpr int kLastReconnectMs = 1000;
 // One try to connect may take so long.
 constexpr int kConnectMs = 1000;
 
-// http_proxy names a machine elsewhere: it cannot reach this one's loopback interface.
-bool IsLoopback(const std::string& address) {
-  for (const char* start : {"localhost:", "127.", "[::1]:"}) {
-    if (address.starts_with(start)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+std::shared_ptr<grpc::Channel> MakeChannel(const Server& server) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxReceiveBytes);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
@@ -44,15 +37,20 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
-  if (IsLoopback(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  // http_proxy names a machine elsewhere: it cannot reach this one's loopback interface.
+  if (IsLocal(server.address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return grpc::CreateCustomChannel(server.address, MakeCredentials(server), arguments);
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+  return MakeChannel(Server{address, {}});
 }
 
 std::chrono::system_clock::time_point DeadlineAfter(Milliseconds limit) {
   return std::chrono::system_clock::now() + limit;
 }
 
-bool IsServing(const std::string& address, const std::string& service, Milliseconds deadline) {
+bool IsServing(const Server& server, const std::string& service, Milliseconds deadline) {
   // HealthCheckRequest {string service = 1}; HealthCheckResponse {enum status = 1}. Debian ships
   // no generated code for them: these have the same bytes on the wire.
   google::protobuf::StringValue request;
@@ -60,7 +58,7 @@ bool IsServing(const std::string& address, const std::string& service, Milliseco
   google::protobuf::UInt32Value response;
   constexpr std::uint32_t kServing = 1;
   grpc::TemplatedGenericStub<google::protobuf::StringValue, google::protobuf::UInt32Value> stub(
-      MakeChannel(address));
+      MakeChannel(server));
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline));
   grpc::CompletionQueue queue;
@@ -72,14 +70,18 @@ bool IsServing(const std::string& address, const std::string& service, Milliseco
   void* tag = nullptr;
   bool ok = false;
   queue.Next(&tag, &ok);
-  ThrowUnlessOk(status, address);
+  ThrowUnlessOk(status, server);
   return response.value() == kServing;
 }
 
-v1alpha1::GetBuildInfoResponse GetBuildInfo(const std::string& address, Milliseconds deadline) {
-  const auto stub = v1alpha1::OperatorService::NewStub(MakeChannel(address));
+bool IsServing(const std::string& address, const std::string& service, Milliseconds deadline) {
+  return IsServing(Server{address, {}}, service, deadline);
+}
+
+v1alpha1::GetBuildInfoResponse GetBuildInfo(const Server& server, Milliseconds deadline) {
+  const auto stub = v1alpha1::OperatorService::NewStub(MakeChannel(server));
   return Call(*stub, &v1alpha1::OperatorService::Stub::GetBuildInfo,
-              v1alpha1::GetBuildInfoRequest(), address, deadline);
+              v1alpha1::GetBuildInfoRequest(), server, deadline);
 }
 
 }  // namespace grouser::client

@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "clients/cpp/credentials.h"
 #include "google/rpc/error_details.pb.h"
 #include "proto/records/status_code.h"
 
@@ -37,12 +38,17 @@ std::optional<Milliseconds> RetryAfter(const google::rpc::Status& error) {
   return std::nullopt;
 }
 
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address,
+void ThrowUnlessOk(const grpc::Status& status, const Server& server,
                    const grpc::ClientContext* context) {
   if (status.ok()) return;
   std::string text = status.error_message();
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
-    text += " (server " + address + "; is it running? ./grouser serve starts it)";
+    const std::string problem = TlsProblem(server);
+    text += " (server " + server.address + "; " +
+            (problem.empty() ? "is it running? ./grouser serve starts it" : problem) + ")";
+  }
+  if (status.error_code() == grpc::StatusCode::UNAUTHENTICATED) {
+    text += " (a caller shows who it is by --token-file, or by --tls-cert and --tls-key)";
   }
   throw ClientError(status.error_code(), text,
                     context != nullptr ? PushbackOf(*context) : std::nullopt);

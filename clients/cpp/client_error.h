@@ -28,8 +28,9 @@ class ClientError : public std::runtime_error {
 };
 
 /// Throws ClientError unless `status` is OK; names the address when the server
-/// cannot be reached. `context`: of the call that has ended, for its retry hint.
-void ThrowUnlessOk(const grpc::Status& status, const std::string& address,
+/// cannot be reached, and what is wrong with TLS if that is why. `context`: of the call that has
+/// ended, for its retry hint.
+void ThrowUnlessOk(const grpc::Status& status, const Server& server,
                    const grpc::ClientContext* context = nullptr);
 
 /// The retry hint of a message that was refused in band, on a stream.
@@ -39,11 +40,11 @@ std::optional<Milliseconds> RetryAfter(const google::rpc::Status& error);
 template <class Stub, class Request, class Response>
 Response Call(Stub& stub,
               grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-              const Request& request, const std::string& address, Milliseconds deadline) {
+              const Request& request, const Server& server, Milliseconds deadline) {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline));
   Response response;
-  ThrowUnlessOk((stub.*method)(&context, request, &response), address, &context);
+  ThrowUnlessOk((stub.*method)(&context, request, &response), server, &context);
   return response;
 }
 

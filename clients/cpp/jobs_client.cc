@@ -13,20 +13,20 @@ using Stub = v1alpha1::JobsService::Stub;
 
 }  // namespace
 
-JobsClient::JobsClient(std::string address, Milliseconds deadline)
-    : address_(std::move(address)),
+JobsClient::JobsClient(Server server, Milliseconds deadline)
+    : server_(std::move(server)),
       deadline_(deadline),
-      stub_(v1alpha1::JobsService::NewStub(MakeChannel(address_))) {}
+      stub_(v1alpha1::JobsService::NewStub(MakeChannel(server_))) {}
 
 v1alpha1::SubmitRefinementResponse JobsClient::Submit(
     const v1alpha1::SubmitRefinementRequest& request) const {
-  return Call(*stub_, &Stub::SubmitRefinement, request, address_, deadline_);
+  return Call(*stub_, &Stub::SubmitRefinement, request, server_, deadline_);
 }
 
 v1alpha1::Job JobsClient::Get(const std::string& job_id) const {
   v1alpha1::GetJobRequest request;
   request.set_job_id(job_id);
-  return Call(*stub_, &Stub::GetJob, request, address_, deadline_).job();
+  return Call(*stub_, &Stub::GetJob, request, server_, deadline_).job();
 }
 
 v1alpha1::ListJobsResponse JobsClient::List(int limit) const {
@@ -34,7 +34,7 @@ v1alpha1::ListJobsResponse JobsClient::List(int limit) const {
   v1alpha1::ListJobsRequest request;
   do {
     request.set_page_size(limit - all.jobs_size());
-    const auto page = Call(*stub_, &Stub::ListJobs, request, address_, deadline_);
+    const auto page = Call(*stub_, &Stub::ListJobs, request, server_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty() && all.jobs_size() < limit);
@@ -53,7 +53,7 @@ v1alpha1::Job JobsClient::Watch(const std::string& job_id,
   while (!stopped_here && reader->Read(&response)) stopped_here = !on_change(response.job());
   if (stopped_here) context.TryCancel();
   const grpc::Status status = reader->Finish();
-  if (!stopped_here) ThrowUnlessOk(status, address_, &context);
+  if (!stopped_here) ThrowUnlessOk(status, server_, &context);
   return std::move(*response.mutable_job());
 }
 
@@ -61,19 +61,19 @@ v1alpha1::Job JobsClient::Cancel(const std::string& job_id, const std::string& r
   v1alpha1::CancelJobRequest request;
   request.set_job_id(job_id);
   request.set_request_id(request_id);
-  return Call(*stub_, &Stub::CancelJob, request, address_, deadline_).job();
+  return Call(*stub_, &Stub::CancelJob, request, server_, deadline_).job();
 }
 
 v1alpha1::PromoteResponse JobsClient::Promote(const v1alpha1::PromoteRequest& request) const {
-  return Call(*stub_, &Stub::Promote, request, address_, deadline_);
+  return Call(*stub_, &Stub::Promote, request, server_, deadline_);
 }
 
 v1alpha1::AliasMove JobsClient::MoveAlias(const v1alpha1::MoveAliasRequest& request) const {
-  return Call(*stub_, &Stub::MoveAlias, request, address_, deadline_).move();
+  return Call(*stub_, &Stub::MoveAlias, request, server_, deadline_).move();
 }
 
 v1alpha1::AliasMove JobsClient::RollbackAlias(const v1alpha1::RollbackAliasRequest& request) const {
-  return Call(*stub_, &Stub::RollbackAlias, request, address_, deadline_).move();
+  return Call(*stub_, &Stub::RollbackAlias, request, server_, deadline_).move();
 }
 
 v1alpha1::ListAliasMovesResponse JobsClient::ListAliasMoves(const std::string& model,
@@ -83,7 +83,7 @@ v1alpha1::ListAliasMovesResponse JobsClient::ListAliasMoves(const std::string& m
   request.set_model(model);
   do {
     request.set_page_size(limit - all.moves_size());
-    const auto page = Call(*stub_, &Stub::ListAliasMoves, request, address_, deadline_);
+    const auto page = Call(*stub_, &Stub::ListAliasMoves, request, server_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty() && all.moves_size() < limit);
@@ -92,7 +92,7 @@ v1alpha1::ListAliasMovesResponse JobsClient::ListAliasMoves(const std::string& m
 }
 
 v1alpha1::PruneResponse JobsClient::Prune(const v1alpha1::PruneRequest& request) const {
-  return Call(*stub_, &Stub::Prune, request, address_, deadline_);
+  return Call(*stub_, &Stub::Prune, request, server_, deadline_);
 }
 
 }  // namespace grouser::client

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "clients/cpp/channel.h"
 #include "grouser/v1alpha1/jobs_service.grpc.pb.h"
@@ -13,7 +14,10 @@ namespace grouser::client {
 /// text when it fails. Meaning of the messages: jobs_service.proto.
 class JobsClient {
  public:
-  explicit JobsClient(std::string address, Milliseconds deadline = Milliseconds(10000));
+  explicit JobsClient(std::string address, Milliseconds deadline = Milliseconds(10000))
+      : JobsClient(Server{std::move(address), {}}, deadline) {}
+  /// Throws as MakeCredentials.
+  explicit JobsClient(Server server, Milliseconds deadline = Milliseconds(10000));
 
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request) const;
   v1alpha1::Job Get(const std::string& job_id) const;
@@ -33,7 +37,7 @@ class JobsClient {
   v1alpha1::PruneResponse Prune(const v1alpha1::PruneRequest& request) const;
 
  private:
-  std::string address_;
+  Server server_;
   Milliseconds deadline_;
   std::unique_ptr<v1alpha1::JobsService::Stub> stub_;
 };

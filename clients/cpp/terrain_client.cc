@@ -55,9 +55,9 @@ void WheelStreamSession::Finish() {
   if (late_) {
     throw ClientError(grpc::StatusCode::DEADLINE_EXCEEDED,
                       "no answer within " + std::to_string(receive_limit_.count()) +
-                          " ms on the stream (server " + address_ + ")");
+                          " ms on the stream (server " + server_.address + ")");
   }
-  ThrowUnlessOk(status, address_, context_.get());
+  ThrowUnlessOk(status, server_, context_.get());
 }
 
 WheelStreamSession::~WheelStreamSession() {
@@ -66,10 +66,10 @@ WheelStreamSession::~WheelStreamSession() {
   stream_->Finish();
 }
 
-TerrainClient::TerrainClient(std::string address, Milliseconds deadline)
-    : address_(std::move(address)),
+TerrainClient::TerrainClient(Server server, Milliseconds deadline)
+    : server_(std::move(server)),
       deadline_(deadline),
-      stub_(v1alpha1::TerrainService::NewStub(MakeChannel(address_))) {}
+      stub_(v1alpha1::TerrainService::NewStub(MakeChannel(server_))) {}
 
 v1alpha1::EvaluateWheelsResponse TerrainClient::Evaluate(
     const v1alpha1::EvaluateWheelsRequest& request) const {
@@ -82,14 +82,14 @@ void TerrainClient::Evaluate(const v1alpha1::EvaluateWheelsRequest& request,
                              v1alpha1::EvaluateWheelsResponse* response) const {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), address_, &context);
+  ThrowUnlessOk(stub_->EvaluateWheels(&context, request, response), server_, &context);
 }
 
 v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
   v1alpha1::ListModelsResponse all;
   v1alpha1::ListModelsRequest request;
   do {
-    const auto page = Call(*stub_, &TerrainStub::ListModels, request, address_, deadline_);
+    const auto page = Call(*stub_, &TerrainStub::ListModels, request, server_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty());
@@ -100,12 +100,12 @@ v1alpha1::ListModelsResponse TerrainClient::ListModels() const {
 v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) const {
   v1alpha1::GetModelRequest request;
   request.set_model(model);
-  return Call(*stub_, &TerrainStub::GetModel, request, address_, deadline_);
+  return Call(*stub_, &TerrainStub::GetModel, request, server_, deadline_);
 }
 
 std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {
   std::unique_ptr<WheelStreamSession> session(new WheelStreamSession(deadline_));
-  session->address_ = address_;
+  session->server_ = server_;
   session->stream_ = stub_->StreamWheels(session->context_.get());
   return session;
 }

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "clients/cpp/channel.h"
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
@@ -36,7 +37,7 @@ class WheelStreamSession {
   bool Read(v1alpha1::EvaluateWheelsResponse* response);
   void Watch(const std::stop_token& stop);
 
-  std::string address_;
+  Server server_;
   std::unique_ptr<grpc::ClientContext> context_ = std::make_unique<grpc::ClientContext>();
   std::unique_ptr<Stream> stream_;
   bool finished_ = false;
@@ -54,7 +55,10 @@ class WheelStreamSession {
 /// status and text when it fails.
 class TerrainClient {
  public:
-  explicit TerrainClient(std::string address, Milliseconds deadline = Milliseconds(5000));
+  explicit TerrainClient(std::string address, Milliseconds deadline = Milliseconds(5000))
+      : TerrainClient(Server{std::move(address), {}}, deadline) {}
+  /// Throws as MakeCredentials.
+  explicit TerrainClient(Server server, Milliseconds deadline = Milliseconds(5000));
 
   v1alpha1::EvaluateWheelsResponse Evaluate(const v1alpha1::EvaluateWheelsRequest& request) const;
   /// The same, reusing the memory of `response`.
@@ -67,10 +71,10 @@ class TerrainClient {
   /// when it is waited for.
   std::unique_ptr<WheelStreamSession> OpenStream() const;
 
-  const std::string& address() const { return address_; }
+  const std::string& address() const { return server_.address; }
 
  private:
-  std::string address_;
+  Server server_;
   Milliseconds deadline_;
   std::unique_ptr<v1alpha1::TerrainService::Stub> stub_;
 };

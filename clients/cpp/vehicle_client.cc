@@ -12,40 +12,40 @@ using VehicleStub = v1alpha1::VehicleService::Stub;
 
 }  // namespace
 
-VehicleClient::VehicleClient(std::string address, Milliseconds deadline)
-    : address_(std::move(address)),
+VehicleClient::VehicleClient(Server server, Milliseconds deadline)
+    : server_(std::move(server)),
       deadline_(deadline),
-      stub_(v1alpha1::VehicleService::NewStub(MakeChannel(address_))) {}
+      stub_(v1alpha1::VehicleService::NewStub(MakeChannel(server_))) {}
 
 v1alpha1::SolveResponse VehicleClient::Solve(const v1alpha1::SolveRequest& request) const {
-  return Call(*stub_, &VehicleStub::Solve, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::Solve, request, server_, deadline_);
 }
 v1alpha1::EnergyResponse VehicleClient::Energy(const v1alpha1::EnergyRequest& request) const {
-  return Call(*stub_, &VehicleStub::Energy, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::Energy, request, server_, deadline_);
 }
 v1alpha1::PlanSpeedResponse VehicleClient::PlanSpeed(
     const v1alpha1::PlanSpeedRequest& request) const {
-  return Call(*stub_, &VehicleStub::PlanSpeed, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::PlanSpeed, request, server_, deadline_);
 }
 void VehicleClient::PlanSpeed(const v1alpha1::PlanSpeedRequest& request,
                               v1alpha1::PlanSpeedResponse* response) const {
   grpc::ClientContext context;
   context.set_deadline(DeadlineAfter(deadline_));
-  ThrowUnlessOk(stub_->PlanSpeed(&context, request, response), address_, &context);
+  ThrowUnlessOk(stub_->PlanSpeed(&context, request, response), server_, &context);
 }
 v1alpha1::GradesResponse VehicleClient::Grades(const v1alpha1::GradesRequest& request) const {
-  return Call(*stub_, &VehicleStub::Grades, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::Grades, request, server_, deadline_);
 }
 v1alpha1::ConstantsResponse VehicleClient::Constants(
     const v1alpha1::ConstantsRequest& request) const {
-  return Call(*stub_, &VehicleStub::Constants, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::Constants, request, server_, deadline_);
 }
 
 v1alpha1::ListVehiclesResponse VehicleClient::ListVehicles() const {
   v1alpha1::ListVehiclesResponse all;
   v1alpha1::ListVehiclesRequest request;
   do {
-    const auto page = Call(*stub_, &VehicleStub::ListVehicles, request, address_, deadline_);
+    const auto page = Call(*stub_, &VehicleStub::ListVehicles, request, server_, deadline_);
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty());
@@ -56,7 +56,7 @@ v1alpha1::ListVehiclesResponse VehicleClient::ListVehicles() const {
 v1alpha1::GetVehicleResponse VehicleClient::GetVehicle(const std::string& vehicle) const {
   v1alpha1::GetVehicleRequest request;
   request.set_vehicle(vehicle);
-  return Call(*stub_, &VehicleStub::GetVehicle, request, address_, deadline_);
+  return Call(*stub_, &VehicleStub::GetVehicle, request, server_, deadline_);
 }
 
 void SetOptions(const vehicle::SpeedOptions& options, v1alpha1::PlanSpeedRequest* request) {

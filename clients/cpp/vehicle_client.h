@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "clients/cpp/channel.h"
 #include "grouser/v1alpha1/vehicle_service.grpc.pb.h"
@@ -13,7 +14,10 @@ namespace grouser::client {
 /// fails. surrogate/vehicle/messages.h makes motions and paths messages, and answers plain structs.
 class VehicleClient {
  public:
-  explicit VehicleClient(std::string address, Milliseconds deadline = Milliseconds(10000));
+  explicit VehicleClient(std::string address, Milliseconds deadline = Milliseconds(10000))
+      : VehicleClient(Server{std::move(address), {}}, deadline) {}
+  /// Throws as MakeCredentials.
+  explicit VehicleClient(Server server, Milliseconds deadline = Milliseconds(10000));
 
   v1alpha1::SolveResponse Solve(const v1alpha1::SolveRequest& request) const;
   v1alpha1::EnergyResponse Energy(const v1alpha1::EnergyRequest& request) const;
@@ -27,10 +31,10 @@ class VehicleClient {
   v1alpha1::ListVehiclesResponse ListVehicles() const;
   v1alpha1::GetVehicleResponse GetVehicle(const std::string& vehicle) const;
 
-  const std::string& address() const { return address_; }
+  const std::string& address() const { return server_.address; }
 
  private:
-  std::string address_;
+  Server server_;
   Milliseconds deadline_;
   std::unique_ptr<v1alpha1::VehicleService::Stub> stub_;
 };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/cpp/access.h"
 #include "surrogate/vehicle/messages.h"
 
 namespace grouser::cli {
@@ -56,6 +57,7 @@ std::unique_ptr<VehicleAnswers> AnswersOfFile(const std::string& file);
 struct VehicleServer {
   std::string address;
   int deadline_ms = 10000;
+  client::Access access;
 };
 /// The vehicle of a name on a server. Throws client::ClientError; std::runtime_error where this
 /// program was built without gRPC.

@@ -10,10 +10,12 @@ namespace {
 
 using namespace vehicle;
 
+client::Server ServerOf(const VehicleServer& s) { return {s.address, s.access}; }
+
 class ServerAnswers final : public VehicleAnswers {
  public:
   ServerAnswers(const VehicleServer& server, const std::string& name)
-      : client_(server.address, client::Milliseconds(server.deadline_ms)) {
+      : client_(ServerOf(server), client::Milliseconds(server.deadline_ms)) {
     const v1alpha1::GetVehicleResponse response = Ask(&VehicleClient::GetVehicle, name);
     described_ = FromMessage(response.vehicle());
   }
@@ -137,7 +139,7 @@ std::unique_ptr<VehicleAnswers> AnswersOfServer(const VehicleServer& server,
 }
 
 std::string ListVehicles(const VehicleServer& server) {
-  const client::VehicleClient client(server.address, client::Milliseconds(server.deadline_ms));
+  const client::VehicleClient client(ServerOf(server), client::Milliseconds(server.deadline_ms));
   std::string out;
   const v1alpha1::ListVehiclesResponse response = client.ListVehicles();
   for (const v1alpha1::VehicleInfo& v : response.vehicles()) {

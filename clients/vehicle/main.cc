@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "clients/cpp/access_options.h"
 #include "clients/vehicle/answers.h"
 #include "clients/vehicle/motion_options.h"
 #include "clients/vehicle/path_file.h"
@@ -144,6 +145,7 @@ int List(const Arguments& a) {
 void AddServer(CLI::App* app, Arguments* a) {
   app->add_option("--server", a->server.address,
                   "grouser-server that answers, HOST:PORT or unix:PATH");
+  grouser::client::AddAccessOptions(*app, &a->server.access);
   app->add_option("--deadline-ms", a->server.deadline_ms, "Limit of one call to it [ms]")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

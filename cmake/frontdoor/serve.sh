@@ -28,13 +28,17 @@ SIGTERM.
                      options given here, and the defaults above, go before it
   --max-connections N, --idle-s S, --drain-s S, --probe-s S   of both; see
                      grouser-server --help
+  --tls-cert FILE, --tls-key FILE, --tls-client-ca FILE, --rights FILE, --insecure,
+  --reflection       of both: who may reach them and do what; docs/security.md
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
 Examples:
   ./grouser serve
-  ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm
+  ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm \
+    --tls-cert server.pem --tls-key server.key
 then, elsewhere:
   ./grouser query --slip 0.2 --angle-deg 30 --load 24
-  ./grouser vehicle solve husky --soil asphalt --speed 0.8 --radius 2 --server 127.0.0.1:50151
+  ./grouser vehicle solve husky --soil asphalt --speed 0.8 --radius 2 --server robot.example:50151 \
+    --tls-ca ca.pem
 HELP
 }
 
@@ -78,6 +82,7 @@ word_serve() {
   while [ $# -gt 0 ]; do
     case "$1" in
       --no-lcm) server+=("$1"); lcm=1; shift; continue ;;
+      --insecure | --reflection) server+=("$1"); jobs+=("$1"); shift; continue ;;
       --*=*) set -- "${1%%=*}" "${1#*=}" "${@:2}" ;;
     esac
     [ $# -ge 2 ] || usage_error "serve: $1 needs a value, or is unknown; see ./grouser serve --help"
@@ -86,7 +91,8 @@ word_serve() {
       --shipped) shipped="$2" ;;
       --vehicles) vehicles+=("$1" "$2") ;;
       --grpc | --http | --port-file | --vehicle-threads) server+=("$1" "$2") ;;
-      --max-connections | --idle-s | --drain-s | --probe-s | --log-format | --log-slow-s | --config)
+      --max-connections | --idle-s | --drain-s | --probe-s | --log-format | --log-slow-s | --config | \
+        --tls-cert | --tls-key | --tls-client-ca | --rights)
         server+=("$1" "$2"); jobs+=("$1" "$2") ;;
       --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;
       --jobs-grpc) jobs+=(--grpc "$2") ;;

@@ -298,7 +298,7 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
     }
   }
   if (matches.size() == 1) return matches.front();
-  throw std::out_of_range("model: '" + reference + "' is " +
+  throw std::out_of_range("model: " + Quote(reference) + " is " +
                           (matches.empty() ? "unknown" : "ambiguous") +
                           "; known models: " + KnownNames(entries));
 }

@@ -93,9 +93,13 @@ void CheckFollowsStable(const Repository::Aliases& aliases, const Repository::En
 
 }  // namespace
 
+std::string WhoOf(const std::string& caller, const std::string& says) {
+  return says.empty() ? caller : caller + " (says: " + says + ")";
+}
+
 v1alpha1::MoveAliasResponse MoveAlias(Repository& repository,
                                       const v1alpha1::MoveAliasRequest& request,
-                                      const std::string& peer) {
+                                      const std::string& who) {
   const std::string alias = request.alias().empty() ? std::string(kDefaultAlias) : request.alias();
   CheckMovableAlias(alias);
   CheckWhoAndWhy(request.who(), request.why());
@@ -118,19 +122,19 @@ v1alpha1::MoveAliasResponse MoveAlias(Repository& repository,
       if (alias == kDefaultAlias) CheckFollowsStable(aliases, entry);
     }
     return Moved(repository.SetAlias(entry.name, alias, entry.digest,
-                                     request.who().empty() ? peer : request.who(), request.why()));
+                                     WhoOf(who, request.who()), request.why()));
   });
 }
 
 v1alpha1::MoveAliasResponse RollbackAlias(Repository& repository,
                                           const v1alpha1::RollbackAliasRequest& request,
-                                          const std::string& peer) {
+                                          const std::string& who) {
   const ModelReference parsed = ReadAlias(request.model(), /*all=*/false);
   CheckMovableAlias(std::string(parsed.alias));
   CheckWhoAndWhy(request.who(), request.why());
   return Asked([&] {
     return Moved(repository.Rollback(std::string(parsed.name), std::string(parsed.alias),
-                                     request.to(), request.who().empty() ? peer : request.who(),
+                                     request.to(), WhoOf(who, request.who()),
                                      request.why()));
   });
 }

@@ -60,10 +60,10 @@ std::optional<JobRow> JobBook::FindOpen(const std::string& job_id) const {
 
 std::optional<JobRow> JobBook::NextQueued() const {
   std::map<std::string, int> working;
-  for (const JobRow& row : open_) working[row.job.client()] += IsWorking(row.job.job_state());
+  for (const JobRow& row : open_) working[row.job.who()] += IsWorking(row.job.job_state());
   const auto place = [&](const JobRow& row) {
-    const auto turn = turns_.find(row.job.client());
-    return std::tuple(working[row.job.client()], turn == turns_.end() ? 0 : turn->second,
+    const auto turn = turns_.find(row.job.who());
+    return std::tuple(working[row.job.who()], turn == turns_.end() ? 0 : turn->second,
                       -row.job.priority());
   };
   const JobRow* next = nullptr;
@@ -79,7 +79,7 @@ void JobBook::CheckQueue(const std::string& client) const {
   for (const JobRow& row : open_) {
     if (row.job.job_state() != v1alpha1::JOB_STATE_QUEUED) continue;
     ++all;
-    own += row.job.client() == client;
+    own += row.job.who() == client;
   }
   const auto refuse = [](const std::string& whose, std::size_t wait, std::size_t most) {
     throw StatusError(StatusCode::kResourceExhausted,
@@ -130,7 +130,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
                                                    const std::string& model,
                                                    const std::string& join_key,
                                                    const v1alpha1::WheelTestSpec& spec,
-                                                   const std::string& client) {
+                                                   const std::string& who) {
   if (auto known = Replay(request)) return *known;
   const auto same = std::find_if(open_.begin(), open_.end(),
                                  [&](const JobRow& row) { return row.join_key == join_key; });
@@ -155,7 +155,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     row.job.set_message("waiting for a worker");
     row.job.clear_eta();
     row.job.set_subscribers(1);
-    row.job.set_client(client);
+    row.job.set_who(who);
     row.job.set_priority(request.priority());
     if (request.has_time_limit()) *row.job.mutable_time_limit() = request.time_limit();
     row.job.set_lease_epoch(1);
@@ -245,7 +245,7 @@ std::optional<JobRow> JobBook::Change(const std::string& job_id, std::uint64_t e
   }
   Touch(*row);
   if (!store_.Save(*row, epoch)) return std::nullopt;
-  if (from != to && to == v1alpha1::JOB_STATE_RUNNING) turns_[row->job.client()] = ++turn_;
+  if (from != to && to == v1alpha1::JOB_STATE_RUNNING) turns_[row->job.who()] = ++turn_;
   Adopt(*row, publish);
   return row;
 }

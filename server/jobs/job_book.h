@@ -39,7 +39,7 @@ class JobBook {
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
                                             const std::string& model, const std::string& join_key,
                                             const v1alpha1::WheelTestSpec& spec,
-                                            const std::string& client = "");
+                                            const std::string& who);
 
   /// Throws StatusError(kNotFound).
   v1alpha1::Job Get(const std::string& job_id);

@@ -125,7 +125,7 @@ void JobsApp::RefuseWhenStopping() const {
 }
 
 v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinementRequest& request,
-                                                   const std::string& client) {
+                                                   const std::string& who) {
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
@@ -142,7 +142,7 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   const auto spec = BuildSpec(loaded.model, request);
   CheckScene(loaded.model, spec);
   auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
-                               JoinKeyOf(entry.digest, spec), spec, client);
+                               JoinKeyOf(entry.digest, spec), spec, who);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
   return response;
@@ -187,7 +187,7 @@ void JobsApp::CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteR
 }
 
 v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& request,
-                                           const std::string& peer) {
+                                           const std::string& who) {
   RefuseWhenStopping();
   CheckPromote(request);
   const v1alpha1::Job job = book_.Get(request.job_id());
@@ -210,7 +210,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   };
   v1alpha1::PromoteRequest move = request;
   move.set_alias(alias);
-  if (move.who().empty()) move.set_who(peer);
+  move.set_who(WhoOf(who, request.who()));
   if (move.why().empty()) move.set_why("refinement " + job.job_id());
   decide(move);
   try {
@@ -226,15 +226,15 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
 }
 
 v1alpha1::MoveAliasResponse JobsApp::Move(const v1alpha1::MoveAliasRequest& request,
-                                          const std::string& peer) {
+                                          const std::string& who) {
   RefuseWhenStopping();
-  return MoveAlias(repository_, request, peer);
+  return MoveAlias(repository_, request, who);
 }
 
 v1alpha1::MoveAliasResponse JobsApp::Rollback(const v1alpha1::RollbackAliasRequest& request,
-                                              const std::string& peer) {
+                                              const std::string& who) {
   RefuseWhenStopping();
-  return RollbackAlias(repository_, request, peer);
+  return RollbackAlias(repository_, request, who);
 }
 
 v1alpha1::ListAliasMovesResponse JobsApp::ListMoves(

@@ -51,22 +51,21 @@ class JobsApp {
   void TellReadiness(std::function<void(std::vector<std::string>)> tell);
   void TellMetrics(std::function<void(MetricPage)> tell);
 
-  // Requests.
-  /// `client`: whose share of queue and workers it takes.
+  // Requests. `who`: the caller, as AccessPolicy knows it; whose share of queue and workers a job takes.
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
-                                            const std::string& client = "");
+                                            const std::string& who);
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
   v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request) {
     return book_.List(request);
   }
   v1alpha1::CancelJobResponse Cancel(const v1alpha1::CancelJobRequest& request);
-  /// `peer`: named as who where the request names nobody.
+  /// What the request calls itself is recorded after `who`, as what it says.
   v1alpha1::PromoteResponse Promote(const v1alpha1::PromoteRequest& request,
-                                    const std::string& peer);
+                                    const std::string& who);
   v1alpha1::MoveAliasResponse Move(const v1alpha1::MoveAliasRequest& request,
-                                   const std::string& peer);
+                                   const std::string& who);
   v1alpha1::MoveAliasResponse Rollback(const v1alpha1::RollbackAliasRequest& request,
-                                       const std::string& peer);
+                                       const std::string& who);
   v1alpha1::ListAliasMovesResponse ListMoves(const v1alpha1::ListAliasMovesRequest& request);
   v1alpha1::PruneResponse Prune(const v1alpha1::PruneRequest& request);
   /// Tells the watcher the present state, then every change.

@@ -10,20 +10,6 @@
 
 namespace grouser::server {
 namespace {
-
-/// Whose share of queue and workers a call takes: the identity that TLS has shown, else the
-/// machine (or "unix"), for ports change with every connection.
-std::string ClientOf(const grpc::CallbackServerContext& context) {
-  const auto auth = context.auth_context();
-  if (auth != nullptr && auth->IsPeerAuthenticated() && !auth->GetPeerIdentity().empty()) {
-    const grpc::string_ref identity = auth->GetPeerIdentity().front();
-    return {identity.data(), identity.size()};
-  }
-  const std::string peer = context.peer();
-  if (peer.starts_with("unix")) return "unix";
-  return peer.substr(0, peer.rfind(':'));
-}
-
 const Status kBusy{StatusCode::kResourceExhausted,
                    "requests: " + std::to_string(SerialThread::kMaxWaiting) +
                        " wait already, expected fewer; try again later"};
@@ -67,12 +53,28 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
   return call;
 }
 
+template <typename Request, typename Response, typename Run>
+grpc::ServerUnaryReactor* JobsServiceAdapter::AnswerMove(grpc::CallbackServerContext* context,
+                                                         std::string_view method,
+                                                         const Request* request,
+                                                         Response* response, Run run) {
+  const Caller caller = policy_.CallerOf(*context);
+  if (request->override_gate()) {
+    const auto status =
+        AccessPolicy::Require(caller, Role::kAdmin, std::string(method) + " with override_gate");
+    if (!status.ok()) {
+      return AnswerNow(gate_, *context, method, *request, *response, [&] { return status; });
+    }
+  }
+  return Answer(context, method, request, response, [run, who = caller.name] { run(who); });
+}
+
 grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
     grpc::CallbackServerContext* context, const v1alpha1::SubmitRefinementRequest* request,
     v1alpha1::SubmitRefinementResponse* response) {
   return Answer(context, "JobsService/SubmitRefinement", request, response,
-                [this, request, response, client = ClientOf(*context)] {
-                  *response = app_.Submit(*request, client);
+                [this, request, response, who = policy_.CallerOf(*context).name] {
+                  *response = app_.Submit(*request, who);
                 });
 }
 
@@ -100,10 +102,19 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::CancelJob(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContext* context,
                                                       const v1alpha1::PromoteRequest* request,
                                                       v1alpha1::PromoteResponse* response) {
-  return Answer(context, "JobsService/Promote", request, response,
-                [this, request, response, peer = context->peer()] {
-    *response = app_.Promote(*request, peer);
-  });
+  return AnswerMove(context, "JobsService/Promote", request, response,
+                    [this, request, response](const std::string& who) {
+                      *response = app_.Promote(*request, who);
+                    });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
+                                                        const v1alpha1::MoveAliasRequest* request,
+                                                        v1alpha1::MoveAliasResponse* response) {
+  return AnswerMove(context, "JobsService/MoveAlias", request, response,
+                    [this, request, response](const std::string& who) {
+                      *response = app_.Move(*request, who);
+                    });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
@@ -117,9 +128,10 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
     grpc::CallbackServerContext* context, const v1alpha1::RollbackAliasRequest* request,
     v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, "JobsService/RollbackAlias", request, response, [this, request, response, peer = context->peer()] {
-    *response = app_.Rollback(*request, peer);
-  });
+  return Answer(context, "JobsService/RollbackAlias", request, response,
+                [this, request, response, who = policy_.CallerOf(*context).name] {
+                  *response = app_.Rollback(*request, who);
+                });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListAliasMoves(

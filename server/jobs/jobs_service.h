@@ -2,6 +2,7 @@
 
 #include "grouser/v1alpha1/jobs_service.grpc.pb.h"
 #include "server/jobs/jobs_app.h"
+#include "server/net/access_policy.h"
 #include "server/net/call_gate.h"
 
 namespace grouser::server {
@@ -10,8 +11,9 @@ namespace grouser::server {
 /// thread and answers back; none of them waits for a disk.
 class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
  public:
-  /// Both outlive the service.
-  JobsServiceAdapter(JobsApp& app, CallGate& gate) : app_(app), gate_(gate) {}
+  /// All outlive the service.
+  JobsServiceAdapter(JobsApp& app, CallGate& gate, AccessPolicy& policy)
+      : app_(app), gate_(gate), policy_(policy) {}
 
   grpc::ServerUnaryReactor* SubmitRefinement(grpc::CallbackServerContext* context,
                                              const v1alpha1::SubmitRefinementRequest* request,
@@ -49,9 +51,15 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   template <typename Request, typename Response, typename Run>
   grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, std::string_view method,
                                    const Request* request, Response* response, Run run);
+  /// The same for what moves an alias: `run` is told who asks; against the gate an admin alone may.
+  template <typename Request, typename Response, typename Run>
+  grpc::ServerUnaryReactor* AnswerMove(grpc::CallbackServerContext* context,
+                                       std::string_view method, const Request* request,
+                                       Response* response, Run run);
 
   JobsApp& app_;
   CallGate& gate_;
+  AccessPolicy& policy_;
 };
 
 }  // namespace grouser::server

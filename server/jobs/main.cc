@@ -144,24 +144,26 @@ int Serve(Settings settings) {
   }
   settings.jobs.state_dir = fs::absolute(settings.jobs.state_dir).string();
 
+  AccessPolicy policy(settings.net);
   ServiceLoop loop;
   JobsApp app(settings.jobs, loop.context());
   CallGate gate;
   gate.records().SetLog(settings.log);
-  JobsServiceAdapter service(app, gate);
+  JobsServiceAdapter service(app, gate, policy);
   OperatorService operator_service(MakeJobsBuildInfo(), gate);
   const std::string jobs_name = v1alpha1::JobsService::service_full_name();
   const std::string operator_name = v1alpha1::OperatorService::service_full_name();
   // Listening comes before workers start: a port in use must cost nobody a run.
   GrpcServer server(settings.net, {{&service, jobs_name}, {&operator_service, operator_name}}, gate,
-                    [&loop] { loop.Fail(); });
+                    policy, [&loop] { loop.Fail(); });
   std::unique_ptr<OperatorEndpoint> endpoint;
   if (!settings.http.http.empty()) {
     OperatorView view{[&app](auto tell) { app.TellReadiness(std::move(tell)); },
                       [&app](auto tell) { app.TellMetrics(std::move(tell)); },
                       [&loop] { return loop.draining(); },
-                      // Whoever reaches gRPC may call all, and so may these.
-                      [](const auto&, const auto&) { return grpc::Status::OK; },
+                      [&policy](const auto& path, const auto& request) {
+                        return AdmitOverHttp(policy, path, request);
+                      },
                       operator_service.build()};
     endpoint = std::make_unique<OperatorEndpoint>(
         loop.context(), settings.http, server, gate,
@@ -199,6 +201,7 @@ int main(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
     settings.http.Validate();
+    settings.net.Validate();
   } catch (const CLI::ParseError& e) {
     return cli.exit(e, std::cout, std::cerr) == 0 ? 0 : 2;
   } catch (const std::invalid_argument& e) {

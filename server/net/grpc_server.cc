@@ -2,8 +2,9 @@
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/impl/server_builder_option.h>
+#include <grpcpp/impl/server_builder_plugin.h>
 #include <grpcpp/resource_quota.h>
-#include <grpcpp/security/server_credentials.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <stdexcept>
 
 #include "proto/records/os/descriptor_limit.h"
+#include "server/net/server_credentials.h"
 
 namespace grouser::server {
 namespace {
@@ -59,6 +61,16 @@ LoadControl::Limits LoadLimits(const NetOptions& options) {
   return {bytes, ToMilliseconds(options.answer_s)};
 }
 
+/// Takes reflection out again, which every builder gets by its library alone.
+class WithoutReflection final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments*) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins,
+                  [](const auto& plugin) { return plugin->name() == "proto_server_reflection"; });
+  }
+};
+
 std::size_t MostConnections(const NetOptions& options) {
   const std::size_t limit = os::RaiseDescriptorLimit();
   const std::size_t room = limit - std::min(kReservedDescriptors, limit / 2);
@@ -80,7 +92,7 @@ std::string Reachable(Address address) {
 }  // namespace
 
 GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService>& services,
-                       CallGate& gate, std::function<void()> on_unreachable)
+                       CallGate& gate, AccessPolicy& policy, std::function<void()> on_unreachable)
     : options_(options), gate_(gate), keeper_(loop_, gate.load()) {
   // Both are registries of gRPC itself and must be set before a builder exists.
   grpc::EnableDefaultHealthCheckService(true);
@@ -88,13 +100,15 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
   grpc::ServerBuilder builder;
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
-      grpc::InsecureServerCredentials());
+      MakeServerCredentials(options_.tls, policy));
   for (const NamedService& s : services) {
+    CheckTableCovers(s.name);
     builder.RegisterService(s.service);
     gate_.records().AddService(s.name);
   }
   SetLimits(builder, options_);
   gate.load().SetLimits(LoadLimits(options_));
+  if (!options_.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   listener_ = std::make_unique<Listener>(
       loop_, ParseAddress(options_.grpc), MostConnections(options_), [this](int listener, int fd) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
@@ -111,8 +125,8 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
   thread_ = std::jthread([this] { loop_.run(); });
   if (options_.probe_s > 0) {
     probe_.emplace(
-        Reachable(listener_->address()), std::chrono::duration<double>(options_.probe_s),
-        [this] { return listener_->full(); },
+        Reachable(listener_->address()), MakeProbeCredentials(options_.tls),
+        std::chrono::duration<double>(options_.probe_s), [this] { return listener_->full(); },
         [on_unreachable = std::move(on_unreachable)] {
           spdlog::critical("grpc: new clients cannot reach this program: it ends");
           ::alarm(kLastResortS);

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/net/access_policy.h"
 #include "server/net/call_gate.h"
 #include "server/net/listener.h"
 #include "server/net/load_keeper.h"
@@ -24,16 +25,18 @@ struct NamedService {
   std::string name;
 };
 
-/// Services on one address, with the standard health service and reflection:
+/// Services on one address, with the standard health service, and reflection if
+/// asked for:
 /// the gRPC side of both programs. Connections are accepted by a Listener.
 class GrpcServer {
  public:
   /// Serves. The services pass their calls through `gate`; all outlive the server.
   /// `on_unreachable`: on a thread of the server, when new clients cannot get
-  /// through any more; the program should Drain() and end. Throws
-  /// std::runtime_error "grpc: ADDR: ..." when it cannot listen.
+  /// through any more; the program should Drain() and end. `policy` judges every
+  /// call and outlives the server. Throws std::runtime_error "grpc: ADDR: ..."
+  /// when it cannot listen; as ReadTls.
   GrpcServer(const NetOptions& options, const std::vector<NamedService>& services, CallGate& gate,
-             std::function<void()> on_unreachable);
+             AccessPolicy& policy, std::function<void()> on_unreachable);
   ~GrpcServer();
 
   /// With the port that was taken.

@@ -1,10 +1,32 @@
 #include "server/net/net_options.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <stdexcept>
 
 #include "server/net/address.h"
+#include "server/net/rights_file.h"
 
 namespace grouser::server {
+
+void NetOptions::AddSecurityTo(CLI::App& app) {
+  auto* certificate = app.add_option("--tls-cert", tls.certificates,
+                                     "Certificate in PEM, then those that sign it: serve TLS");
+  auto* key = app.add_option("--tls-key", tls.key, "Its key in PEM, without a password");
+  certificate->needs(key);
+  key->needs(certificate);
+  app.add_option("--tls-client-ca", tls.client_ca,
+                 "Certificates in PEM of who signs clients' certificates: callers need one, or a "
+                 "token of the rights file")
+      ->needs(certificate);
+  app.add_option(
+      "--rights", rights,
+      "YAML file: who may read, submit, promote, administer; without one callers of this "
+      "machine may do all, others read");
+  app.add_flag("--insecure", insecure, "Plaintext, although other machines reach the address");
+  app.add_flag("--reflection", reflection, "Clients may ask for the services' descriptions");
+}
 
 void NetOptions::AddTo(CLI::App& app) {
   app.add_option("--grpc", grpc,
@@ -51,6 +73,24 @@ void NetOptions::AddTo(CLI::App& app) {
                  "times in a row; 0: never [s]")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
+  AddSecurityTo(app);
+}
+
+void NetOptions::Validate() const {
+  const Address address = ParseAddress(grpc);
+  if (!address.is_local() && !tls.given() && !insecure) {
+    throw std::invalid_argument(fmt::format(
+        "--grpc {}: other machines reach it, and nothing would be encrypted; expected --tls-cert "
+        "and --tls-key, or an address of this machine alone such as 127.0.0.1:{}, or --insecure "
+        "to serve plaintext all the same",
+        grpc, address.port));
+  }
+  try {
+    if (tls.given()) ReadTls(tls);
+    if (!rights.empty()) ReadRights(rights);
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(e.what());
+  }
 }
 
 }  // namespace grouser::server

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "server/net/tls_files.h"
+
 namespace CLI {
 class App;
 }
@@ -27,8 +29,18 @@ struct NetOptions {
   /// An answer that its client does not take within it is cancelled.
   double answer_s = 10;
   int max_receive_bytes = 4 * 1024 * 1024;
+  TlsFiles tls;
+  std::string rights;       ///< file of who may do what; empty: see AccessPolicy
+  bool insecure = false;    ///< plaintext although other machines reach it
+  bool reflection = false;  ///< clients may ask for the services' descriptions
 
   void AddTo(CLI::App& app);
+  /// Throws std::invalid_argument where plaintext would leave the machine and
+  /// nobody asked for that, and for a bad file of TLS or of rights.
+  void Validate() const;
+
+ private:
+  void AddSecurityTo(CLI::App& app);
 };
 
 }  // namespace grouser::server

@@ -10,12 +10,13 @@
 namespace grouser::server {
 namespace {
 
-grpc::Status AskHealth(const std::string& address, const std::stop_token& stop) {
+grpc::Status AskHealth(const std::string& address,
+                       const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+                       const std::stop_token& stop) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // a new connection each time
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  grpc::GenericStub stub(
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+  grpc::GenericStub stub(grpc::CreateCustomChannel(address, credentials, arguments));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + SelfProbe::kDeadline);
   const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
@@ -35,8 +36,9 @@ grpc::Status AskHealth(const std::string& address, const std::stop_token& stop) 
 
 }  // namespace
 
-SelfProbe::SelfProbe(std::string address, std::chrono::duration<double> period,
-                     std::function<bool()> skip, std::function<void()> on_unreachable)
+SelfProbe::SelfProbe(std::string address, std::shared_ptr<grpc::ChannelCredentials> credentials,
+                     std::chrono::duration<double> period, std::function<bool()> skip,
+                     std::function<void()> on_unreachable)
     : thread_([=](const std::stop_token& stop) {
         std::mutex mutex;
         std::condition_variable_any wake;
@@ -45,7 +47,7 @@ SelfProbe::SelfProbe(std::string address, std::chrono::duration<double> period,
           wake.wait_for(lock, stop, period, [] { return false; });
           if (stop.stop_requested()) return;
           if (skip()) continue;
-          const grpc::Status status = AskHealth(address, stop);
+          const grpc::Status status = AskHealth(address, credentials, stop);
           if (stop.stop_requested()) return;
           failures = status.ok() ? 0 : failures + 1;
           if (status.ok()) continue;

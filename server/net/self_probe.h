@@ -1,7 +1,10 @@
 #pragma once
 
+#include <grpcpp/security/credentials.h>
+
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 
@@ -16,7 +19,8 @@ class SelfProbe {
 
   /// Skips a turn while `skip` holds. Calls `on_unreachable` once, then stops.
   /// Both on a thread of its own.
-  SelfProbe(std::string address, std::chrono::duration<double> period, std::function<bool()> skip,
+  SelfProbe(std::string address, std::shared_ptr<grpc::ChannelCredentials> credentials,
+            std::chrono::duration<double> period, std::function<bool()> skip,
             std::function<void()> on_unreachable);
 
  private:

@@ -86,8 +86,10 @@ int Serve(ServerConfig config, const NetOptions& net, const HttpOptions& http,
     OperatorView view{[&server](const auto& tell) { tell(server.WhyNotReady()); },
                       [&server](const auto& tell) { tell(server.Metrics()); },
                       [&loop] { return loop.draining(); },
-                      // Whoever reaches gRPC may call all, and so may these.
-                      [](const auto&, const auto&) { return grpc::Status::OK; }, server.build()};
+                      [&server](const auto& path, const auto& request) {
+                        return AdmitOverHttp(server.policy(), path, request);
+                      },
+                      server.build()};
     endpoint =
         std::make_unique<OperatorEndpoint>(loop.context(), http, server.grpc(), server.gate(),
                                            TerrainServer::ServiceNames(), std::move(view));
@@ -161,6 +163,7 @@ int main(int argc, char** argv) {
     config.lcm = !no_lcm;
     config.Validate();
     http.Validate();
+    net.Validate();
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   } catch (const std::invalid_argument& e) {

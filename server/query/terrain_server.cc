@@ -41,7 +41,9 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
 void TerrainServer::Start(const NetOptions& options, std::function<void()> on_unreachable) {
   const std::vector<NamedService> services = {
       {&service_, kTerrain}, {&vehicle_service_, kVehicles}, {&operator_service_, kOperator}};
-  grpc_ = std::make_unique<GrpcServer>(options, services, gate_, std::move(on_unreachable));
+  policy_ = std::make_unique<AccessPolicy>(options);
+  grpc_ =
+      std::make_unique<GrpcServer>(options, services, gate_, *policy_, std::move(on_unreachable));
   if (config_.lcm) {
     lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_, metrics_);
   }

@@ -27,8 +27,8 @@ class TerrainServer {
   /// read.
   TerrainServer(ServerConfig config, ModelFactory factory);
 
-  /// Opens gRPC and LCM. Throws std::runtime_error naming what cannot start.
-  /// `on_unreachable`: see GrpcServer.
+  /// Opens gRPC and LCM. Throws as AccessPolicy and GrpcServer, and std::runtime_error naming what
+  /// cannot start. `on_unreachable`: see GrpcServer.
   void Start(const NetOptions& options, std::function<void()> on_unreachable);
   /// "ready grpc=ADDR lcm=URL generation=G".
   std::string ReadyLine() const;
@@ -42,6 +42,8 @@ class TerrainServer {
   std::vector<std::string> WhyNotReady() const;
   /// Any thread, once it was started.
   MetricPage Metrics() const;
+  /// From Start on.
+  AccessPolicy& policy() { return *policy_; }
   CallGate& gate() { return gate_; }
   const v1alpha1::GetBuildInfoResponse& build() const { return operator_service_.build(); }
   static const std::vector<std::string>& ServiceNames();
@@ -58,6 +60,7 @@ class TerrainServer {
   mutable std::mutex unresolved_mutex_;
   std::vector<std::string> unresolved_;
   CallGate gate_;
+  std::unique_ptr<AccessPolicy> policy_;  // from Start on
   TerrainService service_;
   Fleet fleet_;
   VehicleService vehicle_service_;

@@ -97,6 +97,7 @@ TEST_F(JobsServiceTest, SubmitWatchCandidatePromote) {
   const auto status = Promote(PromotionOf(job.job_id()), &promoted);
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(promoted.job().job_state(), JOB_STATE_DONE);
+  EXPECT_EQ(promoted.job().who(), "local");
   watcher.join();
   EXPECT_TRUE(watch.ok() || watch.error_code() == grpc::StatusCode::CANCELLED);
   ASSERT_FALSE(states.empty());
@@ -104,7 +105,8 @@ TEST_F(JobsServiceTest, SubmitWatchCandidatePromote) {
   const auto repo = repository();
   EXPECT_EQ(repo.Resolve("cmu-smooth-62.5").digest, fitted.candidate_digest());
   EXPECT_EQ(repo.Resolve("cmu-smooth-62.5@previous").digest, base_digest_);
-  EXPECT_EQ(repo.ReadAliases().history.back().who, "a tester");
+  EXPECT_EQ(repo.ReadAliases().history.back().who, "local (says: a tester)")
+      << "who comes from the connection, not from the request";
   EXPECT_EQ(repo.ReadAliases().generation, promoted.generation());
 
   PromoteResponse again;
@@ -352,7 +354,7 @@ std::string CallRaw(const std::string& address, const std::string& method,
 }
 
 TEST_F(JobsServiceTest, HealthAndReflectionAnswer) {
-  StartJobs();
+  StartJobs({"--reflection"});
   EXPECT_EQ(CallRaw(address_, "/grpc.health.v1.Health/Check", ""), "\x08\x01") << "SERVING";
   // ServerReflectionRequest{list_services: "*"}
   EXPECT_THAT(CallRaw(address_, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",

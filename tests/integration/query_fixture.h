@@ -25,6 +25,7 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
+  int pid() const { return pid_; }
   void Signal(int number);
   /// Exit code, or 128 + the signal that ended it.
   int Wait();

@@ -47,7 +47,8 @@ class QueryServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
     digest_ = testing::MakeStable(dir_.path(), testing::PhysicsModel("sand"));
-    server_ = std::make_unique<testing::ServerProcess>(dir_.path());
+    server_ = std::make_unique<testing::ServerProcess>(
+        dir_.path(), std::vector<std::string>{"--no-lcm", "--reflection"});
     client_ = std::make_unique<TerrainClient>(server_->address(), client::Milliseconds(30000));
   }
 

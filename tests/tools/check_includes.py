@@ -53,7 +53,7 @@ RULES = {
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/((model|durable)_file\.h|status_code\.h|os/)|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
-    "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|message_json\.h|status_code\.h|os/|yaml/)"
+    "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|sha256\.h|message_json\.h|status_code\.h|os/|yaml/)"
                    r"|google/rpc/|surrogate/models/isa\.h|grouser/v1alpha1/operator_service", HEAVY + "|lcm/"),
     "server/vehicle": (r"server/(core|net|vehicle)/|surrogate/(models|vehicle)/|grouser/v1alpha1/", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query|vehicle)/|surrogate/(models|model_io|vehicle)/"

@@ -153,4 +153,11 @@ void JsonCalls::Reply(Call* call, HttpAnswer answer) {
   ended_.notify_all();
 }
 
+grpc::Status AdmitOverHttp(AccessPolicy& policy, std::string_view path,
+                           const HttpRequest& request) {
+  Evidence evidence;
+  if (!request.authorization.empty()) evidence.authorization.push_back(request.authorization);
+  return policy.Admit(path, evidence);
+}
+
 }  // namespace grouser::server

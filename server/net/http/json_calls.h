@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "server/net/access_policy.h"
 #include "server/net/call_records.h"
 #include "server/net/http/http_message.h"
 
@@ -57,5 +58,8 @@ class JsonCalls {
   std::set<Call*> calls_;
   boost::asio::thread_pool worker_{1};
 };
+
+/// What AccessPolicy says of a call that comes over HTTP, with its header `authorization`.
+grpc::Status AdmitOverHttp(AccessPolicy& policy, std::string_view path, const HttpRequest& request);
 
 }  // namespace grouser::server

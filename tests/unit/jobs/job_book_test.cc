@@ -35,7 +35,7 @@ class JobBookTest : public ::testing::Test {
   }
 
   SubmitRefinementResponse Submit(const SubmitRefinementRequest& request,
-                                  const std::string& client = "") {
+                                  const std::string& client = "someone") {
     const auto spec = BuildSpec(BaseModel(), request);
     return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec, client);
   }

@@ -83,7 +83,7 @@ class Life {
   }
 
   std::string Submit(const SubmitRefinementRequest& request = Request("a")) {
-    return Ask([&](JobsApp& app) { return app.Submit(request).job().job_id(); });
+    return Ask([&](JobsApp& app) { return app.Submit(request, "a tester").job().job_id(); });
   }
   void Await(const std::string& job_id, JobState state) {
     GetJobRequest request;
