@@ -102,8 +102,8 @@ int RunHealth(const Common& common, const std::string& service) {
 }
 
 int RunVersion(const Common& common, const std::string& program) {
-  const auto build = client::GetBuildInfo(program == "jobs" ? common.jobs : common.server,
-                                          Milliseconds(common.deadline_ms));
+  const client::Server server{program == "jobs" ? common.jobs : common.server, common.access};
+  const auto build = client::GetBuildInfo(server, Milliseconds(common.deadline_ms));
   if (common.json) {
     PrintJson(build);
     return kExitOk;

@@ -121,8 +121,8 @@ v1alpha1::MoveAliasResponse MoveAlias(Repository& repository,
       }
       if (alias == kDefaultAlias) CheckFollowsStable(aliases, entry);
     }
-    return Moved(repository.SetAlias(entry.name, alias, entry.digest,
-                                     WhoOf(who, request.who()), request.why()));
+    return Moved(repository.SetAlias(entry.name, alias, entry.digest, WhoOf(who, request.who()),
+                                     request.why()));
   });
 }
 
@@ -134,8 +134,7 @@ v1alpha1::MoveAliasResponse RollbackAlias(Repository& repository,
   CheckWhoAndWhy(request.who(), request.why());
   return Asked([&] {
     return Moved(repository.Rollback(std::string(parsed.name), std::string(parsed.alias),
-                                     request.to(), WhoOf(who, request.who()),
-                                     request.why()));
+                                     request.to(), WhoOf(who, request.who()), request.why()));
   });
 }
 

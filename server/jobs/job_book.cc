@@ -144,7 +144,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     asked.job_id = row.job.job_id();
     store_.Join(row, asked);
   } else {
-    CheckQueue(client);
+    CheckQueue(who);
     row.join_key = join_key;
     row.spec = spec;
     row.job.set_job_id(NewJobId());

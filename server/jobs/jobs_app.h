@@ -51,7 +51,8 @@ class JobsApp {
   void TellReadiness(std::function<void(std::vector<std::string>)> tell);
   void TellMetrics(std::function<void(MetricPage)> tell);
 
-  // Requests. `who`: the caller, as AccessPolicy knows it; whose share of queue and workers a job takes.
+  // Requests. `who`: the caller, as AccessPolicy knows it; whose share of queue and workers a job
+  // takes.
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
                                             const std::string& who);
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);

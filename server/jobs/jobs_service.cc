@@ -56,8 +56,8 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
 template <typename Request, typename Response, typename Run>
 grpc::ServerUnaryReactor* JobsServiceAdapter::AnswerMove(grpc::CallbackServerContext* context,
                                                          std::string_view method,
-                                                         const Request* request,
-                                                         Response* response, Run run) {
+                                                         const Request* request, Response* response,
+                                                         Run run) {
   const Caller caller = policy_.CallerOf(*context);
   if (request->override_gate()) {
     const auto status =
@@ -111,18 +111,9 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Promote(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
                                                         const v1alpha1::MoveAliasRequest* request,
                                                         v1alpha1::MoveAliasResponse* response) {
-  return AnswerMove(context, "JobsService/MoveAlias", request, response,
-                    [this, request, response](const std::string& who) {
-                      *response = app_.Move(*request, who);
-                    });
-}
-
-grpc::ServerUnaryReactor* JobsServiceAdapter::MoveAlias(grpc::CallbackServerContext* context,
-                                                        const v1alpha1::MoveAliasRequest* request,
-                                                        v1alpha1::MoveAliasResponse* response) {
-  return Answer(context, "JobsService/MoveAlias", request, response, [this, request, response, peer = context->peer()] {
-    *response = app_.Move(*request, peer);
-  });
+  return AnswerMove(
+      context, "JobsService/MoveAlias", request, response,
+      [this, request, response](const std::string& who) { *response = app_.Move(*request, who); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
@@ -137,13 +128,15 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::RollbackAlias(
 grpc::ServerUnaryReactor* JobsServiceAdapter::ListAliasMoves(
     grpc::CallbackServerContext* context, const v1alpha1::ListAliasMovesRequest* request,
     v1alpha1::ListAliasMovesResponse* response) {
-  return Answer(context, "JobsService/ListAliasMoves", request, response, [this, request, response] { *response = app_.ListMoves(*request); });
+  return Answer(context, "JobsService/ListAliasMoves", request, response,
+                [this, request, response] { *response = app_.ListMoves(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::Prune(grpc::CallbackServerContext* context,
                                                     const v1alpha1::PruneRequest* request,
                                                     v1alpha1::PruneResponse* response) {
-  return Answer(context, "JobsService/Prune", request, response, [this, request, response] { *response = app_.Prune(*request); });
+  return Answer(context, "JobsService/Prune", request, response,
+                [this, request, response] { *response = app_.Prune(*request); });
 }
 
 grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJob(

@@ -15,8 +15,9 @@ namespace {
 constexpr const char* kRequestId = "x-request-id";
 constexpr std::size_t kMaxRequestId = 64;
 constexpr std::size_t kMaxMessage = 500;
-constexpr std::array<const char*, 8> kRefusalNames = {
-    "draining", "cancelled", "deadline", "queue_full", "memory", "connection", "overload", "http_busy"};
+constexpr std::array<const char*, 8> kRefusalNames = {"draining",   "cancelled", "deadline",
+                                                      "queue_full", "memory",    "connection",
+                                                      "overload",   "http_busy"};
 
 bool IsClientsFault(grpc::StatusCode code) {
   return code == grpc::StatusCode::INVALID_ARGUMENT || code == grpc::StatusCode::NOT_FOUND ||

@@ -33,7 +33,7 @@ constexpr MethodRight kRights[] = {
     {kJobs, "ListJobs", Role::kRead},
     {kJobs, "WatchJob", Role::kRead},
     {kJobs, "CancelJob", Role::kSubmit},
-    {kJobs, "Promote", Role::kPromote},  // with override_gate: kAdmin
+    {kJobs, "Promote", Role::kPromote},    // with override_gate: kAdmin
     {kJobs, "MoveAlias", Role::kPromote},  // the same
     {kJobs, "RollbackAlias", Role::kPromote},
     {kJobs, "ListAliasMoves", Role::kRead},

@@ -29,9 +29,9 @@ class ServiceLoop {
   bool draining() const { return draining_; }
 
   /// Writes the port file ("grpc=ADDR", and "http=ADDR" where it serves that), prints `ready_line`
-  /// to stderr, tells a service manager and serves until SIGINT, SIGTERM or Fail(); then drains and has `stop_work` stop
-  /// what runs behind the service; it calls its argument when that is done. Returns the exit code;
-  /// the loop no longer runs, the server is still to be closed.
+  /// to stderr, tells a service manager and serves until SIGINT, SIGTERM or Fail(); then drains and
+  /// has `stop_work` stop what runs behind the service; it calls its argument when that is done.
+  /// Returns the exit code; the loop no longer runs, the server is still to be closed.
   int Run(GrpcServer& server, const std::string& port_file, const std::string& ready_line,
           std::function<void(std::function<void()> done)> stop_work,
           const std::string& http_address = "");
