@@ -514,7 +514,7 @@ TEST_F(OperatorTest, OnlyThisMachineUnlessSaidOtherwise) {
 
 TEST_F(OperatorTest, BuildInfoByEveryWay) {
   auto server = StartWithModel();
-  const auto told = client::GetBuildInfo(server.address(), client::Milliseconds(kAnswerMs));
+  const auto told = client::GetBuildInfo({server.address(), {}}, client::Milliseconds(kAnswerMs));
   EXPECT_EQ(told.program(), "grouser-server");
   EXPECT_EQ(told.version(), GROUSER_VERSION);
   EXPECT_FALSE(told.commit().empty());

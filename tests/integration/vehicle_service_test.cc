@@ -271,7 +271,7 @@ TEST_F(VehicleServiceTest, ListsPagesAndLeavesOutWhatItCannotRead) {
   std::vector<std::string> names;
   do {
     const auto page = client::Call(*stub, &v1alpha1::VehicleService::Stub::ListVehicles, request,
-                                   server_->address(), client::Milliseconds(20000));
+                                   {server_->address(), {}}, client::Milliseconds(20000));
     EXPECT_LE(page.vehicles_size(), 2);
     for (const auto& v : page.vehicles()) names.push_back(v.name());
     request.set_page_token(page.next_page_token());
@@ -282,7 +282,7 @@ TEST_F(VehicleServiceTest, ListsPagesAndLeavesOutWhatItCannotRead) {
     request.set_page_token(token);
     return RefusalOf(grpc::StatusCode::INVALID_ARGUMENT, [&] {
       client::Call(*stub, &v1alpha1::VehicleService::Stub::ListVehicles, request,
-                   server_->address(), client::Milliseconds(20000));
+                   {server_->address(), {}}, client::Milliseconds(20000));
     });
   };
   EXPECT_THAT(refusal(-1, ""), HasSubstr("page_size: -1"));

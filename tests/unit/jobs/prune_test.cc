@@ -59,8 +59,8 @@ class PruneTest : public ::testing::Test {
     const auto request = Request(request_id, slip);
     const auto spec = BuildSpec(BaseModel(), request);
     const std::string base = repository_.Resolve(kName).digest;
-    const auto submitted =
-        book_.Submit(request, std::string(kName) + "@sha256:" + base, JoinKeyOf(base, spec), spec);
+    const auto submitted = book_.Submit(request, std::string(kName) + "@sha256:" + base,
+                                        JoinKeyOf(base, spec), spec, "someone");
     const std::string& id = submitted.job().job_id();
     const std::string run = "run" + request_id + ".run.h5";
     testing::WriteText(files_.Run(run), std::string(10'000, 'r'));

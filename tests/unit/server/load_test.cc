@@ -48,7 +48,7 @@ TEST_F(LoadControlTest, AnAnswerThatIsThereIsNeverRefused) {
 
 TEST_F(LoadControlTest, RefusalsSayWhenToTryAgain) {
   for (const auto verdict : {Verdict::kNoMemory, Verdict::kConnectionFull, Verdict::kBusy}) {
-    const auto status = Refusal(verdict);
+    const auto status = RefusalStatus(verdict);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
     EXPECT_NE(status.error_message().find("try again in 50 ms"), std::string::npos);
   }
