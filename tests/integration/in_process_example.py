@@ -101,7 +101,7 @@ def main(arguments):
     cmake, build, example, work = arguments[0], *map(pathlib.Path, arguments[1:])
     shutil.rmtree(work, ignore_errors=True)
     prefix, app = work / "prefix", work / "build"
-    run(cmake, "--install", build, "--prefix", prefix)
+    run(cmake, "--install", build, "--component", "in_process", "--prefix", prefix)
     check_package(prefix)
     run(cmake, "-S", example, "-B", app, f"-DCMAKE_PREFIX_PATH={prefix}",
         "-DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
