@@ -114,7 +114,7 @@ void JsonCalls::Answer(const HttpRequest& request, HttpReply reply) {
 
 std::shared_ptr<void> JsonCalls::TakePlace() {
   if (taken_->fetch_add(1) < kMostCalls) {
-    return {nullptr, [taken = taken_](void*) { --*taken; }};
+    return {taken_.get(), [taken = taken_](void*) { --*taken; }};
   }
   --*taken_;
   return nullptr;
