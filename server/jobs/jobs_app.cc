@@ -110,6 +110,9 @@ void JobsApp::TellMetrics(std::function<void(MetricPage)> tell) {
       page.AddGauge("grouser_ready", kReadyHelp, 0);
     }
     page.AddFamily("grouser_jobs", kJobsHelp, prometheus::MetricType::Gauge);
+    for (int s = v1alpha1::JOB_STATE_UNSPECIFIED + 1; s < v1alpha1::JobState_ARRAYSIZE; ++s) {
+      jobs.try_emplace(static_cast<v1alpha1::JobState>(s), 0);  // told from the start
+    }
     for (const auto& [state, count] : jobs) {
       page.AddGauge("grouser_jobs", kJobsHelp, static_cast<double>(count),
                     {{"state", ShortName(state)}});

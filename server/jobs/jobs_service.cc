@@ -143,14 +143,23 @@ grpc::ServerWriteReactor<v1alpha1::WatchJobResponse>* JobsServiceAdapter::WatchJ
     grpc::CallbackServerContext* context, const v1alpha1::WatchJobRequest* request) {
   const auto reactor = WatchReactor::Create(gate_, *context);
   // A copy: the stream may be cancelled, and the request gone, before its turn.
-  const bool taken = gate_.Enter() && app_.thread().TryPost([this, reactor, request = *request] {
+  const auto refuse = [&](Refusal reason, const grpc::Status& status) {
+    gate_.records().Refused(reason);
+    reactor->End(status);  // where a drain has not ended it already
+    gate_.Leave();
+  };
+  if (!gate_.Enter()) {
+    refuse(Refusal::kDraining, ShuttingDown());
+    return reactor.get();
+  }
+  const bool taken = app_.thread().TryPost([this, reactor, request = *request] {
     const Status status = StatusOf([&] { app_.Watch(request, reactor); });
     if (!status.ok()) reactor->End(ToGrpcStatus(status));
     gate_.Leave();
   });
   if (!taken) {
-    reactor->End(ToGrpcStatus(kBusy));  // where a drain has not ended it already
-    gate_.Leave();
+    HintRetry(*context);  // gRPC ends no stream before it is returned
+    refuse(Refusal::kQueueFull, ToGrpcStatus(kBusy));
   }
   return reactor.get();
 }

@@ -6,6 +6,7 @@
 
 #include "server/core/model_reference.h"
 #include "server/net/address.h"
+#include "server/net/header_text.h"
 
 namespace grouser::server {
 namespace {
@@ -28,10 +29,25 @@ grpc::Status Denied(const Caller& caller, const std::string& what, Role role) {
 
 std::string_view ToView(grpc::string_ref text) { return {text.data(), text.size()}; }
 
+std::string Anonymous(const std::string& host) {
+  return host.empty() ? "anonymous" : ("anonymous@" + host).substr(0, kMaxCallerName);
+}
+
 }  // namespace
 
+std::string HostOf(const std::string& peer) {
+  const std::size_t from = peer.find(':'), port = peer.rfind(':');
+  if (!peer.starts_with("ipv") || from == port) return "";
+  std::string host = peer.substr(from + 1, port - from - 1);
+  for (const std::string bracket : {"%5B", "%5D", "[", "]"}) {
+    if (const auto at = host.find(bracket); at != std::string::npos) host.erase(at, bracket.size());
+  }
+  return host;
+}
+
 AccessPolicy::AccessPolicy(const NetOptions& options)
-    : local_(ParseAddress(options.grpc).is_local()),
+    : unix_(ParseAddress(options.grpc).is_unix()),
+      local_(ParseAddress(options.grpc).is_local()),
       tls_(options.tls.given()),
       asks_certificates_(!options.tls.client_ca.empty()) {
   options.Validate();
@@ -57,6 +73,7 @@ grpc::Status AccessPolicy::IdentifyByToken(const Evidence& evidence, const Right
   if (evidence.authorization.size() > 1 || !header.starts_with(kBearer)) {
     return Unauthenticated("authorization: expected one header 'Bearer TOKEN'");
   }
+  if (!IsHeaderText(header)) return Unauthenticated("authorization: expected printable ASCII");
   const auto* entry =
       rights == nullptr ? nullptr : rights->OfToken(std::string(header.substr(kBearer.size())));
   if (entry == nullptr) return Unauthenticated("token: not one of the rights file's");
@@ -78,11 +95,11 @@ grpc::Status AccessPolicy::Identify(const Evidence& evidence, Caller* caller) {
   const bool certified = !evidence.certificate_names.empty();
   caller->name = certified
                      ? std::string(evidence.certificate_names.front().substr(0, kMaxCallerName))
-                     : (local_ ? "local" : "anonymous");
+                     : (local_ ? "local" : Anonymous(evidence.host));
   if (rights) {
     caller->role = rights->anyone.value_or(Role::kNone);
   } else {
-    caller->role = local_ ? Role::kAdmin : Role::kRead;
+    caller->role = role_without_file();
   }
   if (certified || (rights && rights->anyone)) return grpc::Status::OK;
   if (rights) {
@@ -123,6 +140,7 @@ Caller AccessPolicy::CallerOf(const grpc::CallbackServerContext& context) {
   for (auto header = begin; header != end; ++header) {
     evidence.authorization.push_back(ToView(header->second));
   }
+  evidence.host = HostOf(context.peer());
   Caller caller;
   // Rights that changed since the call was admitted count at once.
   return Identify(evidence, &caller).ok() ? caller : Caller{"unknown", Role::kNone};

@@ -19,15 +19,20 @@ namespace grouser::server {
 struct Evidence {
   std::vector<std::string_view> certificate_names;  ///< verified: CN, then SANs
   std::vector<std::string_view> authorization;      ///< values of that header
+  std::string host = "";                            ///< of the peer; empty: not known
 };
 
+/// Of a peer as gRPC names it ("ipv4:192.0.2.1:40122"), without the port; empty: it has none.
+std::string HostOf(const std::string& peer);
+
 struct Caller {
-  std::string name;  ///< of the rights file, else of the certificate, else where it comes from
+  std::string
+      name;  ///< of the rights file, else of the certificate, else "local" or "anonymous@HOST"
   Role role = Role::kNone;
 };
 
-/// Who may call what. Without a rights file, calls from this machine may do
-/// all, since they are its owner's, and those from elsewhere may read. Thread-safe.
+/// Who may call what. Without a rights file the address listened on decides: on one of this
+/// machine alone all calls may do everything, on any other all may read. Thread-safe.
 class AccessPolicy {
  public:
   /// Reads the rights file. Logs a warning where plaintext leaves the machine.
@@ -37,6 +42,13 @@ class AccessPolicy {
 
   /// False where every caller may do everything: calls need no look then.
   bool restricts() const { return rights_ || tls_ || !local_; }
+
+  /// Whether there is a rights file.
+  bool has_file() const { return rights_ != nullptr; }
+  /// Whether gRPC listens where the program's own user alone reaches it: a Unix socket.
+  bool is_of_user() const { return unix_; }
+  /// What a caller of whom nothing is known may do without a rights file.
+  Role role_without_file() const { return local_ ? Role::kAdmin : Role::kRead; }
 
   /// Whether the call of "/SERVICE/METHOD" may go on. UNAUTHENTICATED or
   /// PERMISSION_DENIED with who, what and the role that is needed.
@@ -54,7 +66,7 @@ class AccessPolicy {
   grpc::Status IdentifyByToken(const Evidence& evidence, const Rights* rights,
                                Caller* caller) const;
 
-  const bool local_, tls_, asks_certificates_;
+  const bool unix_, local_, tls_, asks_certificates_;
   std::unique_ptr<Reloaded<Rights>> rights_;  // null: no file
 };
 

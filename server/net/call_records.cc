@@ -15,9 +15,9 @@ namespace {
 constexpr const char* kRequestId = "x-request-id";
 constexpr std::size_t kMaxRequestId = 64;
 constexpr std::size_t kMaxMessage = 500;
-constexpr std::array<const char*, 8> kRefusalNames = {"draining",   "cancelled", "deadline",
+constexpr std::array<const char*, 9> kRefusalNames = {"draining",   "cancelled", "deadline",
                                                       "queue_full", "memory",    "connection",
-                                                      "overload",   "http_busy"};
+                                                      "overload",   "http_busy", "rights"};
 
 bool IsClientsFault(grpc::StatusCode code) {
   return code == grpc::StatusCode::INVALID_ARGUMENT || code == grpc::StatusCode::NOT_FOUND ||
@@ -75,7 +75,16 @@ void CallRecords::Ended(Method& method, grpc::CallbackServerContext& context,
                               : std::string_view(given->second.data(), given->second.size()));
   context.AddTrailingMetadata(kRequestId, request_id);
   const std::string peer = context.peer();
-  Log(method, peer.find(':') == std::string::npos ? "http" : peer, request_id, status, spent);
+  Log(method.name, peer.find(':') == std::string::npos ? "http" : peer, request_id, status, spent,
+      nullptr);
+}
+
+void CallRecords::NoRights(std::string_view path, const std::string& peer,
+                           std::string_view request_id, const grpc::Status& status) {
+  Refused(Refusal::kNoRights);
+  const auto package = path.rfind('.', path.find('/', 1));
+  Log(Of(path.substr(package == std::string_view::npos ? 0 : package + 1)).name, peer,
+      RequestIdOf(request_id), status, std::chrono::nanoseconds(0), "rights");
 }
 
 bool CallRecords::MayLog(std::uint64_t* left_out) {
@@ -94,17 +103,22 @@ bool CallRecords::MayLog(std::uint64_t* left_out) {
   return true;
 }
 
-void CallRecords::Log(const Method& method, const std::string& peer, const std::string& request_id,
-                      const grpc::Status& status, std::chrono::nanoseconds spent) {
+void CallRecords::Log(const std::string& method, const std::string& peer,
+                      const std::string& request_id, const grpc::Status& status,
+                      std::chrono::nanoseconds spent, const char* reason) {
   std::uint64_t left_out = 0;
   if (!MayLog(&left_out)) return;
   LogLine line(status.ok() || IsClientsFault(status.error_code()) ? spdlog::level::info
                                                                   : spdlog::level::warn);
-  line.Add("method", method.name)
+  line.Add("method", method)
       .Add("code", records::StatusCodeName(status.error_code()))
-      .Add("request_id", request_id)
-      .Add("peer", peer)
-      .Add("duration_s", 1e-9 * static_cast<double>(spent.count()));
+      .Add("request_id", request_id);
+  if (!peer.empty()) line.Add("peer", peer);
+  if (reason != nullptr) {
+    line.Add("reason", reason);
+  } else {
+    line.Add("duration_s", 1e-9 * static_cast<double>(spent.count()));
+  }
   if (left_out > 0) line.Add("lines_left_out", static_cast<double>(left_out));
   line.Write(status.ok() ? "slow call" : status.error_message().substr(0, kMaxMessage));
 }

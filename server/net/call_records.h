@@ -24,7 +24,8 @@ enum class Refusal {
   kNoMemory,
   kConnectionFull,
   kBusy,
-  kHttpBusy
+  kHttpBusy,
+  kNoRights
 };
 
 /// Counts the unary calls of a program by method and outcome, and logs those that failed or
@@ -55,13 +56,18 @@ class CallRecords {
              std::chrono::nanoseconds spent);
   void Refused(Refusal reason) { refused_[static_cast<std::size_t>(reason)].Add(); }
 
+  /// A call of "/SERVICE/METHOD" that AccessPolicy refused before its service saw it.
+  /// `peer`: where it came from; empty: not known.
+  void NoRights(std::string_view path, const std::string& peer, std::string_view request_id,
+                const grpc::Status& status);
+
   void AddTo(MetricPage* page) const;
 
  private:
-  static constexpr std::size_t kRefusals = 8;
+  static constexpr std::size_t kRefusals = 9;
 
-  void Log(const Method& method, const std::string& peer, const std::string& request_id,
-           const grpc::Status& status, std::chrono::nanoseconds spent);
+  void Log(const std::string& method, const std::string& peer, const std::string& request_id,
+           const grpc::Status& status, std::chrono::nanoseconds spent, const char* reason);
   /// Whether a line may be written now; `left_out`: how many were not since the last one.
   bool MayLog(std::uint64_t* left_out);
 

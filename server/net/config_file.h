@@ -27,6 +27,9 @@ class ConfigFile {
 
   /// Whether the program was asked about its settings alone. It then prints that and ends. Once
   /// the settings were parsed and found good.
+  /// Whether the file gave an option.
+  bool Gave(const std::string& name) const { return from_file_.contains(name); }
+
   bool Answer(const CLI::App& app, std::string* text) const;
 
  private:

@@ -82,6 +82,19 @@ std::size_t MostConnections(const NetOptions& options) {
   return std::min(wanted, room);
 }
 
+void WarnWhereNobodyMay(const std::string& service, const AccessPolicy& policy,
+                        const std::string& address) {
+  if (policy.has_file()) return;
+  const auto most = std::ranges::max_element(MethodRights(), {}, [&](const MethodRight& r) {
+    return r.service == service ? r.role : Role::kNone;
+  });
+  if (most->service != service || most->role <= policy.role_without_file()) return;
+  spdlog::warn(
+      "grpc: {}: other machines reach it and there is no --rights: callers may read, and nobody "
+      "may submit, promote or administer",
+      address);
+}
+
 /// Where a client on this machine reaches what listens on `address`.
 std::string Reachable(Address address) {
   if (address.host == "0.0.0.0") address.host = "127.0.0.1";
@@ -100,9 +113,10 @@ GrpcServer::GrpcServer(const NetOptions& options, const std::vector<NamedService
   grpc::ServerBuilder builder;
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
-      MakeServerCredentials(options_.tls, policy));
+      MakeServerCredentials(options_.tls, policy, gate_.records()));
   for (const NamedService& s : services) {
     CheckTableCovers(s.name);
+    WarnWhereNobodyMay(s.name, policy, options_.grpc);
     builder.RegisterService(s.service);
     gate_.records().AddService(s.name);
   }

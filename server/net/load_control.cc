@@ -19,10 +19,6 @@ constexpr std::size_t kReserve = 8;
 // of the uncertainty, the message and its bytes.
 constexpr std::size_t kAnswerPerRequest = 40;
 
-// Clients of a Unix socket have one name, so that they cannot be told apart; all are the server's
-// own user.
-bool IsOneConnection(const std::string& peer) { return !peer.starts_with("unix:"); }
-
 }  // namespace
 
 void LoadControl::SetLimits(const Limits& limits) {
@@ -53,7 +49,7 @@ LoadControl::Verdict LoadControl::Hold(Ticket& ticket, grpc::CallbackServerConte
   if (expected > room && bytes_ > 0) return Verdict::kNoMemory;
   const auto [it, added] = connections_.try_emplace(std::move(peer));
   Connection& connection = it->second;
-  if (IsOneConnection(it->first) && connection.bytes > 0 && connection.bytes + expected > room) {
+  if (expected > 0 && connection.bytes > 0 && connection.bytes + expected > room) {
     if (added) connections_.erase(it);
     return Verdict::kConnectionFull;
   }

@@ -28,7 +28,8 @@ class LoadControl {
 
   struct Limits {
     /// Over all connections. Each may hold as much as is free: one alone half of it, and n that
-    /// hold what they can leave one part in n + 1 to others. Small requests may take an eighth
+    /// hold what they can leave one part in n + 1 to others. All clients of a Unix socket count as
+    /// one connection: gRPC has one name for them. Small requests may take an eighth
     /// more, and one message is taken whatever its size where there is no other.
     std::size_t bytes = SIZE_MAX;
     /// An answer that its client does not take within it is cancelled; a tenth of it while more

@@ -18,12 +18,12 @@ void NetOptions::AddSecurityTo(CLI::App& app) {
   key->needs(certificate);
   app.add_option("--tls-client-ca", tls.client_ca,
                  "Certificates in PEM of who signs clients' certificates: callers need one, or a "
-                 "token of the rights file")
+                 "token of the rights file, unless that says anyone")
       ->needs(certificate);
   app.add_option(
       "--rights", rights,
-      "YAML file: who may read, submit, promote, administer; without one callers of this "
-      "machine may do all, others read");
+      "YAML file: who may read, submit, promote, administer; without one the address of --grpc "
+      "decides: on one of this machine alone callers may do all, on any other read");
   app.add_flag("--insecure", insecure, "Plaintext, although other machines reach the address");
   app.add_flag("--reflection", reflection, "Clients may ask for the services' descriptions");
 }

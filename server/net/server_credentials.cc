@@ -26,26 +26,35 @@ void AddProperties(const grpc_auth_context* peer, const char* name,
   }
 }
 
+struct Gatekeeper {
+  AccessPolicy& policy;
+  CallRecords& records;
+};
+
 /// Of every call, before its service sees it.
-void AdmitCall(void* policy, grpc_auth_context* peer, const grpc_metadata* metadata, std::size_t n,
+void AdmitCall(void* state, grpc_auth_context* peer, const grpc_metadata* metadata, std::size_t n,
                grpc_process_auth_metadata_done_cb done, void* call) {
-  std::string_view path;
+  auto& [policy, records] = *static_cast<Gatekeeper*>(state);
+  std::string_view path, request_id;
   Evidence evidence;
   for (std::size_t i = 0; i < n; ++i) {
     const std::string_view key = ToView(metadata[i].key);
     if (key == ":path") path = ToView(metadata[i].value);
+    if (key == "x-request-id") request_id = ToView(metadata[i].value);
     if (key == "authorization") evidence.authorization.push_back(ToView(metadata[i].value));
   }
   AddProperties(peer, GRPC_X509_CN_PROPERTY_NAME, &evidence.certificate_names);
   AddProperties(peer, GRPC_X509_SAN_PROPERTY_NAME, &evidence.certificate_names);
-  const grpc::Status status = static_cast<AccessPolicy*>(policy)->Admit(path, evidence);
+  const grpc::Status status = policy.Admit(path, evidence);
+  if (!status.ok()) records.NoRights(path, "", request_id, status);
   done(call, nullptr, 0, nullptr, 0, static_cast<grpc_status_code>(status.error_code()),
        status.ok() ? nullptr : status.error_message().c_str());
 }
 
 class PolicyCredentials final : public grpc::ServerCredentials {
  public:
-  PolicyCredentials(const TlsFiles& tls, AccessPolicy& policy) : policy_(policy) {
+  PolicyCredentials(const TlsFiles& tls, AccessPolicy& policy, CallRecords& records)
+      : keeper_{policy, records} {
     if (!tls.given()) return;
     std::vector<std::string> files = {tls.certificates, tls.key};
     if (!tls.client_ca.empty()) files.push_back(tls.client_ca);
@@ -59,9 +68,9 @@ class PolicyCredentials final : public grpc::ServerCredentials {
   int AddPortToServer(const std::string& address, grpc_server* server) override {
     grpc_server_credentials* credentials =
         tls_ ? MakeTls() : grpc_insecure_server_credentials_create();
-    if (policy_.restricts()) {
+    if (keeper_.policy.restricts()) {
       grpc_server_credentials_set_auth_metadata_processor(
-          credentials, {.process = AdmitCall, .destroy = nullptr, .state = &policy_});
+          credentials, {.process = AdmitCall, .destroy = nullptr, .state = &keeper_});
     }
     const int port = grpc_server_add_http2_port(server, address.c_str(), credentials);
     grpc_server_credentials_release(credentials);
@@ -96,7 +105,7 @@ class PolicyCredentials final : public grpc::ServerCredentials {
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
   }
 
-  AccessPolicy& policy_;
+  Gatekeeper keeper_;
   std::unique_ptr<Reloaded<TlsMaterial>> tls_;  // null: plaintext
   std::mutex mutex_;
   std::shared_ptr<const TlsMaterial> given_;  // to gRPC, under mutex_
@@ -105,8 +114,9 @@ class PolicyCredentials final : public grpc::ServerCredentials {
 }  // namespace
 
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& tls,
-                                                               AccessPolicy& policy) {
-  return std::make_shared<PolicyCredentials>(tls, policy);
+                                                               AccessPolicy& policy,
+                                                               CallRecords& records) {
+  return std::make_shared<PolicyCredentials>(tls, policy, records);
 }
 
 std::shared_ptr<grpc::ChannelCredentials> MakeProbeCredentials(const TlsFiles& tls) {

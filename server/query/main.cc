@@ -114,6 +114,20 @@ void KeepBigBuffers() {
   mallopt(M_TRIM_THRESHOLD, kBytes);
 }
 
+/// Whether the command line asks for LCM against a no-lcm of the file. Throws
+/// std::invalid_argument where it asks for both.
+bool LcmWanted(const CLI::App& app, const ConfigFile& file) {
+  const auto given = [&](const std::string& name) {
+    return app.count("--" + name) > 0 && !file.Gave(name);
+  };
+  for (const std::string option : {"lcm-url", "lcm-interface"}) {
+    if (!given(option)) continue;
+    if (file.Gave("no-lcm")) return true;
+    throw std::invalid_argument("--no-lcm with --" + option + ", expected one of them");
+  }
+  return false;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -147,20 +161,18 @@ int main(int argc, char** argv) {
   net.AddTo(app);
   http.AddTo(app);
   log.AddTo(app);
-  auto* without = app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
-  app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
-      ->excludes(without);
+  app.add_flag("--no-lcm", no_lcm, "Serve gRPC alone");
+  app.add_option("--lcm-url", config.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)");
   app.add_option("--lcm-interface", config.lcm_interface,
                  "Network interface that LCM queries are received on, such as eth0; lo: from this "
                  "machine alone")
-      ->excludes(without)
       ->capture_default_str();
   ConfigFile file("server");
   file.AddTo(app);
   std::string settings;
   try {
     app.parse(argc, argv);
-    config.lcm = !no_lcm;
+    config.lcm = !no_lcm || LcmWanted(app, file);
     config.Validate();
     http.Validate();
     net.Validate();

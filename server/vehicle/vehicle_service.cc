@@ -61,13 +61,13 @@ grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& con
     Status checked = Check(fleet_, request);
     if (checked.ok() && !queue_.Post(call, work)) {
       gate_.records().Refused(Refusal::kQueueFull);
+      HintRetry(context);  // not for a request that is too large: that never fits
       checked = Status::ResourceExhausted(
           fmt::format("calls: {} wait already, expected fewer", kMostWaiting));
     }
     return checked;
   });
   if (status.ok()) return call;
-  if (status.code == StatusCode::kResourceExhausted) HintRetry(context);
   call->Finish(ToGrpcStatus(status));
   return call;
 }

@@ -28,6 +28,7 @@
 #include "clients/cpp/terrain_client.h"
 #include "grouser/v1alpha1/vehicle_service.grpc.pb.h"
 #include "proto/records/message_json.h"
+#include "proto/records/sha256.h"
 #include "tests/integration/query_fixture.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -469,6 +470,58 @@ TEST_F(OperatorTest, WhatIsTooLargeOrNoRequestIsRefusedAndHarmsNobody) {
   EXPECT_EQ(Get(server.http(), "/healthz").body, "ok\n");
   EXPECT_GE(Scrape(server.http()).Sum("grouser_http_malformed_requests_total"), 5);
   EXPECT_TRUE(server.program().Running());
+}
+
+TEST_F(OperatorTest, ABodyOfAnotherCodingIsNotTakenForTheNextRequest) {
+  auto server = StartWithModel();
+  for (const std::string coding :
+       {"gzip", "gzip, chunked", "identity", "chunked\r\nX: y\r\nTransfer-Encoding: gzip"}) {
+    const Wire wire(server.http());
+    wire.Send("POST /healthz HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: " + coding +
+              "\r\n\r\nGET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    const std::string all = wire.ReadToEnd();
+    EXPECT_TRUE(all.starts_with("HTTP/1.1 501") || all.starts_with("HTTP/1.1 400"))
+        << coding << all;
+    EXPECT_EQ(all.find("HTTP/1.1 200"), std::string::npos) << all;
+  }
+}
+
+TEST_F(OperatorTest, WithARightsFileEveryPageButHealthNeedsARole) {
+  std::ofstream(dir_ / "rights.yaml")
+      << "format: grouser-rights/1\ncallers:\n  - {name: a, role: read, token_sha256: "
+      << records::Sha256OfString("secret") << "}\n";
+  auto server = Start({"--rights", dir_ / "rights.yaml"});
+  const std::string token = "Host: localhost\r\nAuthorization: Bearer secret\r\n";
+  EXPECT_EQ(Get(server.http(), "/healthz").status, 200);
+  for (const char* path : {"/metrics", "/buildinfo"}) {
+    EXPECT_EQ(Get(server.http(), path).status, 401) << path;
+    EXPECT_EQ(Get(server.http(), path, token).status, 200) << path;
+  }
+  EXPECT_EQ(Get(server.http(), "/readyz").status, 503);
+  EXPECT_EQ(Get(server.http(), "/readyz").body.find("no model"), std::string::npos);
+  EXPECT_THAT(Get(server.http(), "/readyz", token).body, HasSubstr("no model is served"));
+
+  const std::string call = "/v1alpha1/TerrainService/ListModels";
+  const std::string type = "Content-Type: application/json\r\n";
+  EXPECT_EQ(Post(server.http(), call, "{}").status, 401);
+  EXPECT_EQ(Post(server.http(), call, "{}", type + "Authorization: Bearer \x80\r\n").status, 401);
+  EXPECT_EQ(Post(server.http(), call, "{}", type + token.substr(token.find("Auth"))).status, 200);
+  const client::TerrainClient client(server.address());
+  EXPECT_THROW(client.ListModels(), client::ClientError);
+  EXPECT_THAT(Get(server.http(), "/metrics", token).body,
+              HasSubstr("grouser_refusals_total{reason=\"rights\"} 5\n"));
+  EXPECT_THAT(server.program().Stderr(),
+              AllOf(HasSubstr("reason=rights"), HasSubstr("TerrainService/ListModels")));
+}
+
+TEST_F(OperatorTest, WhatGrpcKeepsToItsUserIsNotOpenToAllUsersOverHttp) {
+  for (const std::string program : {"grouser-server", "grouser-jobs"}) {
+    auto server = Start({"--grpc", "unix:" + (dir_ / program)}, program);
+    const auto refused = Post(server.http(), "/v1alpha1/OperatorService/GetBuildInfo", "{}");
+    EXPECT_EQ(refused.status, 403) << program;
+    EXPECT_THAT(refused.body, HasSubstr("--http unix:PATH"));
+    EXPECT_EQ(Get(server.http(), "/metrics").status, 200);
+  }
 }
 
 TEST_F(OperatorTest, SilentAndSlowConnectionsKeepNobodyOut) {

@@ -48,11 +48,16 @@ TEST(SettingsTest, ComeFromTheFileUnlessTheCommandLineGivesThem) {
   } bad[] = {{"jobs: {wokers: 2}", "wokers", "workers"},
              {"both:\n  drian-s: 2\n", "drian-s", "drain-s"},
              {"job: {workers: 2}", "job", "jobs"},
-             {"jobs: {workers: many}", "workers", "many"},
-             {"jobs: {workers: 9999}", "workers", "9999"},
+             {"jobs:\n  workers: many", "grouser.yaml:2: key 'jobs.workers': got 'many'",
+              "expected a whole number"},
+             {"jobs: {workers: 9999}", "grouser.yaml:1: key 'jobs.workers': got '9999'", "256"},
+             {"jobs: {idle-s: long}", "'jobs.idle-s': got 'long'", "expected a number"},
+             {"jobs: {insecure: maybe}", "'jobs.insecure': got 'maybe'", "true or false"},
+             {"jobs: {grpc: x}", "'jobs.grpc': got 'x'", "HOST:PORT"},
+             {"", "grouser.yaml: empty", "jobs"},
              {"jobs: [1]", "jobs", "mapping"},
              {"jobs: {", "grouser.yaml", ""},
-             {"both: {no-lcm: true}", "no-lcm", ""}};
+             {"both: {no-lcm: true}", "no-lcm", "belongs under server:"}};
   for (const auto& b : bad) {
     const auto refused = run("grouser-jobs", b.text, {"--config-check"});
     EXPECT_EQ(refused.code, 2) << b.text;
@@ -62,6 +67,21 @@ TEST(SettingsTest, ComeFromTheFileUnlessTheCommandLineGivesThem) {
       testing::RunProgram("grouser-jobs", {"--config", "/none", "--config-check"}, dir.path());
   EXPECT_EQ(missing.code, 2);
   EXPECT_THAT(missing.err, HasSubstr("/none"));
+  const auto folder =
+      testing::RunProgram("grouser-jobs", {"--config", dir.path(), "--config-check"}, dir.path());
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_THAT(folder.err, HasSubstr("a folder, expected a YAML file"));
+  // Of LCM the command line decides against the file, and may not contradict itself.
+  const std::string url = "server: {lcm-url: 'udpm://239.255.76.67:7667?ttl=0'}\n";
+  EXPECT_EQ(run("grouser-server", url, {"--no-lcm", "--config-check"}).code, 0);
+  const auto both =
+      run("grouser-server", url, {"--no-lcm", "--lcm-interface", "lo", "--config-check"});
+  EXPECT_EQ(both.code, 2);
+  EXPECT_THAT(both.err, HasSubstr("--no-lcm with --lcm-interface"));
+  EXPECT_EQ(
+      run("grouser-server", "server: {no-lcm: true}\n", {"--lcm-interface", "lo", "--config-check"})
+          .code,
+      0);
   const auto schema = json::parse(
       testing::RunProgram("grouser-server", {"--config-schema"}, dir.path()).out, nullptr, false);
   ASSERT_TRUE(schema.is_object());

@@ -56,6 +56,11 @@ void HttpServer::Accept(int fd) {
   sessions_.back()->Read();
 }
 
+HttpReach HttpServer::reach() const {
+  if (listener_->address().is_unix()) return HttpReach::kUser;
+  return listener_->address().is_local() ? HttpReach::kMachine : HttpReach::kNetwork;
+}
+
 void HttpServer::Forget(const HttpSession* session) {
   std::erase_if(sessions_, [session](const auto& s) { return s.get() == session; });
 }

@@ -39,6 +39,7 @@ class HttpServer {
   friend class HttpSession;
 
   void Accept(int fd);
+  HttpReach reach() const;
   void Forget(const HttpSession* session);
 
   boost::asio::io_context& loop_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/asio/socket_base.hpp>
+#include <iterator>
 #include <utility>
 
 #include "server/net/call_records.h"
@@ -46,11 +47,21 @@ HttpRequest ToRequest(http::request<http::string_body>&& message) {
   request.host = WithoutPort(Lower(message[http::field::host]));
   const std::string type = Lower(message[http::field::content_type]);
   request.content_type = type.substr(0, type.find_first_of("; "));
-  request.authorization = std::string(message[http::field::authorization]);
+  const auto [begin, end] = message.equal_range(http::field::authorization);
+  for (auto header = begin; header != end; ++header) {
+    request.authorization.emplace_back(header->value());
+  }
   const auto id = message["x-request-id"];
   request.request_id = RequestIdOf({id.data(), id.size()});
   request.body = std::move(message.body());
   return request;
+}
+
+/// A body in a coding that is not read here would be taken for the next request.
+bool HasOtherCoding(const http::request<http::string_body>& message) {
+  const auto [begin, end] = message.equal_range(http::field::transfer_encoding);
+  if (begin == end) return false;
+  return std::next(begin) != end || Lower(begin->value()) != "chunked";
 }
 
 }  // namespace
@@ -75,8 +86,10 @@ void HttpSession::OnRead(beast::error_code error) {
   if (server_ == nullptr) return;
   if (error) return Refuse(error);
   stream_.expires_never();  // the handler has limits of its own
+  if (HasOtherCoding(parser_->get())) return RefuseCoding();
   const bool keep_alive = parser_->get().keep_alive();
   HttpRequest request = ToRequest(parser_->release());
+  request.reach = server_->reach();
   const bool head = request.method == "HEAD";
   if (head) request.method = "GET";
   server_->handler_(
@@ -102,6 +115,12 @@ void HttpSession::Refuse(beast::error_code error) {
   Answer(std::move(answer), RequestIdOf(""), false, false);
 }
 
+void HttpSession::RefuseCoding() {
+  server_->malformed_.Add();
+  Answer(HttpError(12, "transfer-encoding: expected chunked or none"), RequestIdOf(""), false,
+         false);
+}
+
 void HttpSession::Answer(HttpAnswer answer, const std::string& request_id, bool keep_alive,
                          bool head) {
   if (server_ == nullptr) return;
@@ -118,6 +137,7 @@ void HttpSession::Answer(HttpAnswer answer, const std::string& request_id, bool 
   if (answer.status == 429 || answer.status == 503) response_->set(http::field::retry_after, "1");
   response_->content_length(answer.body.size());
   if (!head) response_->body() = std::move(answer.body);
+  place_ = std::move(answer.place);
   stream_.expires_after(kWriteLimit);
   http::async_write(stream_, *response_,
                     [self = shared_from_this()](beast::error_code error, std::size_t) {
@@ -128,6 +148,7 @@ void HttpSession::Answer(HttpAnswer answer, const std::string& request_id, bool 
 void HttpSession::OnWritten(beast::error_code error) {
   const bool again = !error && response_->keep_alive();
   response_.reset();
+  place_.reset();
   if (again && server_ != nullptr) return Read();
   if (error) return Close();
   stream_.socket().shutdown(boost::asio::socket_base::shutdown_send, error);

@@ -36,6 +36,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   void OnRead(boost::beast::error_code error);
   void Refuse(boost::beast::error_code error);
+  void RefuseCoding();
   void Answer(HttpAnswer answer, const std::string& request_id, bool keep_alive, bool head);
   void OnWritten(boost::beast::error_code error);
   void Drop();
@@ -45,6 +46,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   boost::beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   std::optional<Response> response_;
+  std::shared_ptr<void> place_;  // of the response
   bool waits_ = false;
   std::chrono::steady_clock::time_point waits_since_;
   std::size_t dropped_ = 0;

@@ -3,11 +3,13 @@
 #include <google/protobuf/message.h>
 #include <grpcpp/client_context.h>
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <utility>
 
 #include "proto/records/message_json.h"
+#include "server/net/header_text.h"
 
 namespace grouser::server {
 namespace {
@@ -26,12 +28,17 @@ std::string GrpcPath(const google::protobuf::MethodDescriptor& method) {
   return "/" + method.service()->full_name() + "/" + method.name();
 }
 
+grpc::Status NoHeaderText() {
+  return {grpc::StatusCode::UNAUTHENTICATED, "authorization: expected printable ASCII"};
+}
+
 }  // namespace
 
 struct JsonCalls::Call {
   const google::protobuf::MethodDescriptor* method;
   HttpRequest http;
   HttpReply reply;
+  std::shared_ptr<void> place;
   grpc::ClientContext context;
   grpc::ByteBuffer request, response;
 };
@@ -81,24 +88,36 @@ void JsonCalls::Answer(const HttpRequest& request, HttpReply reply) {
     answer.status = 415;
     return reply(std::move(answer));
   }
-  const grpc::Status admitted = admit_(GrpcPath(*found->second), request);
-  if (!admitted.ok()) return reply(HttpError(admitted.error_code(), admitted.error_message()));
+  const std::string path = GrpcPath(*found->second);
+  const grpc::Status admitted = std::ranges::all_of(request.authorization, IsHeaderText)
+                                    ? admit_(path, request)
+                                    : NoHeaderText();
+  if (!admitted.ok()) {
+    records_.NoRights(path, "http", request.request_id, admitted);
+    return reply(HttpError(admitted.error_code(), admitted.error_message()));
+  }
   auto call = std::make_unique<Call>();
   call->method = found->second;
   call->http = request;
   call->reply = std::move(reply);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (calls_.size() < kMostCalls) {
-      calls_.insert(call.get());
-      asio::post(worker_, [this, started = call.release()] { Start(started); });
-      return;
-    }
+  call->place = TakePlace();
+  if (!call->place) {
+    records_.Refused(Refusal::kHttpBusy);
+    return call->reply(HttpError(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                                 "calls: " + std::to_string(kMostCalls) +
+                                     " are under way over HTTP, expected fewer; try again later"));
   }
-  records_.Refused(Refusal::kHttpBusy);
-  call->reply(HttpError(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                        "calls: " + std::to_string(kMostCalls) +
-                            " are under way over HTTP, expected fewer; try again later"));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  calls_.insert(call.get());
+  asio::post(worker_, [this, started = call.release()] { Start(started); });
+}
+
+std::shared_ptr<void> JsonCalls::TakePlace() {
+  if (taken_->fetch_add(1) < kMostCalls) {
+    return {taken_.get(), [taken = taken_](void*) { --*taken; }};
+  }
+  --*taken_;
+  return nullptr;
 }
 
 void JsonCalls::Start(Call* call) {
@@ -113,8 +132,8 @@ void JsonCalls::Start(Call* call) {
   call->http.body.clear();
   call->context.set_deadline(std::chrono::system_clock::now() + kCallLimit);
   call->context.AddMetadata("x-request-id", call->http.request_id);
-  if (!call->http.authorization.empty()) {
-    call->context.AddMetadata("authorization", call->http.authorization);
+  for (const std::string& value : call->http.authorization) {
+    call->context.AddMetadata("authorization", value);
   }
   stub_.UnaryCall(&call->context, GrpcPath(*call->method), {}, &call->request, &call->response,
                   [this, call](const grpc::Status& status) {
@@ -144,6 +163,7 @@ void JsonCalls::End(Call* call, const grpc::Status& status) {
 }
 
 void JsonCalls::Reply(Call* call, HttpAnswer answer) {
+  answer.place = std::move(call->place);
   asio::post(loop_, [reply = std::move(call->reply), answer = std::move(answer)]() mutable {
     reply(std::move(answer));
   });
@@ -155,8 +175,21 @@ void JsonCalls::Reply(Call* call, HttpAnswer answer) {
 
 grpc::Status AdmitOverHttp(AccessPolicy& policy, std::string_view path,
                            const HttpRequest& request) {
+  const bool page = !request.path.starts_with(JsonCalls::kPrefix);
+  if (page && !policy.has_file()) return grpc::Status::OK;
+  if (!page && !policy.has_file() && policy.is_of_user() && request.reach != HttpReach::kUser) {
+    return {grpc::StatusCode::PERMISSION_DENIED,
+            "calls as JSON: --grpc is a Unix socket, but all users of this machine reach this "
+            "address; expected --http unix:PATH, or a file --rights"};
+  }
+  if (!policy.restricts()) return grpc::Status::OK;
+  if (!request.authorization.empty() && request.reach == HttpReach::kNetwork) {
+    return {grpc::StatusCode::UNAUTHENTICATED,
+            "token: came in plaintext over an address that other machines reach, so others may "
+            "know it: replace it"};
+  }
   Evidence evidence;
-  if (!request.authorization.empty()) evidence.authorization.push_back(request.authorization);
+  evidence.authorization.assign(request.authorization.begin(), request.authorization.end());
   return policy.Admit(path, evidence);
 }
 

@@ -16,6 +16,8 @@ namespace {
 namespace asio = boost::asio;
 
 constexpr std::chrono::seconds kTellLimit(2);
+// Pages tell what this method does, and more of its kind.
+constexpr const char* kPagesAs = "/grouser.v1alpha1.OperatorService/GetBuildInfo";
 
 HttpAnswer Unavailable(const std::string& message) {
   return HttpError(grpc::StatusCode::UNAVAILABLE, message);
@@ -31,6 +33,19 @@ HttpAnswer ReadinessAnswer(const std::vector<std::string>& reasons) {
 
 }  // namespace
 
+template <class Told>
+struct OperatorEndpoint::Question {
+  struct Asked {
+    Asked(asio::io_context& loop, HttpReply to, std::function<HttpAnswer(const Told&)> as)
+        : timer(loop), reply(std::move(to)), answer(std::move(as)) {}
+    asio::steady_timer timer;
+    HttpReply reply;  // null: answered
+    std::function<HttpAnswer(const Told&)> answer;
+  };
+  bool under_way = false;
+  std::vector<std::shared_ptr<Asked>> waiting;
+};
+
 OperatorEndpoint::OperatorEndpoint(asio::io_context& loop, const HttpOptions& options,
                                    GrpcServer& server, CallGate& gate,
                                    const std::vector<std::string>& services, OperatorView view)
@@ -39,6 +54,8 @@ OperatorEndpoint::OperatorEndpoint(asio::io_context& loop, const HttpOptions& op
       gate_(gate),
       view_(std::move(view)),
       local_(ParseAddress(options.http, "http").is_local()),
+      readiness_(std::make_shared<Question<std::vector<std::string>>>()),
+      metrics_(std::make_shared<Question<MetricPage>>()),
       calls_(loop, server.InProcessChannel(), services, gate.records(), view_.admit),
       http_(loop, options.http, [this](const HttpRequest& request, HttpReply reply) {
         Handle(request, std::move(reply));
@@ -78,42 +95,61 @@ void OperatorEndpoint::Handle(const HttpRequest& request, HttpReply reply) {
     answer.allow = "GET, HEAD";
     return reply(std::move(answer));
   }
-  (this->*page->second)(std::move(reply));
+  const bool open = page->first == "/healthz" || page->first == "/readyz";
+  if (const grpc::Status status = open ? grpc::Status::OK : AdmitToPage(request); !status.ok()) {
+    gate_.records().NoRights(kPagesAs, "http", request.request_id, status);
+    return reply(HttpError(status.error_code(), request.path + ": " + status.error_message()));
+  }
+  (this->*page->second)(request, std::move(reply));
 }
 
-/// Has a question answered on the loop, or 503 after kTellLimit.
+grpc::Status OperatorEndpoint::AdmitToPage(const HttpRequest& request) const {
+  return view_.admit(kPagesAs, request);
+}
+
+/// Has a question answered on the loop, or 503 after kTellLimit. One of its kind is under way at
+/// a time; what is asked meanwhile gets its answer.
 template <class Told>
-void OperatorEndpoint::Ask(const std::function<void(std::function<void(Told)>)>& question,
-                           HttpReply reply, std::function<HttpAnswer(Told)> answer) {
-  struct Asked {
-    explicit Asked(asio::io_context& loop) : timer(loop) {}
-    asio::steady_timer timer;
-    HttpReply reply;
-  };
-  const auto asked = std::make_shared<Asked>(loop_);
-  asked->reply = std::move(reply);
+void OperatorEndpoint::Ask(const std::function<void(std::function<void(Told)>)>& ask,
+                           std::shared_ptr<Question<Told>> question, HttpReply reply,
+                           std::function<HttpAnswer(const Told&)> answer) {
+  using Asked = typename Question<Told>::Asked;
+  const auto asked = std::make_shared<Asked>(loop_, std::move(reply), std::move(answer));
   asked->timer.expires_after(kTellLimit);
   asked->timer.async_wait([asked](const boost::system::error_code& error) {
     if (error || !asked->reply) return;
     std::exchange(asked->reply, nullptr)(Unavailable("the program did not tell within 2 s"));
   });
-  question([this, asked, answer = std::move(answer)](Told told) {
-    asio::post(loop_, [asked, answer, told = std::move(told)]() mutable {
-      if (!asked->reply) return;
-      asked->timer.cancel();
-      std::exchange(asked->reply, nullptr)(answer(std::move(told)));
+  std::erase_if(question->waiting, [](const auto& earlier) { return !earlier->reply; });
+  question->waiting.push_back(asked);
+  if (std::exchange(question->under_way, true)) return;
+  ask([&loop = loop_, question](Told told) {  // this may be gone
+    asio::post(loop, [question, told = std::move(told)] {
+      question->under_way = false;
+      for (const auto& one : std::exchange(question->waiting, {})) {
+        if (!one->reply) continue;
+        one->timer.cancel();
+        std::exchange(one->reply, nullptr)(one->answer(told));
+      }
     });
   });
 }
 
-void OperatorEndpoint::Health(HttpReply reply) { reply({200, "text/plain", "ok\n", ""}); }
-
-void OperatorEndpoint::Readiness(HttpReply reply) {
-  if (view_.draining()) return reply(ReadinessAnswer({"draining: the program was told to end"}));
-  Ask<std::vector<std::string>>(view_.readiness, std::move(reply), ReadinessAnswer);
+void OperatorEndpoint::Health(const HttpRequest&, HttpReply reply) {
+  reply({200, "text/plain", "ok\n", ""});
 }
 
-void OperatorEndpoint::BuildInfo(HttpReply reply) {
+void OperatorEndpoint::Readiness(const HttpRequest& request, HttpReply reply) {
+  if (view_.draining()) return reply(ReadinessAnswer({"draining: the program was told to end"}));
+  const bool open = AdmitToPage(request).ok();
+  Ask<std::vector<std::string>>(view_.readiness, readiness_, std::move(reply),
+                                [open](const std::vector<std::string>& reasons) {
+                                  if (open || reasons.empty()) return ReadinessAnswer(reasons);
+                                  return ReadinessAnswer({"told to who has the role read"});
+                                });
+}
+
+void OperatorEndpoint::BuildInfo(const HttpRequest&, HttpReply reply) {
   reply({200, "application/json", records::ToJson(view_.build, true), ""});
 }
 
@@ -126,8 +162,8 @@ void OperatorEndpoint::AddOwn(MetricPage* page) {
   http_.AddTo(page);
 }
 
-void OperatorEndpoint::Metrics(HttpReply reply) {
-  Ask<MetricPage>(view_.metrics, std::move(reply), [this](MetricPage page) {
+void OperatorEndpoint::Metrics(const HttpRequest&, HttpReply reply) {
+  Ask<MetricPage>(view_.metrics, metrics_, std::move(reply), [this](MetricPage page) {
     AddOwn(&page);
     return HttpAnswer{200, "text/plain; version=0.0.4; charset=utf-8", page.Text(), ""};
   });

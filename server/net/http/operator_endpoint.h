@@ -32,7 +32,8 @@ struct OperatorView {
 ///   GET  /metrics    in Prometheus's text format
 ///   GET  /buildinfo  as OperatorService.GetBuildInfo
 ///   POST /v1alpha1/SERVICE/METHOD  unary calls as JSON, where only this machine reaches it
-/// What the program does not tell within 2 s is 503.
+/// What the program does not tell within 2 s is 503. With a rights file /metrics, /buildinfo and
+/// the reasons of /readyz are for who may call GetBuildInfo.
 class OperatorEndpoint {
  public:
   /// Serves on `loop` while that runs. `server` and `gate` outlive it. Throws std::runtime_error
@@ -43,24 +44,33 @@ class OperatorEndpoint {
   std::string address() const { return http_.address(); }
 
  private:
-  using Page = void (OperatorEndpoint::*)(HttpReply);
+  using Page = void (OperatorEndpoint::*)(const HttpRequest&, HttpReply);
+  /// A question to the program that may be under way, and who waits for its answer.
+  template <class Told>
+  struct Question;
 
   void Handle(const HttpRequest& request, HttpReply reply);
   bool IsKnownHost(const std::string& host) const;
-  void Health(HttpReply reply);
-  void Readiness(HttpReply reply);
-  void Metrics(HttpReply reply);
-  void BuildInfo(HttpReply reply);
+  /// The role that pages need where there is a rights file.
+  grpc::Status AdmitToPage(const HttpRequest& request) const;
+  void Health(const HttpRequest& request, HttpReply reply);
+  void Readiness(const HttpRequest& request, HttpReply reply);
+  void Metrics(const HttpRequest& request, HttpReply reply);
+  void BuildInfo(const HttpRequest& request, HttpReply reply);
   void AddOwn(MetricPage* page);
   template <class Told>
-  void Ask(const std::function<void(std::function<void(Told)>)>& question, HttpReply reply,
-           std::function<HttpAnswer(Told)> answer);
+  void Ask(const std::function<void(std::function<void(Told)>)>& ask,
+           std::shared_ptr<Question<Told>> question, HttpReply reply,
+           std::function<HttpAnswer(const Told&)> answer);
 
   boost::asio::io_context& loop_;
   GrpcServer& server_;
   CallGate& gate_;
   OperatorView view_;
   bool local_;
+  // The programs may answer when this is gone.
+  std::shared_ptr<Question<std::vector<std::string>>> readiness_;
+  std::shared_ptr<Question<MetricPage>> metrics_;
   JsonCalls calls_;
   HttpServer http_;
 };

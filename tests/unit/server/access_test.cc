@@ -1,11 +1,14 @@
 // The table of rights, the rights file, and what the policy makes of both.
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
+#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
 #include "grouser/v1alpha1/terrain_service.pb.h"
@@ -14,6 +17,7 @@
 #include "server/net/access_policy.h"
 #include "server/net/address.h"
 #include "server/net/grpc_status.h"
+#include "server/net/http/json_calls.h"
 #include "tests/unit/server/temp_dir.h"
 
 namespace grouser::server {
@@ -175,7 +179,83 @@ TEST_F(RightsTest, ThePolicyOfEachKindOfAddress) {
         Evidence{{}, {"bearer secret"}}, Evidence{{}, {"Bearer secret", "Bearer secret"}}}) {
     EXPECT_EQ(named.Admit(kList, bad).error_code(), StatusCode::UNAUTHENTICATED);
   }
+  AccessPolicy odd(
+      Options("127.0.0.1:1", File("callers:\n  - {name: a, role: admin, token_sha256: " +
+                                  records::Sha256OfString("\x80") + "}\n")));
+  EXPECT_EQ(odd.Admit(kList, {{}, {"Bearer \x80"}}).error_code(), StatusCode::UNAUTHENTICATED);
   EXPECT_TRUE(named.Admit("/grpc.health.v1.Health/Check", {}).ok());
+}
+
+TEST(CallerTest, TheHostOfAPeerIsWithoutItsPort) {
+  EXPECT_EQ(HostOf("ipv4:192.0.2.1:40122"), "192.0.2.1");
+  EXPECT_EQ(HostOf("ipv6:%5B2001:db8::1%5D:7"), "2001:db8::1");
+  EXPECT_EQ(HostOf("ipv6:[2001:db8::1]:7"), "2001:db8::1");
+  for (const char* none : {"", "unix:", "unix:/a:b", "inproc", "ipv4:"})
+    EXPECT_EQ(HostOf(none), "");
+}
+
+HttpRequest Json(const std::string& path, HttpReach reach,
+                 const std::vector<std::string>& authorization = {}) {
+  HttpRequest request;
+  request.method = "POST";
+  request.path = path;
+  request.content_type = "application/json";
+  request.authorization = authorization;
+  request.body = "{}";
+  request.reach = reach;
+  return request;
+}
+
+TEST_F(RightsTest, OverHttpNobodyMayMoreThanOverGrpc) {
+  const auto code = [](AccessPolicy& policy, const HttpRequest& request) {
+    return AdmitOverHttp(policy, kList, request).error_code();
+  };
+  const std::string call = "/v1alpha1/TerrainService/ListModels";
+  AccessPolicy socket(Options("unix:/x")), loopback(Options("127.0.0.1:1"));
+  EXPECT_EQ(code(socket, Json(call, HttpReach::kUser)), StatusCode::OK);
+  EXPECT_EQ(code(socket, Json(call, HttpReach::kMachine)), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(code(socket, Json("/metrics", HttpReach::kMachine)), StatusCode::OK);
+  EXPECT_EQ(code(loopback, Json(call, HttpReach::kMachine, {"a", "b"})), StatusCode::OK)
+      << "as gRPC, where nothing is restricted";
+
+  AccessPolicy named(Options(
+      "unix:/x", File("callers:\n  - {name: a, role: read, token_sha256: " + hash_ + "}\n")));
+  const std::string token = "Bearer secret";
+  EXPECT_EQ(code(named, Json(call, HttpReach::kMachine, {token})), StatusCode::OK);
+  EXPECT_EQ(code(named, Json("/metrics", HttpReach::kMachine, {token})), StatusCode::OK);
+  for (const HttpRequest& bad : {Json("/metrics", HttpReach::kUser), Json(call, HttpReach::kUser),
+                                 Json(call, HttpReach::kUser, {token, token}),
+                                 Json("/metrics", HttpReach::kNetwork, {token})}) {
+    EXPECT_EQ(code(named, bad), StatusCode::UNAUTHENTICATED);
+  }
+}
+
+TEST(JsonCallsTest, AnswersThatAreNotWrittenYetKeepTheirPlaces) {
+  v1alpha1::ListJobsRequest::descriptor();  // linked in
+  boost::asio::io_context loop;
+  CallRecords records;
+  JsonCalls calls(loop,
+                  grpc::CreateChannel("unix:/nowhere/at/all", grpc::InsecureChannelCredentials()),
+                  {"grouser.v1alpha1.JobsService"}, records,
+                  [](const auto&, const auto&) { return grpc::Status::OK; });
+  const auto guard = boost::asio::make_work_guard(loop);
+  const auto ask = [&](std::vector<std::string> authorization = {}) {
+    std::optional<HttpAnswer> answer;
+    calls.Answer(Json("/v1alpha1/JobsService/ListJobs", HttpReach::kUser, authorization),
+                 [&](HttpAnswer given) { answer = std::move(given); });
+    while (!answer) loop.run_one();
+    return *answer;
+  };
+  EXPECT_EQ(ask({"Bearer \x80"}).status, 401) << "gRPC would end the program";
+  EXPECT_EQ(ask({"Bearer a\nb"}).status, 401);
+  std::vector<HttpAnswer> kept;
+  for (std::size_t i = 0; i < JsonCalls::kMostCalls; ++i) {
+    kept.push_back(ask());
+    EXPECT_EQ(kept.back().status, 503);
+  }
+  EXPECT_EQ(ask().status, 429);
+  kept.pop_back();
+  EXPECT_EQ(ask().status, 503);
 }
 
 }  // namespace

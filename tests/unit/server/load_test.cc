@@ -46,6 +46,15 @@ TEST_F(LoadControlTest, AnAnswerThatIsThereIsNeverRefused) {
   load_.End(next);
 }
 
+TEST_F(LoadControlTest, NoBytesAreHeldWhateverTheConnectionHolds) {
+  LoadControl::Ticket big, change;
+  EXPECT_EQ(load_.Begin(big, context_, 100), Verdict::kAdmitted);
+  load_.Answer(big, 5000);
+  EXPECT_EQ(load_.Hold(change, context_, 0), Verdict::kAdmitted);
+  load_.End(change);
+  load_.End(big);
+}
+
 TEST_F(LoadControlTest, RefusalsSayWhenToTryAgain) {
   for (const auto verdict : {Verdict::kNoMemory, Verdict::kConnectionFull, Verdict::kBusy}) {
     const auto status = RefusalStatus(verdict);
