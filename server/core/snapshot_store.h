@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,13 @@ class SnapshotStore {
   SnapshotStore(const Repository& repository, ModelFactory factory,
                 std::chrono::milliseconds unnamed = std::chrono::milliseconds(1000));
 
-  /// What a refresh did; `problems` are worth a log line each.
+  /// What a refresh did.
   struct Outcome {
     bool changed = false;
     std::vector<std::string> problems;
+    /// Those that the refresh before did not have, or of files that have changed since: worth a
+    /// log line each.
+    std::vector<std::string> news;
     /// Names that should be answered and are not: "name@stable" of an alias without any model
     /// to serve, or the damaged alias file of which no alias was ever read.
     std::vector<std::string> unresolved;
@@ -66,6 +70,8 @@ class SnapshotStore {
   void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
   void ReadStateAliases(Outcome* outcome);
   void ReleaseRetired();
+  /// Fills `news`. `stamped`: of each problem of a file the file's stamp as well.
+  void FindNews(std::set<std::string> stamped, Outcome* outcome);
 
   const Repository& repository_;
   ModelFactory factory_;
@@ -74,6 +80,7 @@ class SnapshotStore {
   bool loaded_ = false;
   bool aliases_were_read_ = false;
   LastGoodFiles last_good_;
+  std::set<std::string> told_;  ///< problems of the refresh before, with their stamps
   Repository::Aliases state_aliases_;  // the last known good ones
 
   mutable std::mutex mutex_;  // guards current_ alone
