@@ -158,7 +158,7 @@ void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
       ->add_option_function<std::uint64_t>(
           "--max-disk-mb", [request](std::uint64_t v) { request->set_max_disk_mb(v); },
           "Oldest first, until so much is left [MB]; default: as grouser-jobs was started")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000}));
   prune
       ->add_option_function<double>(
           "--keep-days", [request](double v) { request->set_keep_days(v); },

@@ -41,7 +41,8 @@ std::string ReadToken(const std::string& path) {
     if (c > ' ' && c <= '~') continue;
     throw std::invalid_argument("--token-file: " + path + ": expected one word of ASCII");
   }
-  if (token.empty()) throw std::invalid_argument("--token-file: " + path + ": is empty, expected a token");
+  if (token.empty())
+    throw std::invalid_argument("--token-file: " + path + ": is empty, expected a token");
   return token;
 }
 

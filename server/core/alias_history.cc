@@ -83,9 +83,10 @@ std::string RollbackTarget(const Repository::Aliases& aliases, const std::string
   } else if (IsGeneration(to)) {
     const std::uint64_t generation = std::stoull(to);
     if (generation > aliases.generation) {
-      throw std::out_of_range(fmt::format("to: generation {} never was, expected at most {}, the "
-                                          "present one",
-                                          generation, aliases.generation));
+      throw std::out_of_range(
+          fmt::format("to: generation {} never was, expected at most {}, the "
+                      "present one",
+                      generation, aliases.generation));
     }
     target = NamedAt(moves, generation);
   } else {
@@ -99,10 +100,9 @@ std::string RollbackTarget(const Repository::Aliases& aliases, const std::string
         : moves.empty() ? fmt::format(" {}: no move of it is recorded", named.back())
                         : fmt::format(" {}, the oldest that is recorded", named.back())));
   }
-  throw std::out_of_range(
-      fmt::format("to: {} is nothing that {}@{} named before; it named, oldest first: {}",
-                  Quote(to), model, alias,
-                  named.empty() ? "nothing" : fmt::format("{}", fmt::join(named, ", "))));
+  throw std::out_of_range(fmt::format(
+      "to: {} is nothing that {}@{} named before; it named, oldest first: {}", Quote(to), model,
+      alias, named.empty() ? "nothing" : fmt::format("{}", fmt::join(named, ", "))));
 }
 
 void BoundHistory(std::vector<AliasMove>* history) {

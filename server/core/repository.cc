@@ -86,9 +86,9 @@ bool IsThere(const std::vector<Repository::Entry>& entries, const std::string& m
 
 bool IsRecorded(const Repository::Aliases& aliases, const std::string& model,
                 const std::string& alias) {
-  return std::any_of(
-      aliases.history.begin(), aliases.history.end(),
-      [&](const AliasMove& move) { return move.model == model && move.alias == alias; });
+  return std::any_of(aliases.history.begin(), aliases.history.end(), [&](const AliasMove& move) {
+    return move.model == model && move.alias == alias;
+  });
 }
 
 std::string KnownNames(const std::vector<Repository::Entry>& entries) {
@@ -307,9 +307,9 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
     AddShippedDefaults(entries, &aliases);
     wanted = aliases.Find(name, std::string(parsed->alias));
     if (wanted.empty() && aliases.by_model.contains(name)) {
-      throw std::out_of_range(fmt::format(
-          "model: {} has no alias {}; it has: {}", Quote(name), Quote(parsed->alias),
-          fmt::join(std::views::keys(aliases.by_model.at(name)), ", ")));
+      throw std::out_of_range(
+          fmt::format("model: {} has no alias {}; it has: {}", Quote(name), Quote(parsed->alias),
+                      fmt::join(std::views::keys(aliases.by_model.at(name)), ", ")));
     }
   }
   std::vector<Entry> matches;

@@ -4,7 +4,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -70,8 +69,7 @@ class SnapshotStore {
   void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
   void ReadStateAliases(Outcome* outcome);
   void ReleaseRetired();
-  /// Fills `news`. `stamped`: of each problem of a file the file's stamp as well.
-  void FindNews(std::set<std::string> stamped, Outcome* outcome);
+  void FindNews(const std::vector<Loading>& all, Outcome* outcome);
 
   const Repository& repository_;
   ModelFactory factory_;
@@ -80,7 +78,11 @@ class SnapshotStore {
   bool loaded_ = false;
   bool aliases_were_read_ = false;
   LastGoodFiles last_good_;
-  std::set<std::string> told_;  ///< problems of the refresh before, with their stamps
+  /// Files that could not be served, by path, since the repository last changed.
+  std::map<std::string, std::string> failed_;
+  std::string seen_;  ///< fingerprint of that
+  /// Problems that were told and last: of a file by its path, with its stamp; others by themselves.
+  std::map<std::string, std::string> told_;
   Repository::Aliases state_aliases_;  // the last known good ones
 
   mutable std::mutex mutex_;  // guards current_ alone

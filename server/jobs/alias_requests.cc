@@ -90,8 +90,9 @@ void CheckIsKnown(const Repository& repository, const Repository::Aliases& alias
   for (const AliasMove& move : aliases.history) names.insert(move.model);
   for (const auto& entry : repository.List(nullptr)) names.insert(entry.name);
   if (name.empty() || names.contains(name)) return;
-  throw std::out_of_range(fmt::format("model: no model {}; known models: {}", Quote(name),
-                                      names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  throw std::out_of_range(
+      fmt::format("model: no model {}; known models: {}", Quote(name),
+                  names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
 /// A canary lacks what became stable since it was fitted.

@@ -127,9 +127,9 @@ TEST_F(RepositoryTest, AShippedDefaultThatWasWrittenAlongGivesWayToTheShippedOne
   const std::string gone(64, '0');
   const auto write = [&](const std::string& alias) {
     std::ofstream(dir_ / "state/models/aliases.json")
-        << R"({"generation": 1, "aliases": {"sand": {"canary": ")" << canary
-        << R"(", "stable": ")" << gone << R"("}}, "history": [{"model": "sand", "alias": ")"
-        << alias << R"(", "digest": ")" << (alias == "stable" ? gone : canary)
+        << R"({"generation": 1, "aliases": {"sand": {"canary": ")" << canary << R"(", "stable": ")"
+        << gone << R"("}}, "history": [{"model": "sand", "alias": ")" << alias
+        << R"(", "digest": ")" << (alias == "stable" ? gone : canary)
         << R"(", "generation": 1, "who": "me", "why": "", "unix_s": 1.5e9}]})";
   };
   write("canary");
@@ -227,7 +227,8 @@ TEST_F(RepositoryTest, RollbackGoesBackStepByStepAndByName) {
   EXPECT_EQ(repository_.Resolve("sand@previous").digest, d[3]);
   EXPECT_EQ(back(""), d[1]) << "not forth again";
   EXPECT_EQ(back(""), d[0]) << "the shipped one was there before any move";
-  EXPECT_THAT(MessageOf([&] { back(""); }), HasSubstr("model: sand@stable named no model before " + d[0]));
+  EXPECT_THAT(MessageOf([&] { back(""); }),
+              HasSubstr("model: sand@stable named no model before " + d[0]));
   EXPECT_EQ(back(d[3].substr(0, 12)), d[3]);
   EXPECT_EQ(back("2"), d[2]) << "what it named at generation 2";
   EXPECT_EQ(back("2"), d[2]) << "asked again";
