@@ -16,7 +16,8 @@ using google::protobuf::util::TimeUtil;
 constexpr std::size_t kShownDigits = 12;  // as many as name a model
 
 JobsClient JobsOf(const Common& common) {
-  return JobsClient(common.jobs, client::Milliseconds(common.deadline_ms));
+  return JobsClient(client::Server{common.jobs, common.access},
+                    client::Milliseconds(common.deadline_ms));
 }
 
 std::string Short(const std::string& digest) {
@@ -30,7 +31,14 @@ void PrintMove(const v1alpha1::AliasMove& move) {
 }
 
 int Print(const Common& common, const v1alpha1::AliasMove& move) {
-  common.json ? PrintJson(move) : PrintMove(move);
+  if (common.json) {
+    PrintJson(move);
+  } else if (move.from_digest() == move.to_digest()) {
+    fmt::print("nothing moved: {}@{} is {} already\n", move.model(), move.alias(),
+               Short(move.to_digest()));
+  } else {
+    PrintMove(move);
+  }
   return kExitOk;
 }
 
@@ -40,15 +48,17 @@ int History(const Common& common, const std::string& model, int limit) {
     PrintJson(response);
   } else {
     for (const auto& move : response.moves()) PrintMove(move);
+    if (response.moves().empty()) std::cerr << "no move is recorded\n";
   }
   return kExitOk;
 }
 
 int Prune(const Common& common, const v1alpha1::PruneRequest& request) {
   const auto response = JobsOf(common).Prune(request);
+  const int code = response.failed_count() == 0 ? kExitOk : kExitFailed;
   if (common.json) {
     PrintJson(response);
-    return kExitOk;
+    return code;
   }
   for (const auto& item : response.items()) {
     fmt::print("{:>12} {} {}: {}\n", item.bytes(), TimeUtil::ToString(item.time()), item.name(),
@@ -56,7 +66,13 @@ int Prune(const Common& common, const v1alpha1::PruneRequest& request) {
   }
   fmt::print("{} {} of {} MB, {} entries\n", request.dry_run() ? "would free" : "freed",
              response.bytes_freed() / 1e6, response.bytes_before() / 1e6, response.items_count());
-  return kExitOk;
+  for (const auto& item : response.failed()) {
+    std::cerr << fmt::format("not removed: {}: {}\n", item.name(), item.why());
+  }
+  if (code != kExitOk) {
+    std::cerr << fmt::format("{} entries could not be removed\n", response.failed_count());
+  }
+  return code;
 }
 
 template <class Request>
@@ -82,6 +98,11 @@ void AddMove(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
       "--to", [request](const auto& v) { request->set_alias(v); },
       "Alias to move; default: stable");
   AddWhoAndWhy(move, request);
+  move->footer(
+      "Examples:\n"
+      "  grouser-client model move NAME@canary --to stable --who me --why 'a week without "
+      "complaint'\n"
+      "  grouser-client model move NAME@sha256:0123456789ab --to paper-2026 --who me --why kept");
   move->add_flag_callback(
       "--override-gate", [request] { request->set_override_gate(true); },
       "Also to what no gate has let through");
@@ -100,6 +121,10 @@ void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action
       "--to", [request](const auto& v) { request->set_to(v); },
       "Digest (12 hex digits or more) or generation; default: the model before");
   AddWhoAndWhy(back, request);
+  back->footer(
+      "Examples:\n"
+      "  grouser-client model rollback NAME --who me --why 'worse on the slope'\n"
+      "  grouser-client model rollback NAME@canary --to 12 --who me --why 'as at generation 12'");
   back->callback(
       [=] { *action = [=] { return Print(*common, JobsOf(*common).RollbackAlias(*request)); }; });
 }
@@ -118,6 +143,10 @@ void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   history->add_option("--limit", *limit, "How many")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  history->footer(
+      "Examples:\n"
+      "  grouser-client model history\n"
+      "  grouser-client model history NAME@stable --limit 100");
   history->callback([=] { *action = [=] { return History(*common, *name, *limit); }; });
 
   auto request = std::make_shared<v1alpha1::PruneRequest>();
@@ -125,12 +154,20 @@ void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
       "prune", "Removes models, runs, tiles and ended jobs that nothing names any more");
   prune->add_flag_callback(
       "--dry-run", [request] { request->set_dry_run(true); }, "Say what would go, and why");
-  prune->add_option_function<std::uint64_t>(
-      "--max-disk-mb", [request](std::uint64_t v) { request->set_max_disk_mb(v); },
-      "Oldest first, until so much is left; default: as grouser-jobs was started");
-  prune->add_option_function<double>(
-      "--keep-days", [request](double v) { request->set_keep_days(v); },
-      "What is older; default: as grouser-jobs was started");
+  prune
+      ->add_option_function<std::uint64_t>(
+          "--max-disk-mb", [request](std::uint64_t v) { request->set_max_disk_mb(v); },
+          "Oldest first, until so much is left [MB]; default: as grouser-jobs was started")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000}));
+  prune
+      ->add_option_function<double>(
+          "--keep-days", [request](double v) { request->set_keep_days(v); },
+          "What is older [days]; default: as grouser-jobs was started")
+      ->check(CLI::Range(0.0, 1e5));
+  prune->footer(
+      "Examples:\n"
+      "  grouser-client prune --dry-run\n"
+      "  grouser-client prune --max-disk-mb 20000 --keep-days 90");
   prune->callback([=] { *action = [=] { return Prune(*common, *request); }; });
 }
 

@@ -147,6 +147,10 @@ void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   AddField<std::string>(submit, "--request-id", "Makes the submission idempotent",
                         [request](const auto& v) { request->set_request_id(v); });
   submit->add_flag("--watch", options->watch, "Follow the job to its end");
+  submit->footer(
+      "Examples:\n"
+      "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
+      "  grouser-client submit --mode towed --load 24 --priority 5 --time-limit-s 3600");
   submit->callback([=] { *action = [=] { return Submit(*common, *options); }; });
 }
 
@@ -168,6 +172,10 @@ void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   promote->add_flag_callback(
       "--override-gate", [request] { request->set_override_gate(true); },
       "Promote although a gate check failed");
+  promote->footer(
+      "Examples:\n"
+      "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
+      "  grouser-client promote JOB --alias canary --who me --why 'to be tried'");
   promote->callback([=] { *action = [=] { return Promote(*common, *request); }; });
 }
 
@@ -180,10 +188,12 @@ void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* actio
   auto id = std::make_shared<std::string>();
   auto* job = app.add_subcommand("job", "One job");
   job->add_option("job", *id, "Job")->required();
+  job->footer("Examples:\n  grouser-client job JOB\n  grouser-client job JOB --json");
   job->callback([=] { *action = [=] { return Print(*common, MakeClient(*common).Get(*id)); }; });
 
   auto* watch = app.add_subcommand("watch", "Follows a job until it ends or awaits promotion");
   watch->add_option("job", *id, "Job")->required();
+  watch->footer("Example:\n  grouser-client watch JOB");
   watch->callback([=] { *action = [=] { return Watch(*common, *id); }; });
 
   auto limit = std::make_shared<int>(20);
@@ -191,12 +201,14 @@ void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* actio
   jobs->add_option("--limit", *limit, "How many")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  jobs->footer("Examples:\n  grouser-client jobs\n  grouser-client jobs --limit 100 --json");
   jobs->callback([=] { *action = [=] { return ListJobs(*common, *limit); }; });
 
   auto request_id = std::make_shared<std::string>();
   auto* cancel = app.add_subcommand("cancel", "Withdraws one request; work stops at the last");
   cancel->add_option("job", *id, "Job")->required();
   cancel->add_option("--request-id", *request_id, "As printed by submit")->required();
+  cancel->footer("Example:\n  grouser-client cancel JOB --request-id cli-4711-0123456789abcdef");
   cancel->callback([=] {
     *action = [=] { return Print(*common, MakeClient(*common).Cancel(*id, *request_id)); };
   });

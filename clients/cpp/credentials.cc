@@ -12,20 +12,28 @@
 namespace grouser::client {
 namespace {
 
-std::string ReadText(const char* option, const std::string& path) {
+std::string ReadText(const char* option, const std::string& path, const char* expected) {
+  errno = 0;
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in || !text) {
-    throw std::invalid_argument(std::string(option) + ": " + path + ": " + std::strerror(errno));
+  if (in) text << in.rdbuf();  // fails where there is nothing to copy, without an error
+  const int error = errno;
+  if (!in || (!text && error != 0)) {
+    throw std::invalid_argument(std::string(option) + ": " + path + ": " +
+                                (error != 0 ? std::strerror(error) : "cannot be read"));
   }
-  if (text.str().empty())
-    throw std::invalid_argument(std::string(option) + ": " + path + ": empty");
+  if (text.str().empty()) {
+    throw std::invalid_argument(std::string(option) + ": " + path + ": is empty, expected " +
+                                expected);
+  }
   return text.str();
+}
+std::string ReadPem(const char* option, const std::string& path) {
+  return ReadText(option, path, "PEM");
 }
 
 std::string ReadToken(const std::string& path) {
-  std::string token = ReadText("--token-file", path);
+  std::string token = ReadText("--token-file", path, "a token");
   constexpr const char* kBlanks = " \t\r\n";
   token.erase(0, token.find_first_not_of(kBlanks));
   token.erase(token.find_last_not_of(kBlanks) + 1);
@@ -33,7 +41,8 @@ std::string ReadToken(const std::string& path) {
     if (c > ' ' && c <= '~') continue;
     throw std::invalid_argument("--token-file: " + path + ": expected one word of ASCII");
   }
-  if (token.empty()) throw std::invalid_argument("--token-file: " + path + ": empty");
+  if (token.empty())
+    throw std::invalid_argument("--token-file: " + path + ": is empty, expected a token");
   return token;
 }
 
@@ -75,10 +84,10 @@ std::shared_ptr<grpc::ChannelCredentials> MakeCredentials(const Server& server) 
   }
   if (!access.tls_ca.empty()) {
     grpc::SslCredentialsOptions options;
-    options.pem_root_certs = ReadText("--tls-ca", access.tls_ca);
+    options.pem_root_certs = ReadPem("--tls-ca", access.tls_ca);
     if (!access.tls_cert.empty()) {
-      options.pem_cert_chain = ReadText("--tls-cert", access.tls_cert);
-      options.pem_private_key = ReadText("--tls-key", access.tls_key);
+      options.pem_cert_chain = ReadPem("--tls-cert", access.tls_cert);
+      options.pem_private_key = ReadPem("--tls-key", access.tls_key);
     }
     return WithToken(grpc::SslCredentials(options), access.token_file);
   }

@@ -14,8 +14,6 @@ namespace grouser::client {
 /// text when it fails. Meaning of the messages: jobs_service.proto.
 class JobsClient {
  public:
-  explicit JobsClient(std::string address, Milliseconds deadline = Milliseconds(10000))
-      : JobsClient(Server{std::move(address), {}}, deadline) {}
   /// Throws as MakeCredentials.
   explicit JobsClient(Server server, Milliseconds deadline = Milliseconds(10000));
 

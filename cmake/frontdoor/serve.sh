@@ -16,7 +16,8 @@ SIGTERM.
                      half of the processors)
   --grpc ADDR        of queries (default 127.0.0.1:50151)
   --jobs-grpc ADDR   of jobs (default 127.0.0.1:50152); both: HOST:PORT or unix:PATH
-  --no-lcm           gRPC only (chosen for you where no multicast route goes by lo)
+  --no-lcm           gRPC only (chosen for you where no multicast route goes by lo, unless
+                     --config is given, which then has to say so)
   --lcm-url URL      e.g. udpm://239.255.76.67:7667?ttl=0
   --lcm-interface IF receives LCM queries by this interface, e.g. eth0 (default: lo,
                      from this machine alone)
@@ -24,15 +25,19 @@ SIGTERM.
   --http ADDR        of queries, for /metrics, /healthz, /readyz, /buildinfo and calls as
                      JSON (default: none); --jobs-http ADDR: of jobs
   --log-format text|json, --log-slow-s S   of both
-  --config FILE      YAML file of settings of both (./grouser config --help);
-                     options given here, and the defaults above, go before it
-  --max-connections N, --idle-s S, --drain-s S, --probe-s S   of both; see
-                     grouser-server --help
+  --config FILE      YAML file of settings of both (./grouser config --help); options
+                     given here go before it, and it before the defaults above
+  --max-connections N, --idle-s S, --drain-s S, --probe-s S, --memory-budget-mb N,
+  --max-calls N, --answer-s S, --http-insecure   of both; see grouser-server --help
+  --jobs-NAME VALUE  any option --NAME of grouser-jobs (its --help lists them), such as
+                     --jobs-workers 2, --jobs-max-disk-mb 20000, --jobs-device cuda;
+                     any other --NAME VALUE goes to grouser-server
   --tls-cert FILE, --tls-key FILE, --tls-client-ca FILE, --rights FILE, --insecure,
   --reflection       of both: who may reach them and do what; docs/security.md
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
 Examples:
   ./grouser serve
+  ./grouser serve --jobs-max-disk-mb 20000 --jobs-auto-promote canary
   ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm \
     --tls-cert server.pem --tls-key server.key
 then, elsewhere:
@@ -41,6 +46,9 @@ then, elsewhere:
     --tls-ca ca.pem
 HELP
 }
+
+# sets NAME SHOWN: whether the file of `--config-show` sets it.
+sets() { grep -qE "^  $1: .*  # file\$" <<<"$2"; }
 
 # Starts a program that dies with this shell, even if that is killed.
 start_child() {
@@ -76,33 +84,42 @@ word_serve() {
     GROUSER_SIGNALS_RESET=1 exec env --default-signal=INT,TERM,HUP "$GROUSER_ROOT/grouser" serve "$@"
   fi
   unset GROUSER_SIGNALS_RESET
-  local state shipped server=() jobs=() vehicles=() lcm=''
-  state="$(state_dir)"
-  shipped="$(shipped_dir)"
+  local state='' shipped='' server=() jobs=() vehicles=() config=() lcm='' shown=''
   while [ $# -gt 0 ]; do
     case "$1" in
       --no-lcm) server+=("$1"); lcm=1; shift; continue ;;
-      --insecure | --reflection) server+=("$1"); jobs+=("$1"); shift; continue ;;
+      --insecure | --reflection | --http-insecure) server+=("$1"); jobs+=("$1"); shift; continue ;;
       --*=*) set -- "${1%%=*}" "${1#*=}" "${@:2}" ;;
+      --*) ;;
+      *) usage_error "serve: '$1' is no option; see ./grouser serve --help" ;;
     esac
     [ $# -ge 2 ] || usage_error "serve: $1 needs a value, or is unknown; see ./grouser serve --help"
     case "$1" in
       --state) state="$2" ;;
       --shipped) shipped="$2" ;;
       --vehicles) vehicles+=("$1" "$2") ;;
-      --grpc | --http | --port-file | --vehicle-threads) server+=("$1" "$2") ;;
-      --max-connections | --idle-s | --drain-s | --probe-s | --log-format | --log-slow-s | --config | \
-        --tls-cert | --tls-key | --tls-client-ca | --rights)
+      --config) config=("$1" "$2") ;;
+      --max-connections | --idle-s | --drain-s | --probe-s | --memory-budget-mb | --max-calls | --answer-s | \
+        --log-format | --log-slow-s | --tls-cert | --tls-key | --tls-client-ca | --rights)
         server+=("$1" "$2"); jobs+=("$1" "$2") ;;
       --lcm-url | --lcm-interface) server+=("$1" "$2"); lcm=1 ;;
-      --jobs-grpc) jobs+=(--grpc "$2") ;;
-      --jobs-http) jobs+=(--http "$2") ;;
-      --jobs-port-file) jobs+=(--port-file "$2") ;;
-      *) usage_error "serve: unknown option '$1'; see ./grouser serve --help" ;;
+      --jobs-*) jobs+=("--${1#--jobs-}" "$2") ;;
+      *) server+=("$1" "$2") ;;  # grouser-server names those that it does not have
     esac
     shift 2
   done
-  if [ -z "$(model_files "$shipped" "$state/models")" ]; then
+  build_if_missing grouser-server grouser-jobs
+  if [ ${#config[@]} -gt 0 ]; then
+    # A file that is refused is named by both programs; what it does not set has the defaults.
+    shown="$("$(program_path grouser-server)" "${config[@]}" --config-show)" || exit $?
+    "$(program_path grouser-jobs)" "${config[@]}" --config-show >/dev/null || exit $?
+    server+=("${config[@]}") jobs+=("${config[@]}") lcm=1
+  fi
+  [ -n "$state" ] || sets state "$shown" || state="$(state_dir)"
+  [ -n "$shipped" ] || sets shipped "$shown" || shipped="$(shipped_dir)"
+  [ ${#vehicles[@]} -gt 0 ] || sets vehicles "$shown" ||
+    vehicles=(--vehicles "$GROUSER_ROOT/surrogate/vehicle/shipped")
+  if [ -z "$shown" ] && [ -z "$(model_files "$shipped" "$state/models")" ]; then
     say "no model in $shipped or $state/models. Make one with ./grouser demo,"
     fail "or with ./grouser campaign run and ./grouser fit, and name its folder by --shipped."
   fi
@@ -110,14 +127,12 @@ word_serve() {
     say "no multicast route by lo, so no LCM (./grouser doctor has the two commands); gRPC only"
     server+=(--no-lcm)
   fi
-  [ ${#vehicles[@]} -gt 0 ] || vehicles=(--vehicles "$GROUSER_ROOT/surrogate/vehicle/shipped")
-  build_if_missing grouser-server grouser-jobs
   CHILDREN=() SERVE_ENDED_BY_SIGNAL='' SERVE_CODE=0
   trap end_children TERM INT HUP
-  start_child "$(program_path grouser-server)" --state "$state" --shipped "$shipped" "${vehicles[@]}" \
-    "${server[@]}"
-  start_child "$(program_path grouser-jobs)" --state "$state" --shipped "$shipped" \
-    --bin "$GROUSER_ROOT/build/release/bin" "${jobs[@]}"
+  [ -z "$state" ] || { server+=(--state "$state"); jobs+=(--state "$state"); }
+  [ -z "$shipped" ] || { server+=(--shipped "$shipped"); jobs+=(--shipped "$shipped"); }
+  start_child "$(program_path grouser-server)" "${vehicles[@]}" "${server[@]}"
+  start_child "$(program_path grouser-jobs)" "${jobs[@]}"  # its workers' programs are beside it
   reap_children
   exit "$SERVE_CODE"
 }

@@ -9,6 +9,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
+#include "server/core/model_reference.h"
 
 namespace grouser::server {
 namespace {
@@ -65,12 +66,24 @@ Repository::Aliases AliasesFrom(const Json& root) {
     }
   }
   std::map<std::pair<std::string, std::string>, std::string> last;
+  std::map<std::string, std::size_t> unknown;  // by model: the move that lacks its "from"
   for (const Json& move : Get<Json::array_t>(root, "history", "a list")) {
     aliases.history.push_back(MoveFrom(move));
     AliasMove& made = aliases.history.back();
     std::string& before = last[{made.model, made.alias}];
     if (!move.contains("from")) made.from = before;
     before = made.digest;
+    if (made.from.empty() && !move.contains("from") && made.alias == kDefaultAlias) {
+      unknown[made.model] = aliases.history.size() - 1;
+    } else if (made.alias == kDefaultAlias) {
+      unknown.erase(made.model);
+    }
+  }
+  // Of the latest move of "stable" "previous" tells what the history of then does not.
+  for (const auto& [model, at] : unknown) {
+    AliasMove& made = aliases.history[at];
+    const std::string previous = aliases.Find(model, std::string(kPreviousAlias));
+    if (previous != made.digest) made.from = previous;
   }
   return aliases;
 }

@@ -9,7 +9,7 @@ namespace grouser::server {
 /// The alias file: JSON {"generation", "aliases": {model: {alias: digest}},
 /// "history": [{model, alias, digest, from, rollback, generation, who, why, unix_s}]}.
 /// Files of before 0.2 have no "from" and no "rollback": the former is then the digest of the
-/// move before, if there is one.
+/// move before; of a "stable" that moved once what "previous" names.
 
 /// Reads it; a missing file is generation 0 without aliases. Throws
 /// std::runtime_error "PATH: what is wrong, what was expected".

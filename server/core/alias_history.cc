@@ -31,9 +31,13 @@ bool IsGeneration(const std::string& to) {
          std::all_of(to.begin(), to.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// What the alias named at a generation; empty: nothing that is known.
+/// What the alias named at a generation that was; empty: nothing that is known.
 std::string NamedAt(const std::vector<const AliasMove*>& moves, std::uint64_t generation) {
-  std::string named = moves.empty() ? "" : moves.front()->from;
+  if (moves.empty()) return "";
+  // Before the oldest recorded move there may have been others.
+  const std::uint64_t first = moves.front()->generation;
+  if (moves.size() >= kMovesKept && generation + 1 < first) return "";
+  std::string named = moves.front()->from;
   for (const AliasMove* move : moves) {
     if (move->generation <= generation) named = move->digest;
   }
@@ -77,15 +81,28 @@ std::string RollbackTarget(const Repository::Aliases& aliases, const std::string
   if (to.empty()) {
     if (named.size() > 1) target = named[named.size() - 2];
   } else if (IsGeneration(to)) {
-    target = NamedAt(moves, std::stoull(to));
+    const std::uint64_t generation = std::stoull(to);
+    if (generation > aliases.generation) {
+      throw std::out_of_range(
+          fmt::format("to: generation {} never was, expected at most {}, the "
+                      "present one",
+                      generation, aliases.generation));
+    }
+    target = NamedAt(moves, generation);
   } else {
     target = NamedAs(moves, to);
   }
   if (!target.empty()) return target;
-  throw std::out_of_range(
-      fmt::format("to: {} is nothing that {}@{} named before; it named, oldest first: {}",
-                  to.empty() ? "the model before" : Quote(to), model, alias,
-                  named.empty() ? "nothing" : fmt::format("{}", fmt::join(named, ", "))));
+  if (to.empty()) {
+    throw std::out_of_range(fmt::format(
+        "model: {}@{} named no model before{}", model, alias,
+        named.empty()   ? ", and names none now"
+        : moves.empty() ? fmt::format(" {}: no move of it is recorded", named.back())
+                        : fmt::format(" {}, the oldest that is recorded", named.back())));
+  }
+  throw std::out_of_range(fmt::format(
+      "to: {} is nothing that {}@{} named before; it named, oldest first: {}", Quote(to), model,
+      alias, named.empty() ? "nothing" : fmt::format("{}", fmt::join(named, ", "))));
 }
 
 void BoundHistory(std::vector<AliasMove>* history) {
@@ -106,6 +123,16 @@ std::vector<std::string> NamedLately(const Repository::Aliases& aliases, std::si
     if (later[{move->model, move->alias}]++ >= most) continue;
     named.insert(move->digest);
     if (!move->from.empty()) named.insert(move->from);
+  }
+  for (const auto& [alias, moves] : later) {
+    // Where rollbacks lead from here: further back than those moves when they were rollbacks.
+    std::set<std::string> in_turn;
+    const auto back = NamedInTurn(aliases, alias.first, alias.second);
+    for (auto digest = back.rbegin(); digest != back.rend(); ++digest) {
+      if (in_turn.size() > most) break;  // the present one and those before
+      in_turn.insert(*digest);
+    }
+    named.merge(in_turn);
   }
   return {named.begin(), named.end()};
 }

@@ -19,7 +19,8 @@ std::string RollbackTarget(const Repository::Aliases& aliases, const std::string
 /// Drops all but the latest kMovesKept moves of each alias.
 void BoundHistory(std::vector<AliasMove>* history);
 
-/// Digests that the latest `most` moves of each alias but "candidate" led from and to.
+/// Of each alias but "candidate": digests that its latest `most` moves led from and to, and those
+/// that its next `most` rollbacks lead to.
 std::vector<std::string> NamedLately(const Repository::Aliases& aliases, std::size_t most);
 
 }  // namespace grouser::server

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <mutex>
+#include <ranges>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -80,6 +81,13 @@ bool IsThere(const std::vector<Repository::Entry>& entries, const std::string& m
              const std::string& digest) {
   return std::any_of(entries.begin(), entries.end(), [&](const Repository::Entry& entry) {
     return entry.digest == digest && entry.name == model;
+  });
+}
+
+bool IsRecorded(const Repository::Aliases& aliases, const std::string& model,
+                const std::string& alias) {
+  return std::any_of(aliases.history.begin(), aliases.history.end(), [&](const AliasMove& move) {
+    return move.model == model && move.alias == alias;
   });
 }
 
@@ -175,8 +183,12 @@ void Repository::AddShippedDefaults(const std::vector<Entry>& entries, Aliases* 
     const Entry*& chosen = newest[entry.name];
     if (chosen == nullptr || entry.created > chosen->created) chosen = &entry;
   }
+  const std::string alias(kDefaultAlias);
   for (const auto& [name, chosen] : newest) {
-    aliases->by_model[name].emplace(std::string(kDefaultAlias), chosen->digest);
+    std::string& stable = aliases->by_model[name][alias];
+    // Up to 0.2 any move of an alias wrote the default of then along, which nobody had chosen.
+    const bool left_over = !IsThere(entries, name, stable) && !IsRecorded(*aliases, name, alias);
+    if (stable.empty() || left_over) stable = chosen->digest;
   }
 }
 
@@ -229,6 +241,12 @@ AliasMove Repository::Rollback(const std::string& model, const std::string& alia
   const auto entries = List(nullptr);
   Aliases aliases = ReadStateAliases();
   AddShippedDefaults(entries, &aliases);
+  const bool known = aliases.by_model.contains(model) ||
+                     std::ranges::any_of(entries, [&](const Entry& e) { return e.name == model; });
+  if (!known) {
+    throw std::out_of_range("model: no model " + Quote(model) +
+                            "; known models: " + KnownNames(entries));
+  }
   const std::string target = RollbackTarget(aliases, model, alias, to);
   if (!IsThere(entries, model, target)) {
     throw std::out_of_range("to: " + target + ", which " + model + "@" + alias +
@@ -236,17 +254,15 @@ AliasMove Repository::Rollback(const std::string& model, const std::string& alia
   }
   AliasMove move{model, alias, target, 0, who, why, UnixNow()};
   move.rollback = true;
-  return Move(std::move(aliases), std::move(move), entries);
+  return Move(ReadStateAliases(), std::move(move), entries);
 }
 
 AliasMove Repository::Move(Aliases aliases, AliasMove move,
                            const std::vector<Entry>& entries) const {
-  AddShippedDefaults(entries, &aliases);
-  move.from = aliases.Find(move.model, move.alias);
-  const bool recorded =
-      std::any_of(aliases.history.begin(), aliases.history.end(), [&](const AliasMove& other) {
-        return other.model == move.model && other.alias == move.alias;
-      });
+  Aliases shown = aliases;  // the defaults are for reading alone: written, they would never change
+  AddShippedDefaults(entries, &shown);
+  move.from = shown.Find(move.model, move.alias);
+  const bool recorded = IsRecorded(aliases, move.model, move.alias);
   // A repeated move (a promotion finished after a crash) must not make the
   // model its own predecessor.
   if (move.from == move.digest && (recorded || move.rollback)) {
@@ -290,6 +306,11 @@ Repository::Entry Repository::Resolve(const std::string& reference) const {
     Aliases aliases = ReadStateAliases();
     AddShippedDefaults(entries, &aliases);
     wanted = aliases.Find(name, std::string(parsed->alias));
+    if (wanted.empty() && aliases.by_model.contains(name)) {
+      throw std::out_of_range(
+          fmt::format("model: {} has no alias {}; it has: {}", Quote(name), Quote(parsed->alias),
+                      fmt::join(std::views::keys(aliases.by_model.at(name)), ", ")));
+    }
   }
   std::vector<Entry> matches;
   for (const auto& entry : entries) {

@@ -68,15 +68,16 @@ class Repository {
   Aliases ReadAliases() const;
   /// The alias file alone; a missing one is generation 0 without aliases.
   Aliases ReadStateAliases() const;
-  /// Of the shipped ones of each name the newest becomes "stable", unless the
-  /// name has a "stable".
+  /// Of the shipped ones of each name the newest becomes "stable", unless the name has a
+  /// "stable". One that no move recorded and whose model is not there does not count: earlier
+  /// versions wrote the shipped one of then along with any move.
   static void AddShippedDefaults(const std::vector<Entry>& entries, Aliases* aliases);
 
   /// Copies a model file into the state folder; returns its digest.
   std::string Publish(const std::string& model_file);
 
   /// Moves an alias under a file lock; "stable" keeps its old target as
-  /// "previous". Throws std::runtime_error for an unknown digest.
+  /// "previous". Writes no other alias. Throws std::runtime_error for an unknown digest.
   AliasMove SetAlias(const std::string& model, const std::string& alias, const std::string& digest,
                      const std::string& who, const std::string& why);
 

@@ -69,6 +69,10 @@ SnapshotStore::LastGood SnapshotStore::Load(const Repository::File& file, const 
   const auto known = last_good_.find(file.path);
   const LastGood old = known == last_good_.end() ? LastGood{} : known->second;
   if (old.model && old.stamp == file.stamp) return old;
+  if (const auto failed = failed_.find(file.path); failed != failed_.end()) {
+    problems->push_back(failed->second);  // nothing has changed since: only others were pending
+    return old;
+  }
   try {
     auto loaded = Repository::Read(file);
     // A digest names the content: what is loaded already is that model.
@@ -90,7 +94,7 @@ void SnapshotStore::LoadAll(const Snapshot& before, std::vector<Loading>* all) c
   const auto rank = [&](const Loading* one) {
     const auto known = last_good_.find(one->file->path);
     const bool loaded = known != last_good_.end() && known->second.stamp == one->file->stamp;
-    return loaded ? 0 : one->named ? 1 : 2;
+    return loaded || failed_.contains(one->file->path) ? 0 : one->named ? 1 : 2;
   };
   std::ranges::stable_sort(order, {}, rank);
   const auto end = std::chrono::steady_clock::now() + unnamed_;
@@ -132,6 +136,8 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   Outcome outcome;
   if (loaded_ && fingerprint == fingerprint_) return outcome;
 
+  if (fingerprint != seen_) failed_.clear();
+  seen_ = fingerprint;
   const auto before = Current();
   ReadStateAliases(&outcome);
   LastGoodFiles good;
@@ -152,7 +158,8 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
       pending.push_back(StemOf(one.file->path));
       continue;
     }
-    std::ranges::move(one.problems, std::back_inserter(outcome.problems));
+    if (!one.problems.empty()) failed_[one.file->path] = one.problems.front();
+    std::ranges::copy(one.problems, std::back_inserter(outcome.problems));
     LastGood& loaded = one.result;
     if (!loaded.model) continue;
     if (!FindDigest(models, loaded.model->digest)) models.push_back(loaded.model);
@@ -164,6 +171,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   Repository::Aliases wanted = state_aliases_;
   Repository::AddShippedDefaults(entries, &wanted);
   auto aliases = TargetsOf(wanted, *before, &models, &outcome);
+  FindNews(all, &outcome);
   std::shared_ptr<const Snapshot> next = std::make_shared<const Snapshot>(
       wanted.generation, std::move(models), std::move(aliases), pending);
   {
@@ -177,6 +185,29 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   loaded_ = true;
   outcome.changed = true;
   return outcome;
+}
+
+void SnapshotStore::FindNews(const std::vector<Loading>& all, Outcome* outcome) {
+  std::map<std::string, std::string> told;
+  const auto tell = [&](const std::string& what, const std::string& state,
+                        const std::string& problem) {
+    const auto known = told_.find(what);
+    if (known == told_.end() || known->second != state) outcome->news.push_back(problem);
+    told[what] = state;
+  };
+  std::set<std::string> of_files;
+  for (const Loading& one : all) {
+    const std::string& path = one.file->path;
+    if (!one.tried && told_.contains(path)) told[path] = told_.at(path);
+    for (const std::string& problem : one.problems) {
+      tell(path, one.file->stamp + problem, problem);
+      of_files.insert(problem);
+    }
+  }
+  for (const std::string& problem : outcome->problems) {
+    if (!of_files.contains(problem)) tell(problem, "", problem);
+  }
+  told_ = std::move(told);
 }
 
 void SnapshotStore::ReleaseRetired() {

@@ -20,10 +20,13 @@ class SnapshotStore {
   SnapshotStore(const Repository& repository, ModelFactory factory,
                 std::chrono::milliseconds unnamed = std::chrono::milliseconds(1000));
 
-  /// What a refresh did; `problems` are worth a log line each.
+  /// What a refresh did.
   struct Outcome {
     bool changed = false;
     std::vector<std::string> problems;
+    /// Those that the refresh before did not have, or of files that have changed since: worth a
+    /// log line each.
+    std::vector<std::string> news;
     /// Names that should be answered and are not: "name@stable" of an alias without any model
     /// to serve, or the damaged alias file of which no alias was ever read.
     std::vector<std::string> unresolved;
@@ -66,6 +69,7 @@ class SnapshotStore {
   void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
   void ReadStateAliases(Outcome* outcome);
   void ReleaseRetired();
+  void FindNews(const std::vector<Loading>& all, Outcome* outcome);
 
   const Repository& repository_;
   ModelFactory factory_;
@@ -74,6 +78,11 @@ class SnapshotStore {
   bool loaded_ = false;
   bool aliases_were_read_ = false;
   LastGoodFiles last_good_;
+  /// Files that could not be served, by path, since the repository last changed.
+  std::map<std::string, std::string> failed_;
+  std::string seen_;  ///< fingerprint of that
+  /// Problems that were told and last: of a file by its path, with its stamp; others by themselves.
+  std::map<std::string, std::string> told_;
   Repository::Aliases state_aliases_;  // the last known good ones
 
   mutable std::mutex mutex_;  // guards current_ alone

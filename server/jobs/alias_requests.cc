@@ -1,7 +1,10 @@
 #include "server/jobs/alias_requests.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -79,6 +82,19 @@ bool WasPromoted(const Repository::Aliases& aliases, const Repository::Entry& en
          });
 }
 
+/// Empty: all models.
+void CheckIsKnown(const Repository& repository, const Repository::Aliases& aliases,
+                  const std::string& name) {
+  std::set<std::string> names;
+  for (const auto& [known, of_model] : aliases.by_model) names.insert(known);
+  for (const AliasMove& move : aliases.history) names.insert(move.model);
+  for (const auto& entry : repository.List(nullptr)) names.insert(entry.name);
+  if (name.empty() || names.contains(name)) return;
+  throw std::out_of_range(
+      fmt::format("model: no model {}; known models: {}", Quote(name),
+                  names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+}
+
 /// A canary lacks what became stable since it was fitted.
 void CheckFollowsStable(const Repository::Aliases& aliases, const Repository::Entry& entry) {
   const std::string stable = aliases.Find(entry.name, std::string(kDefaultAlias));
@@ -154,6 +170,7 @@ v1alpha1::ListAliasMovesResponse ListAliasMoves(const Repository& repository,
   }
   return Asked([&] {
     const auto aliases = repository.ReadAliases();
+    CheckIsKnown(repository, aliases, std::string(wanted.name));
     v1alpha1::ListAliasMovesResponse response;
     response.set_generation(aliases.generation);
     std::size_t bytes = 0;

@@ -145,7 +145,7 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   const auto spec = BuildSpec(loaded.model, request);
   CheckScene(loaded.model, spec);
   auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
-                               JoinKeyOf(entry.digest, spec), spec, who);
+                               JoinKeyOf(entry.digest, spec, request), spec, who);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
   return response;

@@ -62,8 +62,10 @@ void Describe(CLI::App& app, Settings& s) {
                  "address space but for cpu, since CUDA maps all memory there is")
       ->check(CLI::IsMember({"cpu", "cuda", "auto"}))
       ->capture_default_str();
-  app.add_option("--max-queued", s.jobs.max_queued,
-                 "Waiting jobs of one client before new ones are refused")
+  app.add_option(
+         "--max-queued", s.jobs.max_queued,
+         "Waiting jobs of one client (an identity by certificate or token, else 'local', or "
+         "'anonymous@HOST' from another machine) before new ones are refused")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   app.add_option("--memory-gib", s.memory_gib, "Address space of a worker; 0: unbounded")

@@ -23,6 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMega = 1e6;
+constexpr int kMostFailed = 100;              ///< named in one answer
+constexpr std::size_t kMostFailedText = 500;  ///< characters of each
 
 /// What must stay.
 struct Kept {
@@ -63,6 +65,11 @@ double TimeOf(const std::string& path, bool read) {
   const time_t seconds =
       read ? std::max(info.st_mtim.tv_sec, info.st_atim.tv_sec) : info.st_mtim.tv_sec;
   return static_cast<double>(seconds);
+}
+
+bool IsFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(fs::symlink_status(path, ignored));
 }
 
 double SecondsOf(const google::protobuf::Timestamp& time) {
@@ -139,10 +146,13 @@ class Finder {
     });
     AddFolders(known);
     AddFiles("models", [&](const fs::path& path) {
-      return path.extension() == ".model" && !kept_.digests.contains(path.stem().string());
+      return path.extension() == ".model" && IsFile(path) &&
+             !kept_.digests.contains(path.stem().string());
     });
+    // Those that were set aside too; nothing else there is this program's.
     AddFiles("runs", [&](const fs::path& path) {
-      return !kept_.run_files.contains(path.filename().string());
+      const std::string name = path.filename().string();
+      return name.find(".run.h5") != name.npos && IsFile(path) && !kept_.run_files.contains(name);
     });
     if (!kept_.tiles) AddFiles("tiles", [](const fs::path&) { return true; });
     std::ranges::sort(
@@ -198,6 +208,15 @@ std::string WhyGone(const PruneLimits& limits, const Item& item, double now, std
   return "";
 }
 
+v1alpha1::PrunedItem MessageOf(const Item& item, const std::string& why) {
+  v1alpha1::PrunedItem message;
+  message.set_name(item.name);
+  message.set_bytes(item.bytes);
+  *message.mutable_time() = records::TimestampOf(item.unix_s);
+  message.set_why(why);
+  return message;
+}
+
 }  // namespace
 
 Pruner::Pruner(const JobFiles& files, JobStore& store, const JobBook& book,
@@ -212,6 +231,16 @@ void Pruner::RemoveAll(const std::string& path) {
   std::error_code error;
   fs::remove_all(path, error);
   if (error) throw std::runtime_error(path + ": cannot be removed: " + error.message());
+}
+
+std::string Pruner::Remove(const std::string& path, const std::string& job_id) {
+  try {
+    if (!job_id.empty()) store_.Remove(job_id);
+    remove_(path);
+    return "";
+  } catch (const std::exception& e) {
+    return e.what();
+  }
 }
 
 v1alpha1::PruneResponse Pruner::Prune(const PruneLimits& limits, bool dry_run, double now_unix_s) {
@@ -230,27 +259,28 @@ v1alpha1::PruneResponse Pruner::Prune(const PruneLimits& limits, bool dry_run, d
     for (const Item& item : found.items()) {
       const std::string why = WhyGone(limits, item, now_unix_s, used);
       if (why.empty()) continue;
-      if (!dry_run) {
-        spdlog::info("pruned {} ({} bytes): {}", item.name, item.bytes, why);
-        if (item.is_job) store_.Remove(item.name);
-        remove_(item.path);
+      const std::string problem = dry_run ? "" : Remove(item.path, item.is_job ? item.name : "");
+      if (!problem.empty()) {  // the others go all the same
+        spdlog::error("not pruned: {}: {}", item.name, problem);
+        response.set_failed_count(response.failed_count() + 1);
+        if (response.failed_size() < kMostFailed) {
+          *response.add_failed() = MessageOf(item, problem.substr(0, kMostFailedText));
+        }
+        continue;
       }
+      if (!dry_run) spdlog::info("pruned {} ({} bytes): {}", item.name, item.bytes, why);
       used -= std::min(used, item.bytes);
-      v1alpha1::PrunedItem gone;
-      gone.set_name(item.name);
-      gone.set_bytes(item.bytes);
-      *gone.mutable_time() = records::TimestampOf(item.unix_s);
-      gone.set_why(why);
       response.set_items_count(response.items_count() + 1);
       response.set_bytes_freed(response.bytes_freed() + item.bytes);
-      more = more && AddToPage(std::move(gone), &page, response.mutable_items());
+      more = more && AddToPage(MessageOf(item, why), &page, response.mutable_items());
     }
   });
   if (!dry_run && response.items_count() > 0) store_.Compact();
   if (limits.max_bytes > 0 && used > limits.max_bytes) {
     spdlog::warn(
         "{:.1f} MB are used, allowed are {:.1f}: what is left is named by an alias, an "
-        "open job or a model that is, or younger than {:.0f} s",
+        "open job or a model that is, younger than {:.0f} s, none of this program's, or could not "
+        "be removed",
         used / kMega, limits.max_bytes / kMega, limits.settle_s);
   }
   return response;

@@ -18,15 +18,17 @@ struct PruneLimits {
   double settle_s = 3600;       ///< younger than this stays, whatever the limits
 };
 
-/// Of an alias this many latest moves keep what they lead from and to.
+/// Of an alias this many latest moves keep what they lead from and to, and as many rollbacks what
+/// they would lead to.
 inline constexpr std::size_t kRollbacksKept = 10;
 
 /// Removes what nothing names any more: ended jobs (row, requests, folder), models, runs and
 /// tiles, the oldest first, until the limits hold. Kept are
-/// - models that an alias names, or named in one of its kRollbacksKept latest moves
-///   ("candidate", which nobody rolls back, apart), and those of open jobs;
+/// - models that an alias names, or named in one of its kRollbacksKept latest moves, or that so
+///   many rollbacks lead to ("candidate", which nobody rolls back, apart), and those of open jobs;
 /// - of each of these the model that it was refitted from, and the runs in its provenance;
-/// - runs of open jobs, and tiles while a worker runs.
+/// - runs of open jobs, and tiles while a worker runs;
+/// - what this program did not make: among the models and runs all but files that are named so.
 /// Killed at any moment it leaves rows whose files are there, and files that the next
 /// pruning finds. On the thread of the store.
 class Pruner {
@@ -38,12 +40,16 @@ class Pruner {
          Remover remove = RemoveAll);
 
   /// Throws std::runtime_error, and removes nothing, where what names things cannot be read: the
-  /// alias file, a model that must be kept, a job's row.
+  /// alias file, a model that must be kept, a job's row. What cannot be removed is left, logged and
+  /// reported.
   v1alpha1::PruneResponse Prune(const PruneLimits& limits, bool dry_run, double now_unix_s);
 
   static void RemoveAll(const std::string& path);
 
  private:
+  /// Why it could not be done; empty: done. `job_id`: whose row goes first.
+  std::string Remove(const std::string& path, const std::string& job_id);
+
   const JobFiles& files_;
   JobStore& store_;
   const JobBook& book_;

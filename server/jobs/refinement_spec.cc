@@ -90,8 +90,12 @@ void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spe
   }
 }
 
-std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {
-  return model_digest + "/" + HashOf(spec);
+std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec,
+                      const v1alpha1::SubmitRefinementRequest& request) {
+  const std::string work = model_digest + "/" + HashOf(spec);
+  if (!request.has_time_limit()) return work;
+  return fmt::format("{}/{}.{:09}s", work, request.time_limit().seconds(),
+                     request.time_limit().nanos());
 }
 
 bool Answers(const v1alpha1::RunRecord& record, const v1alpha1::WheelTestSpec& spec) {

@@ -22,9 +22,10 @@ v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
 void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec);
 inline constexpr double kSceneLighter = 4, kSceneHeavier = 3, kSceneFaster = 10;
 
-/// Equal for requests that are the same work: the model's digest and a hash of
-/// the spec.
-std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec);
+/// Equal for requests that are the same work: the model's digest, a hash of the spec, and the time
+/// limit that was asked for, so that nobody's run ends at another's limit.
+std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec,
+                      const v1alpha1::SubmitRefinementRequest& request);
 
 /// Whether a record answers a spec: soil, wheel, rig, state and seed agree;
 /// names and sources, which change no grain, are not compared.

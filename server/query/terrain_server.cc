@@ -71,7 +71,7 @@ void TerrainServer::Refresh() noexcept {
 }
 
 void TerrainServer::Take(const SnapshotStore::Outcome& outcome) {
-  for (const auto& problem : outcome.problems) spdlog::error("model: {}", problem);
+  for (const auto& problem : outcome.news) spdlog::error("model: {}", problem);
   if (!outcome.changed) return;
   const auto snapshot = store_.Current();
   metrics_.Adopt(*snapshot);

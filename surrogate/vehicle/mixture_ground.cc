@@ -52,6 +52,7 @@ SoilWeights WeightsOf(yaml::YamlSection* from) {
 std::size_t AddMixture(const std::string& soil, const SoilWeights& weights, VehicleFile* file) {
   Grounds& grounds = file->grounds;
   const std::size_t soils = grounds.soils.size(), types = file->vehicle.wheel_types.size();
+  if (soil.empty()) throw std::invalid_argument("name: empty, expected one to call the mixture by");
   if (std::ranges::find(grounds.soils, soil) != grounds.soils.end()) {
     throw std::invalid_argument("soil " + soil + ": there is one, expected another name");
   }

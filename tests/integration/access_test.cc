@@ -464,9 +464,20 @@ TEST_P(AccessTest, CommandLinesTakeTheOptions) {
   };
   const std::string ca = certificates_->Pem("ca");
   EXPECT_EQ(run({"--tls-ca", ca, "--token-file", dir_ / "read.token"}).code, 0);
+  if (of_jobs()) {  // commands of models speak to it as well
+    const auto history = testing::RunProgram("grouser-client",
+                                             {"model", "history", "--jobs", server.address(),
+                                              "--tls-ca", ca, "--token-file", dir_ / "read.token"},
+                                             dir_.path());
+    EXPECT_EQ(history.code, 0) << history.err;
+  }
   const auto nobody = run({"--tls-ca", ca});
   EXPECT_EQ(nobody.code, 1);
   EXPECT_THAT(nobody.err, AllOf(HasSubstr("UNAUTHENTICATED"), HasSubstr("--token-file")));
+  std::ofstream(dir_ / "empty.token").flush();
+  const auto empty = run({"--tls-ca", ca, "--token-file", dir_ / "empty.token"});
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_THAT(empty.err, HasSubstr("empty.token: is empty, expected a token"));
   const auto absent = run({"--tls-ca", dir_ / "absent.pem"});
   EXPECT_EQ(absent.code, 2);
   EXPECT_THAT(absent.err, HasSubstr("absent.pem"));

@@ -37,7 +37,7 @@ class JobBookTest : public ::testing::Test {
   SubmitRefinementResponse Submit(const SubmitRefinementRequest& request,
                                   const std::string& client = "someone") {
     const auto spec = BuildSpec(BaseModel(), request);
-    return book_->Submit(request, kModel, JoinKeyOf("aa", spec), spec, client);
+    return book_->Submit(request, kModel, JoinKeyOf("aa", spec, request), spec, client);
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {

@@ -60,7 +60,7 @@ class PruneTest : public ::testing::Test {
     const auto spec = BuildSpec(BaseModel(), request);
     const std::string base = repository_.Resolve(kName).digest;
     const auto submitted = book_.Submit(request, std::string(kName) + "@sha256:" + base,
-                                        JoinKeyOf(base, spec), spec, "someone");
+                                        JoinKeyOf(base, spec, request), spec, "someone");
     const std::string& id = submitted.job().job_id();
     const std::string run = "run" + request_id + ".run.h5";
     testing::WriteText(files_.Run(run), std::string(10'000, 'r'));
@@ -174,6 +174,45 @@ TEST_F(PruneTest, RollbackHistoryIsKeptSoFarBack) {
     repository_.Rollback(kName, "stable", "", "op", "");
   }
   EXPECT_EQ(repository_.Resolve(kName).digest, jobs[2].candidate_digest());
+}
+
+TEST_F(PruneTest, WhatRollbacksLeadToIsKeptAfterRollbacksToo) {
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < 2 * kRollbacksKept + 4; ++i) {
+    jobs.push_back(Promoted(std::to_string(i), 0.01 * static_cast<double>(i)));
+  }
+  const auto back = [&] { return repository_.Rollback(kName, "stable", "", "op", "").digest; };
+  for (std::size_t i = 0; i < kRollbacksKept; ++i) back();
+  Prune(kAll);
+  for (std::size_t i = 1; i <= kRollbacksKept; ++i) {
+    EXPECT_EQ(back(), jobs[kRollbacksKept + 3 - i].candidate_digest());
+  }
+}
+
+TEST_F(PruneTest, WhatCannotBeRemovedIsReportedAndTheRestGoes) {
+  const Job dropped = Dropped("a", 0.1), other = Dropped("b", 0.2);
+  const std::string stuck = files_.Run(dropped.run_file());
+  const auto remove = [&](const std::string& path) {
+    if (path == stuck) throw std::runtime_error(path + ": cannot be removed: busy");
+    Pruner::RemoveAll(path);
+  };
+  const auto response = Prune(kAll, /*dry_run=*/false, remove);
+  ASSERT_EQ(response.failed_count(), 1u);
+  EXPECT_EQ(response.failed(0).name(), "runs/" + dropped.run_file());
+  EXPECT_THAT(response.failed(0).why(), HasSubstr("busy"));
+  EXPECT_EQ(response.items_count(), 5u) << "two jobs, two models, the other run";
+  EXPECT_THAT(FilesIn("runs"), UnorderedElementsAre(dropped.run_file()));
+  EXPECT_EQ(Prune(kAll).items_count(), 1u) << "once it can be";
+}
+
+TEST_F(PruneTest, WhatOthersPutAmongTheRunsAndModelsStays) {
+  for (const char* folder : {"runs/mine", "runs/mine.run.h5", "models/old.model"}) {
+    std::filesystem::create_directories(files_.Below(folder));
+    testing::WriteText(files_.Below(std::string(folder) + "/notes.txt"), "mine");
+  }
+  testing::WriteText(files_.Below("runs/README"), "mine");
+  EXPECT_EQ(Prune(kAll).items_count(), 0u);
+  EXPECT_THAT(FilesIn("runs"), UnorderedElementsAre("mine", "mine.run.h5", "README"));
 }
 
 TEST_F(PruneTest, AnAliasOfItsOwnKeepsAModelAndItsRuns) {

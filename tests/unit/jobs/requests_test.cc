@@ -168,7 +168,7 @@ TEST(RefinementSpec, RunsAtTheSpeedThatIsAskedFor) {
 
 TEST(RefinementSpec, EqualWorkHasOneJoinKey) {
   const auto key = [](const SubmitRefinementRequest& request, const char* digest = "aa") {
-    return JoinKeyOf(digest, BuildSpec(BaseModel(), request));
+    return JoinKeyOf(digest, BuildSpec(BaseModel(), request), request);
   };
   auto same = Request("b");
   same.set_seed(7);
@@ -176,6 +176,10 @@ TEST(RefinementSpec, EqualWorkHasOneJoinKey) {
   EXPECT_EQ(key(Request("a")), key(same));
   EXPECT_NE(key(Request("a")), key(Request("a", 0.4)));
   EXPECT_NE(key(Request("a")), key(Request("a"), "bb"));
+  auto hasty = same, as_hasty = Request("e");
+  for (auto* request : {&hasty, &as_hasty}) request->mutable_time_limit()->set_seconds(60);
+  EXPECT_NE(key(same), key(hasty)) << "would end at the limit of another";
+  EXPECT_EQ(key(hasty), key(as_hasty));
   auto towed = Request("c", 0.1), also_towed = Request("d", 0.2);
   towed.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);
   also_towed.mutable_state()->set_mode(v1alpha1::RIG_MODE_TOWED);

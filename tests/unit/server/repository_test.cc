@@ -106,6 +106,38 @@ TEST_F(RepositoryTest, MovesKeepHistoryAndPrevious) {
   EXPECT_GT(aliases.history[1].unix_s, 1e9);
 }
 
+// The shipped model may be exchanged at any time.
+TEST_F(RepositoryTest, AMoveWritesNoShippedDefault) {
+  const auto shipped = Ship("sand", 0.1), canary = Publish("sand", 0.2);
+  repository_.SetAlias("sand", "canary", canary, "me", "");
+  EXPECT_EQ(repository_.ReadStateAliases().Find("sand", "stable"), "");
+  EXPECT_EQ(repository_.Resolve("sand").digest, shipped);
+  std::filesystem::remove_all(dir_ / "shipped");
+  std::filesystem::create_directories(dir_ / "shipped");
+  const auto upgraded = Ship("sand", 0.3);
+  EXPECT_EQ(repository_.Resolve("sand").digest, upgraded);
+  repository_.SetAlias("sand", "stable", canary, "me", "");
+  EXPECT_EQ(repository_.Resolve("sand@previous").digest, upgraded);
+  EXPECT_EQ(repository_.Rollback("sand", "stable", "", "me", "").digest, upgraded);
+}
+
+// As earlier versions left it: the shipped model of then, written along with another move.
+TEST_F(RepositoryTest, AShippedDefaultThatWasWrittenAlongGivesWayToTheShippedOne) {
+  const auto canary = Publish("sand", 0.2), upgraded = Ship("sand", 0.3);
+  const std::string gone(64, '0');
+  const auto write = [&](const std::string& alias) {
+    std::ofstream(dir_ / "state/models/aliases.json")
+        << R"({"generation": 1, "aliases": {"sand": {"canary": ")" << canary << R"(", "stable": ")"
+        << gone << R"("}}, "history": [{"model": "sand", "alias": ")" << alias
+        << R"(", "digest": ")" << (alias == "stable" ? gone : canary)
+        << R"(", "generation": 1, "who": "me", "why": "", "unix_s": 1.5e9}]})";
+  };
+  write("canary");
+  EXPECT_EQ(repository_.Resolve("sand").digest, upgraded);
+  write("stable");
+  EXPECT_THROW(repository_.Resolve("sand"), std::out_of_range) << "somebody chose that one";
+}
+
 TEST_F(RepositoryTest, RepeatedMoveChangesNothing) {
   const auto a = Publish("sand", 0.1);
   const auto b = Publish("sand", 0.2);
@@ -195,7 +227,8 @@ TEST_F(RepositoryTest, RollbackGoesBackStepByStepAndByName) {
   EXPECT_EQ(repository_.Resolve("sand@previous").digest, d[3]);
   EXPECT_EQ(back(""), d[1]) << "not forth again";
   EXPECT_EQ(back(""), d[0]) << "the shipped one was there before any move";
-  EXPECT_THAT(MessageOf([&] { back(""); }), HasSubstr("to: the model before is nothing"));
+  EXPECT_THAT(MessageOf([&] { back(""); }),
+              HasSubstr("model: sand@stable named no model before " + d[0]));
   EXPECT_EQ(back(d[3].substr(0, 12)), d[3]);
   EXPECT_EQ(back("2"), d[2]) << "what it named at generation 2";
   EXPECT_EQ(back("2"), d[2]) << "asked again";
@@ -214,7 +247,12 @@ TEST_F(RepositoryTest, RollbackLeadsOnlyToWhatTheAliasNamedAndWhatIsThere) {
   EXPECT_THAT(back("stable", never), HasSubstr("named, oldest first: " + a + ", " + b));
   EXPECT_THAT(back("stable", "0"), HasSubstr("to: '0' is nothing"));
   EXPECT_THAT(back("stable", "abc"), HasSubstr("to: 'abc' is nothing"));
-  EXPECT_THAT(back("canary", ""), HasSubstr("nothing"));
+  EXPECT_THAT(back("canary", ""), HasSubstr("names none now"));
+  EXPECT_THAT(back("stable", "9999"), HasSubstr("generation 9999 never was, expected at most 2"));
+  EXPECT_THAT(MessageOf([&] { repository_.Rollback("sad", "stable", "", "op", ""); }),
+              HasSubstr("no model 'sad'; known models: sand"));
+  EXPECT_THAT(MessageOf([&] { repository_.Resolve("sand@canary"); }),
+              HasSubstr("has no alias 'canary'; it has: previous, stable"));
   std::filesystem::remove(dir_ / ("state/models/" + a + ".model"));
   EXPECT_THAT(back("stable", ""), HasSubstr("has no readable model file"));
   EXPECT_EQ(repository_.Resolve("sand").digest, b);
@@ -243,6 +281,10 @@ TEST_F(RepositoryTest, AliasFileOfAnEarlierVersionCanBeRolledBack) {
       << R"({"generation": 2, "aliases": {"sand": {"stable": ")" << b << R"(", "previous": ")" << a
       << R"("}}, "history": [)" << move(1, a) << "," << move(2, b) << "]}";
   EXPECT_EQ(repository_.ReadAliases().history[1].from, a);
+  EXPECT_EQ(repository_.Rollback("sand", "stable", "", "op", "").digest, a);
+  std::ofstream(dir_ / "state/models/aliases.json")  // moved once, from the shipped one
+      << R"({"generation": 2, "aliases": {"sand": {"stable": ")" << b << R"(", "previous": ")" << a
+      << R"("}}, "history": [)" << move(2, b) << "]}";
   EXPECT_EQ(repository_.Rollback("sand", "stable", "", "op", "").digest, a);
 }
 

@@ -109,6 +109,29 @@ TEST_F(SnapshotTest, AStartWaitsForWhatHasANameAlone) {
   for (const auto& digest : others) EXPECT_EQ(DigestOf(store, "sand@sha256:" + digest), digest);
 }
 
+TEST_F(SnapshotTest, ADamagedFileIsToldOnceWhileOthersArePending) {
+  MakeStable(0.1);
+  const std::string damaged = dir_ / "models/" + std::string(64, '0') + ".model";  // goes first
+  std::ofstream(damaged) << "damaged";
+  for (int i = 2; i < 6; ++i) Publish(testing::FakeMessage("sand", i));
+  SnapshotStore store(repository_, testing::MakeFakeModel, std::chrono::milliseconds(0));
+  EXPECT_THAT(store.Refresh().news, ElementsAre(HasSubstr(damaged)));
+  int more = 0;
+  for (; !store.Current()->pending().empty(); ++more) {
+    ASSERT_LT(more, 9) << "the damaged one holds the others up";
+    const auto outcome = store.Refresh();
+    EXPECT_THAT(outcome.problems, ElementsAre(HasSubstr(damaged)));
+    EXPECT_THAT(outcome.news, SizeIs(0));
+  }
+  EXPECT_GT(more, 1);
+  MakeStable(0.1);
+  Publish(testing::FakeMessage("sand", 7));
+  EXPECT_THAT(store.Refresh().news, SizeIs(0)) << "it is as it was";
+  while (!store.Current()->pending().empty()) store.Refresh();
+  std::ofstream(damaged) << "damaged otherwise";
+  EXPECT_THAT(store.Refresh().news, ElementsAre(HasSubstr(damaged)));
+}
+
 TEST_F(SnapshotTest, LoadedModelsAreReused) {
   MakeStable(0.1);
   store_.Refresh();

@@ -160,6 +160,7 @@ TEST_F(VehicleAnswerTest, MixturesAreBoundedCheckedAndOfTheirCallAlone) {
   };
   EXPECT_THAT(refusal("x", {{"mud", 1}}), HasSubstr("soil mud: none of the vehicle"));
   EXPECT_THAT(refusal("ice", {{"asphalt", 1}}), HasSubstr("soil ice: there is one"));
+  EXPECT_THAT(refusal("", {{"asphalt", 1}}), HasSubstr("mixtures[1]: name: empty"));
   EXPECT_THAT(refusal("x", {{"ice", 1}, {"ice", 1}}), HasSubstr("soil ice: twice"));
   for (const double weight : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(refusal("x", {{"ice", weight}}), HasSubstr("weight")) << weight;
