@@ -107,7 +107,9 @@ class ConfigFile::Reader final : public CLI::Config {
         try {
           Take(file.Section(name), &items);
         } catch (const records::InputError& e) {
-          if (name != kBoth) throw;
+          const bool unknown =
+              std::string_view(e.what()).find("an unknown key") != std::string::npos;
+          if (name != kBoth || !unknown) throw;
           throw CLI::ConfigError(fmt::format(
               "{}; what is a setting of one program alone belongs under server: or jobs:",
               e.what()));

@@ -238,6 +238,7 @@ TEST_P(AccessTest, WithoutRightsFileOthersReadUnderTls) {
   auto arguments = Tls();
   arguments.insert(arguments.end(), {"--grpc", "0.0.0.0:0"});
   auto server = Start(arguments);
+  EXPECT_EQ(server.program().Stderr().find("nobody may submit") != std::string::npos, of_jobs());
   const Server here{"127.0.0.1" + server.address().substr(server.address().rfind(':')),
                     {certificates_->Pem("ca"), "", "", ""}};
   for (const MethodRight& right : Methods()) {
