@@ -19,8 +19,10 @@ class Table:
         """head: what the table says before its points."""
         self.path, self.head, self.points = path, head, []
 
-    def write(self):
-        points = sorted(self.points, key=lambda one: (one["label"][0] != "s", one["label"]))
+    def write(self, left=()):
+        """left: lines of points that are still to be run, of which an earlier design knows something: so that a design
+        that was cut short can be gone on from by --known."""
+        points = sorted([*self.points, *left], key=lambda one: (one["label"][0] != "s", one["label"]))
         lines = [json.dumps(key) + ": " + json.dumps(value) for key, value in {"version": VERSION, **self.head}.items()]
         lines.append('"points": [' + ",".join("\n" + json.dumps(one) for one in points) + "\n]")
         write_atomically(self.path, "{" + ",\n".join(lines) + "}\n")
@@ -122,7 +124,7 @@ class Runner:
     def run(self, labelled_points):
         """Whether all were run. Those whose result is kept are not run again."""
         waiting = self.waiting(labelled_points)
-        self.table.write()
+        self._write(waiting)
         self.total = len(self.table.points) + len(waiting)
         self.say(f"{self.total} points, {len(self.table.points)} of them done before ({self.spent / 60:.1f} minutes "
                  "of a core)")
@@ -155,6 +157,9 @@ class Runner:
         open_ends = sum(max(expected_seconds([work.point], usual), time.monotonic() - work.began) for work in running)
         return self.spent + open_ends < self.budget
 
+    def _write(self, left):
+        self.table.write([point.known_line() for point in left if point.known])
+
     def _take(self, result):
         self.table.points.append(result)
         self.spent += sum(result["seconds"].values())
@@ -164,7 +169,7 @@ class Runner:
             result = json.load(file)
         self.spent -= sum(work.point.before.values())  # it is in the result, too
         self._take(result)
-        self.table.write()
+        self._write(left)
         failed = sum(one["status"] == "failed" for one in self.table.points)
         parts = sum(one["status"] == "part" for one in self.table.points)
         took = result["seconds"]

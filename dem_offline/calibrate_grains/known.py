@@ -79,7 +79,8 @@ class Known:
         ran = {kind: {**{name: held for name, held in self.new.items()
                          if kind in KNOWN[name].acts_on and held != values[name]}, **ran_at(point, kind)}
                for kind in TESTS if any(kind_of(key) == kind for key in point["outputs"])}
-        return Taken(point, self.asked, {kind: one for kind, one in ran.items() if one})
+        asked = set(point["outputs"]) if point.get("left") else self.asked
+        return Taken(point, asked, {kind: one for kind, one in ran.items() if one})
 
     def own_points(self, design):
         """Lines of the table for points that stand beside those of the design ([values]): those that `of` gives to none

@@ -102,6 +102,11 @@ class Point:
         whole = {name: value + self.before[name] for name, value in self.seconds.items()}
         write_atomically(self.spent, json.dumps({"values": self.values, "seconds": whole}) + "\n")
 
+    def known_line(self):
+        """Its line of the table before it was run: `left` says that what it lacks is still to be run."""
+        line = self._summary({}, {})
+        return line if line["status"] == "failed" else {**line, "left": True}
+
     def check(self):
         """The engine reads the experiments before the first run starts. Raises Refused."""
         check_plans(self.setting.program, [self.bench.on_bed(name, 1) for name in self.tests])

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -60,6 +61,33 @@ class Tables(unittest.TestCase):
         self.assertEqual([one.failed for one in taken[:11]], 10 * [False] + [True])
         self.assertEqual(taken[1].entry["ran_at"], {"press": {"wheel_friction": 0.45}})
         self.assertEqual(taken[1].outputs, self.table["points"][1]["outputs"])
+
+    def test_what_a_design_that_was_cut_short_left_is_still_to_be_run(self):
+        point = {**self.table["points"][1], "status": "part", "left": True}
+        taken = self.known(points=[point], rows=self.head["rows"]).of({**self.vary.fixed, **self.vary.points(2)[1]})
+        self.assertEqual(taken.asked, set(point["outputs"]))
+        del point["left"]
+        taken = self.known(points=[point], rows=self.head["rows"]).of({**self.vary.fixed, **self.vary.points(2)[1]})
+        self.assertEqual(taken.asked, set(self.head["rows"]))
+
+    def test_a_design_that_was_cut_short_keeps_what_is_known(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, "points", "s001"))
+            with open(os.path.join(folder, "points", "s001", "spent.json"), "w", encoding="utf-8") as file:
+                json.dump({"values": {**self.vary.fixed, **self.vary.points(1)[0]},  # an hour of an earlier call
+                           "seconds": {"tests": 3600.0, "wheels": 0.0}}, file)
+            program = os.path.join(ROOT, "dem_offline", "calibrate_grains", "calibrate_grains.py")
+            call = [sys.executable, program, "--bin", BIN, WHEEL, "--soil", SOIL, "--scene", SCENE, "--vary",
+                    os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml"), "--points", "12", "--known",
+                    os.path.join(CAMPAIGNS, "cmu_plates", "design.json"), "--out", folder, "--budget", "0.5",
+                    "--design-only"]
+            done = subprocess.run(call, check=False, capture_output=True, text=True, timeout=60)
+            self.assertIn("12 points were not run", done.stderr)
+            table = table_check.read_table(os.path.join(folder, "design.json"))
+        left = [one for one in table["points"] if one.get("left")]
+        self.assertEqual([one["label"] for one in left], [f"s{k:03d}" for k in range(1, 11)])
+        self.assertEqual(left[1]["outputs"], self.table["points"][1]["outputs"])
+        self.assertEqual([one["status"] for one in table["points"]], 10 * ["part"] + ["failed"])
 
     def test_nearest_to_what_was_measured_comes_first(self):
         rows = measured.read(os.path.join(BIN, "grouser-calibrate"), WHEEL, 0.008).rows
