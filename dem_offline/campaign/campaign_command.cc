@@ -12,6 +12,8 @@
 #include "dem_offline/campaign/executor.h"
 #include "dem_offline/campaign/run_folder.h"
 #include "dem_offline/campaign/run_index.h"
+#include "grouser/v1alpha1/model.pb.h"
+#include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
 
 namespace grouser::campaign {
@@ -30,6 +32,7 @@ constexpr char kCampaignExamples[] = R"(Examples:
 
 struct CampaignArguments {
   std::string file, folder, device = "cpu";
+  std::vector<std::string> known;
   dem::WorkLimits limits;
   int jobs = 0;
   bool json = false;
@@ -46,13 +49,30 @@ void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
       status.overload(), status.lost(), status.failed(), ForPeople(status.eta_s()));
 }
 
+// Of summaries as `grouser-fit summarise` writes them.
+std::map<std::string, v1alpha1::RunStatus> KnownRuns(const std::vector<std::string>& files) {
+  std::map<std::string, v1alpha1::RunStatus> known;
+  for (const std::string& file : files) {
+    v1alpha1::CampaignSummary summary;
+    try {
+      records::FromJson(records::ReadInputFile(file, "a campaign's summary"), file, &summary, true);
+    } catch (const std::exception& error) {
+      throw InputError(fmt::format("--known: {}", error.what()));
+    }
+    for (const auto& run : summary.runs()) known[run.run_id()] = run.status();
+  }
+  return known;
+}
+
 int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
   const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
   CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
-  const auto status = RunCampaign(campaign, {.folder = arguments.folder, .jobs = arguments.jobs},
-                                  backend, signals.stop(), progress);
+  const auto status = RunCampaign(
+      campaign,
+      {.folder = arguments.folder, .jobs = arguments.jobs, .known = KnownRuns(arguments.known)},
+      backend, signals.stop(), progress);
   if (status.done() < status.total() && signals.stop()) {
     PutText(stderr, "stopped; the same command goes on from here\n");
     PrintStatus(status, arguments.json);
@@ -175,6 +195,9 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   run->footer(kCampaignExamples);
   run->add_option("file", arguments->file, "Campaign file (*.campaign.yaml)")->required();
   run->add_option("--out", arguments->folder, "Campaign folder")->required();
+  run->add_option(
+      "--known", arguments->known,
+      "Summaries (grouser-fit summarise) of runs that were done elsewhere: not run again");
   run->add_option("--jobs", arguments->jobs, "Runs at a time; default: all cores")
       ->check(CLI::Range(1, 4096));
   run->add_option("--device", arguments->device,

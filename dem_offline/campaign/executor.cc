@@ -243,7 +243,10 @@ v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
   ClaimFolder(folder, campaign);
   std::vector<v1alpha1::RunStatus> finished;
   tasks.remove_if([&](const Task& task) {
-    const auto status = FinishedStatus(folder, task.run.run_id(), progress);
+    const auto known = options.known.find(task.run.run_id());
+    const auto status = known != options.known.end()
+                            ? std::optional(known->second)
+                            : FinishedStatus(folder, task.run.run_id(), progress);
     if (status) finished.push_back(*status);
     return status.has_value();
   });

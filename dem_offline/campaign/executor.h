@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <string>
 
 #include "dem_offline/campaign/backend.h"
@@ -12,6 +13,7 @@ namespace grouser::campaign {
 struct ExecutorOptions {
   std::string folder;  ///< campaign folder; made if it is not there
   int jobs = 0;        ///< worker threads; 0: one per core
+  std::map<std::string, v1alpha1::RunStatus> known = {};  ///< by run_id: done elsewhere, not run
 };
 
 /// Executor "local": runs a campaign on this machine's cores, one run a

@@ -19,6 +19,7 @@
 namespace grouser::surrogate {
 namespace {
 
+constexpr char kNotThere[] = ".run.h5: planned, not there";
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 [[noreturn]] void Fail(const std::string& where, const std::string& what) {
@@ -120,9 +121,10 @@ TrainingSet ReadCampaign(const std::string& directory) {
   set.name = campaign.name();
   set.scene = campaign.scene();
   for (const v1alpha1::PlannedRun& planned : campaign.runs()) {
-    const fs::path file = fs::path(directory) / "runs" / (planned.run_id() + ".run.h5");
+    const fs::path runs = fs::path(directory) / "runs";
+    const fs::path file = runs / (planned.run_id() + ".run.h5");
     if (!fs::exists(file)) {
-      set.notes.push_back(file.string() + ": planned, not there");
+      set.notes.push_back((runs / planned.run_id()).string() + kNotThere);
       continue;
     }
     const v1alpha1::RunRole role = planned.role() == v1alpha1::RUN_ROLE_UNSPECIFIED
@@ -204,6 +206,10 @@ void Merge(const TrainingSet& more, TrainingSet* set) {
     if (!known) set->runs.push_back(run);
   }
   set->notes.insert(set->notes.end(), more.notes.begin(), more.notes.end());
+  std::erase_if(set->notes, [&](const std::string& note) {
+    return std::any_of(set->runs.begin(), set->runs.end(),
+                       [&](const auto& run) { return note.ends_with(run.run_id() + kNotThere); });
+  });
   CountFromOnePlane(set);
 }
 

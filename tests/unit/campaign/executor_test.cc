@@ -56,7 +56,8 @@ class ExecutorTest : public testing::Test {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen("/dev/null", "w"),
                                                               std::fclose);
     CampaignProgress progress(out.get(), false);
-    return RunCampaign(campaign, {.folder = Path(), .jobs = jobs}, backend, stop_, progress);
+    return RunCampaign(campaign, {.folder = Path(), .jobs = jobs, .known = known_}, backend, stop_,
+                       progress);
   }
   std::string Path() const { return folder_ / "c"; }
 
@@ -80,6 +81,7 @@ class ExecutorTest : public testing::Test {
   }
 
   records::TempFolder folder_;
+  std::map<std::string, v1alpha1::RunStatus> known_;
   FakeLog log_;
   std::atomic<bool> stop_{false};
 };
@@ -98,6 +100,18 @@ TEST_F(ExecutorTest, RunsEverythingOnceAndThenNothing) {
   EXPECT_EQ(status.done(), 12u);
   EXPECT_EQ(log_.runs, 12);
   EXPECT_EQ(log_.tiles, 3);
+}
+
+TEST_F(ExecutorTest, RunsThatAreKnownFromElsewhereAreCountedAndNotRun) {
+  const auto campaign = SomeCampaign(4);
+  known_[campaign.runs(1).run_id()] = v1alpha1::RUN_STATUS_OVERLOAD;
+  known_["of another campaign"] = v1alpha1::RUN_STATUS_STEADY;
+  const auto status = Run(campaign);
+  EXPECT_EQ(status.done(), 4u);
+  EXPECT_EQ(status.steady(), 3u);
+  EXPECT_EQ(status.overload(), 1u);
+  EXPECT_EQ(log_.runs, 3);
+  EXPECT_FALSE(std::filesystem::exists(RunFolder(Path()).RunPath(campaign.runs(1).run_id())));
 }
 
 TEST_F(ExecutorTest, RecordNamesItsTileFile) {

@@ -35,6 +35,23 @@ TEST_F(RunFiles, MeansOfNoStateAndLostRunsTrainNothing) {
   EXPECT_EQ(rows(), 0u);
 }
 
+TEST_F(RunFiles, WhatASummaryHasIsNotMissingInAFolderThatWentOnFromIt) {
+  const auto here = synthetic::MakeRun({}, "here", 0.1, 0, 24, v1alpha1::RUN_ROLE_TRAIN, 1);
+  const auto before = synthetic::MakeRun({}, "before", 0.5, 0, 24, v1alpha1::RUN_ROLE_TEST, 2);
+  const auto never = synthetic::MakeRun({}, "never", 0.7, 0, 24, v1alpha1::RUN_ROLE_TRAIN, 3);
+  WriteRun(here);
+  WriteCampaign({here, before, never});
+  TrainingSet set = ReadCampaign(folder_);
+  EXPECT_EQ(set.notes.size(), 2u);
+  TrainingSet summary;
+  summary.scene = set.scene;
+  summary.runs = {before};
+  Merge(summary, &set);
+  EXPECT_EQ(set.runs.size(), 2u);
+  ASSERT_EQ(set.notes.size(), 1u);
+  EXPECT_THAT(set.notes[0], HasSubstr("never.run.h5: planned, not there"));
+}
+
 TEST_F(RunFiles, CampaignErrorsNameTheFile) {
   const auto complaint = [&] {
     try {
