@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -35,14 +36,24 @@ void PrintGradients(const v1alpha1::WheelResponses& r, int i) {
 }
 
 void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
-  fmt::print(
-      "state {}: slip {:.4g}, attack angle {:.4g} deg, v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, "
-      "load {:.4g} N\n",
-      i, At(r.slip().slip(), i), At(r.slip().attack_angle_rad(), i) * kDegPerRad,
-      At(r.velocity().v_x_m_per_s(), i), At(r.velocity().v_y_m_per_s(), i),
-      At(r.velocity().rim_speed_m_per_s(), i), load);
+  fmt::print("state {}: ", i);
+  if (r.slip().slip_size() > 0) {
+    fmt::print("slip {:.4g}, attack angle {:.4g} deg, ", At(r.slip().slip(), i),
+               At(r.slip().attack_angle_rad(), i) * kDegPerRad);
+  }
+  if (r.velocity().v_x_m_per_s_size() > 0) {
+    fmt::print("v_x {:.4g}, v_y {:.4g}, rim {:.4g} m/s, ", At(r.velocity().v_x_m_per_s(), i),
+               At(r.velocity().v_y_m_per_s(), i), At(r.velocity().rim_speed_m_per_s(), i));
+  }
+  fmt::print("load {:.4g} N\n", load);
   fmt::print("  flags: {}\n", FlagNames(r.flags(i)));
-  const bool with_parts = r.f_x().low_size() > 0;
+  const auto outputs = OutputsOf(r);
+  const auto any_has = [&outputs](int (v1alpha1::OutputArray::*size)() const) {
+    return std::ranges::any_of(outputs, [size](const auto* a) { return (a->*size)() > 0; });
+  };
+  const bool with_parts =
+      any_has(&v1alpha1::OutputArray::low_size) || any_has(&v1alpha1::OutputArray::high_size) ||
+      any_has(&v1alpha1::OutputArray::sd_fit_size) || any_has(&v1alpha1::OutputArray::sd_form_size);
   if (with_parts) {
     fmt::print("  {:8} {:>11}  {:>25}  {:>25}  {:>9} {:>9} {:>9}\n", "output", "value",
                fmt::format("{:.0f} % interval ({})", 100 * r.interval_level(),
@@ -51,9 +62,9 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
                            records::ShortName(v1alpha1::INTERVAL_TARGET_MEASURED)),
                "sd_fit", "sd_patch", "sd_form");
   }
-  const auto outputs = OutputsOf(r);
   for (int o = 0; o < surrogate::kOutputs; ++o) {
     const v1alpha1::OutputArray& a = *outputs[o];
+    if (a.ByteSizeLong() == 0) continue;  // was not asked for
     fmt::print("  {:8} {:>11.5g}", surrogate::kOutputFields[o].name, At(a.value(), i));
     if (with_parts) {
       fmt::print("  [{:>11.5g},{:>11.5g}]  {:>25}  {:>9.3g} {:>9.3g} {:>9.3g}", At(a.low(), i),
@@ -62,7 +73,7 @@ void PrintState(const v1alpha1::WheelResponses& r, int i, double load) {
     }
     fmt::print("  {}\n", surrogate::kOutputFields[o].unit);
   }
-  if (r.f_x().d_load_size() > 0) PrintGradients(r, i);
+  if (any_has(&v1alpha1::OutputArray::d_load_size)) PrintGradients(r, i);
 }
 
 }  // namespace

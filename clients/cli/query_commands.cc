@@ -22,6 +22,7 @@ struct QueryOptions {
   StateOptions states;
   AccuracyOptions accuracy;
   bool values_only = false, gradients = false;
+  std::vector<std::string> fields;
 };
 
 struct LcmOptions {
@@ -60,6 +61,7 @@ int RunQuery(const Common& common, const QueryOptions& options) {
   request.set_model(options.model);
   request.set_values_only(options.values_only);
   request.set_with_gradients(options.gradients);
+  request.mutable_fields()->Assign(options.fields.begin(), options.fields.end());
   *request.mutable_states() = options.states.Build();
   options.accuracy.Apply(&request);
   const auto response = client.Evaluate(request);
@@ -231,6 +233,11 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
   query->add_flag("--values-only", query_options->values_only, "Leave the uncertainty out");
   query->add_flag("--gradients", query_options->gradients,
                   "Derivatives by v_x, v_y, rim speed and load as well");
+  query
+      ->add_option("--fields", query_options->fields,
+                   "What is answered, as f_x,sinkage.value,slip: outputs, parts of them, velocity, "
+                   "slip; default: all")
+      ->delimiter(',');
   query_options->states.AddTo(*query);
   query_options->accuracy.AddTo(*query);
   query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });

@@ -134,12 +134,6 @@ void FillOutput(int n, AnswerParts parts, bool with_interval, v1alpha1::OutputAr
   form->high = Fill(array->mutable_measured_high(), n);
 }
 
-/// The wire's output arrays in the order of surrogate::Output.
-std::array<v1alpha1::OutputArray*, kOutputs> OutputArrays(v1alpha1::WheelResponses* r) {
-  return {r->mutable_f_x(),    r->mutable_f_y(), r->mutable_f_z(),
-          r->mutable_torque(), r->mutable_m_z(), r->mutable_sinkage()};
-}
-
 /// Whether some model that may answer knows an interval for measurements of this output.
 bool KnowsInterval(const ServedModel& named, const Selection* selection, int output) {
   if (!selection || !selection->selectable) return named.choice.form.KnowsInterval(output);
@@ -228,23 +222,34 @@ void EvaluateStates(const ServedModel& model, const v1alpha1::WheelStates& state
   in.yaw_rate = View(states.yaw_rate_rad_per_s());
   in.pass_number = View(states.pass_number());
 
+  const bool selects = selection && selection->selectable;
+  const AnswerFields fields = selects ? AnswerFields() : parts.fields;
+  parts.uncertainty = parts.uncertainty && fields.uncertainty();
   surrogate::ResponsesView out;
   surrogate::FormView form;
   const auto arrays = OutputArrays(responses);
   for (int k = 0; k < kOutputs; ++k) {
+    if (!fields.output(k)) {
+      arrays[k]->Clear();  // keeps the arrays' memory
+      continue;
+    }
     FillOutput(n, parts, KnowsInterval(model, selection, k), arrays[k], &out.output[k],
                &form.output[k]);
   }
   out.flags = Fill(responses->mutable_flags(), n);
-  out.slip = Fill(responses->mutable_slip()->mutable_slip(), n);
-  out.attack_angle = Fill(responses->mutable_slip()->mutable_attack_angle_rad(), n);
-  if (selection && selection->selectable) {
+  v1alpha1::SlipForm* slip = responses->mutable_slip();
+  slip->Clear();
+  if (fields.slip()) {
+    out.slip = Fill(slip->mutable_slip(), n);
+    out.attack_angle = Fill(slip->mutable_attack_angle_rad(), n);
+    EchoSpeed(velocity, slip);
+  }
+  if (selects) {
     EvaluateSelected(in, out, form, selection);
   } else {
     EvaluateViews(model, in, out, form);
   }
-  EchoSpeed(velocity, responses->mutable_slip());
-  if (states.has_slip()) EchoInvalidSlips(states.slip(), out.flags, responses->mutable_slip());
+  if (states.has_slip() && fields.slip()) EchoInvalidSlips(states.slip(), out.flags, slip);
   responses->set_interval_level(model.message.interval_level());
   responses->set_interval_target(v1alpha1::INTERVAL_TARGET_DEM);
   responses->set_averaging_length_m(model.message.averaging_length_m());

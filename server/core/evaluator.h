@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "grouser/v1alpha1/state.pb.h"
+#include "server/core/answer_fields.h"
 #include "server/core/snapshot.h"
 #include "server/core/status.h"
 #include "surrogate/models/model_selector.h"
@@ -15,10 +16,13 @@ inline constexpr int kMaxStates = 10000;
 /// With gradients, so that the answer stays below the 4 MB that gRPC's clients take.
 inline constexpr int kMaxStatesWithGradients = 5000;
 
-/// What of an answer is wanted beside its values.
+/// What of an answer is wanted.
 struct AnswerParts {
   bool uncertainty = true;  ///< sd_fit, sd_patch, sd_form, intervals
   bool gradients = false;   ///< NaN from a model that has none
+  /// Outputs of which no part is wanted, and echoes that are not, are left empty. Beside an
+  /// accuracy request all are answered: AnswerFields::DropOthers() makes both alike.
+  AnswerFields fields = {};
 };
 
 /// Checks a message as a whole: kinematics given, 1 to `max_states` states, every array of one

@@ -31,6 +31,7 @@ struct Settings {
   LogSettings log;
   double memory_gib = 8, keep_days = 0;
   std::uint64_t max_disk_mb = 0, max_file_mb = 4096;
+  bool no_idle = false;
 };
 
 constexpr char kExamples[] = R"(
@@ -97,6 +98,9 @@ void Describe(CLI::App& app, Settings& s) {
                  "Added to this program's nice value for workers")
       ->check(CLI::Range(0, 19))
       ->capture_default_str();
+  app.add_flag("--no-idle", s.no_idle,
+               "Workers compete for processors by --nice; default: they get what is left idle "
+               "(SCHED_IDLE), so that queries do not wait for them");
   app.add_option("--grace-s", s.jobs.grace_s, "From SIGTERM to SIGKILL of a worker")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
@@ -139,6 +143,7 @@ int Serve(Settings settings) {
       bounded ? static_cast<std::uint64_t>(settings.memory_gib * (1 << 30)) : 0;
   constexpr std::uint64_t kMegabyte = 1'000'000;
   scheduler.limits.file_bytes = settings.max_file_mb * kMegabyte;
+  scheduler.limits.idle = !settings.no_idle;
   settings.jobs.prune.max_bytes = settings.max_disk_mb * kMegabyte;
   settings.jobs.prune.keep_s = settings.keep_days * 86400;
   if (!settings.jobs.shipped_dir.empty()) {

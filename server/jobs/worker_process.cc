@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <linux/close_range.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -33,6 +34,7 @@ struct ChildPlan {
   const char* folder;
   int in, out, log, report;
   int nice;
+  bool idle;
   rlim_t memory, file;
   pid_t parent;
 };
@@ -63,6 +65,8 @@ void ResetSignals() {
   ResetSignals();
   bool ok = ::dup2(plan.in, 0) == 0 && ::dup2(plan.out, 1) == 1 && ::dup2(plan.log, 2) == 2;
   [[maybe_unused]] const int nice = ::nice(plan.nice);  // added; where refused, as this program
+  const struct sched_param unused {};
+  if (plan.idle) ::sched_setscheduler(0, SCHED_IDLE, &unused);  // needs no right
   const struct rlimit no_core { 0, 0 };
   ::setrlimit(RLIMIT_CORE, &no_core);
   os::RestoreDescriptorLimit();
@@ -126,6 +130,7 @@ WorkerProcess WorkerProcess::Spawn(WorkerCommand command) {
                        log.get(),
                        report_write.get(),
                        command.limits.nice,
+                       command.limits.idle,
                        command.limits.memory_bytes,
                        command.limits.file_bytes,
                        ::getpid()};

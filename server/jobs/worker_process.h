@@ -12,6 +12,7 @@ namespace grouser::server {
 
 struct WorkerLimits {
   int nice = 10;                                        ///< added to this program's, up to 19
+  bool idle = false;                                    ///< SCHED_IDLE
   std::uint64_t memory_bytes = std::uint64_t{8} << 30;  ///< address space; 0: unbounded
   std::uint64_t file_bytes = 0;                         ///< of one file it writes; 0: unbounded
 };

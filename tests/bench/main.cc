@@ -4,45 +4,26 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "tests/bench/latency_bench.h"
+#include "tests/bench/echo_server.h"
+#include "tests/bench/job_bench.h"
 #include "tests/bench/overload_bench.h"
 #include "tests/bench/planner_bench.h"
+#include "tests/bench/server_bench.h"
+#include "tests/bench/server_table.h"
 #include "tests/bench/surrogate_bench.h"
 
 namespace {
 
 constexpr const char* kExamples =
     "Examples:\n"
-    "  grouser-bench latency --server 127.0.0.1:50151\n"
-    "  grouser-bench latency --no-lcm --seconds 5 --json\n"
+    "  grouser-bench server\n"
+    "  grouser-bench server --no-lcm --seconds 5 --json\n"
+    "  grouser-bench server --with-job\n"
     "  grouser-bench surrogate --json\n"
     "  grouser-bench planner\n"
     "  grouser-bench planner --server 127.0.0.1:50151\n"
     "  grouser-bench overload --seconds 60\n"
     "Exit codes: 0 ok, 1 failed, 2 usage, 3 a target of overload was missed.";
-
-void PrintTable(const std::vector<grouser::bench::LatencyRow>& rows) {
-  fmt::print("{:12} {:>7} {:>8} {:>6} {:>10} {:>10} {:>12}\n", "transport", "batch", "samples",
-             "lost", "p50 us", "p99 us", "states/s");
-  for (const auto& row : rows) {
-    fmt::print("{:12} {:>7} {:>8} {:>6} {:>10.1f} {:>10.1f} {:>12.0f}\n", row.transport, row.batch,
-               row.samples, row.lost, row.p50_us, row.p99_us, row.states_per_s);
-  }
-}
-
-void PrintJson(const std::vector<grouser::bench::LatencyRow>& rows) {
-  fmt::print("[");
-  const char* separator = "\n";
-  for (const auto& row : rows) {
-    fmt::print(
-        "{}  {{\"transport\": \"{}\", \"batch\": {}, \"samples\": {}, \"lost\": {}, "
-        "\"p50_us\": {:.3f}, \"p99_us\": {:.3f}, \"states_per_s\": {:.1f}}}",
-        separator, row.transport, row.batch, row.samples, row.lost, row.p50_us, row.p99_us,
-        row.states_per_s);
-    separator = ",\n";
-  }
-  fmt::print("\n]\n");
-}
 
 void PrintTable(const std::vector<grouser::bench::SurrogateRow>& rows) {
   fmt::print("{:13} {:>6} {:>8} {:>10} {:9} {:>13} {:>12}\n", "kind", "batch", "outputs",
@@ -160,26 +141,41 @@ int main(int argc, char** argv) {
   app.footer(kExamples);
   app.set_version_flag("--version", "grouser-bench " GROUSER_VERSION);
   app.require_subcommand(1);
-  grouser::bench::LatencyOptions options;
+  grouser::bench::ServerOptions options;
   bool json = false;
-  bool no_lcm = false;
-  auto* latency = app.add_subcommand(
-      "latency",
-      "Round trips of gRPC unary, gRPC stream and LCM at 1 to 10000 states, interleaved");
-  latency->add_option("--server", options.server, "grouser-server HOST:PORT")
-      ->capture_default_str();
-  latency->add_option("--model", options.model, "Model; default: the only one");
-  auto* without = latency->add_flag("--no-lcm", no_lcm, "gRPC alone");
-  latency->add_option("--lcm-url", options.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)")
-      ->excludes(without);
-  latency->add_option("--lcm-interface", options.lcm_interface, "As of grouser-client lcm-query")
+  bool no_lcm = false, with_job = false;
+  auto* server = app.add_subcommand(
+      "server",
+      "Round trips to a server of its own over an echo's of the same messages, interleaved: gRPC "
+      "by "
+      "TCP and a Unix socket, unary and streams, and LCM; with targets, which may be missed");
+  server->add_option("--program", options.program, "grouser-server; default: beside this program");
+  auto* without = server->add_flag("--no-lcm", no_lcm, "gRPC alone");
+  server->add_option("--lcm-interface", options.lcm_interface, "As of grouser-client lcm-query")
       ->excludes(without)
       ->capture_default_str();
-  latency->add_option("--seconds", options.seconds, "About how long to measure [s]")
-      ->check(CLI::NonNegativeNumber)
+  server
+      ->add_option("--seconds", options.seconds,
+                   "About how long to measure [s]; with --with-job: each of the means, and as long "
+                   "its echo")
+      ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
-  latency->add_option("--seed", options.seed, "Of the random states")->capture_default_str();
-  latency->add_flag("--json", json, "JSON on stdout");
+  server->add_option("--starts", options.starts, "Of programs, for the first big message")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  server->add_option("--seed", options.seed, "Of the random states")->capture_default_str();
+  server->add_flag("--with-job", with_job,
+                   "Instead: a stream at 1 kHz beside DEM runs, by the means that keep them from "
+                   "disturbing it");
+  server->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::EchoOptions echo_options;
+  auto* echo = app.add_subcommand("echo", "What `server` compares with");
+  echo->group("");
+  echo->add_option("--answers", echo_options.answers)->required();
+  echo->add_option("--grpc", echo_options.grpc)->required();
+  echo->add_option("--port-file", echo_options.port_file)->required();
+  echo->add_option("--lcm-url", echo_options.lcm_url);
+  echo->add_option("--lcm-interface", echo_options.lcm_interface);
   grouser::bench::SurrogateOptions in_process;
   auto* surrogate = app.add_subcommand(
       "surrogate",
@@ -266,9 +262,19 @@ int main(int argc, char** argv) {
       for (const std::string& target : missed) std::cerr << "missed: " << target << "\n";
       return missed.empty() ? 0 : 3;
     }
+    if (echo->parsed()) {
+      grouser::bench::RunEcho(echo_options);
+      return 0;
+    }
+    if (with_job) {
+      const auto result =
+          grouser::bench::MeasureWithJob({options.program, options.seconds, options.seed});
+      json ? grouser::bench::PrintJson(result) : grouser::bench::PrintTable(result);
+      return 0;
+    }
     options.lcm = !no_lcm;
-    const auto rows = grouser::bench::MeasureLatency(options);
-    json ? PrintJson(rows) : PrintTable(rows);
+    const auto result = grouser::bench::MeasureServer(options);
+    json ? grouser::bench::PrintJson(result) : grouser::bench::PrintTable(result);
     return 0;
   } catch (const std::exception& e) {
     std::cerr << "grouser-bench: " << e.what() << "\n";

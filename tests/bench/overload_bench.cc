@@ -2,32 +2,23 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <sched.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <random>
 #include <stdexcept>
-#include <thread>
 #include <unordered_map>
 
 #include "grouser/v1alpha1/terrain_service.pb.h"
-#include "tests/bench/latency_bench.h"
-#include "tests/bench/surrogate_bench.h"
+#include "tests/bench/child_program.h"
+#include "tests/bench/server_bench.h"
 #include "tests/integration/h2_connection.h"
 
 namespace grouser::bench {
 namespace {
 
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 using testing::H2Answer;
@@ -37,86 +28,6 @@ constexpr char kPath[] = "/grouser.v1alpha1.TerrainService/EvaluateWheels";
 constexpr int kOk = 0, kDeadlineExceeded = 4, kResourceExhausted = 8;
 constexpr Seconds kBetweenRss(0.5);
 constexpr int kWarmCalls = 20;  // on each connection, before the start is noted
-
-void Pin(int core) {
-  if (core < 0) return;
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(core, &set);
-  if (::sched_setaffinity(0, sizeof set, &set) != 0) {
-    throw std::runtime_error(fmt::format("core {}: cannot run there", core));
-  }
-}
-
-/// A server of this measurement alone, with the shipped models and an empty state folder.
-class Server {
- public:
-  explicit Server(const OverloadOptions& options) {
-    char folder[] = "/tmp/grouser-overload-XXXXXX";
-    if (!::mkdtemp(folder)) throw std::runtime_error("/tmp: cannot make a folder");
-    folder_ = folder;
-    const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
-    const std::string program =
-        options.program.empty() ? (here / "grouser-server").string() : options.program;
-    const std::string port = folder_ + "/port";
-    std::vector<std::string> words = {program,
-                                      "--state",
-                                      folder_ + "/state",
-                                      "--shipped",
-                                      FindShipped("surrogate/shipped"),
-                                      "--grpc",
-                                      "127.0.0.1:0",
-                                      "--no-lcm",
-                                      "--port-file",
-                                      port};
-    words.insert(words.end(), options.server_options.begin(), options.server_options.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    pid_ = ::fork();
-    if (pid_ == 0) {
-      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-      Pin(options.server_core);
-      ::execv(program.c_str(), argv.data());
-      ::_exit(127);
-    }
-    while (address_.empty()) {
-      if (::waitpid(pid_, nullptr, WNOHANG) != 0) {
-        pid_ = -1;
-        throw std::runtime_error(program + " did not start");
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      std::string line;
-      if (std::ifstream(port) >> line) address_ = line.substr(line.find('=') + 1);
-    }
-  }
-  ~Server() {
-    if (pid_ > 0) {
-      ::kill(pid_, SIGTERM);
-      ::waitpid(pid_, nullptr, 0);
-    }
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
-
-  const std::string& address() const { return address_; }
-  double RssMib() {
-    if (::waitpid(pid_, nullptr, WNOHANG) != 0) {
-      pid_ = -1;
-      throw std::runtime_error("the server has ended");
-    }
-    std::ifstream in(fmt::format("/proc/{}/statm", pid_));
-    double size = 0, resident = 0;
-    in >> size >> resident;
-    return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
-  }
-
- private:
-  pid_t pid_ = -1;
-  std::string folder_, address_;
-};
 
 /// A serialized request of random slip states inside the shipped model's domain.
 std::string Message(int states, std::mt19937& random) {
@@ -140,7 +51,7 @@ struct Client {
 
 class Generator {
  public:
-  Generator(Server& server, const OverloadOptions& options)
+  Generator(ChildProgram& server, const OverloadOptions& options)
       : server_(server), options_(options), random_(options.seed) {
     message_ = Message(options.states, random_);
     for (int i = 0; i < options.connections; ++i) Connect(clients_.emplace_back());
@@ -299,7 +210,7 @@ class Generator {
     for (Client& client : clients_) client.sent.clear();
   }
 
-  Server& server_;
+  ChildProgram& server_;
   const OverloadOptions& options_;
   std::mt19937 random_;
   std::string message_;
@@ -324,8 +235,12 @@ std::vector<std::string> OverloadResult::Missed() const {
 }
 
 OverloadResult MeasureOverload(const OverloadOptions& options) {
-  Server server(options);
-  Pin(options.client_core);
+  const TempFolder folder;
+  auto words = ServerWords(folder, options.program);
+  words.push_back("--no-lcm");
+  words.insert(words.end(), options.server_options.begin(), options.server_options.end());
+  ChildProgram server(words, "127.0.0.1:0", options.server_core);
+  const Pinned pinned(options.client_core);
   Generator generator(server, options);
   generator.WarmUp();
   OverloadResult result;

@@ -11,7 +11,7 @@
 #include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/speed_plan.h"
 #include "surrogate/vehicle/vehicle_file.h"
-#include "tests/bench/latency_bench.h"
+#include "tests/bench/server_bench.h"
 #include "tests/bench/surrogate_bench.h"
 
 namespace grouser::bench {

@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -73,6 +74,97 @@ class QueryAccuracyTest : public ::testing::Test {
   std::unique_ptr<testing::ServerProcess> server_;
   std::unique_ptr<TerrainClient> client_;
 };
+
+/// `all` without the arrays that `fields` does not name.
+EvaluateWheelsResponse Masked(EvaluateWheelsResponse all, const std::vector<std::string>& fields) {
+  const auto named = [&fields](const std::string& name) {
+    return std::ranges::find(fields, name) != fields.end();
+  };
+  v1alpha1::WheelResponses* r = all.mutable_responses();
+  for (const char* array : {"f_x", "f_y", "f_z", "torque", "m_z", "sinkage", "velocity", "slip"}) {
+    const auto* field = r->GetDescriptor()->FindFieldByName(array);
+    auto* message = r->GetReflection()->MutableMessage(r, field);
+    for (int p = 0; p < message->GetDescriptor()->field_count() && !named(array); ++p) {
+      const auto* part = message->GetDescriptor()->field(p);
+      if (!named(array + ("." + part->name()))) message->GetReflection()->ClearField(message, part);
+    }
+  }
+  return all;
+}
+
+// Of every kind of model, of both forms, with gradients and with models that are chosen by state;
+// states of every flag that such models set are among them.
+TEST_F(QueryAccuracyTest, FieldsAreThoseOfTheWholeAnswerBitByBit) {
+  const std::vector<std::vector<std::string>> masks = {
+      {"f_x"},
+      {"f_x.value", "f_x.low", "sinkage.value", "sinkage.high"},
+      {"torque.d_load", "m_z.sd_form", "slip"},
+      {"f_y.measured_high", "velocity"},
+      {"sinkage.d_v_x"},
+      {"velocity", "slip", "f_x", "f_y", "f_z", "torque", "m_z", "sinkage"}};
+  std::vector<EvaluateWheelsRequest> requests = {Request()};
+  auto* odd = requests[0].mutable_states();
+  client::AddVelocityState(std::numeric_limits<double>::quiet_NaN(), 0, 0.1, 24, odd);
+  client::AddVelocityState(0, 0, 0, 24, odd);
+  client::AddVelocityState(0.1, 0, 0.1, 0, odd);
+  client::AddVelocityState(0.1, 0, 0.1, 1e4, odd);
+  client::AddVelocityState(3, 0, 4, 24, odd);
+  for (int i = 0; i < 20; ++i) {
+    client::AddSlipState(0.2 * i - 2, 0.1 * i, 10 + i, requests.emplace_back().mutable_states());
+  }
+  for (auto request : requests) {
+    for (const int with : {0, 1, 2, 3}) {
+      request.set_with_gradients((with & 1) != 0);
+      if ((with & 2) != 0) request.mutable_accuracy()->set_share_of_load(0.1);
+      std::vector<std::string> models = {kName};
+      if ((with & 2) == 0) {
+        for (const auto& [reference, message] : messages_) models.push_back(reference);
+      }
+      for (const std::string& model : models) {
+        request.set_model(model);
+        request.clear_fields();
+        auto all = client_->Evaluate(request);
+        all.clear_latency();
+        for (const auto& fields : masks) {
+          request.mutable_fields()->Assign(fields.begin(), fields.end());
+          auto some = client_->Evaluate(request);
+          some.clear_latency();
+          EXPECT_EQ(some.SerializeAsString(), Masked(all, fields).SerializeAsString())
+              << model << " " << with << " " << fields[0];
+        }
+      }
+    }
+  }
+}
+
+TEST_F(QueryAccuracyTest, FieldsThatAreNotThereAreNamed) {
+  for (const char* name : {"", "fx", "f_x.", "f_x.lower", "f_x.low.low", "flags", "slip.slip"}) {
+    auto request = Request();
+    request.add_fields("f_x.low");
+    request.add_fields(name);
+    try {
+      client_->Evaluate(request);
+      ADD_FAILURE() << name;
+    } catch (const ClientError& e) {
+      EXPECT_EQ(e.code(), grpc::StatusCode::INVALID_ARGUMENT);
+      EXPECT_THAT(std::string(e.what()),
+                  AllOf(HasSubstr("fields[1]: '" + std::string(name) + "', expected"),
+                        HasSubstr("f_x.low")));
+    }
+  }
+  auto request = Request();
+  for (int i = 0; i < 129; ++i) request.add_fields("f_x");
+  EXPECT_THROW(client_->Evaluate(request), ClientError);
+  const std::vector<std::string> query = {
+      "query", "--model", kName, "--slip", "0.2", "--load", "24", "--fields", "f_x.value,sinkage"};
+  const auto some = Client(query);
+  EXPECT_EQ(some.code, 0) << some.err;
+  EXPECT_THAT(some.out, AllOf(HasSubstr("f_x "), HasSubstr("sinkage "), HasSubstr("load 24 N"),
+                              Not(HasSubstr("torque")), Not(HasSubstr("rim"))));
+  auto wrong = query;
+  wrong.back() = "f_x,thrust";
+  EXPECT_THAT(Client(wrong).err, HasSubstr("fields[1]: 'thrust'"));
+}
 
 // Each state has bit by bit the answer of the model that is said to have given it;
 // an answer without the flag is within its tolerance by its interval.

@@ -39,9 +39,12 @@ Status Answer(const SnapshotStore& store, QueryMetrics& metrics, Transport trans
   const ServedModel* model = nullptr;
   Selection selection;
   selection.answered_by.Swap(response->mutable_answered_by());  // its memory is reused
-  const AnswerParts parts{!request.values_only(), request.with_gradients()};
-  Status status = Evaluate(*snapshot, request.model(), request.states(), parts, &model,
-                           response->mutable_responses(), request.accuracy(), &selection);
+  AnswerParts parts{!request.values_only(), request.with_gradients()};
+  Status status = parts.fields.Read(request.fields());
+  if (status.ok()) {
+    status = Evaluate(*snapshot, request.model(), request.states(), parts, &model,
+                      response->mutable_responses(), request.accuracy(), &selection);
+  }
   selection.answered_by.Swap(response->mutable_answered_by());
   response->clear_selectable_models();
   response->clear_refinement();
@@ -55,6 +58,7 @@ Status Answer(const SnapshotStore& store, QueryMetrics& metrics, Transport trans
     } else {
       response->clear_answered_by();
     }
+    if (!request.fields().empty()) parts.fields.DropOthers(response->mutable_responses());
   } else {
     response->clear_answered_by();
     response->clear_model();

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -77,6 +78,17 @@ TEST(WorkerProcess, NiceIsAddedUpTo19) {
       EXPECT_TRUE(worker.Reap().Exited(0));
       EXPECT_EQ(ReadText(dir / "stdout"), std::to_string(std::min(now + 10, 19)) + "\n");
     }).join();
+  }
+}
+
+// Field 41 of /proc/PID/stat: 5 is SCHED_IDLE.
+TEST(WorkerProcess, RunsOnIdleTimeAlone) {
+  for (const bool idle : {false, true}) {
+    TempDir dir;
+    auto command = Sh(dir, "cut -d' ' -f41 /proc/$$/stat");
+    command.limits.idle = idle;
+    EXPECT_TRUE(WorkerProcess::Spawn(std::move(command)).Reap().Exited(0));
+    EXPECT_EQ(ReadText(dir / "stdout"), std::to_string(idle ? SCHED_IDLE : SCHED_OTHER) + "\n");
   }
 }
 
