@@ -35,21 +35,20 @@ std::uint64_t LengthOf(const std::string& bytes, std::size_t offset) {
   return length;
 }
 
-// Maps are sorted, so that equal models have equal digests.
-std::string SerializeDeterministically(const v1alpha1::Model& model) {
+}  // namespace
+
+std::string PayloadOf(const v1alpha1::Model& model) {
   std::string payload;
   google::protobuf::io::StringOutputStream stream(&payload);
   google::protobuf::io::CodedOutputStream coded(&stream);
-  coded.SetSerializationDeterministic(true);
+  coded.SetSerializationDeterministic(true);  // maps are sorted
   if (!model.SerializeToCodedStream(&coded)) throw std::runtime_error("model cannot be serialised");
   coded.Trim();
   return payload;
 }
 
-}  // namespace
-
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
-  const std::string payload = SerializeDeterministically(model);
+  const std::string payload = PayloadOf(model);
   const std::string digest = Sha256OfString(payload);
   WriteFileDurably(path, kMagic + VersionText(kModelFileVersion) + LengthBytes(payload.size()) +
                              digest + payload);
