@@ -35,20 +35,25 @@ std::uint64_t LengthOf(const std::string& bytes, std::size_t offset) {
   return length;
 }
 
-}  // namespace
-
-std::string PayloadOf(const v1alpha1::Model& model) {
+// Maps are sorted, so that equal models have equal digests.
+std::string SerializeDeterministically(const v1alpha1::Model& model) {
   std::string payload;
   google::protobuf::io::StringOutputStream stream(&payload);
   google::protobuf::io::CodedOutputStream coded(&stream);
-  coded.SetSerializationDeterministic(true);  // maps are sorted
+  coded.SetSerializationDeterministic(true);
   if (!model.SerializeToCodedStream(&coded)) throw std::runtime_error("model cannot be serialised");
   coded.Trim();
   return payload;
 }
 
+}  // namespace
+
+std::string DigestOf(const v1alpha1::Model& model) {
+  return Sha256OfString(SerializeDeterministically(model));
+}
+
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
-  const std::string payload = PayloadOf(model);
+  const std::string payload = SerializeDeterministically(model);
   const std::string digest = Sha256OfString(payload);
   WriteFileDurably(path, kMagic + VersionText(kModelFileVersion) + LengthBytes(payload.size()) +
                              digest + payload);

@@ -68,7 +68,8 @@ std::string TableCache::Read(const std::string& digest, const std::string& key, 
   try {
     std::string file = records::ReadFileBytes(path, kHeader + size);
     const std::string_view all = file;
-    const bool ours = all.starts_with(kMagic) && all.substr(kMagic.size()).starts_with(key);
+    const std::string of_key = records::Sha256OfString(key);
+    const bool ours = all.starts_with(kMagic) && all.substr(kMagic.size()).starts_with(of_key);
     // Of another version, or of a message that is read otherwise today.
     if (!ours && all.starts_with(kMagic.substr(0, kMagic.size() - 3))) return "";
     if (!ours) throw std::runtime_error(path + ": no table of this program");
@@ -97,7 +98,7 @@ void TableCache::Keep(const std::string& digest, const std::string& key, const s
     }
     fs::create_directories(folder_);
     std::string file(kMagic);
-    file.append(key).append(records::Sha256OfString(bytes)).append(bytes);
+    file.append(records::Sha256OfString(key)).append(records::Sha256OfString(bytes)).append(bytes);
     records::WriteFileUnsynced(path, file);
   } catch (const std::exception& e) {
     Tell("write", std::string("tables: cannot be kept, and are made at every start: ") + e.what());

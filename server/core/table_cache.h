@@ -12,9 +12,10 @@ namespace grouser::server {
 
 /// Tables that models answer with (surrogate::KeptTable), kept in a folder as DIGEST.table so that
 /// a start need not make them. Anybody may delete the folder or a file at any time. Header: magic
-/// and version (16 bytes), key and SHA-256 of the numbers (64 hex digits each). What is damaged or
-/// of another key is made anew and replaced; where nothing can be written all is made anew. Read
-/// into memory and not mapped: a file that somebody truncates would end the program. Any thread.
+/// and version (16 bytes), SHA-256 of the key and of the numbers (64 hex digits each). What is
+/// damaged or of another key is made anew and replaced; where nothing can be written all is made
+/// anew. Read into memory and not mapped: a file that somebody truncates would end the program. Any
+/// thread.
 class TableCache {
  public:
   /// `max_bytes` of all files; 0: keeps nothing and reads nothing. Touches no file.

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
-#include "proto/records/sha256.h"
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hard_ground.h"
@@ -281,9 +280,8 @@ std::string Rounding() {
 void PrepareByKept(const v1alpha1::Model& message, const KeptTable& kept, HybridModel* model) {
   const std::size_t size = kept.read ? model->TableSize() : 0;
   if (size == 0) return model->Prepare();
-  const std::string key = records::Sha256OfString(
-      "table " + std::to_string(HybridModel::kTableVersion) + ", " + Rounding() + ", " +
-      records::Sha256OfString(records::PayloadOf(message)));
+  const std::string key = "table " + std::to_string(HybridModel::kTableVersion) + ", " +
+                          Rounding() + ", " + records::DigestOf(message);
   if (const std::string bytes = kept.read(key, size); bytes.size() == size) {
     return model->TakeTable(bytes);
   }
