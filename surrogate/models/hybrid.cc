@@ -208,7 +208,7 @@ void HybridModel::AddLaw(const WheelStatesView& in, const ResponsesView& out, st
 }
 
 void HybridModel::Prepare() {
-  if (TableSize() > 0) {
+  if (WantsTable()) {
     Tabulate();
   } else {
     AnswerByLaw();
@@ -216,8 +216,7 @@ void HybridModel::Prepare() {
 }
 
 std::size_t HybridModel::TableSize() const noexcept {
-  if (!table_.has_outputs() && !speed_.present()) return 0;
-  return ResponseTable::SizeOf(AxesFor({}), speed_);
+  return WantsTable() ? ResponseTable::SizeOf(AxesFor({}), speed_) : 0;
 }
 
 std::string HybridModel::TableBytes() const {

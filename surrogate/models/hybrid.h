@@ -93,6 +93,7 @@ class HybridModel final : public TabulatedModel {
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
  private:
+  bool WantsTable() const { return table_.has_outputs() || speed_.present(); }
   TableAxes AxesFor(const Resolution& wanted) const noexcept;
   /// The answer with `trend` for what the physics say in the canonical half-space.
   Answer Complete(const BekkerModel::Answer& trend, double v_x, double v_y, double rim_speed,
