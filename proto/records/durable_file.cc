@@ -91,19 +91,27 @@ const char* KindOf(mode_t mode) {
   return "a special file";
 }
 
-}  // namespace
-
-void WriteFileDurably(const std::string& path, const std::string& bytes) {
+void WriteAside(const std::string& path, const std::string& bytes, bool sync) {
   std::string aside_path;
   Descriptor fd(CreateAside(path, &aside_path));
   if (fd.get() < 0) Fail(path, "cannot create", errno);
   Aside aside(aside_path);
   if (const int error = WriteAll(fd.get(), bytes)) Fail(path, "cannot write", error);
-  if (fsync(fd.get()) != 0) Fail(path, "cannot sync", errno);
+  if (sync && fsync(fd.get()) != 0) Fail(path, "cannot sync", errno);
   if (fd.Close() != 0) Fail(path, "cannot close", errno);
   if (rename(aside_path.c_str(), path.c_str()) != 0) Fail(path, "cannot rename into place", errno);
   aside.Release();
-  SyncFolder(path);
+  if (sync) SyncFolder(path);
+}
+
+}  // namespace
+
+void WriteFileDurably(const std::string& path, const std::string& bytes) {
+  WriteAside(path, bytes, /*sync=*/true);
+}
+
+void WriteFileUnsynced(const std::string& path, const std::string& bytes) {
+  WriteAside(path, bytes, /*sync=*/false);
 }
 
 std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {

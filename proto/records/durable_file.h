@@ -7,6 +7,10 @@ namespace grouser::records {
 
 // WriteFileDurably stands in model_file.h.
 
+/// Writes aside and renames, without syncing: for what can be made again and bears a checksum, as
+/// it may be torn after a crash of the machine. Throws as WriteFileDurably.
+void WriteFileUnsynced(const std::string& path, const std::string& bytes);
+
 /// Ending of the temporary file that WriteFileDurably writes aside. A killed
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";

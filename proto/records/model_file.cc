@@ -48,6 +48,10 @@ std::string SerializeDeterministically(const v1alpha1::Model& model) {
 
 }  // namespace
 
+std::string DigestOf(const v1alpha1::Model& model) {
+  return Sha256OfString(SerializeDeterministically(model));
+}
+
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
   const std::string payload = SerializeDeterministically(model);
   const std::string digest = Sha256OfString(payload);

@@ -37,6 +37,9 @@ LoadedModel ReadModelFile(const std::string& path);
 /// beyond the years 1970 to 9999.
 google::protobuf::Timestamp TimestampOf(double unix_s);
 
+/// That of the file that WriteModelFile would write: equal for equal models.
+std::string DigestOf(const v1alpha1::Model& model);
+
 /// Writes any small text or binary file with the same guarantees.
 void WriteFileDurably(const std::string& path, const std::string& bytes);
 

@@ -9,7 +9,7 @@
 
 namespace grouser::records {
 
-std::string Sha256OfString(const std::string& bytes) {
+std::string Sha256OfString(std::string_view bytes) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {

@@ -29,6 +29,9 @@ void ServerConfig::Validate() const {
     Fail("vehicle-threads", std::to_string(vehicle_threads),
          fmt::format("1 to {}", kMostVehicleThreads).c_str());
   }
+  if (table_cache_mb < 0) {
+    Fail("table-cache-mb", std::to_string(table_cache_mb), "0 or more");
+  }
   if (poll_period.count() <= 0) {
     Fail("poll_period", fmt::format("{} ms", poll_period.count()), "more than 0 ms");
   }

@@ -13,6 +13,8 @@ struct ServerConfig {
   /// Vehicle files, and folders of them.
   std::vector<std::string> vehicles;
   int vehicle_threads = 1;  ///< that answer for them
+  /// Most bytes of kept tables, in 1e6; 0: none are kept.
+  int table_cache_mb = 2000;
   bool lcm = true;
   std::string lcm_url;  ///< empty: $LCM_DEFAULT_URL, else liblcm's default
   /// LCM messages that come in by another network interface are not received.

@@ -33,13 +33,14 @@ std::unique_ptr<const SelectableModels> MakeSelectable(
 }  // namespace
 
 std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std::string digest,
-                                                   bool shipped, const ModelFactory& factory) {
+                                                   bool shipped, const ModelFactory& factory,
+                                                   const surrogate::KeptTable& kept) {
   auto served = std::make_shared<ServedModel>();
   served->reference = message.name() + "@sha256:" + digest;
   served->digest = std::move(digest);
   served->shipped = shipped;
   try {
-    served->evaluator = factory(message);
+    served->evaluator = factory(message, kept);
   } catch (const std::exception& e) {
     throw std::runtime_error(served->reference + ": " + e.what());
   }
@@ -54,7 +55,8 @@ std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std:
 Snapshot::Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
                    std::map<std::string, Aliases, std::less<>> aliases,
                    std::vector<std::string> pending)
-    : generation_(generation),
+    : loading_(false),
+      generation_(generation),
       models_(std::move(models)),
       aliases_(std::move(aliases)),
       pending_(std::move(pending)) {
@@ -69,6 +71,8 @@ void Snapshot::MakeSelectors() {
   for (const auto& [name, of_model] : aliases_) {
     if (const ModelPtr model = FindAlias(name, kDefaultAlias)) stable.push_back(model.get());
   }
+  // The stable models of a pair share one set.
+  std::map<std::vector<const ServedModel*>, std::shared_ptr<const SelectableModels>> made;
   for (const ModelPtr& model : models_) alone_.emplace(model.get(), MakeSelectable({model.get()}));
   for (const auto& [name, of_model] : aliases_) {
     for (const auto& [alias, named] : of_model) {
@@ -79,7 +83,11 @@ void Snapshot::MakeSelectors() {
         const bool same = other->pair == named->pair;
         if (same && other->message.name() != named->message.name()) models.push_back(other);
       }
-      together_.emplace(named.get(), MakeSelectable(models));
+      std::ranges::sort(models, {},
+                        [](const ServedModel* m) -> const std::string& { return m->digest; });
+      std::shared_ptr<const SelectableModels>& set = made[models];
+      if (!set) set = MakeSelectable(models);
+      together_.emplace(named.get(), set);
     }
   }
 }
@@ -88,6 +96,10 @@ const SelectableModels& Snapshot::SelectableOf(std::string_view reference,
                                                const ServedModel& named) const {
   const bool pinned = reference.find("@sha256:") != std::string_view::npos;
   return *(pinned ? alone_ : together_).at(&named);
+}
+
+Status Snapshot::StillLoading() {
+  return {StatusCode::kUnavailable, "the server's models are being loaded; ask again"};
 }
 
 Snapshot::ModelPtr Snapshot::FindAlias(std::string_view name, std::string_view alias) const {
@@ -99,6 +111,7 @@ Snapshot::ModelPtr Snapshot::FindAlias(std::string_view name, std::string_view a
 
 Status Snapshot::Find(std::string_view reference, const ServedModel** model) const {
   *model = nullptr;
+  if (loading_) return StillLoading();
   std::string problem;
   const auto parsed = ParseModelReference(reference, &problem);
   if (!parsed) return Status::InvalidArgument("model: " + problem);

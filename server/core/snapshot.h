@@ -13,15 +13,16 @@
 #include "server/core/query_metrics.h"
 #include "server/core/repository.h"
 #include "server/core/status.h"
+#include "surrogate/model_io/load_model.h"
 #include "surrogate/models/model_selector.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::server {
 
-/// Makes the evaluator of a model message; throws std::runtime_error when it
-/// cannot. `surrogate::MakeModel` in the programs.
-using ModelFactory =
-    std::function<std::unique_ptr<const surrogate::WheelModel>(const v1alpha1::Model&)>;
+/// Makes the evaluator of a model message, by its kept table where there is one; throws
+/// std::runtime_error when it cannot. `surrogate::MakeModel` in the programs.
+using ModelFactory = std::function<std::unique_ptr<const surrogate::WheelModel>(
+    const v1alpha1::Model&, const surrogate::KeptTable&)>;
 
 /// A model that passed its self-test and may answer. Immutable.
 struct ServedModel {
@@ -45,7 +46,8 @@ struct SelectableModels {
 /// Builds a model and self-tests it (surrogate::SelfTest). Throws std::runtime_error naming the
 /// model and the field.
 std::shared_ptr<const ServedModel> MakeServedModel(v1alpha1::Model message, std::string digest,
-                                                   bool shipped, const ModelFactory& factory);
+                                                   bool shipped, const ModelFactory& factory,
+                                                   const surrogate::KeptTable& kept = {});
 
 /// What is served at one moment. Immutable; one message sees one snapshot.
 class Snapshot {
@@ -53,12 +55,15 @@ class Snapshot {
   using ModelPtr = std::shared_ptr<const ServedModel>;
   using Aliases = std::map<std::string, ModelPtr, std::less<>>;
 
-  Snapshot() = default;
+  Snapshot() = default;  ///< before the first models are loaded
   /// `pending`: digests of models that are there but not loaded yet.
   Snapshot(std::uint64_t generation, std::vector<ModelPtr> models,
            std::map<std::string, Aliases, std::less<>> aliases,
            std::vector<std::string> pending = {});
 
+  /// Nothing was loaded yet: what is asked for may be there.
+  bool loading() const { return loading_; }
+  static Status StillLoading();
   std::uint64_t generation() const { return generation_; }
   /// Sorted by name, then digest.
   const std::vector<ModelPtr>& models() const { return models_; }
@@ -71,8 +76,8 @@ class Snapshot {
   ModelPtr FindAlias(std::string_view name, std::string_view alias) const;
   /// Resolves "name", "name@alias", "name@sha256:HEX" or "" (the only model).
   /// On failure *model is null and the status is NOT_FOUND (unknown),
-  /// INVALID_ARGUMENT (malformed) or UNAVAILABLE (a digest that is pending). Allocates only
-  /// on failure.
+  /// INVALID_ARGUMENT (malformed) or UNAVAILABLE (a digest that is pending, loading). Allocates
+  /// only on failure.
   Status Find(std::string_view reference, const ServedModel** model) const;
 
   /// Who may answer where `named` was found by `reference` and an accuracy request given:
@@ -84,11 +89,12 @@ class Snapshot {
   void MakeSelectors();
   Status Unknown(std::string_view reference, const char* why) const;
 
+  bool loading_ = true;
   std::uint64_t generation_ = 0;
   std::vector<ModelPtr> models_;
   std::map<std::string, Aliases, std::less<>> aliases_;
   std::vector<std::string> pending_;
-  std::map<const ServedModel*, std::unique_ptr<const SelectableModels>> alone_, together_;
+  std::map<const ServedModel*, std::shared_ptr<const SelectableModels>> alone_, together_;
 };
 
 }  // namespace grouser::server

@@ -56,8 +56,8 @@ std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(const Repository
 }  // namespace
 
 SnapshotStore::SnapshotStore(const Repository& repository, ModelFactory factory,
-                             std::chrono::milliseconds unnamed)
-    : repository_(repository), factory_(std::move(factory)), unnamed_(unnamed) {}
+                             std::chrono::milliseconds unnamed, TableCache* tables)
+    : repository_(repository), factory_(std::move(factory)), unnamed_(unnamed), tables_(tables) {}
 
 std::shared_ptr<const Snapshot> SnapshotStore::Current() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -77,8 +77,9 @@ SnapshotStore::LastGood SnapshotStore::Load(const Repository::File& file, const 
     auto loaded = Repository::Read(file);
     // A digest names the content: what is loaded already is that model.
     if (auto same = FindDigest(before.models(), loaded.digest)) return {file.stamp, same};
+    const auto kept = tables_ ? tables_->Of(loaded.digest) : surrogate::KeptTable{};
     return {file.stamp, MakeServedModel(std::move(loaded.model), std::move(loaded.digest),
-                                        file.shipped, factory_)};
+                                        file.shipped, factory_, kept)};
   } catch (const std::exception& e) {
     const std::string what = e.what();
     problems->push_back((what.starts_with(file.path) ? what : file.path + ": not served: " + what) +
@@ -105,7 +106,7 @@ void SnapshotStore::LoadAll(const Snapshot& before, std::vector<Loading>* all) c
       Loading& one = *order[i];
       const bool now =
           rank(&one) < 2 || std::chrono::steady_clock::now() < end || one_more.exchange(false);
-      if (!now) continue;
+      if (!now || stopped_) continue;
       one.result = Load(*one.file, before, &one.problems);
       one.tried = true;
     }
@@ -153,6 +154,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
     one.named = file.shipped || named.contains(StemOf(file.path));
   }
   LoadAll(*before, &all);
+  if (stopped_) return {};
   for (Loading& one : all) {
     if (!one.tried) {
       pending.push_back(StemOf(one.file->path));
@@ -184,7 +186,19 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   fingerprint_ = pending.empty() ? std::move(fingerprint) : "";
   loaded_ = true;
   outcome.changed = true;
+  PruneTables(files, &outcome);
   return outcome;
+}
+
+void SnapshotStore::PruneTables(const std::vector<Repository::File>& files,
+                                Outcome* outcome) const {
+  if (!tables_) return;
+  std::set<std::string> digests;
+  // Also of models that are pending or cannot be read just now. Names of shipped files say nothing.
+  for (const Repository::File& file : files) digests.insert(StemOf(file.path));
+  for (const ModelPtr& model : Current()->models()) digests.insert(model->digest);
+  tables_->Prune(digests);
+  std::ranges::move(tables_->TakeNews(), std::back_inserter(outcome->news));
 }
 
 void SnapshotStore::FindNews(const std::vector<Loading>& all, Outcome* outcome) {

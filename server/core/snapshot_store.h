@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "server/core/repository.h"
 #include "server/core/snapshot.h"
+#include "server/core/table_cache.h"
 
 namespace grouser::server {
 
@@ -16,9 +18,12 @@ namespace grouser::server {
 /// belongs to one thread (the store thread); Current() to any.
 class SnapshotStore {
  public:
-  /// `unnamed`: how long a refresh goes on loading models that no alias names.
+  static constexpr std::chrono::milliseconds kUnnamed{1000};
+
+  /// `unnamed`: how long a refresh goes on loading models that no alias names. `tables`: of models,
+  /// kept between processes.
   SnapshotStore(const Repository& repository, ModelFactory factory,
-                std::chrono::milliseconds unnamed = std::chrono::milliseconds(1000));
+                std::chrono::milliseconds unnamed = kUnnamed, TableCache* tables = nullptr);
 
   /// What a refresh did.
   struct Outcome {
@@ -42,6 +47,9 @@ class SnapshotStore {
   /// and changes nothing, when a folder of the repository cannot be read; the next call tries
   /// again.
   Outcome Refresh();
+
+  /// A refresh under way loads no further model and changes nothing: the program ends. Any thread.
+  void Stop() { stopped_ = true; }
 
   /// The snapshot to answer one message with. Locks for a pointer copy only:
   /// `atomic<shared_ptr>` of libstdc++ 12 would do the same inside.
@@ -68,12 +76,15 @@ class SnapshotStore {
                 std::vector<std::string>* problems) const;
   void LoadAll(const Snapshot& before, std::vector<Loading>* all) const;
   void ReadStateAliases(Outcome* outcome);
+  void PruneTables(const std::vector<Repository::File>& files, Outcome* outcome) const;
   void ReleaseRetired();
   void FindNews(const std::vector<Loading>& all, Outcome* outcome);
 
   const Repository& repository_;
   ModelFactory factory_;
   std::chrono::milliseconds unnamed_;
+  std::atomic<bool> stopped_ = false;
+  TableCache* tables_;
   std::string fingerprint_;
   bool loaded_ = false;
   bool aliases_were_read_ = false;

@@ -180,7 +180,9 @@ int Serve(Settings settings) {
   const std::string at = endpoint ? endpoint->address() : "";
   const int code = loop.Run(
       server, settings.net.port_file,
-      "ready grpc=" + server.address() + (at.empty() ? "" : " http=" + at),
+      [&](const auto& announce) {
+        announce("ready grpc=" + server.address() + (at.empty() ? "" : " http=" + at));
+      },
       [&app](auto done) { app.Stop(std::move(done)); }, at);
   endpoint.reset();
   server.Close();

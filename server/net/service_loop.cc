@@ -35,19 +35,25 @@ void ServiceLoop::BeginStop(const std::string& why) {
 }
 
 int ServiceLoop::Run(GrpcServer& server, const std::string& port_file,
-                     const std::string& ready_line,
+                     const std::function<void(Announce announce)>& prepare,
                      std::function<void(std::function<void()> done)> stop_work,
                      const std::string& http_address) {
   stop_ = [&] {
     server.Drain();
     stop_work([this] { asio::post(context_, [this] { context_.stop(); }); });
   };
-  if (!port_file.empty()) {
-    const std::string http = http_address.empty() ? "" : "http=" + http_address + "\n";
-    records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n" + http);
-  }
-  std::cerr << ready_line << std::endl;
-  manager_.Ready();
+  const auto announce = [&](const std::string& ready_line) {
+    if (draining_) return;
+    if (!port_file.empty()) {
+      const std::string http = http_address.empty() ? "" : "http=" + http_address + "\n";
+      records::WriteFileDurably(port_file, "grpc=" + server.address() + "\n" + http);
+    }
+    std::cerr << ready_line << std::endl;
+    manager_.Ready();
+  };
+  prepare([this, announce](std::string ready_line) {
+    asio::post(context_, [announce, ready_line] { announce(ready_line); });
+  });
   const auto guard = asio::make_work_guard(context_);
   context_.run();
   stopper_.join();

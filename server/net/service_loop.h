@@ -28,11 +28,16 @@ class ServiceLoop {
   /// The program was told to end. Any thread.
   bool draining() const { return draining_; }
 
-  /// Writes the port file ("grpc=ADDR", and "http=ADDR" where it serves that), prints `ready_line`
-  /// to stderr, tells a service manager and serves until SIGINT, SIGTERM or Fail(); then drains and
-  /// has `stop_work` stop what runs behind the service; it calls its argument when that is done.
-  /// Returns the exit code; the loop no longer runs, the server is still to be closed.
-  int Run(GrpcServer& server, const std::string& port_file, const std::string& ready_line,
+  /// Says that the program is ready; any thread.
+  using Announce = std::function<void(std::string ready_line)>;
+
+  /// Serves until SIGINT, SIGTERM or Fail(). `prepare` calls its argument once all is loaded: then
+  /// the port file is written ("grpc=ADDR", and "http=ADDR" where it serves that), the line printed
+  /// to stderr and a service manager told. At the end drains and has `stop_work` stop what runs
+  /// behind the service; it calls its argument when that is done. Returns the exit code; the loop
+  /// no longer runs, the server is still to be closed.
+  int Run(GrpcServer& server, const std::string& port_file,
+          const std::function<void(Announce announce)>& prepare,
           std::function<void(std::function<void()> done)> stop_work,
           const std::string& http_address = "");
 

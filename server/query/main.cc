@@ -1,10 +1,12 @@
 // grouser-server: answers wheel queries over gRPC and LCM from fitted models.
 #include <malloc.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <thread>
@@ -44,30 +46,45 @@ constexpr const char* kExamples =
     "SIGTERM or SIGINT: answers what was sent before, refuses the rest, then exits 0.\n"
     "Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.";
 
-/// Polls the repository on the store thread, one refresh at a time, until told
-/// to stop.
+/// Loads the models on the store thread, then polls the repository, one refresh at a time, until
+/// told to stop.
 class RefreshTimer {
  public:
-  RefreshTimer(asio::io_context& loop, std::chrono::milliseconds period, TerrainServer& server)
-      : loop_(loop), timer_(loop), period_(period), server_(server) {}
+  RefreshTimer(ServiceLoop& loop, std::chrono::milliseconds period, TerrainServer& server)
+      : loop_(loop), timer_(loop.context()), period_(period), server_(server) {}
 
-  void Start() {
-    timer_.expires_after(period_);
-    timer_.async_wait([this](const boost::system::error_code& error) {
-      if (error) return;
-      asio::post(store_thread_, [this] {
-        server_.Refresh();
-        asio::post(loop_, [this] { Start(); });
-      });
+  /// `loaded` is called on the store thread.
+  void Load(std::function<void()> loaded) {
+    asio::post(store_thread_, [this, loaded] {
+      try {
+        server_.Load();
+      } catch (const std::exception& e) {
+        spdlog::error("grouser-server: {}", e.what());
+        return loop_.Fail();
+      }
+      loaded();
+      asio::post(loop_.context(), [this] { Wait(); });
     });
   }
   void Stop() {
+    server_.StopLoading();
     timer_.cancel();
     store_thread_.join();
   }
 
  private:
-  asio::io_context& loop_;
+  void Wait() {
+    timer_.expires_after(period_);
+    timer_.async_wait([this](const boost::system::error_code& error) {
+      if (error) return;
+      asio::post(store_thread_, [this] {
+        server_.Refresh();
+        asio::post(loop_.context(), [this] { Wait(); });
+      });
+    });
+  }
+
+  ServiceLoop& loop_;
   asio::steady_timer timer_;
   std::chrono::milliseconds period_;
   TerrainServer& server_;
@@ -94,11 +111,15 @@ int Serve(ServerConfig config, const NetOptions& net, const HttpOptions& http,
         std::make_unique<OperatorEndpoint>(loop.context(), http, server.grpc(), server.gate(),
                                            TerrainServer::ServiceNames(), std::move(view));
   }
-  RefreshTimer refresh(loop.context(), period, server);
-  refresh.Start();
+  RefreshTimer refresh(loop, period, server);
   const std::string at = endpoint ? endpoint->address() : "";
   const int code = loop.Run(
-      server.grpc(), net.port_file, server.ReadyLine() + (at.empty() ? "" : " http=" + at),
+      server.grpc(), net.port_file,
+      [&](const auto& announce) {
+        refresh.Load([&server, at, announce] {
+          announce(server.ReadyLine() + (at.empty() ? "" : " http=" + at));
+        });
+      },
       [](const auto& done) { done(); }, at);
   refresh.Stop();
   endpoint.reset();
@@ -157,6 +178,10 @@ int main(int argc, char** argv) {
   app.add_option(
          "--vehicle-threads", config.vehicle_threads,
          "Threads that solve and plan for vehicles, 1 to 64; default: half of the processors")
+      ->capture_default_str();
+  app.add_option("--table-cache-mb", config.table_cache_mb,
+                 "Most megabytes of models' tables that are kept in the state folder's tables/ for "
+                 "the next start; 0: none")
       ->capture_default_str();
   net.AddTo(app);
   http.AddTo(app);

@@ -24,15 +24,20 @@ ServerConfig Checked(ServerConfig config) {
 TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
     : config_(Checked(std::move(config))),
       repository_(config_.state_dir, config_.shipped_dir),
-      store_(repository_, std::move(factory)),
+      tables_(config_.state_dir + "/tables", std::uint64_t{1'000'000} * config_.table_cache_mb),
+      store_(repository_, std::move(factory), SnapshotStore::kUnnamed, &tables_),
       service_(store_, metrics_, gate_),
       fleet_(config_.vehicles),
       vehicle_service_(fleet_, gate_, config_.vehicle_threads),
       operator_service_(MakeBuildInfo("grouser-server"), gate_) {
   for (const std::string& problem : fleet_.problems()) spdlog::error("vehicle: {}", problem);
   if (!config_.vehicles.empty()) spdlog::info("serving {} vehicle(s)", fleet_.vehicles().size());
+}
+
+void TerrainServer::Load() {
   Take(store_.Refresh());
-  if (store_.Current()->models().empty()) {
+  const auto snapshot = store_.Current();
+  if (!snapshot->loading() && snapshot->models().empty()) {
     spdlog::warn("no model to serve in {} or '{}'; queries are answered NOT_FOUND",
                  config_.state_dir, config_.shipped_dir);
   }
@@ -47,7 +52,7 @@ void TerrainServer::Start(const NetOptions& options, std::function<void()> on_un
   if (config_.lcm) {
     lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_, metrics_);
   }
-  grpc_->SetServing(kTerrain, !store_.Current()->models().empty());
+  grpc_->SetServing(kTerrain, false);  // until Load
   grpc_->SetServing(kVehicles, !fleet_.vehicles().empty());
 }
 
@@ -61,7 +66,6 @@ void TerrainServer::Refresh() noexcept {
     const auto outcome = store_.Refresh();
     last_failure_.clear();
     Take(outcome);
-    if (outcome.changed && grpc_) grpc_->SetServing(kTerrain, !store_.Current()->models().empty());
   } catch (const std::exception& e) {
     refresh_failures_.Add();
     if (last_failure_ == e.what()) return;
@@ -75,6 +79,7 @@ void TerrainServer::Take(const SnapshotStore::Outcome& outcome) {
   if (!outcome.changed) return;
   const auto snapshot = store_.Current();
   metrics_.Adopt(*snapshot);
+  grpc_->SetServing(kTerrain, !snapshot->models().empty());
   problems_.Set(outcome.problems.size());
   {
     const std::lock_guard<std::mutex> lock(unresolved_mutex_);
@@ -91,7 +96,10 @@ const std::vector<std::string>& TerrainServer::ServiceNames() {
 
 std::vector<std::string> TerrainServer::WhyNotReady() const {
   std::vector<std::string> reasons;
-  if (store_.Current()->models().empty()) reasons.push_back("no model is served");
+  const auto snapshot = store_.Current();
+  if (snapshot->models().empty()) {
+    reasons.push_back(snapshot->loading() ? "models are being loaded" : "no model is served");
+  }
   const std::lock_guard<std::mutex> lock(unresolved_mutex_);
   for (const std::string& name : unresolved_) reasons.push_back("not answered: " + name);
   return reasons;

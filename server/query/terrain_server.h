@@ -22,14 +22,18 @@ namespace grouser::server {
 /// grouser-server without its main loop: repository, snapshot, vehicles, gRPC, LCM.
 class TerrainServer {
  public:
-  /// Loads the models and vehicles. A vehicle that cannot be read is logged and left out. Throws
-  /// std::invalid_argument on a bad configuration, std::runtime_error when the repository cannot be
-  /// read.
+  /// Loads the vehicles; one that cannot be read is logged and left out. Throws
+  /// std::invalid_argument on a bad configuration.
   TerrainServer(ServerConfig config, ModelFactory factory);
 
   /// Opens gRPC and LCM. Throws as AccessPolicy and GrpcServer, and std::runtime_error naming what
   /// cannot start. `on_unreachable`: see GrpcServer.
   void Start(const NetOptions& options, std::function<void()> on_unreachable);
+  /// Loads the models, after Start: until then wheel queries get UNAVAILABLE. Throws
+  /// std::runtime_error when the repository cannot be read. Store thread.
+  void Load();
+  /// Ends a Load or Refresh under way early, without effect. Any thread.
+  void StopLoading() { store_.Stop(); }
   /// "ready grpc=ADDR lcm=URL generation=G".
   std::string ReadyLine() const;
   GrpcServer& grpc() { return *grpc_; }
@@ -53,6 +57,7 @@ class TerrainServer {
 
   ServerConfig config_;
   Repository repository_;
+  TableCache tables_;
   SnapshotStore store_;
   std::string last_failure_;  // said once, not every poll
   QueryMetrics metrics_;

@@ -1,9 +1,14 @@
 #include "surrogate/model_io/load_model.h"
 
+#ifdef __GLIBC__
+#include <gnu/libc-version.h>
+#endif
+
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/records/model_file.h"
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hard_ground.h"
@@ -257,7 +262,36 @@ std::unique_ptr<const WheelModel> MakeLaw(const v1alpha1::Model& model) {
   return MakeScalar(model);
 }
 
-std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
+namespace {
+
+/// Tables are made by logarithms, sines and the like, which each C library rounds in its own way,
+/// and glibc in another where there is FMA. All else rounds alike everywhere.
+std::string Rounding() {
+  std::string rounding = "other";
+#ifdef __GLIBC__
+  rounding = std::string("glibc ") + gnu_get_libc_version();
+#endif
+#ifdef __x86_64__
+  rounding += __builtin_cpu_supports("fma") ? " fma" : " no fma";
+#endif
+  return rounding;
+}
+
+void PrepareByKept(const v1alpha1::Model& message, const KeptTable& kept, HybridModel* model) {
+  const std::size_t size = kept.read ? model->TableSize() : 0;
+  if (size == 0) return model->Prepare();
+  const std::string key = "table " + std::to_string(HybridModel::kTableVersion) + ", " +
+                          Rounding() + ", " + records::DigestOf(message);
+  if (const std::string bytes = kept.read(key, size); bytes.size() == size) {
+    return model->TakeTable(bytes);
+  }
+  model->Prepare();
+  kept.keep(key, model->TableBytes());
+}
+
+}  // namespace
+
+std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model, const KeptTable& kept) {
   if (model.kind() == v1alpha1::MODEL_KIND_HARD) {
     std::unique_ptr<const WheelModel> hard = MakeHard(model);
     CheckGolden(
@@ -276,7 +310,7 @@ std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model) {
       },
       [&](double value, double scale) { return share * std::fmax(std::fabs(value), scale); });
   // The fitter's many models do without.
-  if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) hybrid->Prepare();
+  if (auto* hybrid = dynamic_cast<HybridModel*>(made.get())) PrepareByKept(model, kept, hybrid);
   return made;
 }
 

@@ -69,20 +69,23 @@ double ClaimedError(const SelectableModel& selectable, ErrorRegion region, int o
   return claim > 0 || (selectable.hard && exact) ? claim : kInf;
 }
 
-double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box) noexcept {
+double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box) {
   constexpr int kSamples = 256;
+  StateBatch batch(kSamples, {kLow, kHigh});
+  for (int k = 0; k < kSamples; ++k) {
+    const auto [v, load] = ProbeOf(box, k);  // NaN: a slip that this angle does not allow
+    batch.Set(k, v, load);
+  }
+  selectable.model->Evaluate(batch.In(), batch.Out());
   double sum = 0;
   int count = 0;
   for (int k = 0; k < kSamples; ++k) {
-    const auto [v, load] = ProbeOf(box, k);
-    if (std::isnan(v.v_x)) continue;  // a slip that this angle does not allow
-    const WheelAnswer a = AnswerOf(*selectable.model, v, load);
-    if ((a.flags & kInvalid) != 0) continue;
-    const ErrorRegion region = ErrorRegionAt(v.v_x, v.v_y, v.rim_speed);
+    if ((batch.flags[k] & kInvalid) != 0) continue;
+    const ErrorRegion region = ErrorRegionAt(batch.v_x[k], batch.v_y[k], batch.rim_speed[k]);
     for (int o = 0; o < kOutputs; ++o) {
-      sum += ClaimedError(selectable, region, o, a.value[o] - a.half_width[o],
-                          a.value[o] + a.half_width[o], load) /
-             OutputScale(o, load, selectable.radius_m);
+      const auto& part = batch.part[o];
+      sum += ClaimedError(selectable, region, o, part[kLow][k], part[kHigh][k], batch.load[k]) /
+             OutputScale(o, batch.load[k], selectable.radius_m);
       ++count;
     }
   }

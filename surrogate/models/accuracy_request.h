@@ -62,7 +62,7 @@ double ClaimedError(const SelectableModel& selectable, ErrorRegion region, int o
 
 /// Mean over a fixed sample of `box` of the claims over load, load r or r: by
 /// which models are compared where no tolerance decides.
-double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box) noexcept;
+double MeanClaim(const SelectableModel& selectable, const TrainingDomain& box);
 
 /// What one state costs, values and intervals checked against a tolerance: the
 /// fastest of twelve short runs over states of the hull, some milliseconds. [ns]

@@ -208,11 +208,24 @@ void HybridModel::AddLaw(const WheelStatesView& in, const ResponsesView& out, st
 }
 
 void HybridModel::Prepare() {
-  if (table_.has_outputs() || speed_.present()) {
+  if (WantsTable()) {
     Tabulate();
   } else {
     AnswerByLaw();
   }
+}
+
+std::size_t HybridModel::TableSize() const noexcept {
+  return WantsTable() ? ResponseTable::SizeOf(AxesFor({}), speed_) : 0;
+}
+
+std::string HybridModel::TableBytes() const {
+  return tabulated() && !by_law_ ? table()->Bytes() : "";
+}
+
+void HybridModel::TakeTable(std::string_view bytes) {
+  by_law_ = false;
+  SetTable(ResponseTable(AxesFor({}), speed_, bytes), /*blended=*/true);
 }
 
 void HybridModel::AnswerByLaw() {
@@ -226,7 +239,7 @@ void HybridModel::AnswerByLaw() {
   SetTable(ResponseTable(axes, Spans(values)), /*blended=*/false);
 }
 
-void HybridModel::Tabulate(const Resolution& wanted) {
+TableAxes HybridModel::AxesFor(const Resolution& wanted) const noexcept {
   Resolution resolution = wanted;
   double step = wanted.log_load, anchor = std::log(hull().load_min_n);
   if (!table_.empty()) {
@@ -241,9 +254,12 @@ void HybridModel::Tabulate(const Resolution& wanted) {
   const double high = std::log(hull().load_max_n * kHeavier);
   const int before = static_cast<int>(std::ceil((anchor - low) / step));
   const int after = static_cast<int>(std::floor((high - anchor) / step));
-  const TableAxes axes{resolution.direction, resolution.lateral, before + after,
-                       anchor - before * step, anchor + after * step};
+  return {resolution.direction, resolution.lateral, before + after, anchor - before * step,
+          anchor + after * step};
+}
 
+void HybridModel::Tabulate(const Resolution& resolution) {
+  const TableAxes axes = AxesFor(resolution);
   by_law_ = false;
   Channels values, rate;
   for (const TableNode& node : TableNodes(axes)) {

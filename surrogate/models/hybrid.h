@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
+#include <string_view>
+
 #include "surrogate/models/bekker.h"
 #include "surrogate/models/residual_table.h"
 #include "surrogate/models/tabulated_model.h"
@@ -61,6 +65,17 @@ class HybridModel final : public TabulatedModel {
   /// f_z and kNoEquilibrium come from an interpolated ln(largest load/load) there.
   void Tabulate(const Resolution& resolution = {});
 
+  /// Of what Tabulate makes. To be raised with any change that changes a bit of it: tables are kept
+  /// between processes (kept_table_test.cc knows what one was).
+  static constexpr int kTableVersion = 1;
+  /// The table that answers, to be kept; empty: none that Tabulate made.
+  std::string TableBytes() const;
+  /// How many bytes those are of the table that Prepare makes; 0: it makes none that is worth
+  /// keeping.
+  std::size_t TableSize() const noexcept;
+  /// Instead of Prepare: the table whose bytes an equal model gave. Throws as ResponseTable.
+  void TakeTable(std::string_view bytes);
+
   void Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept override;
   ErrorForm Errors() const noexcept override {
     return {.of_physics = !table_.has_outputs(), .friction_radius_m = 0};
@@ -78,6 +93,8 @@ class HybridModel final : public TabulatedModel {
   Answer OffTable(double v_x, double v_y, double rim_speed, double load) const noexcept override;
 
  private:
+  bool WantsTable() const { return table_.has_outputs() || speed_.present(); }
+  TableAxes AxesFor(const Resolution& wanted) const noexcept;
   /// The answer with `trend` for what the physics say in the canonical half-space.
   Answer Complete(const BekkerModel::Answer& trend, double v_x, double v_y, double rim_speed,
                   double load) const noexcept;

@@ -1,9 +1,11 @@
 #include "surrogate/models/response_table.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 namespace grouser::surrogate {
 namespace {
@@ -64,14 +66,46 @@ ResponseTable::ResponseTable(const TableAxes& axes,
     : axes_(axes) {
   static_assert(kChannels == response::kMarginChannel);
   CheckCoefficients(axes, coefficients);
-  const int lines = (axes.direction + 3) * (axes.lateral + 3);
-  nodes_.resize(static_cast<std::size_t>(lines) * RowPairs());  // zeros
+  nodes_.resize(PairsOf(axes));  // zeros
   for (int channel = 0; channel < kChannels; ++channel) {
     Fill(channel, coefficients[channel], &nodes_);
   }
   constexpr double kAmple = 8;
   const std::vector<double> ample(margin.empty() ? ResidualTable::Size(axes) : 0, kAmple);
   Fill(response::kMarginChannel, margin.empty() ? ample : margin, &nodes_);
+}
+
+std::size_t ResponseTable::PairsOf(const TableAxes& axes) noexcept {
+  return static_cast<std::size_t>(axes.direction + 3) * (axes.lateral + 3) * RowPairs(axes);
+}
+
+std::size_t ResponseTable::SizeOf(const TableAxes& axes, const SpeedAxis& speed) noexcept {
+  return PairsOf(axes) * sizeof(NodePair) * (speed.present() ? 2 : 1);
+}
+
+ResponseTable::ResponseTable(const TableAxes& axes, const SpeedAxis& speed, std::string_view bytes)
+    : axes_(axes), speed_(speed) {
+  if (bytes.size() != SizeOf(axes, speed)) {
+    throw std::invalid_argument("response table: " + std::to_string(bytes.size()) +
+                                " bytes, expected " + std::to_string(SizeOf(axes, speed)));
+  }
+  const auto take = [&](std::vector<NodePair>* nodes) {
+    nodes->resize(PairsOf(axes));
+    const std::size_t size = nodes->size() * sizeof(NodePair);
+    std::memcpy(nodes->data(), bytes.data(), size);
+    bytes.remove_prefix(size);
+  };
+  take(&nodes_);
+  if (speed.present()) take(&rate_);
+}
+
+std::string ResponseTable::Bytes() const {
+  std::string bytes;
+  bytes.reserve(SizeOf(axes_, speed_));
+  for (const std::vector<NodePair>* nodes : {&nodes_, &rate_}) {
+    bytes.append(reinterpret_cast<const char*>(nodes->data()), nodes->size() * sizeof(NodePair));
+  }
+  return bytes;
 }
 
 void ResponseTable::AddSpeed(const SpeedAxis& speed,
@@ -94,7 +128,7 @@ void ResponseTable::Fill(int channel, std::span<const double> values,
   const int lines = (axes_.direction + 3) * (axes_.lateral + 3), row = axes_.load + 3;
   for (int line = 0; line < lines; ++line) {
     for (int k = 0; k < row; ++k) {
-      (*nodes)[static_cast<std::size_t>(line) * RowPairs() + k / 2]
+      (*nodes)[static_cast<std::size_t>(line) * RowPairs(axes_) + k / 2]
           .lane[k % 2 * response::kGroup + channel] =
           static_cast<float>(values[static_cast<std::size_t>(line) * row + k]);
     }
@@ -104,7 +138,7 @@ void ResponseTable::Fill(int channel, std::span<const double> values,
 response::Constants ResponseTable::Describe(const Hull& hull, double radius_m) const {
   response::Constants c{};
   c.nodes = nodes_.data()->lane;
-  c.lateral_stride = RowPairs() * 2 * response::kGroup;
+  c.lateral_stride = RowPairs(axes_) * 2 * response::kGroup;
   c.direction_stride = (axes_.lateral + 3) * c.lateral_stride;
   c.direction = axes_.direction;
   c.lateral = axes_.lateral;

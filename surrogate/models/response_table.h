@@ -2,6 +2,8 @@
 
 #include <array>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "surrogate/models/hull.h"
@@ -25,6 +27,12 @@ class ResponseTable {
                 const std::array<std::span<const double>, kChannels>& coefficients,
                 std::span<const double> margin = {});
 
+  /// A table with the numbers of another one of these axes, as its Bytes() gave them. Throws
+  /// std::invalid_argument on another count than SizeOf; what the bytes say is not checked.
+  ResponseTable(const TableAxes& axes, const SpeedAxis& speed, std::string_view bytes);
+  std::string Bytes() const;
+  static std::size_t SizeOf(const TableAxes& axes, const SpeedAxis& speed) noexcept;
+
   /// A second table on the same axes: the answer is T + u T_rate, u by SpeedAxis::At.
   /// The hull distance's channel must be none. Refuses as the constructor does.
   void AddSpeed(const SpeedAxis& speed,
@@ -41,7 +49,8 @@ class ResponseTable {
   struct alignas(64) NodePair {
     float lane[2 * response::kGroup];
   };
-  int RowPairs() const { return (axes_.load + 4) / 2; }  // load + 3 nodes, rounded up
+  static int RowPairs(const TableAxes& axes) { return (axes.load + 4) / 2; }  // load + 3 nodes
+  static std::size_t PairsOf(const TableAxes& axes) noexcept;
   void Fill(int channel, std::span<const double> values, std::vector<NodePair>* nodes) const;
 
   TableAxes axes_;

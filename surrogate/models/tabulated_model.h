@@ -57,6 +57,7 @@ class TabulatedModel : public WheelModel {
   virtual WheelAnswer OffTable(double v_x, double v_y, double rim_speed,
                                double load) const noexcept = 0;
 
+  const ResponseTable* table() const { return table_.get(); }
   const Hull& domain() const { return hull_; }
   /// Of the same instruction set as the kernel.
   BlockSolver solver() const { return solver_; }

@@ -51,6 +51,7 @@ Status FirstOf(const Snapshot& snapshot, const std::string& token, std::size_t* 
 
 Status ListModels(const Snapshot& snapshot, const v1alpha1::ListModelsRequest& request,
                   v1alpha1::ListModelsResponse* response) {
+  if (snapshot.loading()) return Snapshot::StillLoading();
   int size = 0;
   std::size_t next = 0, bytes = 0;
   Status status = ReadPageSize(request.page_size(), kMaxModelsPageSize, &size);

@@ -43,6 +43,8 @@ TEST_F(ConfigTest, RefusesFoldersByName) {
 TEST_F(ConfigTest, RefusesLimitsByName) {
   config_.poll_period = std::chrono::milliseconds(0);
   EXPECT_THAT(Refusal(config_), HasSubstr("poll_period"));
+  config_.table_cache_mb = -1;
+  EXPECT_THAT(Refusal(config_), AllOf(HasSubstr("table-cache-mb"), HasSubstr("0 or more")));
 }
 
 TEST_F(ConfigTest, VehicleThreadsByDefaultAreTaken) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/model_io/load_model.h"
 #include "surrogate/models/wheel_model.h"
 
 namespace grouser::testing {
@@ -88,7 +89,8 @@ inline void AddStraightForm(bool all, v1alpha1::Model* message) {
 }
 
 /// ModelFactory of FakeMessage(): gain n, half c1 if it is there; refuses a gain of 0.
-inline std::unique_ptr<const surrogate::WheelModel> MakeFakeModel(const v1alpha1::Model& message) {
+inline std::unique_ptr<const surrogate::WheelModel> MakeFakeModel(
+    const v1alpha1::Model& message, const surrogate::KeptTable& = {}) {
   const double gain = message.bekker().n();
   if (gain == 0) throw std::runtime_error("bekker.gain: 0, expected another number");
   return std::make_unique<FakeModel>(gain, message.wheel().radius_m(),

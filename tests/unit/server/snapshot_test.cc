@@ -15,7 +15,7 @@
 #include "proto/records/model_file.h"
 #include "server/core/evaluator.h"
 #include "server/core/snapshot_store.h"
-#include "surrogate/model_io/self_test.h"
+#include "surrogate/model_io/load_model.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -80,7 +80,7 @@ TEST_F(SnapshotTest, ServesAModelFileOfAnEarlierVersionUnderItsOwnDigest) {
   const std::string digest = repository_.Publish(GROUSER_EARLIER "/bekker.model");
   const std::string name = repository_.List(nullptr).at(0).name;
   repository_.SetAlias(name, "stable", digest, "test", "");
-  SnapshotStore store(repository_, surrogate::MakeTestedModel);
+  SnapshotStore store(repository_, surrogate::MakeModel);
   EXPECT_THAT(store.Refresh().problems, SizeIs(0));
   EXPECT_EQ(DigestOf(store, name), digest);
   const auto snapshot = store.Current();
