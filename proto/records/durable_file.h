@@ -7,6 +7,15 @@ namespace grouser::records {
 
 // WriteFileDurably stands in model_file.h.
 
+/// Syncs the folder that holds a file or folder: its name is on disk. Throws std::runtime_error
+/// "PATH: cause".
+void SyncName(const std::string& path);
+
+/// Makes a folder, and those above it, with names that are on disk. One that is there already may
+/// have been made by a program that was killed before its name was. Throws std::runtime_error
+/// "PATH: cause"; os::NoSpace where there is none.
+void MakeFolderDurably(const std::string& path);
+
 /// Ending of the temporary file that WriteFileDurably writes aside. A killed
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";

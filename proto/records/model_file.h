@@ -37,7 +37,8 @@ LoadedModel ReadModelFile(const std::string& path);
 /// beyond the years 1970 to 9999.
 google::protobuf::Timestamp TimestampOf(double unix_s);
 
-/// Writes any small text or binary file with the same guarantees.
+/// Writes any small text or binary file with the same guarantees. Throws os::NoSpace where there is
+/// none.
 void WriteFileDurably(const std::string& path, const std::string& bytes);
 
 }  // namespace grouser::records
