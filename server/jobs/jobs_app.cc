@@ -132,7 +132,10 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
-  if (auto known = book_.Replay(request)) return *known;
+  if (auto known = book_.Replay(request)) {
+    thread_.Post([this] { scheduler_->Kick(); });  // for one whose storing was in doubt
+    return *known;
+  }
   Repository::Entry entry;
   try {
     entry = repository_.Resolve(request.model());

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "proto/records/os/no_space.h"
+#include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/jobs_app.h"
 #include "tests/unit/jobs/fake_workers.h"
@@ -37,7 +38,9 @@ class Life {
 
   /// Whether a client asks again after an error; after one of the store if nothing else is said.
   std::function<bool(const std::exception&)> ask_again = [](const std::exception& e) {
-    return dynamic_cast<const SqliteError*>(&e) != nullptr;
+    const auto* status = dynamic_cast<const StatusError*>(&e);
+    return dynamic_cast<const SqliteError*>(&e) != nullptr ||
+           (status != nullptr && status->code() == StatusCode::kUnavailable);
   };
 
   /// Runs `request` where requests run.

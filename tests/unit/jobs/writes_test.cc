@@ -29,10 +29,10 @@ class WritesTest : public testing::LivesTest {
  protected:
   WritesTest() { FakeCarefully(); }
 
-  /// GROUSER_EVERY=1: at every call; else at every 23rd.
+  /// GROUSER_EVERY=1: at every call; else at every 61st.
   static long Stride() {
     const char* every = std::getenv("GROUSER_EVERY");
-    return every != nullptr ? std::max(1L, std::atol(every)) : 23;
+    return every != nullptr ? std::max(1L, std::atol(every)) : 61;
   }
 
   int LiveWithFaults(const std::function<void(Life&)>& live) {
@@ -88,7 +88,7 @@ class WritesTest : public testing::LivesTest {
       Clear();
       if (WIFEXITED(status)) {
         EXPECT_EQ(WEXITSTATUS(status), kNotReached);
-        std::printf("power cut at %ld of %ld calls\n", 1 + (at - 1) / Stride(), faults_.seen());
+        std::printf("power cut at %ld of %ld calls\n", (at - 1) / Stride(), faults_.seen());
         EXPECT_GT(faults_.seen(), kCallsOfALife);
         return;
       }
@@ -130,7 +130,7 @@ class WritesTest : public testing::LivesTest {
       if (HasFailure()) return;
       Clear();
       if (WEXITSTATUS(status) == kNotReached) {
-        std::printf("full at %ld of %ld calls\n", 1 + (at - 1) / stride, seen);
+        std::printf("full at %ld of %ld calls\n", (at - 1) / stride, seen);
         EXPECT_GT(seen, least);
         return;
       }
@@ -151,6 +151,21 @@ TEST_F(WritesTest, PowerCutThatLeavesNothingUnsynced) {
 TEST_F(WritesTest, PowerCutThatLeavesSomeOfIt) { PowerCutAtEveryCall(WriteFaults::Left::kSome); }
 
 TEST_F(WritesTest, DiskFullAtAnyCall) { FullAtEveryCall("", kCallsOfALife); }
+
+// Also where the store says that it failed, and has it all the same.
+TEST_F(WritesTest, DiskFullAtAnySyncOfASubmission) {
+  for (long at = 1; at <= 6; ++at) {
+    SCOPED_TRACE(at);
+    const int status = LiveWithFaults([&](Life& life) {
+      faults_.Plan(WriteFault::kFull, at, testing::kSync, "/jobs");
+      LiveOnAFullDisk(life);
+    });
+    ASSERT_EQ(status, 0);
+    faults_.Clear();
+    ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
+    Clear();
+  }
+}
 
 // What is small, such as the job store's rows, still finds space.
 TEST_F(WritesTest, DiskFullForRunsAlone) { FullAtEveryCall("/runs/", 3); }
@@ -207,7 +222,7 @@ TEST_F(WritesTest, AKillAndThenAPowerCut) {
 
 // Pruning is what helps on a full disk.
 TEST_F(WritesTest, PruningOnAFullDisk) {
-  constexpr int kJobs = 60;
+  constexpr int kJobs = 30;
   const std::string stray = state_ + "/runs/stray.run.h5";
   // A job that nobody promotes cannot end; when all rows are removed, the store cannot shrink.
   for (const long full_at : {1L, 1L + (1 + kJobs) + 1L}) {
@@ -218,7 +233,7 @@ TEST_F(WritesTest, PruningOnAFullDisk) {
       for (int i = 0; i < kJobs; ++i) {
         const std::string request_id = "r" + std::to_string(i);
         CancelJobRequest cancel;
-        cancel.set_job_id(life.Submit(Request(request_id, 0.3 + 0.001 * i)));
+        cancel.set_job_id(life.Submit(Request(request_id, 0.4 + 0.001 * i)));
         cancel.set_request_id(request_id);
         life.Ask([&](JobsApp& app) { return app.Cancel(cancel); });
       }
