@@ -29,10 +29,10 @@ class WritesTest : public testing::LivesTest {
  protected:
   WritesTest() { FakeCarefully(); }
 
-  /// GROUSER_EVERY=1: at every call; else at every 61st.
+  /// GROUSER_EVERY=1: at every call; else at every 97th.
   static long Stride() {
     const char* every = std::getenv("GROUSER_EVERY");
-    return every != nullptr ? std::max(1L, std::atol(every)) : 61;
+    return every != nullptr ? std::max(1L, std::atol(every)) : 97;
   }
 
   int LiveWithFaults(const std::function<void(Life&)>& live) {
@@ -105,10 +105,9 @@ class WritesTest : public testing::LivesTest {
       std::this_thread::sleep_for(kFullFor);
       if (faults_.happened()) faults_.Clear();
     });
-    life.ask_again = [&](const std::exception& e) {
+    life.ask_again = [this, store = life.ask_again](const std::exception& e) {
       faults_.Clear();
-      // The service adds the cause to what the job store says.
-      return dynamic_cast<const SqliteError*>(&e) != nullptr || SaysFull(e.what());
+      return store(e) || SaysFull(e.what());
     };
     const std::string id = life.Submit();
     life.Await(id, JOB_STATE_AWAITING_PROMOTION);  // it does not fail, but waits for space
