@@ -5,18 +5,16 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
 #include "proto/records/model_file.h"
+#include "proto/records/os/no_space.h"
 
 namespace grouser::records {
 namespace {
 
-[[noreturn]] void Fail(const std::string& path, const std::string& what, int error) {
-  throw std::runtime_error(path + ": " + what + ": " + std::strerror(error));
-}
+constexpr auto Fail = os::ThrowErrno;
 
 class Descriptor {
  public:
@@ -75,15 +73,6 @@ int WriteAll(int fd, const std::string& bytes) {
   return 0;
 }
 
-void SyncFolder(const std::string& path) {
-  const auto parent = std::filesystem::path(path).parent_path();
-  const std::string folder = parent.empty() ? std::string(1, '.') : parent.string();
-  Descriptor fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (fd.get() < 0) Fail(folder, "cannot open folder", errno);
-  // Some file systems cannot sync a folder and say EINVAL.
-  if (fsync(fd.get()) != 0 && errno != EINVAL) Fail(folder, "cannot sync folder", errno);
-}
-
 const char* KindOf(mode_t mode) {
   if (S_ISDIR(mode)) return "a folder";
   if (S_ISFIFO(mode)) return "a FIFO";
@@ -101,17 +90,39 @@ void WriteAside(const std::string& path, const std::string& bytes, bool sync) {
   if (fd.Close() != 0) Fail(path, "cannot close", errno);
   if (rename(aside_path.c_str(), path.c_str()) != 0) Fail(path, "cannot rename into place", errno);
   aside.Release();
-  if (sync) SyncFolder(path);
 }
 
 }  // namespace
 
-void WriteFileDurably(const std::string& path, const std::string& bytes) {
-  WriteAside(path, bytes, /*sync=*/true);
+void SyncName(const std::string& path) {
+  const auto parent = std::filesystem::path(path).parent_path();
+  const std::string folder = parent.empty() ? std::string(1, '.') : parent.string();
+  Descriptor fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (fd.get() < 0) Fail(folder, "cannot open folder", errno);
+  // Some file systems cannot sync a folder and say EINVAL.
+  if (fsync(fd.get()) != 0 && errno != EINVAL) Fail(folder, "cannot sync folder", errno);
+}
+
+void MakeFolderDurably(const std::string& path) {
+  const auto parent = std::filesystem::path(path).parent_path().string();
+  std::error_code unknown;
+  if (!parent.empty() && !std::filesystem::exists(parent, unknown)) MakeFolderDurably(parent);
+  if (mkdir(path.c_str(), 0777) != 0) {
+    const int error = errno;
+    if (error != EEXIST || !std::filesystem::is_directory(path, unknown)) {
+      Fail(path, "cannot be made", error);
+    }
+  }
+  SyncName(path);
 }
 
 void WriteFileUnsynced(const std::string& path, const std::string& bytes) {
   WriteAside(path, bytes, /*sync=*/false);
+}
+
+void WriteFileDurably(const std::string& path, const std::string& bytes) {
+  WriteAside(path, bytes, /*sync=*/true);
+  SyncName(path);
 }
 
 std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {

@@ -11,6 +11,15 @@ namespace grouser::records {
 /// it may be torn after a crash of the machine. Throws as WriteFileDurably.
 void WriteFileUnsynced(const std::string& path, const std::string& bytes);
 
+/// Syncs the folder that holds a file or folder: its name is on disk. Throws std::runtime_error
+/// "PATH: cause".
+void SyncName(const std::string& path);
+
+/// Makes a folder, and those above it, with names that are on disk. One that is there already may
+/// have been made by a program that was killed before its name was. Throws std::runtime_error
+/// "PATH: cause"; os::NoSpace where there is none.
+void MakeFolderDurably(const std::string& path);
+
 /// Ending of the temporary file that WriteFileDurably writes aside. A killed
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";

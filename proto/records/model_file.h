@@ -40,7 +40,8 @@ google::protobuf::Timestamp TimestampOf(double unix_s);
 /// That of the file that WriteModelFile would write: equal for equal models.
 std::string DigestOf(const v1alpha1::Model& model);
 
-/// Writes any small text or binary file with the same guarantees.
+/// Writes any small text or binary file with the same guarantees. Throws os::NoSpace where there is
+/// none.
 void WriteFileDurably(const std::string& path, const std::string& bytes);
 
 }  // namespace grouser::records

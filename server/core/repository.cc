@@ -266,6 +266,8 @@ AliasMove Repository::Move(Aliases aliases, AliasMove move,
   // A repeated move (a promotion finished after a crash) must not make the
   // model its own predecessor.
   if (move.from == move.digest && (recorded || move.rollback)) {
+    // Who wrote it may have been killed before its name was on disk.
+    if (recorded) records::SyncName(AliasPath(state_dir_));
     move.generation = aliases.generation;
     return move;
   }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/records/os/no_space.h"
 #include "server/core/alias_history.h"
 #include "server/core/model_reference.h"
 #include "server/core/page.h"
@@ -40,7 +41,7 @@ auto Asked(Run run) {
   } catch (const std::out_of_range& e) {
     throw StatusError(StatusCode::kNotFound, e.what());
   } catch (const std::runtime_error& e) {
-    throw StatusError(StatusCode::kUnavailable, std::string("alias not moved: ") + e.what());
+    throw StatusError(NotMovedCode(e), std::string("alias not moved: ") + e.what());
   }
 }
 
@@ -108,6 +109,11 @@ void CheckFollowsStable(const Repository::Aliases& aliases, const Repository::En
 }
 
 }  // namespace
+
+StatusCode NotMovedCode(const std::exception& e) {
+  return dynamic_cast<const os::NoSpace*>(&e) != nullptr ? StatusCode::kResourceExhausted
+                                                         : StatusCode::kUnavailable;
+}
 
 std::string WhoOf(const std::string& caller, const std::string& says) {
   return says.empty() ? caller : caller + " (says: " + says + ")";

@@ -4,6 +4,7 @@
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
 #include "server/core/repository.h"
+#include "server/core/status.h"
 
 namespace grouser::server {
 
@@ -12,6 +13,9 @@ inline constexpr int kMaxMovesPageSize = 1000;
 /// What is recorded of who moved an alias: the caller as AccessPolicy knows it, then what the
 /// request calls itself.
 std::string WhoOf(const std::string& caller, const std::string& says);
+
+/// How a request ends whose alias could not be moved: RESOURCE_EXHAUSTED where there was no space.
+StatusCode NotMovedCode(const std::exception& e);
 
 /// Requests about aliases alone, without a job. `who`: the caller, as AccessPolicy knows it. All
 /// throw StatusError naming the field.

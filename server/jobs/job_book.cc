@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 #include <google/protobuf/util/time_util.h>
+#include <spdlog/spdlog.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -91,6 +92,25 @@ void JobBook::CheckQueue(const std::string& client) const {
   if (own > 0 && all >= kMostClients * max_queued_) refuse("", all, kMostClients * max_queued_);
 }
 
+template <typename Write>
+auto JobBook::Storing(const std::string& job_id, const Write& write) {
+  try {
+    return write();
+  } catch (const SqliteError&) {
+    // It may be stored all the same: where only the sync after it failed.
+    try {
+      auto stored = store_.Find(job_id);
+      const JobRow* row = Find(job_id);
+      if (stored && (row == nullptr || row->job.revision() < stored->job.revision())) {
+        Adopt(std::move(*stored), Publish::kYes);
+      }
+    } catch (const std::exception& e) {
+      spdlog::error("{}: cannot be read again: {}", job_id, e.what());
+    }
+    throw;
+  }
+}
+
 void JobBook::Touch(JobRow& row) const {
   *row.job.mutable_update_time() = records::TimestampOf(clock_());
   row.job.set_revision(row.job.revision() + 1);
@@ -142,7 +162,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     row.job.set_priority(std::max(row.job.priority(), request.priority()));
     Touch(row);
     asked.job_id = row.job.job_id();
-    store_.Join(row, asked);
+    Storing(row.job.job_id(), [&] { store_.Join(row, asked); });
   } else {
     CheckQueue(who);
     row.join_key = join_key;
@@ -162,7 +182,7 @@ v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinem
     *row.job.mutable_submit_time() = records::TimestampOf(clock_());
     Touch(row);
     asked.job_id = row.job.job_id();
-    store_.Insert(row, asked);
+    Storing(row.job.job_id(), [&] { store_.Insert(row, asked); });
   }
   v1alpha1::SubmitRefinementResponse response;
   *response.mutable_job() = row.job;
@@ -220,7 +240,7 @@ v1alpha1::Job JobBook::Cancel(const std::string& job_id, const std::string& requ
     row.job.set_lease_epoch(held + 1);  // whatever a worker still reports is stale
   }
   Touch(row);
-  if (!store_.Withdraw(row, held, request_id)) {
+  if (!Storing(job_id, [&] { return store_.Withdraw(row, held, request_id); })) {
     throw StatusError(StatusCode::kInternal, "job_id: '" + job_id + "' has another lease epoch");
   }
   const v1alpha1::Job result = row.job;
@@ -244,7 +264,7 @@ std::optional<JobRow> JobBook::Change(const std::string& job_id, std::uint64_t e
     row->job.clear_eta();
   }
   Touch(*row);
-  if (!store_.Save(*row, epoch)) return std::nullopt;
+  if (!Storing(job_id, [&] { return store_.Save(*row, epoch); })) return std::nullopt;
   if (from != to && to == v1alpha1::JOB_STATE_RUNNING) turns_[row->job.who()] = ++turn_;
   Adopt(*row, publish);
   return row;

@@ -16,8 +16,8 @@ namespace grouser::server {
 /// but the store's. One thread.
 ///
 /// Every change is stored first and published after; where storing throws
-/// (SqliteError), nothing has changed. Only progress within a stage is kept in
-/// memory alone.
+/// (SqliteError), nothing has changed, or the book has what the store has. Only progress within a
+/// stage is kept in memory alone.
 class JobBook {
  public:
   using Clock = std::function<double()>;  ///< Unix time [s]
@@ -83,6 +83,8 @@ class JobBook {
   JobRow* Find(const std::string& job_id);
   void CheckQueue(const std::string& client) const;
   void Touch(JobRow& row) const;
+  template <typename Write>
+  auto Storing(const std::string& job_id, const Write& write);
   /// Takes over a stored row: replaces or drops the open one, tells listeners.
   void Adopt(JobRow row, Publish publish);
 

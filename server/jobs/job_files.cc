@@ -26,11 +26,7 @@ JobFiles::JobFiles(std::string state_dir)
     : state_(std::filesystem::absolute(state_dir).lexically_normal().string()) {
   if (state_.ends_with('/') && state_.size() > 1) state_.pop_back();
   for (const char* folder : {"/jobs", "/runs", "/tiles", "/models"}) {
-    std::error_code error;
-    std::filesystem::create_directories(state_ + folder, error);
-    if (error) {
-      throw std::runtime_error(state_ + folder + ": cannot be made: " + error.message());
-    }
+    records::MakeFolderDurably(state_ + folder);
   }
 }
 
@@ -60,7 +56,11 @@ FinishedRun PublishRun(const JobFiles& files, const JobRow& row) {
   if (!plain) throw std::runtime_error(made + ": run_id '" + run_id + "', expected hex digits");
   const std::string target = files.Run(run_id + ".run.h5");
   try {
-    if (std::filesystem::exists(target)) return ReadFinishedRun(target, row.spec);
+    if (std::filesystem::exists(target)) {
+      FinishedRun there = ReadFinishedRun(target, row.spec);
+      records::SyncName(target);  // who wrote it may have been killed before this
+      return there;
+    }
   } catch (const std::exception& e) {
     spdlog::warn("{}; it is set aside as {}", e.what(), os::SetAside(target));
   }

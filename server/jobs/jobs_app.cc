@@ -132,7 +132,10 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
-  if (auto known = book_.Replay(request)) return *known;
+  if (auto known = book_.Replay(request)) {
+    thread_.Post([this] { scheduler_->Kick(); });  // for one whose storing was in doubt
+    return *known;
+  }
   Repository::Entry entry;
   try {
     entry = repository_.Resolve(request.model());
@@ -218,25 +221,50 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   decide(move);
   try {
     response.set_generation(scheduler_->FinishPendingMove(job.job_id()));
-  } catch (const SqliteError&) {
-    throw;  // the alias has moved; start-up, or asking again, brings the row along
+  } catch (const SqliteError& e) {
+    scheduler_->FinishMoveLater(job.job_id());
+    throw StatusError(
+        StatusCode::kUnavailable,
+        std::string("the alias has moved, the job's row follows: job store: ") + e.what());
   } catch (const std::exception& e) {
-    decide({});
-    throw StatusError(StatusCode::kUnavailable, std::string("alias not moved: ") + e.what());
+    try {
+      decide({});
+    } catch (const SqliteError&) {  // it stays decided
+      scheduler_->FinishMoveLater(job.job_id());
+      throw StatusError(NotMovedCode(e),
+                        std::string("alias not moved yet, which is tried again: ") + e.what());
+    }
+    throw StatusError(NotMovedCode(e), std::string("alias not moved: ") + e.what());
   }
   *response.mutable_job() = book_.Get(job.job_id());
   return response;
 }
 
+void JobsApp::FinishDecidedMoves() {
+  for (const JobRow& row : book_.Open()) {
+    if (row.pending.job_id().empty() || row.pending.alias() == kCandidateAlias) continue;
+    try {
+      scheduler_->FinishPendingMove(row.job.job_id());
+    } catch (const SqliteError&) {
+      throw;
+    } catch (const std::runtime_error& e) {
+      throw StatusError(NotMovedCode(e), "alias not moved: the promotion of " + row.job.job_id() +
+                                             " comes before: " + e.what());
+    }
+  }
+}
+
 v1alpha1::MoveAliasResponse JobsApp::Move(const v1alpha1::MoveAliasRequest& request,
                                           const std::string& who) {
   RefuseWhenStopping();
+  FinishDecidedMoves();
   return MoveAlias(repository_, request, who);
 }
 
 v1alpha1::MoveAliasResponse JobsApp::Rollback(const v1alpha1::RollbackAliasRequest& request,
                                               const std::string& who) {
   RefuseWhenStopping();
+  FinishDecidedMoves();
   return RollbackAlias(repository_, request, who);
 }
 
@@ -255,7 +283,11 @@ v1alpha1::PruneResponse JobsApp::Prune(const v1alpha1::PruneRequest& request) {
 }
 
 v1alpha1::PruneResponse JobsApp::PruneTo(const PruneLimits& limits, bool dry_run) {
-  if (!dry_run) EndWhatNobodyPromotes(limits.keep_s);
+  try {
+    if (!dry_run) EndWhatNobodyPromotes(limits.keep_s);
+  } catch (const SqliteError& e) {  // as on a full disk: pruning gives space for it
+    spdlog::error("jobs that nobody promotes go on: job store: {}", e.what());
+  }
   try {
     return pruner_.Prune(limits, dry_run, UnixNow());
   } catch (const SqliteError&) {

@@ -76,6 +76,8 @@ class JobsApp {
   void RefuseWhenStopping() const;
   void CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteRequest& request,
                        const std::string& alias) const;
+  /// So that what is asked now comes after what was decided before.
+  void FinishDecidedMoves();
   v1alpha1::PruneResponse PruneTo(const PruneLimits& limits, bool dry_run);
   void EndWhatNobodyPromotes(double keep_s);
   void PruneEvery(double seconds);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "proto/records/os/no_space.h"
 #include "server/jobs/watch_reactor.h"
 #include "server/net/grpc_status.h"
 
@@ -26,6 +27,8 @@ Status StatusOf(const Request& run) {
     return {
         e.getErrorCode() == SQLITE_FULL ? StatusCode::kResourceExhausted : StatusCode::kUnavailable,
         std::string("nothing was changed: job store: ") + e.what()};
+  } catch (const os::NoSpace& e) {
+    return {StatusCode::kResourceExhausted, e.what()};
   } catch (const std::exception& e) {
     return {StatusCode::kInternal, e.what()};
   }

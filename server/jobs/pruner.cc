@@ -275,7 +275,13 @@ v1alpha1::PruneResponse Pruner::Prune(const PruneLimits& limits, bool dry_run, d
       more = more && AddToPage(MessageOf(item, why), &page, response.mutable_items());
     }
   });
-  if (!dry_run && response.items_count() > 0) store_.Compact();
+  if (!dry_run && response.items_count() > 0) {
+    try {
+      store_.Compact();
+    } catch (const SqliteError& e) {  // the removals stand; the next pruning tries again
+      spdlog::warn("the job store keeps its size: {}", e.what());
+    }
+  }
   if (limits.max_bytes > 0 && used > limits.max_bytes) {
     spdlog::warn(
         "{:.1f} MB are used, allowed are {:.1f}: what is left is named by an alias, an "

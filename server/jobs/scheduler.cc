@@ -14,6 +14,7 @@
 #include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
 #include "proto/records/os/file_lock.h"
+#include "proto/records/os/no_space.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/scheduler_steps.h"
@@ -65,7 +66,7 @@ void Scheduler::RecoverJob(const JobRow& row) {
 }
 
 void Scheduler::Kick() {
-  while (!stopping_ && static_cast<int>(active_.size()) < options_.workers) {
+  while (!stopping_ && static_cast<int>(active_.size() + waiting_.size()) < options_.workers) {
     const auto next = book_.NextQueued();
     if (!next) return;
     const std::string& id = next->job.job_id();
@@ -86,7 +87,7 @@ void Scheduler::Continue(const std::string& job_id) {
       row.job.set_message("starting");
     });
     if (!open) return;
-    std::filesystem::create_directories(files_.Folder(job_id));
+    records::MakeFolderDurably(files_.Folder(job_id));
   }
   const JobRow& row = *open;
   if (row.job.job_state() == v1alpha1::JOB_STATE_FITTING) LaunchFit(row);
@@ -306,6 +307,11 @@ void Scheduler::RetryPendingMove(const std::string& job_id, double retry_s) {
   }
 }
 
+void Scheduler::FinishMoveLater(const std::string& job_id) {
+  thread_.PostAfter(options_.retry_s,
+                    [this, job_id] { RetryPendingMove(job_id, options_.retry_s); });
+}
+
 void Scheduler::EndAbnormally(const std::string& job_id, std::uint64_t epoch,
                               const std::string& why, Retry retry) {
   const auto row = book_.FindOpen(job_id);
@@ -328,17 +334,26 @@ void Scheduler::Guarded(const std::string& job_id, std::uint64_t epoch,
       step();
     } catch (const SqliteError&) {
       throw;
+    } catch (const os::NoSpace& e) {
+      TryLater(job_id, epoch, std::move(step), e.what());
     } catch (const std::exception& e) {
       EndAbnormally(job_id, epoch, e.what(), Retry::kOnce);
     }
   } catch (const SqliteError& e) {
-    spdlog::error("{}: job store: {}; next try in {} s", job_id, e.what(), options_.retry_s);
-    thread_.PostAfter(options_.retry_s, [this, job_id, epoch, step = std::move(step)] {
-      if (stopping_ || active_.contains(job_id)) return;
-      Guarded(job_id, epoch, step);
-      Kick();
-    });
+    TryLater(job_id, epoch, std::move(step), std::string("job store: ") + e.what());
   }
+}
+
+void Scheduler::TryLater(const std::string& job_id, std::uint64_t epoch, std::function<void()> step,
+                         const std::string& why) {
+  spdlog::error("{}: {}; next try in {} s", job_id, why, options_.retry_s);
+  waiting_.insert(job_id);
+  thread_.PostAfter(options_.retry_s, [this, job_id, epoch, step = std::move(step)] {
+    waiting_.erase(job_id);
+    if (stopping_ || active_.contains(job_id)) return;
+    Guarded(job_id, epoch, step);
+    Kick();
+  });
 }
 
 void Scheduler::StopWorker(const std::string& job_id) {

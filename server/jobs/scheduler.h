@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 
 #include "server/core/repository.h"
@@ -49,6 +50,8 @@ class Scheduler {
   /// Carries out an alias move that a job's row decided. Throws what the
   /// repository throws. Returns the repository's generation.
   std::uint64_t FinishPendingMove(const std::string& job_id);
+  /// The same after a while, and again until it is done.
+  void FinishMoveLater(const std::string& job_id);
 
  private:
   struct Active {
@@ -85,9 +88,11 @@ class Scheduler {
   void RetryPendingMove(const std::string& job_id, double retry_s);
   void RecoverJob(const JobRow& row);
 
-  /// Runs a step of a job. A store that fails (full disk) leaves the job as it
+  /// Runs a step of a job. A store that fails and a full disk leave the job as it
   /// was: the step is tried again later. Any other error ends the job.
   void Guarded(const std::string& job_id, std::uint64_t epoch, std::function<void()> step);
+  void TryLater(const std::string& job_id, std::uint64_t epoch, std::function<void()> step,
+                const std::string& why);
 
   SchedulerOptions options_;
   const JobFiles& files_;
@@ -96,6 +101,8 @@ class Scheduler {
   WorkerPool& pool_;
   SerialThread& thread_;
   std::map<std::string, Active> active_;
+  std::set<std::string>
+      waiting_;  ///< jobs with a step to be tried again: each keeps a worker's place
   bool stopping_ = false;
   std::function<void()> stopped_;
 };

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "proto/records/message_json.h"
+#include "proto/records/os/no_space.h"
 #include "proto/records/os/regular_file.h"
 
 namespace grouser::server {
@@ -38,6 +39,8 @@ std::optional<FinishedRun> AdoptableRun(const JobFiles& files, const JobRow& row
     } else if (std::filesystem::exists(left)) {
       run = PublishRun(files, row);
     }
+  } catch (const os::NoSpace&) {
+    throw;  // the run is whole
   } catch (const std::exception& e) {
     spdlog::warn("{}: {}; it is run again", job.job_id(), e.what());
     if (std::filesystem::exists(left)) os::SetAside(left);

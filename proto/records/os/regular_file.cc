@@ -5,25 +5,19 @@
 #include <sys/stat.h>
 
 #include <cerrno>
-#include <cstring>
 #include <stdexcept>
 
+#include "proto/records/os/no_space.h"
+
 namespace grouser::os {
-namespace {
-
-[[noreturn]] void Fail(const std::string& path, const std::string& what) {
-  throw std::runtime_error(path + ": " + what + ": " + std::strerror(errno));
-}
-
-}  // namespace
 
 UniqueFd OpenRegular(const std::string& path, int flags) {
   // O_NONBLOCK: opening a FIFO would wait for its other end. O_TRUNC has no
   // effect on what is refused below.
   UniqueFd fd(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0666));
-  if (!fd.valid()) Fail(path, "cannot be opened");
+  if (!fd.valid()) ThrowErrno(path, "cannot be opened");
   struct stat info {};
-  if (::fstat(fd.get(), &info) != 0) Fail(path, "cannot be looked at");
+  if (::fstat(fd.get(), &info) != 0) ThrowErrno(path, "cannot be looked at");
   if (!S_ISREG(info.st_mode)) {
     throw std::runtime_error(path + ": expected a regular file, got something else");
   }
@@ -39,7 +33,7 @@ std::string SetAside(const std::string& path) {
     }
     if (errno != EEXIST) break;
   }
-  Fail(path, "cannot be set aside");
+  ThrowErrno(path, "cannot be set aside");
 }
 
 }  // namespace grouser::os

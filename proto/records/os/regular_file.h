@@ -8,7 +8,7 @@ namespace grouser::os {
 
 /// open(2) of a regular file, with O_CLOEXEC added and mode 0666. Never waits:
 /// a FIFO, socket, device or folder of that name is refused. Throws
-/// std::runtime_error "PATH: cause".
+/// std::runtime_error "PATH: cause"; NoSpace where there is none.
 UniqueFd OpenRegular(const std::string& path, int flags);
 
 /// Renames what is in the way (a damaged file, a folder or FIFO of a file's

@@ -28,6 +28,40 @@ case $verb in
 esac
 )sh";
 
+constexpr char kBegin[] = R"sh(
+job=${out%/*}; [ "$verb" = gate ] && job=$PWD; job=${job##*/}
+for pid in $(cat "$bin/pids.$job" 2>/dev/null); do
+  grep -qs "$job" "/proc/$pid/cmdline" && echo "$job: $verb beside $pid" >> "$bin/wrong"
+done
+echo $$ >> "$bin/pids.$job"
+own() { file="$bin/prepared.$job.$1"; [ -e "$file" ] || file="$bin/prepared.$1"; [ -e "$file" ]; }
+give() {
+  until own "$1"; do sleep 0.02; done
+  cp "$file" "$out.part" && sync "$out.part" && mv "$out.part" "$out" && sync "${out%/*}" || exit 1
+}
+)sh";
+
+constexpr char kCarefulDem[] = R"sh(
+[ -e "$bin/run.$job" ] && echo "$job: run again" >> "$bin/wrong"
+echo $$ >> "$bin/dem.started"
+echo "progress 0.25 settling" >&2
+while [ ! -e "$bin/dem.go" ] || [ -e "$bin/hold.run" ]; do sleep 0.02; done
+if [ -e "$bin/fail.run" ]; then echo 'spec.json: no such grain' >&2; exit 2; fi
+give run.h5
+echo > "$bin/run.$job"
+while [ -e "$bin/hold.ran" ]; do sleep 0.02; done
+echo '{}'
+)sh";
+
+constexpr char kCarefulFit[] = R"sh(
+while [ -e "$bin/hold.$verb" ]; do sleep 0.02; done
+case $verb in
+  refit) give model ;;
+  gate) cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")" ;;
+  *) exit 2 ;;
+esac
+)sh";
+
 }  // namespace
 
 bool IsDead(pid_t pid) {
@@ -67,6 +101,24 @@ void FakeWorkers::Prepare(const v1alpha1::SubmitRefinementRequest& request,
   trained->set_sha256(records::Sha256OfFile(bin_ + "/prepared.run.h5"));
   trained->set_run_id(run_id);
   records::WriteModelFile(bin_ + "/prepared.model", candidate);
+}
+
+void FakeWorkers::FakeCarefully() {
+  Fake("grouser-dem", std::string(kBegin) + kCarefulDem);
+  Fake("grouser-fit", std::string(kBegin) + kCarefulFit);
+}
+
+std::string FakeWorkers::Wrong() const { return ReadText(bin_ + "/wrong"); }
+
+bool FakeWorkers::AwaitNoWorkers() const {
+  for (const auto& entry : std::filesystem::directory_iterator(bin_)) {
+    if (!entry.path().filename().string().starts_with("pids.")) continue;
+    std::ifstream in(entry.path());
+    for (pid_t pid; in >> pid;) {
+      if (!Eventually([&] { return IsDead(pid); })) return false;
+    }
+  }
+  return true;
 }
 
 void FakeWorkers::LetDemGo() { WriteText(bin_ + "/dem.go", ""); }

@@ -28,6 +28,16 @@ class FakeWorkers {
   /// Replaces a fake: a shell script, with $out set to the value of --out.
   void Fake(const std::string& program, const std::string& script);
   void LetDemGo();
+  /// Replaces the fakes by ones that sync what they write, as the programs do, and that see what no
+  /// kill may lead to. Files in bin_ as above, and of a job
+  ///   prepared.JOB.run.h5, prepared.JOB.model   its own, if there are no prepared ones for all
+  ///   pids.JOB      its workers' process ids, one line a start;  run.JOB  the run is on disk
+  ///   hold.ran      while there, a worker whose run is on disk waits;  fail.run: it refuses the
+  ///   spec wrong         a run that is repeated, two workers at a job
+  void FakeCarefully();
+  std::string Wrong() const;
+  /// Waits until no worker that these fakes know of lives.
+  bool AwaitNoWorkers() const;
   /// Process ids of the DEM workers started so far.
   std::vector<pid_t> DemStarts() const;
 

@@ -6,20 +6,17 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-#include <boost/asio/executor_work_guard.hpp>
 #include <functional>
-#include <future>
 
 #include "server/core/status.h"
-#include "server/jobs/job_state.h"
-#include "server/jobs/jobs_app.h"
-#include "tests/unit/jobs/fake_workers.h"
+#include "tests/unit/jobs/jobs_life.h"
 
 namespace grouser::server {
 namespace {
 
 using namespace v1alpha1;  // NOLINT: states by name
 using ::testing::HasSubstr;
+using testing::Life;
 using testing::Request;
 
 enum class Fault { kNone, kKillBefore, kKillAfter, kRefuse };
@@ -51,152 +48,16 @@ int OnOpen(sqlite3* db, const char**, const sqlite3_api_routines*) {
   return sqlite3_trace_v2(db, SQLITE_TRACE_PROFILE, OnStatementEnd, nullptr);
 }
 
-/// grouser-jobs without gRPC: the app, its event loop, a client that asks.
-class Life {
- public:
-  explicit Life(const JobsOptions& options)
-      : guard_(boost::asio::make_work_guard(loop_)),
-        app_(options, loop_),
-        thread_([this] { loop_.run(); }) {
-    app_.Start();
-  }
-
-  /// Runs `request` where requests run. A client tries again after an error of
-  /// the store.
-  template <typename Run>
-  auto Ask(Run request) {
-    for (;;) {
-      std::promise<decltype(request(app_))> answer;
-      app_.thread().Post([&] {
-        try {
-          answer.set_value(request(app_));
-        } catch (...) {
-          answer.set_exception(std::current_exception());
-        }
-      });
-      try {
-        return answer.get_future().get();
-      } catch (const SqliteError&) {
-        continue;
-      }
-    }
-  }
-
-  std::string Submit(const SubmitRefinementRequest& request = Request("a")) {
-    return Ask([&](JobsApp& app) { return app.Submit(request, "a tester").job().job_id(); });
-  }
-  void Await(const std::string& job_id, JobState state) {
-    GetJobRequest request;
-    request.set_job_id(job_id);
-    Job job;
-    const bool there = testing::Eventually([&] {
-      job = Ask([&](JobsApp& app) { return app.Get(request).job(); });
-      return job.job_state() == state || HasEnded(job.job_state());
-    });
-    if (!there || (job.job_state() != state && job.job_state() != JOB_STATE_DONE)) {
-      throw std::runtime_error("waiting for " + ShortName(state) + ", job is " +
-                               ShortName(job.job_state()) + ": " + job.message());
-    }
-  }
-  /// Until nothing more is done at it.
-  void AwaitEnd(const std::string& job_id) {
-    GetJobRequest request;
-    request.set_job_id(job_id);
-    testing::Eventually([&] {
-      const auto state = Ask([&](JobsApp& app) { return app.Get(request).job().job_state(); });
-      return HasEnded(state) || state == JOB_STATE_AWAITING_PROMOTION;
-    });
-  }
-  void Promote(const std::string& job_id) {
-    PromoteRequest request;
-    request.set_job_id(job_id);
-    Ask([&](JobsApp& app) { return app.Promote(request, "a tester"); });
-  }
-  /// As SIGTERM.
-  void Stop() {
-    app_.Stop([this] { loop_.stop(); });
-    thread_.join();
-  }
-
- private:
-  boost::asio::io_context loop_;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
-  JobsApp app_;
-  std::thread thread_;
-};
-
-class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
+class RestartTest : public testing::LivesTest {
  protected:
-  RestartTest() {
-    Prepare(Request("a"));
-    LetDemGo();
-  }
-
-  JobsOptions Options() const {
-    JobsOptions options;
-    options.state_dir = state_;
-    options.shipped_dir = shipped_;
-    options.scheduler.bin_dir = bin_;
-    options.scheduler.workers = workers_;
-    options.scheduler.limits.memory_bytes = 0;
-    options.scheduler.retry_s = 0.01;
-    return options;
-  }
-
-  /// One life of the program in a process of its own, so that it can be killed
-  /// and what it breaks ends nothing else. Returns what waitpid tells.
   int InProcess(Fault fault, int at, const std::function<void(Life&)>& live) {
-    const pid_t pid = ::fork();
-    if (pid == 0) {
-      plan = {fault, at};
-      sqlite3_auto_extension(reinterpret_cast<void (*)()>(OnOpen));
-      try {
-        Life life(Options());
-        live(life);
-        life.Stop();
-        ::_exit(plan.fault != Fault::kNone && plan.seen < plan.at ? kNotReached : 0);
-      } catch (const SqliteError& e) {
-        ::_exit(kRefusedAtStart);
-      } catch (const std::exception& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-        ::_exit(1);
-      }
-    }
-    int status = 0;
-    ::waitpid(pid, &status, 0);
-    return status;
-  }
-
-  static void ToTheEnd(Life& life) {
-    const std::string id = life.Submit();
-    life.Await(id, JOB_STATE_AWAITING_PROMOTION);
-    life.Promote(id);
-  }
-
-  /// The next start must end the job, whatever went before.
-  void ExpectTheNextLifeEndsIt() {
-    const int status = InProcess(Fault::kNone, 0, ToTheEnd);
-    ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
-    ASSERT_EQ(WEXITSTATUS(status), 0);
-    const auto jobs = StoredJobs();
-    ASSERT_EQ(jobs.size(), 1u);
-    EXPECT_EQ(ShortName(jobs[0].job_state()), "DONE") << jobs[0].message();
-    const Repository repository(state_, shipped_);
-    EXPECT_EQ(repository.Resolve("cmu-smooth-62.5").digest, jobs[0].candidate_digest());
-    int promotions = 0;
-    for (const auto& move : repository.ReadAliases().history) promotions += move.alias == "stable";
-    EXPECT_EQ(promotions, 1);
-    EXPECT_LE(DemStarts().size(), 2u);
-  }
-
-  std::vector<Job> StoredJobs() const { return *JobStore(state_ + "/jobs/jobs.sqlite").List(10); }
-
-  /// Forgets all but the fakes.
-  void Clear() {
-    for (const auto& entry : std::filesystem::directory_iterator(state_)) {
-      std::filesystem::remove_all(entry.path());
-    }
-    std::filesystem::remove(bin_ + "/dem.started");
+    return LivesTest::InProcess(
+        live,
+        [&] {
+          plan = {fault, at};
+          sqlite3_auto_extension(reinterpret_cast<void (*)()>(OnOpen));
+        },
+        [] { return plan.fault != Fault::kNone && plan.seen < plan.at ? kNotReached : 0; });
   }
 
   /// A life that ends while the candidate is validated.
@@ -233,8 +94,7 @@ class RestartTest : public ::testing::Test, protected testing::FakeWorkers {
     }
   }
 
-  int workers_ = 1;
-  static constexpr int kNotReached = 20, kRefusedAtStart = 21;
+  static constexpr int kNotReached = 20;
 };
 
 // Schema, submission, RUNNING, FITTING, VALIDATING, AWAITING_PROMOTION, alias candidate moved,
