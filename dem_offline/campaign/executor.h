@@ -14,6 +14,9 @@ struct ExecutorOptions {
   int jobs = 0;        ///< worker threads; 0: one per core
 };
 
+/// Throws InputError for a run that the engine refuses.
+void CheckCampaign(const v1alpha1::Campaign& campaign, const Backend& backend);
+
 /// Executor "local": runs a campaign on this machine's cores, one run a
 /// thread. Finished runs (a readable run file with the right id) are skipped,
 /// so that a killed campaign resumes. When `stop` becomes true, the runs in
