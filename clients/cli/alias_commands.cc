@@ -3,22 +3,15 @@
 
 #include <iostream>
 
-#include "clients/cli/commands.h"
+#include "clients/cli/job_options.h"
 #include "clients/cli/print.h"
-#include "clients/cpp/jobs_client.h"
 
 namespace grouser::cli {
 namespace {
 
-using client::JobsClient;
 using google::protobuf::util::TimeUtil;
 
 constexpr std::size_t kShownDigits = 12;  // as many as name a model
-
-JobsClient JobsOf(const Common& common) {
-  return JobsClient(client::Server{common.jobs, common.access},
-                    client::Milliseconds(common.deadline_ms));
-}
 
 std::string Short(const std::string& digest) {
   return digest.empty() ? "none" : digest.substr(0, kShownDigits);
@@ -43,7 +36,7 @@ int Print(const Common& common, const v1alpha1::AliasMove& move) {
 }
 
 int History(const Common& common, const std::string& model, int limit) {
-  const auto response = JobsOf(common).ListAliasMoves(model, limit);
+  const auto response = MakeClient(common).ListAliasMoves(model, limit);
   if (common.json) {
     PrintJson(response);
   } else {
@@ -54,7 +47,7 @@ int History(const Common& common, const std::string& model, int limit) {
 }
 
 int Prune(const Common& common, const v1alpha1::PruneRequest& request) {
-  const auto response = JobsOf(common).Prune(request);
+  const auto response = MakeClient(common).Prune(request);
   const int code = response.failed_count() == 0 ? kExitOk : kExitFailed;
   if (common.json) {
     PrintJson(response);
@@ -107,7 +100,7 @@ void AddMove(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
       "--override-gate", [request] { request->set_override_gate(true); },
       "Also to what no gate has let through");
   move->callback(
-      [=] { *action = [=] { return Print(*common, JobsOf(*common).MoveAlias(*request)); }; });
+      [=] { *action = [=] { return Print(*common, MakeClient(*common).MoveAlias(*request)); }; });
 }
 
 void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action) {
@@ -125,8 +118,9 @@ void AddRollback(CLI::App& model, std::shared_ptr<Common> common, Action* action
       "Examples:\n"
       "  grouser-client model rollback NAME --who me --why 'worse on the slope'\n"
       "  grouser-client model rollback NAME@canary --to 12 --who me --why 'as at generation 12'");
-  back->callback(
-      [=] { *action = [=] { return Print(*common, JobsOf(*common).RollbackAlias(*request)); }; });
+  back->callback([=] {
+    *action = [=] { return Print(*common, MakeClient(*common).RollbackAlias(*request)); };
+  });
 }
 
 }  // namespace

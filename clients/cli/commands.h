@@ -28,5 +28,7 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
 /// Below "model", which AddQueryCommands adds, and "prune".
 void AddAliasCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
 void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
+/// Campaigns and calibrations as jobs, and the results of jobs.
+void AddWorkCommands(CLI::App& app, std::shared_ptr<Common> common, Action* action);
 
 }  // namespace grouser::cli

@@ -1,15 +1,12 @@
 #include <fmt/format.h>
-#include <google/protobuf/util/time_util.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <iostream>
 #include <numbers>
 #include <random>
 
-#include "clients/cli/commands.h"
+#include "clients/cli/job_options.h"
 #include "clients/cli/print.h"
-#include "clients/cpp/jobs_client.h"
 #include "proto/records/message_json.h"
 
 namespace grouser::cli {
@@ -17,18 +14,6 @@ namespace {
 
 using client::JobsClient;
 using v1alpha1::Job;
-
-struct SubmitOptions {
-  v1alpha1::SubmitRefinementRequest request;
-  std::string mode = "rim";
-  double angle_deg = 0;
-  bool watch = false;
-};
-
-JobsClient MakeClient(const Common& common) {
-  return JobsClient(client::Server{common.jobs, common.access},
-                    client::Milliseconds(common.deadline_ms));
-}
 
 int Print(const Common& common, const Job& job) {
   common.json ? PrintJson(job) : PrintJob(job);
@@ -39,13 +24,19 @@ bool WaitsForAPerson(const Job& job) {
   return job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION;
 }
 
-/// Follows a job until it has ended or waits for its promotion. Progress goes
-/// to stderr, the last state to stdout.
+}  // namespace
+
+JobsClient MakeClient(const Common& common) {
+  return JobsClient(client::Server{common.jobs, common.access},
+                    client::Milliseconds(common.deadline_ms));
+}
+
 int Watch(const Common& common, const std::string& job_id) {
   const Job job = MakeClient(common).Watch(job_id, [](const Job& now) {
-    std::cerr << fmt::format("{} {} {:.0f} % {}\n", now.job_id(),
+    std::cerr << fmt::format("{} {} {:.0f} % {}{}\n", now.job_id(),
                              records::ShortName(now.job_state()), 100 * now.progress(),
-                             now.message());
+                             now.message(),
+                             now.has_eta() ? fmt::format(", ETA {} s", now.eta().seconds()) : "");
     return !WaitsForAPerson(now);
   });
   Print(common, job);
@@ -57,6 +48,26 @@ std::string NewRequestId() {
   std::random_device random;
   return fmt::format("cli-{}-{:08x}{:08x}", ::getpid(), random(), random());
 }
+
+int AfterSubmission(const Common& common, const std::string& request_id,
+                    const google::protobuf::Message& response, const Job& job, bool joined,
+                    bool watch) {
+  std::cerr << fmt::format("request {}: job {}{}\n", request_id, job.job_id(),
+                           joined ? " (joined)" : "");
+  if (watch) return Watch(common, job.job_id());
+  if (!common.json) return Print(common, job);
+  PrintJson(response);
+  return kExitOk;
+}
+
+namespace {
+
+struct SubmitOptions {
+  v1alpha1::SubmitRefinementRequest request;
+  std::string mode = "rim";
+  double angle_deg = 0;
+  bool watch = false;
+};
 
 v1alpha1::RigMode ModeFrom(const std::string& mode) {
   if (mode == "towed") return v1alpha1::RIG_MODE_TOWED;
@@ -70,14 +81,8 @@ int Submit(const Common& common, SubmitOptions options) {
   request.mutable_state()->set_mode(ModeFrom(options.mode));
   request.mutable_state()->set_attack_angle_rad(options.angle_deg * std::numbers::pi / 180.0);
   const auto response = MakeClient(common).Submit(request);
-  std::cerr << fmt::format("request {}: job {}{}\n", request.request_id(), response.job().job_id(),
-                           response.joined() ? " (joined)" : "");
-  if (options.watch) return Watch(common, response.job().job_id());
-  if (common.json) {
-    PrintJson(response);
-    return kExitOk;
-  }
-  return Print(common, response.job());
+  return AfterSubmission(common, request.request_id(), response, response.job(), response.joined(),
+                         options.watch);
 }
 
 int ListJobs(const Common& common, int limit) {
@@ -130,22 +135,7 @@ void AddSubmit(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
                           [request](std::uint64_t v) { request->set_seed(v); });
   AddField<double>(submit, "--max-time", "Simulated limit [s]; 0: as the model's rig",
                    [request](double v) { request->set_max_time_s(v); });
-  submit
-      ->add_option_function<int>(
-          "--priority", [request](int v) { request->set_priority(v); },
-          "-10 to 10: the higher go first among your own jobs")
-      ->check(CLI::Range(-10, 10));
-  submit
-      ->add_option_function<double>(
-          "--time-limit-s",
-          [request](double v) {
-            *request->mutable_time_limit() =
-                google::protobuf::util::TimeUtil::MillisecondsToDuration(std::llround(1e3 * v));
-          },
-          "Longest DEM run by the clock [s]; default: the program's")
-      ->check(CLI::Range(1.0, 1e7));
-  AddField<std::string>(submit, "--request-id", "Makes the submission idempotent",
-                        [request](const auto& v) { request->set_request_id(v); });
+  AddEnvelope(submit, request, "Longest DEM run by the clock [s]; default: the program's");
   submit->add_flag("--watch", options->watch, "Follow the job to its end");
   submit->footer(
       "Examples:\n"

@@ -1,4 +1,4 @@
-// grouser-client: queries and refinement jobs from the command line.
+// grouser-client: queries and jobs from the command line.
 #include <iostream>
 
 #include "clients/cli/commands.h"
@@ -15,6 +15,7 @@ constexpr const char* kExamples =
     "  grouser-client query --slip 0.2 --load 24 --tolerance f_x=2,sinkage=0.004 --model NAME\n"
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
+    "  grouser-client calibrate soil my-sand.yaml --watch\n"
     "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
     "  grouser-client model move NAME@canary --to stable --who me --why 'a week without "
     "complaint'\n"
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
   Action action;
   AddQueryCommands(app, common, &action);
   AddJobCommands(app, common, &action);
+  AddWorkCommands(app, common, &action);
   AddAliasCommands(app, common, &action);
   try {
     app.parse(argc, argv);

@@ -159,6 +159,18 @@ void PrintModel(const v1alpha1::GetModelResponse& response) {
 void PrintJob(const v1alpha1::Job& job) {
   fmt::print("job {}: {}{}\n", job.job_id(), records::ShortName(job.job_state()),
              job.message().empty() ? "" : ", " + job.message());
+  for (const auto& result : job.results()) {
+    fmt::print("  result {} ({} bytes)\n", result.name(), result.bytes());
+  }
+  if (job.has_campaign()) {
+    fmt::print("  campaign {}: {} runs\n", job.campaign().file(), job.campaign().runs());
+    return;
+  }
+  if (job.has_calibration()) {
+    fmt::print("  calibration of {} from {}\n", records::ShortName(job.calibration().kind()),
+               job.calibration().data());
+    return;
+  }
   fmt::print("  refines {} at slip {:.4g}, attack angle {:.4g} deg, load {:.4g} N, seed {}\n",
              job.model(), job.state().slip(), job.state().attack_angle_rad() * kDegPerRad,
              job.state().load_n(), job.seed());

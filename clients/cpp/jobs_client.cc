@@ -23,6 +23,30 @@ v1alpha1::SubmitRefinementResponse JobsClient::Submit(
   return Call(*stub_, &Stub::SubmitRefinement, request, server_, deadline_);
 }
 
+v1alpha1::SubmitJobResponse JobsClient::Submit(
+    const v1alpha1::SubmitCampaignRequest& request) const {
+  return Call(*stub_, &Stub::SubmitCampaign, request, server_, deadline_);
+}
+
+v1alpha1::SubmitJobResponse JobsClient::Submit(
+    const v1alpha1::SubmitCalibrationRequest& request) const {
+  return Call(*stub_, &Stub::SubmitCalibration, request, server_, deadline_);
+}
+
+void JobsClient::ReadFile(const std::string& job_id, const std::string& name,
+                          const std::function<void(const std::string&)>& take) const {
+  v1alpha1::ReadJobFileRequest request;
+  request.set_job_id(job_id);
+  request.set_name(name);
+  while (true) {
+    const auto part = Call(*stub_, &Stub::ReadJobFile, request, server_, deadline_);
+    if (part.data().empty()) return;
+    take(part.data());
+    request.set_offset(request.offset() + part.data().size());
+    if (request.offset() >= part.bytes()) return;
+  }
+}
+
 v1alpha1::Job JobsClient::Get(const std::string& job_id) const {
   v1alpha1::GetJobRequest request;
   request.set_job_id(job_id);

@@ -10,7 +10,7 @@
 
 namespace grouser::client {
 
-/// Refinement jobs; thread-safe. Every call throws ClientError with status and
+/// Jobs; thread-safe. Every call throws ClientError with status and
 /// text when it fails. Meaning of the messages: jobs_service.proto.
 class JobsClient {
  public:
@@ -18,6 +18,11 @@ class JobsClient {
   explicit JobsClient(Server server, Milliseconds deadline = Milliseconds(10000));
 
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request) const;
+  v1alpha1::SubmitJobResponse Submit(const v1alpha1::SubmitCampaignRequest& request) const;
+  v1alpha1::SubmitJobResponse Submit(const v1alpha1::SubmitCalibrationRequest& request) const;
+  /// A result of a job, whole, in as many calls as that takes. `take` gets its parts in order.
+  void ReadFile(const std::string& job_id, const std::string& name,
+                const std::function<void(const std::string&)>& take) const;
   v1alpha1::Job Get(const std::string& job_id) const;
   /// The newest jobs, at most `limit`, of as many pages as that takes.
   v1alpha1::ListJobsResponse List(int limit) const;

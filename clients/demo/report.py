@@ -4,6 +4,7 @@
 Usage: report.py DATA.json REPORT.html      (DATA.json: written by demo.py)
 """
 
+import csv
 import html
 import json
 import math
@@ -221,6 +222,15 @@ def refinement_section(data):
                            f"{item['promotion']}."))
 
 
+def mission_section(mission):
+    names, values = csv.reader(mission["soil"])
+    return section("A mission", reading(
+        f"A speed plan and an energy estimate of the vehicle {mission['vehicle']}, asked {mission['asked']} times while "
+        f"the job {mission['job']} calibrated a soil for the same servers: each was the answer without the job, and "
+        "the soil is the one that grouser-calibrate finds alone."),
+        table(("parameter", "value"), list(zip(names, values))))
+
+
 def stage_section(stages):
     return section("Stages", table(("stage", "seconds"), [(s["name"], f"{s['seconds']:.1f}") for s in stages]))
 
@@ -228,8 +238,8 @@ def stage_section(stages):
 def render(data):
     runs = [Run(entry["record"], entry["role"]) for entry in data["runs"]]
     body = "".join([setup_section(runs, data), *response_sections(runs, data), compare_section(data["compare"]),
-                    refinement_section(data), latency_section(data["latency"]), runs_section(runs),
-                    stage_section(data["stages"])])
+                    refinement_section(data), mission_section(data["mission"]), latency_section(data["latency"]),
+                    runs_section(runs), stage_section(data["stages"])])
     model = data["model"]
     lead = f"""<p>Model {html.escape(model['name'])}, {len(runs)} DEM runs, made by <code>./grouser demo</code>
 (version {html.escape(data['version'])}). Conventions: contact frame x forward, y left, z up; wrench of

@@ -8,6 +8,7 @@ import math
 import os
 import shutil
 
+import mission
 import refinement
 import report
 from demo_context import expect
@@ -16,6 +17,7 @@ from records import NEAR_SLIP, OUTPUTS, Run, number
 
 MODEL_NAME = "demo"
 MIN_RUNS, MIN_ANGLES, MIN_HELD_OUT = 12, 3, 3
+VEHICLES = os.path.join(mission.ROOT, "surrogate", "vehicle", "shipped")
 QUERIED = {"slip": 0.2, "angle_deg": 30.0}
 
 
@@ -71,7 +73,7 @@ def serve(demo):
         shutil.copytree(tiles, os.path.join(state, "tiles"))
     demo.lcm_url = f"udpm://239.255.76.67:{20000 + os.getpid() % 20000}?ttl=0"
     common = ["--state", state, "--shipped", demo.path("model"), "--grpc", "127.0.0.1:0"]
-    programs = {"server": ["--lcm-url", demo.lcm_url], "jobs": ["--bin", demo.arguments.bin]}
+    programs = {"server": ["--lcm-url", demo.lcm_url, "--vehicles", VEHICLES], "jobs": ["--bin", demo.arguments.bin]}
     for name, extra in programs.items():
         port_file = os.path.join(state, name + ".port")
         child = demo.processes.start(name, [demo.program("grouser-" + name), *common, *extra,
@@ -162,6 +164,7 @@ STAGES = (
     ("query", query),
     ("latency", latency),
     ("refinement", refinement.refine),
+    ("mission", mission.mission),
     ("stop", stop),
     ("report", write_report),
 )

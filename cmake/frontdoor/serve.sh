@@ -4,7 +4,7 @@
 serve_help() {
   cat <<'HELP'
 Usage: ./grouser serve [options]
-Starts grouser-server (queries) and grouser-jobs (refinements) on the shipped
+Starts grouser-server (queries) and grouser-jobs (refinements, campaigns, calibrations) on the shipped
 models and those of the state folder, and ends both together on Ctrl-C or
 SIGTERM.
   --state DIR        state folder (default: $GROUSER_STATE, else

@@ -192,9 +192,12 @@ word_jobs() {
     '' | -h | --help)
       cat <<'HELP'
 Usage: ./grouser jobs VERB [arguments]      ./grouser jobs VERB --help
-Refinements: a fresh DEM run at one state, a refit, a candidate model. They
-need a running ./grouser serve.
+Work in the background of a running ./grouser serve. Refinements: a fresh DEM run
+at one state, a refit, a candidate model; campaigns; calibrations.
   submit    ask for a refinement
+  submit-campaign   run a campaign file
+  calibrate soil|grains   calibrate from a measurement file
+  fetch     copy the results of a campaign or calibration here
   list      all jobs
   get       one job, with its gate and its run
   watch     follow a job until it ends
@@ -206,6 +209,8 @@ need a running ./grouser serve.
   prune     remove what nothing names any more
 Examples:
   ./grouser jobs submit --slip 0.35 --angle-deg 20 --load 24
+  ./grouser jobs calibrate soil surrogate/calibrate/measured/cmu_plates.yaml --watch
+  ./grouser jobs fetch JOB_ID --out out/my-soil
   ./grouser jobs watch JOB_ID
   ./grouser jobs promote JOB_ID --who me --why "held-out error fell"
 HELP
@@ -213,7 +218,7 @@ HELP
     list) shift; run_program grouser-client jobs "$@" ;;
     get) shift; run_program grouser-client job "$@" ;;
     history | move | rollback) run_program grouser-client model "$@" ;;
-    prune | submit | watch | cancel | promote) run_program grouser-client "$@" ;;
+    prune | submit | submit-campaign | calibrate | fetch | watch | cancel | promote) run_program grouser-client "$@" ;;
     *) usage_error "jobs: unknown verb '$verb'; see ./grouser jobs --help" ;;
   esac
 }

@@ -54,6 +54,11 @@ def say(text):
     print(f"calibrate grains: {text}", file=sys.stderr, flush=True)
 
 
+def say_progress(fraction, eta_s, stage):
+    """For the program that follows this one."""
+    print(f"progress {fraction:.4f} eta={eta_s:.0f} {stage}", file=sys.stderr, flush=True)
+
+
 def parse_arguments():
     text = __doc__.format(known=", ".join(varied.KNOWN), usual=", ".join(
         f"{name} {one.usual[0]:g} to {one.usual[1]:g}" for name, one in varied.KNOWN.items() if one.usual))
@@ -89,6 +94,7 @@ def parse_arguments():
     parser.add_argument("--check", action="store_true", help="calibrate every point of the design from its own runs by "
                         "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
     parser.add_argument("--design-only", action="store_true", help="run the design and stop before the inference")
+    parser.add_argument("--progress-lines", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     for option, least in (("points", 2), ("beds", 1), ("jobs", 1), ("more", 0)):
@@ -204,7 +210,8 @@ class Design:
     def _runner(self):
         table = design.Table(os.path.join(self.arguments.out, "design.json"), self.head)
         table.points = list(self.beside)
-        return design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say)
+        return design.Runner(self.setting, table, self.arguments.jobs, self.arguments.budget, say,
+                             say_progress if self.arguments.progress_lines else None)
 
     def _in_order(self):
         """Labelled points: of what is known those nearest to the measured curves first, for they tell most of a

@@ -101,10 +101,11 @@ class Work:
 
 class Runner:
     """Runs points, `jobs` at once, none beside its own process. hours: of wall time for the whole design, what
-    earlier calls took counted once for each point, also of those that they did not end; none: no end."""
+    earlier calls took counted once for each point, also of those that they did not end; none: no end. tell: called
+    with fraction, seconds left and stage at the end of each point; none: nobody."""
 
-    def __init__(self, setting, table, jobs, hours, say):
-        self.setting, self.table, self.jobs, self.say = setting, table, jobs, say
+    def __init__(self, setting, table, jobs, hours, say, tell=None):
+        self.setting, self.table, self.jobs, self.say, self.tell = setting, table, jobs, say, tell
         self.budget = None if hours is None else 3600 * hours * jobs
         self.spent = 0.0
 
@@ -176,13 +177,20 @@ class Runner:
         self.say(f"point {result['label']}: {result['status']} (plates and press {took['tests']:.0f} s, wheels "
                  f"{took['wheels']:.0f} s); {len(self.table.points)}/{self.total} points, {failed} failed, "
                  f"{parts} in part; ETA {self._eta(left)}")
+        if self.tell:
+            self.tell(len(self.table.points) / self.total, self._seconds_left(left),
+                      f"{len(self.table.points)} of {self.total} points")
         for reason in result["reasons"]:
             self.say(f"point {result['label']}: {reason}")
 
-    def _eta(self, left):
+    def _seconds_left(self, left):
         seconds = expected_seconds(left, usual_seconds(self.table.points)) / self.jobs
         if self.budget is not None:
             seconds = min(seconds, max(0.0, self.budget - self.spent) / self.jobs)
+        return seconds
+
+    def _eta(self, left):
+        seconds = self._seconds_left(left)
         return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 

@@ -15,6 +15,7 @@
 #include "grouser/v1alpha1/model.pb.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
+#include "proto/records/model_file.h"
 
 namespace grouser::campaign {
 namespace {
@@ -31,11 +32,11 @@ constexpr char kCampaignExamples[] = R"(Examples:
   grouser-dem campaign draw --states 60 --seed 7 --slip -1 0.95 --load 8 30 --tiles 9 12)";
 
 struct CampaignArguments {
-  std::string file, folder, device = "cpu";
+  std::string file, folder, device = "cpu", runs_json, within;
   std::vector<std::string> known;
   dem::WorkLimits limits;
   int jobs = 0;
-  bool json = false;
+  bool json = false, progress_lines = false;
 };
 
 void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
@@ -64,15 +65,51 @@ std::map<std::string, v1alpha1::RunStatus> KnownRuns(const std::vector<std::stri
   return known;
 }
 
+// The index brought up to date, unreadable files named on stderr.
+std::map<std::string, IndexedRun> FreshIndex(const RunFolder& folder) {
+  RunIndex index(folder);
+  for (const auto& [file, why] : index.Refresh()) PutText(stderr, why + "\n");
+  return index.All();
+}
+
+// Of the planned runs those that are done.
+std::string RunsJson(const RunFolder& folder) {
+  const auto runs = FreshIndex(folder);
+  std::string json;
+  for (const auto& planned : folder.ReadCampaign().runs()) {
+    const auto found = runs.find(planned.run_id());
+    if (found == runs.end()) continue;
+    v1alpha1::RunSummary summary = found->second.summary;
+    summary.set_role(planned.role());
+    json += (json.empty() ? "" : ",\n ") + records::ToJson(summary);
+  }
+  return "[" + json + "]\n";
+}
+
+int Check(const CampaignArguments& arguments) {
+  const Backend backend = EngineBackend("cpu", arguments.limits);
+  const v1alpha1::Campaign campaign =
+      LoadCampaign(arguments.file, backend.engine_version, arguments.within);
+  CheckCampaign(campaign, backend);
+  v1alpha1::CampaignStatus status;
+  status.set_name(campaign.name());
+  status.set_total(static_cast<std::uint32_t>(campaign.runs_size()));
+  fmt::print("{}\n", records::ToJson(status));
+  return 0;
+}
+
 int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
   const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
-  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
+  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1, arguments.progress_lines);
   const auto status = RunCampaign(
       campaign,
       {.folder = arguments.folder, .jobs = arguments.jobs, .known = KnownRuns(arguments.known)},
       backend, signals.stop(), progress);
+  if (!arguments.runs_json.empty()) {
+    records::WriteFileDurably(arguments.runs_json, RunsJson(RunFolder(arguments.folder)));
+  }
   if (status.done() < status.total() && signals.stop()) {
     PutText(stderr, "stopped; the same command goes on from here\n");
     PrintStatus(status, arguments.json);
@@ -80,13 +117,6 @@ int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
   }
   PrintStatus(status, arguments.json);
   return 0;
-}
-
-// The index brought up to date, unreadable files named on stderr.
-std::map<std::string, IndexedRun> FreshIndex(const RunFolder& folder) {
-  RunIndex index(folder);
-  for (const auto& [file, why] : index.Refresh()) PutText(stderr, why + "\n");
-  return index.All();
 }
 
 int Status(const CampaignArguments& arguments) {
@@ -132,20 +162,15 @@ void PrintRow(const v1alpha1::PlannedRun& planned, const IndexedRun* run) {
 
 int List(const CampaignArguments& arguments) {
   const RunFolder folder(arguments.folder);
-  const v1alpha1::Campaign campaign = folder.ReadCampaign();
-  const auto runs = FreshIndex(folder);
-  std::string json;
-  for (const auto& planned : campaign.runs()) {
-    const auto found = runs.find(planned.run_id());
-    if (!arguments.json) {
-      PrintRow(planned, found == runs.end() ? nullptr : &found->second);
-    } else if (found != runs.end()) {
-      v1alpha1::RunSummary summary = found->second.summary;
-      summary.set_role(planned.role());
-      json += (json.empty() ? "" : ",\n ") + records::ToJson(summary);
-    }
+  if (arguments.json) {
+    fmt::print("{}", RunsJson(folder));
+    return 0;
   }
-  if (arguments.json) fmt::print("[{}]\n", json);
+  const auto runs = FreshIndex(folder);
+  for (const auto& planned : folder.ReadCampaign().runs()) {
+    const auto found = runs.find(planned.run_id());
+    PrintRow(planned, found == runs.end() ? nullptr : &found->second);
+  }
   return 0;
 }
 
@@ -206,8 +231,24 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
       ->check(CLI::IsMember({"cpu", "cuda", "auto", "emulated"}));
   AddMemoryLimit(*run, &arguments->limits);
   run->add_flag("--json", arguments->json, "The final status as JSON on stdout");
+  run->add_flag("--progress-lines", arguments->progress_lines,
+                "'progress FRACTION eta=SECONDS STAGE' lines on stderr");
+  run->add_option("--runs-json", arguments->runs_json,
+                  "File for what is done at the end, as list --json prints it");
   run->callback([=] {
     *action = [arguments](const StopSignals& signals) { return RunIt(*arguments, signals); };
+  });
+
+  CLI::App* check = campaign->add_subcommand("check", "Whether it can be run; its runs as JSON");
+  check->footer(kCampaignExamples);
+  check->add_option("file", arguments->file, "Campaign file (*.campaign.yaml)")->required();
+  check->add_option("--within", arguments->within, "Folder that scene and soil may not leave");
+  AddMemoryLimit(*check, &arguments->limits);
+  check->callback([=] {
+    *action = [arguments](const StopSignals& signals) {
+      signals.EndAtOnce();
+      return Check(*arguments);
+    };
   });
 
   const auto add = [&](const char* name, const char* help, int (*work)(const CampaignArguments&),

@@ -9,6 +9,7 @@
 
 #include "dem_offline/scenes/run_identity.h"
 #include "dem_offline/scenes/scene_yaml.h"
+#include "proto/records/yaml/neighbour.h"
 
 namespace grouser::campaign {
 namespace {
@@ -139,19 +140,20 @@ void AddStates(YamlSection& file, const std::string& key, v1alpha1::RunRole role
   }
 }
 
-v1alpha1::Scene SceneOf(YamlSection& file) {
-  const std::string soil = file.Has("soil") ? NeighbourOf(file, "soil") : "";
-  if (!file.IsText("scene")) return ReadScene(file.Section("scene"), soil);
-  return LoadScene(NeighbourOf(file, "scene"), soil);
+v1alpha1::Scene SceneOf(YamlSection& file, const std::string& within) {
+  const std::string soil = file.Has("soil") ? records::NeighbourOf(file, "soil", within) : "";
+  if (!file.IsText("scene")) return ReadScene(file.Section("scene"), soil, within);
+  return LoadScene(records::NeighbourOf(file, "scene", within), soil, within);
 }
 
 }  // namespace
 
-v1alpha1::Campaign LoadCampaign(const std::string& file_name, const std::string& engine_version) {
+v1alpha1::Campaign LoadCampaign(const std::string& file_name, const std::string& engine_version,
+                                const std::string& within) {
   YamlSection file = YamlSection::Load(file_name);
   v1alpha1::Campaign campaign;
   campaign.set_name(file.Text("name"));
-  *campaign.mutable_scene() = SceneOf(file);
+  *campaign.mutable_scene() = SceneOf(file, within);
   const v1alpha1::RigMode mode = ReadMode(file, v1alpha1::RIG_MODE_RIM_SPEED);
   const auto seeds = file.Counts("seeds", 1, kMaxSeed);
   Plan plan(&campaign, engine_version);

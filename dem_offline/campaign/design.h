@@ -28,8 +28,9 @@ namespace grouser::campaign {
 /// rig's; grids too). Run ids depend on
 /// `engine_version`. Throws InputError "FILE:LINE: key 'a.b': got X, expected
 /// Y", also for a run that is planned twice and for a held-out state that is
-/// trained on.
-v1alpha1::Campaign LoadCampaign(const std::string& file, const std::string& engine_version);
+/// trained on. `within`: the folder that scene and soil may not leave; empty: none.
+v1alpha1::Campaign LoadCampaign(const std::string& file, const std::string& engine_version,
+                                const std::string& within = "");
 
 /// What one planned run asks of the engine.
 v1alpha1::WheelTestSpec SpecOf(const v1alpha1::Campaign& campaign, const v1alpha1::PlannedRun& run);

@@ -233,6 +233,10 @@ void ClaimFolder(const RunFolder& folder, const v1alpha1::Campaign& campaign) {
 
 }  // namespace
 
+void CheckCampaign(const v1alpha1::Campaign& campaign, const Backend& backend) {
+  PlanTasks(campaign, backend);
+}
+
 v1alpha1::CampaignStatus RunCampaign(const v1alpha1::Campaign& campaign,
                                      const ExecutorOptions& options, const Backend& backend,
                                      const std::atomic<bool>& stop, CampaignProgress& progress) {

@@ -16,6 +16,9 @@ struct ExecutorOptions {
   std::map<std::string, v1alpha1::RunStatus> known = {};  ///< by run_id: done elsewhere, not run
 };
 
+/// Throws InputError for a run that the engine refuses.
+void CheckCampaign(const v1alpha1::Campaign& campaign, const Backend& backend);
+
 /// Executor "local": runs a campaign on this machine's cores, one run a
 /// thread. Finished runs (a readable run file with the right id) are skipped,
 /// so that a killed campaign resumes. When `stop` becomes true, the runs in

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -77,7 +78,9 @@ void CampaignProgress::Working(const std::string& run_id, double fraction,
                                const std::string& stage) {
   const std::lock_guard lock(mutex_);
   working_[run_id] = stage == "run" ? fraction : 0.0;
-  if (live_ && Clock::now() - last_live_ > std::chrono::milliseconds(500)) PrintLiveLocked();
+  const auto since = Clock::now() - last_live_;
+  if (live_ && since > std::chrono::milliseconds(500)) PrintLiveLocked();
+  if (lines_ && since > std::chrono::seconds(1)) PrintFractionLocked();
 }
 
 void CampaignProgress::Finished(const v1alpha1::PlannedRun& run,
@@ -98,6 +101,7 @@ void CampaignProgress::Finished(const std::string& run_id, const std::string& wh
   PrintLocked(line + fmt::format("; {}; {:.2f} runs/min, ETA {}",
                                  ForPeople(record.numerics().wall_s()), 60 * RateLocked(),
                                  ForPeople(EtaLocked())));
+  if (lines_) PrintFractionLocked();
 }
 
 void CampaignProgress::Say(const std::string& line) {
@@ -129,6 +133,17 @@ double CampaignProgress::EtaLocked() const {
 
 void CampaignProgress::PrintLocked(const std::string& line) {
   PutText(out_, (live_ ? "\r\x1b[K" : "") + line + "\n");
+}
+
+void CampaignProgress::PrintFractionLocked() {
+  last_live_ = Clock::now();
+  double work = status_.done();
+  for (const auto& [id, fraction] : working_) work += fraction;
+  const double eta = EtaLocked();
+  PutText(out_, fmt::format("progress {:.4f}{} {} of {} runs\n",
+                            status_.total() > 0 ? std::min(1.0, work / status_.total()) : 0.0,
+                            std::isfinite(eta) ? fmt::format(" eta={:.0f}", eta) : "",
+                            status_.done(), status_.total()));
 }
 
 void CampaignProgress::PrintLiveLocked() {

@@ -15,10 +15,12 @@ void CountRun(v1alpha1::RunStatus run, v1alpha1::CampaignStatus* counts);
 
 /// Where a campaign stands: counts, rate, expected time to go. Thread-safe.
 /// Prints one line per finished run to `out`, and a live line between them
-/// when `live`.
+/// when `live`. `lines`: lines "progress FRACTION eta=SECONDS STAGE" as well, at most one a second
+/// between finished runs, for a program that follows.
 class CampaignProgress {
  public:
-  CampaignProgress(std::FILE* out, bool live) : out_(out), live_(live) {}
+  CampaignProgress(std::FILE* out, bool live, bool lines = false)
+      : out_(out), live_(live), lines_(lines) {}
 
   void Start(const std::string& name, int total, int already_done);
   /// A run that was found finished.
@@ -37,9 +39,10 @@ class CampaignProgress {
   double RateLocked() const;  // runs per second, 0: unknown
   void PrintLocked(const std::string& line);
   void PrintLiveLocked();
+  void PrintFractionLocked();
 
   std::FILE* out_;
-  bool live_;
+  bool live_, lines_;
   mutable std::mutex mutex_;
   v1alpha1::CampaignStatus status_;
   std::map<std::string, double> working_;  // run id -> fraction of its DEM run

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 
 #include "dem_offline/scenes/engine_convert.h"
 #include "proto/records/yaml/message_yaml.h"
+#include "proto/records/yaml/neighbour.h"
 
 namespace grouser::campaign {
 namespace {
@@ -201,21 +201,18 @@ void CheckWithEngine(const YamlSection& section, const v1alpha1::Scene& scene) {
 
 }  // namespace
 
-std::string NeighbourOf(YamlSection& section, const std::string& key) {
-  return (std::filesystem::path(section.file()).parent_path() / section.Text(key)).string();
-}
-
 v1alpha1::Soil ReadSoil(YamlSection section) {
   v1alpha1::Soil soil;
   TakeSoil(std::move(section), &soil);
   return soil;
 }
 
-v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file) {
+v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file,
+                          const std::string& within) {
   v1alpha1::Scene scene;
   scene.set_name(section.Text("name"));
   std::string soil = soil_file;
-  if (soil.empty() && section.IsText("soil")) soil = NeighbourOf(section, "soil");
+  if (soil.empty() && section.IsText("soil")) soil = records::NeighbourOf(section, "soil", within);
   if (soil.empty()) {
     TakeSoil(section.Section("soil"), scene.mutable_soil());
   } else {
@@ -229,8 +226,9 @@ v1alpha1::Scene ReadScene(YamlSection section, const std::string& soil_file) {
   return scene;
 }
 
-v1alpha1::Scene LoadScene(const std::string& file, const std::string& soil_file) {
-  return ReadScene(YamlSection::Load(file), soil_file);
+v1alpha1::Scene LoadScene(const std::string& file, const std::string& soil_file,
+                          const std::string& within) {
+  return ReadScene(YamlSection::Load(file), soil_file, within);
 }
 
 }  // namespace grouser::campaign

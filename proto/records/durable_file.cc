@@ -125,6 +125,15 @@ void WriteFileDurably(const std::string& path, const std::string& bytes) {
   SyncName(path);
 }
 
+void RenameFolderDurably(const std::string& from, const std::string& to) {
+  SyncFolder(from + "/.");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(from)) {
+    if (entry.is_directory()) SyncFolder(entry.path().string() + "/.");
+  }
+  if (rename(from.c_str(), to.c_str()) != 0) Fail(to, "cannot rename into place", errno);
+  SyncFolder(to);
+}
+
 std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {
   // O_NONBLOCK: opening a FIFO would wait for a writer.
   Descriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));

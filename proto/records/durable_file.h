@@ -24,6 +24,9 @@ void MakeFolderDurably(const std::string& path);
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";
 
+/// Renames a folder, all of which is on disk then. Throws std::runtime_error "PATH: cause".
+void RenameFolderDurably(const std::string& from, const std::string& to);
+
 /// What a reader of any file takes: far above the largest bed, and small enough
 /// to be held in memory.
 inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{2} << 30;

@@ -27,6 +27,12 @@ constexpr double kLongestEta = 1e9;  ///< [s]; of more nothing is known
 /// over all that may have been seen, so that revisions never go back.
 constexpr std::uint64_t kRevisionLeap = 1'000'000;
 
+[[noreturn]] void NoSuchJob(const std::string& job_id) {
+  throw StatusError(StatusCode::kNotFound, "job_id: no job '" + job_id + "'");
+}
+
+}  // namespace
+
 std::string NewJobId() {
   std::uint64_t bits = 0;
   if (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits)) {
@@ -34,12 +40,6 @@ std::string NewJobId() {
   }
   return fmt::format("job-{:016x}", bits);
 }
-
-[[noreturn]] void NoSuchJob(const std::string& job_id) {
-  throw StatusError(StatusCode::kNotFound, "job_id: no job '" + job_id + "'");
-}
-
-}  // namespace
 
 JobBook::JobBook(JobStore& store, std::size_t max_queued, Clock clock, Listener listener)
     : store_(store),
@@ -131,60 +131,51 @@ void JobBook::Adopt(JobRow row, Publish publish) {
   if (publish == Publish::kYes) listener_(job);
 }
 
-std::optional<v1alpha1::SubmitRefinementResponse> JobBook::Replay(
-    const v1alpha1::SubmitRefinementRequest& request) {
-  const auto known = store_.FindRequest(request.request_id());
+std::optional<v1alpha1::SubmitJobResponse> JobBook::Replay(const std::string& request_id,
+                                                           const std::string& content) {
+  const auto known = store_.FindRequest(request_id);
   if (!known) return std::nullopt;
-  if (known->content != ContentOf(request)) {
-    throw StatusError(StatusCode::kAlreadyExists,
-                      "request_id: '" + request.request_id() +
-                          "' was used for a different refinement (job " + known->job_id + ")");
+  if (known->content != content) {
+    throw StatusError(StatusCode::kAlreadyExists, "request_id: '" + request_id +
+                                                      "' was used for a different request (job " +
+                                                      known->job_id + ")");
   }
-  v1alpha1::SubmitRefinementResponse response;
+  v1alpha1::SubmitJobResponse response;
   *response.mutable_job() = Get(known->job_id);
   response.set_joined(known->joined);
   return response;
 }
 
-v1alpha1::SubmitRefinementResponse JobBook::Submit(const v1alpha1::SubmitRefinementRequest& request,
-                                                   const std::string& model,
-                                                   const std::string& join_key,
-                                                   const v1alpha1::WheelTestSpec& spec,
-                                                   const std::string& who) {
-  if (auto known = Replay(request)) return *known;
+v1alpha1::SubmitJobResponse JobBook::Submit(const std::string& request_id,
+                                            const std::string& content, JobRow fresh,
+                                            const std::string& who) {
+  if (auto known = Replay(request_id, content)) return *known;
   const auto same = std::find_if(open_.begin(), open_.end(),
-                                 [&](const JobRow& row) { return row.join_key == join_key; });
-  RequestRow asked{request.request_id(), "", ContentOf(request), same != open_.end(), false};
+                                 [&](const JobRow& row) { return row.join_key == fresh.join_key; });
+  RequestRow asked{request_id, "", content, same != open_.end(), false};
   JobRow row;
   if (asked.joined) {
     row = *same;
     row.job.set_subscribers(row.job.subscribers() + 1);
-    row.job.set_priority(std::max(row.job.priority(), request.priority()));
+    row.job.set_priority(std::max(row.job.priority(), fresh.job.priority()));
     Touch(row);
     asked.job_id = row.job.job_id();
     Storing(row.job.job_id(), [&] { store_.Join(row, asked); });
   } else {
     CheckQueue(who);
-    row.join_key = join_key;
-    row.spec = spec;
-    row.job.set_job_id(NewJobId());
-    row.job.set_model(model);
-    *row.job.mutable_state() = spec.state();
-    row.job.set_seed(spec.seed());
+    row = std::move(fresh);
+    if (row.job.job_id().empty()) row.job.set_job_id(NewJobId());
     row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
     row.job.set_message("waiting for a worker");
-    row.job.clear_eta();
     row.job.set_subscribers(1);
     row.job.set_who(who);
-    row.job.set_priority(request.priority());
-    if (request.has_time_limit()) *row.job.mutable_time_limit() = request.time_limit();
     row.job.set_lease_epoch(1);
     *row.job.mutable_submit_time() = records::TimestampOf(clock_());
     Touch(row);
     asked.job_id = row.job.job_id();
     Storing(row.job.job_id(), [&] { store_.Insert(row, asked); });
   }
-  v1alpha1::SubmitRefinementResponse response;
+  v1alpha1::SubmitJobResponse response;
   *response.mutable_job() = row.job;
   response.set_joined(asked.joined);
   Adopt(std::move(row), Publish::kYes);

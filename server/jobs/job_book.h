@@ -11,6 +11,9 @@
 
 namespace grouser::server {
 
+/// One that nobody has; not yet anywhere.
+std::string NewJobId();
+
 /// Who asks for what, and where each job stands: idempotent submission,
 /// joining, withdrawal, the state machine, leases. Knows no process, no file
 /// but the store's. One thread.
@@ -30,16 +33,15 @@ class JobBook {
   static constexpr std::size_t kMostClients = 16;
 
   /// The answer given before to this request_id, if any; throws
-  /// StatusError(kAlreadyExists) where it then asked for something else.
-  std::optional<v1alpha1::SubmitRefinementResponse> Replay(
-      const v1alpha1::SubmitRefinementRequest& request);
+  /// StatusError(kAlreadyExists) where it then asked for something else. `content`: see ContentOf.
+  std::optional<v1alpha1::SubmitJobResponse> Replay(const std::string& request_id,
+                                                    const std::string& content);
 
-  /// Joins an open job of equal work or makes one; on disk when it returns.
-  /// `model` is "name@sha256:HEX". Throws StatusError(kResourceExhausted).
-  v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
-                                            const std::string& model, const std::string& join_key,
-                                            const v1alpha1::WheelTestSpec& spec,
-                                            const std::string& who);
+  /// Joins an open job of equal work or makes one; on disk when it returns. `fresh`: join_key,
+  /// spec, and of the job what is asked for; a job_id where its folder is there already. Throws
+  /// StatusError(kResourceExhausted).
+  v1alpha1::SubmitJobResponse Submit(const std::string& request_id, const std::string& content,
+                                     JobRow fresh, const std::string& who);
 
   /// Throws StatusError(kNotFound).
   v1alpha1::Job Get(const std::string& job_id);

@@ -35,6 +35,23 @@ std::string JobFiles::Output(const v1alpha1::Job& job, const std::string& stage,
   return fmt::format("{}/{}.{}.{}", Folder(job.job_id()), stage, job.lease_epoch(), ending);
 }
 
+std::uint64_t BytesBelow(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_symlink(path, error)) return 0;
+  if (!fs::is_directory(path, error)) {
+    const auto size = fs::file_size(path, error);
+    return error ? 0 : size;
+  }
+  std::uint64_t sum = 0;
+  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) sum += it->file_size(ignored);
+  }
+  return sum;
+}
+
 FinishedRun ReadFinishedRun(const std::string& path, const v1alpha1::WheelTestSpec& spec) {
   FinishedRun run;
   run.record = records::ReadRunFile(path).record;

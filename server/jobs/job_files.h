@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "server/jobs/job_store.h"
@@ -27,6 +29,13 @@ class JobFiles {
   std::string Candidate(const std::string& job_id) const {
     return Folder(job_id) + "/candidate.model";
   }
+  /// What a campaign or calibration was given and has left.
+  std::string Input(const std::string& job_id, const std::string& name) const {
+    return Folder(job_id) + "/input/" + name;
+  }
+  std::string Result(const std::string& job_id, const std::string& name) const {
+    return Folder(job_id) + "/out/" + name;
+  }
   /// Output of a stage; named by the lease epoch, so that a stale worker
   /// writes into nobody's file.
   std::string Output(const v1alpha1::Job& job, const std::string& stage, const char* ending) const;
@@ -34,6 +43,9 @@ class JobFiles {
  private:
   std::string state_;
 };
+
+/// Bytes of a file, or of all regular files below a folder; links are not followed.
+std::uint64_t BytesBelow(const std::filesystem::path& path);
 
 /// A finished run: what it says, the hash of its file, and that file's base
 /// name in runs/.

@@ -27,7 +27,7 @@ bool MayMove(JobState from, JobState to) {
     case JOB_STATE_AWAITING_PROMOTION:
       return from == JOB_STATE_VALIDATING;
     case JOB_STATE_DONE:
-      return from == JOB_STATE_AWAITING_PROMOTION;
+      return from == JOB_STATE_AWAITING_PROMOTION || from == JOB_STATE_RUNNING;
     default:
       return false;
   }

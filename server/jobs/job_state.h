@@ -7,7 +7,8 @@ namespace grouser::server {
 
 /// The job state machine. Work goes QUEUED -> RUNNING -> FITTING -> VALIDATING
 /// -> AWAITING_PROMOTION -> DONE; a requeue (retry, restart) leads from the
-/// three working states back to QUEUED; FAILED and CANCELLED end any open one.
+/// three working states back to QUEUED; campaigns and calibrations go from RUNNING to DONE; FAILED
+/// and CANCELLED end any open one.
 bool MayMove(v1alpha1::JobState from, v1alpha1::JobState to);
 
 /// Nothing more will change: DONE, FAILED, CANCELLED.

@@ -41,6 +41,13 @@ os::UniqueFd LockState(const std::string& path) {
 constexpr const char* kReadyHelp = "1: the job store can be read and the program does not stop.";
 constexpr const char* kJobsHelp = "Jobs by state, ended ones too.";
 
+v1alpha1::SubmitRefinementResponse AnswerOf(const v1alpha1::SubmitJobResponse& submitted) {
+  v1alpha1::SubmitRefinementResponse response;
+  *response.mutable_job() = submitted.job();
+  response.set_joined(submitted.joined());
+  return response;
+}
+
 [[noreturn]] void Precondition(const std::string& message) {
   throw StatusError(StatusCode::kFailedPrecondition, message);
 }
@@ -58,6 +65,8 @@ JobsApp::JobsApp(JobsOptions options, boost::asio::io_context& loop)
             [this](const v1alpha1::Job& job) { hub_.Publish(job); }),
       pruner_(files_, store_, book_, repository_),
       pool_(loop, options.grace_s),
+      intake_({options.scheduler.bin_dir, options.scheduler.device, options.scheduler.work},
+              options.scheduler.limits, files_, book_, pool_, thread_),
       scheduler_(std::make_unique<Scheduler>(options.scheduler, files_, book_, repository_, pool_,
                                              thread_)) {}
 
@@ -79,6 +88,7 @@ void JobsApp::Start() {
 void JobsApp::Stop(std::function<void()> done) {
   thread_.Post([this, done = std::move(done)] {
     if (std::exchange(stopping_, true)) return;
+    intake_.Stop();
     scheduler_->Stop([this, done] {
       hub_.Stop();
       done();
@@ -132,9 +142,10 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   RefuseWhenStopping();
   CheckSubmit(request);
   // Before the model is looked up: it may have been replaced since.
-  if (auto known = book_.Replay(request)) {
+  const std::string content = ContentOf(request);
+  if (auto known = book_.Replay(request.request_id(), content)) {
     thread_.Post([this] { scheduler_->Kick(); });  // for one whose storing was in doubt
-    return *known;
+    return AnswerOf(*known);
   }
   Repository::Entry entry;
   try {
@@ -147,11 +158,26 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   const auto loaded = surrogate::ReadModel(entry.path);
   const auto spec = BuildSpec(loaded.model, request);
   CheckScene(loaded.model, spec);
-  auto response = book_.Submit(request, entry.name + "@sha256:" + entry.digest,
-                               JoinKeyOf(entry.digest, spec, request), spec, who);
+  const auto submitted =
+      book_.Submit(request.request_id(), content,
+                   RowOf(request, entry.name + "@sha256:" + entry.digest, entry.digest, spec), who);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
-  return response;
+  return AnswerOf(submitted);
+}
+
+void JobsApp::SubmitWork(WorkRequest request, const std::string& who, Intake::Done done) {
+  RefuseWhenStopping();
+  intake_.Submit(std::move(request), who,
+                 [this, done = std::move(done)](std::exception_ptr problem, const auto& response) {
+                   done(problem, response);
+                   thread_.Post([this] { scheduler_->Kick(); });
+                 });
+}
+
+v1alpha1::ReadJobFileResponse JobsApp::ReadFile(const v1alpha1::ReadJobFileRequest& request) {
+  CheckJobId(request.job_id());
+  return ReadResult(book_.Get(request.job_id()), files_, request);
 }
 
 v1alpha1::GetJobResponse JobsApp::Get(const v1alpha1::GetJobRequest& request) {

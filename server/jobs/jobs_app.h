@@ -9,6 +9,7 @@
 #include "proto/records/os/unique_fd.h"
 #include "server/core/metric_page.h"
 #include "server/core/repository.h"
+#include "server/jobs/intake.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/pruner.h"
@@ -55,6 +56,9 @@ class JobsApp {
   // takes.
   v1alpha1::SubmitRefinementResponse Submit(const v1alpha1::SubmitRefinementRequest& request,
                                             const std::string& who);
+  /// A campaign or calibration: calls `done` on thread(), maybe before it returns; see Intake.
+  void SubmitWork(WorkRequest request, const std::string& who, Intake::Done done);
+  v1alpha1::ReadJobFileResponse ReadFile(const v1alpha1::ReadJobFileRequest& request);
   v1alpha1::GetJobResponse Get(const v1alpha1::GetJobRequest& request);
   v1alpha1::ListJobsResponse List(const v1alpha1::ListJobsRequest& request) {
     return book_.List(request);
@@ -92,6 +96,7 @@ class JobsApp {
   JobBook book_;
   Pruner pruner_;
   WorkerPool pool_;
+  Intake intake_;
   bool stopping_ = false;
   std::unique_ptr<Scheduler> scheduler_;
   SerialThread thread_;  ///< last: ends first, while all it uses is there

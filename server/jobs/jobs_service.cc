@@ -42,18 +42,50 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::Answer(grpc::CallbackServerContext
                                                      const Request* request, Response* response,
                                                      Run run) {
   auto* call = new UnaryCall(gate_, *context, method, *request);
-  if (!call->admitted()) return call;
-  const bool taken = app_.thread().TryPost([call, context, response, run] {
+  return Hand(context, call, [call, context, response, run] {
     const auto status =
         context->IsCancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(StatusOf(run));
     call->FinishWith(status, *response);
   });
-  if (!taken) {
+}
+
+template <typename Task>
+grpc::ServerUnaryReactor* JobsServiceAdapter::Hand(grpc::CallbackServerContext* context,
+                                                   UnaryCall* call, Task task) {
+  if (!call->admitted()) return call;
+  if (!app_.thread().TryPost(std::move(task))) {
     HintRetry(*context);
     gate_.records().Refused(Refusal::kQueueFull);
     call->Finish(ToGrpcStatus(kBusy));
   }
   return call;
+}
+
+template <typename Request>
+grpc::ServerUnaryReactor* JobsServiceAdapter::AnswerWork(grpc::CallbackServerContext* context,
+                                                         std::string_view method,
+                                                         const Request* request,
+                                                         v1alpha1::SubmitJobResponse* response) {
+  auto* call = new UnaryCall(gate_, *context, method, *request);
+  const std::string who = policy_.CallerOf(*context).name;
+  return Hand(context, call, [this, call, context, request, response, who] {
+    const auto finish = [call, response](std::exception_ptr problem, const auto& submitted) {
+      const Status status = StatusOf([&] {
+        if (problem) std::rethrow_exception(problem);
+        *response = submitted;
+      });
+      call->FinishWith(ToGrpcStatus(status), *response);
+    };
+    if (context->IsCancelled()) {
+      call->FinishWith(grpc::Status::CANCELLED, *response);
+      return;
+    }
+    try {
+      app_.SubmitWork(WorkOf(*request), who, finish);
+    } catch (...) {
+      finish(std::current_exception(), *response);
+    }
+  });
 }
 
 template <typename Request, typename Response, typename Run>
@@ -79,6 +111,25 @@ grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitRefinement(
                 [this, request, response, who = policy_.CallerOf(*context).name] {
                   *response = app_.Submit(*request, who);
                 });
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitCampaign(
+    grpc::CallbackServerContext* context, const v1alpha1::SubmitCampaignRequest* request,
+    v1alpha1::SubmitJobResponse* response) {
+  return AnswerWork(context, "JobsService/SubmitCampaign", request, response);
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::SubmitCalibration(
+    grpc::CallbackServerContext* context, const v1alpha1::SubmitCalibrationRequest* request,
+    v1alpha1::SubmitJobResponse* response) {
+  return AnswerWork(context, "JobsService/SubmitCalibration", request, response);
+}
+
+grpc::ServerUnaryReactor* JobsServiceAdapter::ReadJobFile(
+    grpc::CallbackServerContext* context, const v1alpha1::ReadJobFileRequest* request,
+    v1alpha1::ReadJobFileResponse* response) {
+  return Answer(context, "JobsService/ReadJobFile", request, response,
+                [this, request, response] { *response = app_.ReadFile(*request); });
 }
 
 grpc::ServerUnaryReactor* JobsServiceAdapter::GetJob(grpc::CallbackServerContext* context,

@@ -18,6 +18,15 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   grpc::ServerUnaryReactor* SubmitRefinement(grpc::CallbackServerContext* context,
                                              const v1alpha1::SubmitRefinementRequest* request,
                                              v1alpha1::SubmitRefinementResponse* response) override;
+  grpc::ServerUnaryReactor* SubmitCampaign(grpc::CallbackServerContext* context,
+                                           const v1alpha1::SubmitCampaignRequest* request,
+                                           v1alpha1::SubmitJobResponse* response) override;
+  grpc::ServerUnaryReactor* SubmitCalibration(grpc::CallbackServerContext* context,
+                                              const v1alpha1::SubmitCalibrationRequest* request,
+                                              v1alpha1::SubmitJobResponse* response) override;
+  grpc::ServerUnaryReactor* ReadJobFile(grpc::CallbackServerContext* context,
+                                        const v1alpha1::ReadJobFileRequest* request,
+                                        v1alpha1::ReadJobFileResponse* response) override;
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
                                    const v1alpha1::GetJobRequest* request,
                                    v1alpha1::GetJobResponse* response) override;
@@ -51,6 +60,14 @@ class JobsServiceAdapter final : public v1alpha1::JobsService::CallbackService {
   template <typename Request, typename Response, typename Run>
   grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, std::string_view method,
                                    const Request* request, Response* response, Run run);
+  /// Hands an admitted call to the serial thread, or refuses it.
+  template <typename Task>
+  grpc::ServerUnaryReactor* Hand(grpc::CallbackServerContext* context, UnaryCall* call, Task task);
+  /// The same for a campaign or calibration, which is answered when it has been checked.
+  template <typename Request>
+  grpc::ServerUnaryReactor* AnswerWork(grpc::CallbackServerContext* context,
+                                       std::string_view method, const Request* request,
+                                       v1alpha1::SubmitJobResponse* response);
   /// The same for what moves an alias: `run` is told who asks; against the gate an admin alone may.
   template <typename Request, typename Response, typename Run>
   grpc::ServerUnaryReactor* AnswerMove(grpc::CallbackServerContext* context,

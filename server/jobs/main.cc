@@ -1,4 +1,4 @@
-// grouser-jobs: runs refinement jobs.
+// grouser-jobs: runs refinements, campaigns and calibrations.
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
@@ -20,9 +20,9 @@
 namespace grouser::server {
 namespace {
 
-constexpr int kMaxReceiveBytes = 256 * 1024;  // requests are small
-constexpr int kMemoryBudgetMb = 64;           // answers are below 1 MB
-constexpr int kMaxCalls = 64;                 // watches last as long as their jobs
+constexpr int kMaxReceiveBytes = 1280 * 1024;  // files of a request: 1 MiB
+constexpr int kMemoryBudgetMb = 64;            // answers are below 1 MB
+constexpr int kMaxCalls = 64;                  // watches last as long as their jobs
 
 struct Settings {
   JobsOptions jobs;
@@ -30,7 +30,7 @@ struct Settings {
   HttpOptions http;
   LogSettings log;
   double memory_gib = 8, keep_days = 0;
-  std::uint64_t max_disk_mb = 0, max_file_mb = 4096;
+  std::uint64_t max_disk_mb = 0, max_file_mb = 4096, max_job_mb = 16384;
   bool no_idle = false;
 };
 
@@ -53,8 +53,9 @@ void Describe(CLI::App& app, Settings& s) {
   s.net.AddTo(app);
   s.http.AddTo(app);
   s.log.AddTo(app);
-  app.add_option("--bin", s.jobs.scheduler.bin_dir,
-                 "Folder of grouser-dem and grouser-fit (default: this program's)");
+  app.add_option(
+      "--bin", s.jobs.scheduler.bin_dir,
+      "Folder of grouser-dem, grouser-fit and grouser-calibrate (default: this program's)");
   app.add_option("--workers", s.jobs.scheduler.workers, "Worker processes at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
@@ -86,6 +87,27 @@ void Describe(CLI::App& app, Settings& s) {
       ->check(CLI::Range(0.0, 1e7))
       ->capture_default_str();
   app.add_option("--max-file-mb", s.max_file_mb, "Largest file of a worker [MB]; 0: no limit")
+      ->check(CLI::Range(0.0, 1e7))
+      ->capture_default_str();
+  WorkOptions& work = s.jobs.scheduler.work;
+  app.add_option("--max-job-mb", s.max_job_mb,
+                 "Folder of a campaign or calibration [MB]: beyond it the job ends; 0: no limit")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  app.add_option("--campaigns", work.campaigns_dir,
+                 "Folder of campaigns, scenes and soils that clients may name (default: none)");
+  app.add_option("--scripts", work.scripts_dir,
+                 "Checkout of Grouser, of which Python programs calibrate grains and write pages "
+                 "(default: that of the build, where this program lies in one)");
+  app.add_option("--work-parallel", work.parallel,
+                 "Runs of a campaign, or points of a calibration of grains, at a time")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  app.add_option("--max-campaign-runs", work.max_runs, "Runs of a campaign")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  app.add_option("--work-timeout-s", work.timeout_s,
+                 "Longest campaign or calibration, of each start; 0: no limit")
       ->check(CLI::Range(0.0, 1e7))
       ->capture_default_str();
   app.add_option("--auto-promote", s.jobs.scheduler.auto_promote,
@@ -144,6 +166,15 @@ int Serve(Settings settings) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
   scheduler.limits.file_bytes = settings.max_file_mb * kMegabyte;
   scheduler.limits.idle = !settings.no_idle;
+  WorkOptions& work = scheduler.work;
+  work.max_job_bytes = settings.max_job_mb * kMegabyte;
+  if (!work.campaigns_dir.empty()) work.campaigns_dir = fs::absolute(work.campaigns_dir).string();
+  if (work.scripts_dir.empty()) {
+    const fs::path checkout = here.parent_path().parent_path().parent_path();
+    if (fs::exists(checkout / "dem_offline/calibrate_grains")) work.scripts_dir = checkout.string();
+  } else {
+    work.scripts_dir = fs::absolute(work.scripts_dir).string();
+  }
   settings.jobs.prune.max_bytes = settings.max_disk_mb * kMegabyte;
   settings.jobs.prune.keep_s = settings.keep_days * 86400;
   if (!settings.jobs.shipped_dir.empty()) {
@@ -202,8 +233,10 @@ int main(int argc, char** argv) {
   settings.net.max_receive_bytes = kMaxReceiveBytes;
   settings.net.memory_budget_mb = kMemoryBudgetMb;
   settings.net.max_calls = kMaxCalls;
-  CLI::App cli("Runs refinement jobs: a fresh DEM run, a refit, a gated candidate.",
-               "grouser-jobs");
+  CLI::App cli(
+      "Runs jobs: refinements (a fresh DEM run, a refit, a gated candidate), campaigns of "
+      "wheel tests, calibrations of soils and of grains.",
+      "grouser-jobs");
   Describe(cli, settings);
   ConfigFile file("jobs");
   file.AddTo(cli);

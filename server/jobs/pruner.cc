@@ -42,22 +42,6 @@ struct Item {
   bool is_job = false;
 };
 
-std::uint64_t SizeOf(const fs::path& path) {
-  std::error_code error;
-  if (fs::is_symlink(path, error)) return 0;
-  if (!fs::is_directory(path, error)) {
-    const auto size = fs::file_size(path, error);
-    return error ? 0 : size;
-  }
-  std::uint64_t sum = 0;
-  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
-       it.increment(error)) {
-    std::error_code ignored;
-    if (it->is_regular_file(ignored)) sum += it->file_size(ignored);
-  }
-  return sum;
-}
-
 /// When a file was last written; of a tile, or read.
 double TimeOf(const std::string& path, bool read) {
   struct stat info {};
@@ -120,7 +104,7 @@ Kept FindKept(const Repository& repository, const Repository::Aliases& aliases,
   }
   for (const auto& digest : NamedLately(aliases, kRollbacksKept)) digests.insert(digest);
   for (const JobRow& row : open) {
-    digests.insert(ModelDigest(row.job));
+    if (!row.job.model().empty()) digests.insert(ModelDigest(row.job));
     if (!row.job.candidate_digest().empty()) digests.insert(row.job.candidate_digest());
     if (!row.job.run_file().empty()) kept.run_files.insert(row.job.run_file());
     kept.tiles |= IsWorking(row.job.job_state());
@@ -139,7 +123,7 @@ class Finder {
       if (!HasEnded(job.job_state())) return;
       const double ended = SecondsOf(job.update_time());
       const std::string folder = files_.Folder(job.job_id());
-      items_.push_back({ended, 0, job.job_id(), folder, bytes + SizeOf(folder), true});
+      items_.push_back({ended, 0, job.job_id(), folder, bytes + BytesBelow(folder), true});
       for (const std::string& name : {job.candidate_digest() + ".model", job.run_file()}) {
         last_use_[name] = std::max(last_use_[name], ended);
       }
@@ -185,7 +169,7 @@ class Finder {
     const double changed = TimeOf(path.string(), /*read=*/folder == "tiles");
     const auto used = last_use_.find(name);
     const double at = used == last_use_.end() ? changed : std::max(changed, used->second);
-    items_.push_back({at, order, folder + "/" + name, path.string(), SizeOf(path), false});
+    items_.push_back({at, order, folder + "/" + name, path.string(), BytesBelow(path), false});
   }
 
   const JobFiles& files_;
@@ -247,7 +231,7 @@ v1alpha1::PruneResponse Pruner::Prune(const PruneLimits& limits, bool dry_run, d
   v1alpha1::PruneResponse response;
   std::uint64_t used = 0;
   for (const char* folder : {"models", "runs", "tiles", "jobs"}) {
-    used += SizeOf(files_.Below(folder));
+    used += BytesBelow(files_.Below(folder));
   }
   response.set_bytes_before(used);
   response.set_bytes_allowed(limits.max_bytes);

@@ -98,6 +98,19 @@ std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTest
                      request.time_limit().nanos());
 }
 
+JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& model,
+             const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {
+  JobRow row;
+  row.join_key = JoinKeyOf(model_digest, spec, request);
+  row.spec = spec;
+  row.job.set_model(model);
+  *row.job.mutable_state() = spec.state();
+  row.job.set_seed(spec.seed());
+  row.job.set_priority(request.priority());
+  if (request.has_time_limit()) *row.job.mutable_time_limit() = request.time_limit();
+  return row;
+}
+
 bool Answers(const v1alpha1::RunRecord& record, const v1alpha1::WheelTestSpec& spec) {
   return google::protobuf::util::MessageDifferencer::Equals(Essence(record.spec()), Essence(spec));
 }

@@ -4,6 +4,7 @@
 
 #include "grouser/v1alpha1/jobs_service.pb.h"
 #include "grouser/v1alpha1/model.pb.h"
+#include "server/jobs/job_store.h"
 
 namespace grouser::server {
 
@@ -26,6 +27,10 @@ inline constexpr double kSceneLighter = 4, kSceneHeavier = 3, kSceneFaster = 10;
 /// limit that was asked for, so that nobody's run ends at another's limit.
 std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec,
                       const v1alpha1::SubmitRefinementRequest& request);
+
+/// The job of a request, as JobBook::Submit takes it. `model`: "name@sha256:HEX" with that digest.
+JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& model,
+             const std::string& model_digest, const v1alpha1::WheelTestSpec& spec);
 
 /// Whether a record answers a spec: soil, wheel, rig, state and seed agree;
 /// names and sources, which change no grain, are not compared.

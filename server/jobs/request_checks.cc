@@ -74,8 +74,19 @@ void CheckTestState(const v1alpha1::TestState& state) {
       fmt::format("a value in [{:.6g}, {:.6g}] at this attack angle", range.low, range.high));
 }
 
+void CheckEnvelope(const std::string& request_id, int priority,
+                   const google::protobuf::Duration* time_limit) {
+  CheckRequestId(request_id);
+  CheckNumber("priority", priority, priority >= -kMostPriority && priority <= kMostPriority,
+              fmt::format("{} to {}", -kMostPriority, kMostPriority));
+  if (time_limit == nullptr) return;
+  const double limit_s = static_cast<double>(time_limit->seconds()) + 1e-9 * time_limit->nanos();
+  CheckNumber("time_limit", limit_s, limit_s >= 1 && limit_s < 1e7, "1 s or more");
+}
+
 void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
-  CheckRequestId(request.request_id());
+  CheckEnvelope(request.request_id(), request.priority(),
+                request.has_time_limit() ? &request.time_limit() : nullptr);
   CheckText("model", request.model(), 256);
   std::string problem;
   if (!ParseModelReference(request.model(), &problem)) Refuse("model: " + problem);
@@ -84,12 +95,6 @@ void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request) {
   CheckNumber("max_time_s", request.max_time_s(),
               request.max_time_s() >= 0 && request.max_time_s() <= kMaxTimeS,
               fmt::format("0 (as the model's rig) to {}", kMaxTimeS));
-  CheckNumber("priority", request.priority(), std::abs(request.priority()) <= kMostPriority,
-              fmt::format("{} to {}", -kMostPriority, kMostPriority));
-  if (!request.has_time_limit()) return;
-  const double limit_s =
-      static_cast<double>(request.time_limit().seconds()) + 1e-9 * request.time_limit().nanos();
-  CheckNumber("time_limit", limit_s, limit_s >= 1 && limit_s < 1e7, "1 s or more");
 }
 
 void CheckJobId(const std::string& job_id) {
@@ -151,12 +156,6 @@ std::string HashOf(const google::protobuf::Message& message) {
     message.SerializeToCodedStream(&coded);
   }
   return records::Sha256OfString(bytes);
-}
-
-std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request) {
-  v1alpha1::SubmitRefinementRequest asked = request;
-  asked.clear_request_id();
-  return HashOf(asked);
 }
 
 }  // namespace grouser::server

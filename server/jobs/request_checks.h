@@ -18,6 +18,9 @@ inline constexpr int kMostPriority = 10;  ///< and its negative the least
 /// what was expected. What needs the model (does it exist, can it be refined)
 /// is judged elsewhere.
 void CheckSubmit(const v1alpha1::SubmitRefinementRequest& request);
+/// What all kinds of jobs have. `time_limit`: null where there is none.
+void CheckEnvelope(const std::string& request_id, int priority,
+                   const google::protobuf::Duration* time_limit);
 void CheckTestState(const v1alpha1::TestState& state);
 void CheckCancel(const v1alpha1::CancelJobRequest& request);
 void CheckPromote(const v1alpha1::PromoteRequest& request);
@@ -35,6 +38,10 @@ v1alpha1::TestState Canonical(const v1alpha1::TestState& state);
 std::string HashOf(const google::protobuf::Message& message);
 
 /// Hash of what a submission asks for, its request_id aside.
-std::string ContentOf(const v1alpha1::SubmitRefinementRequest& request);
+template <class Request>
+std::string ContentOf(Request request) {
+  request.clear_request_id();
+  return HashOf(request);
+}
 
 }  // namespace grouser::server

@@ -18,12 +18,15 @@
 #include "server/core/model_reference.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/scheduler_steps.h"
+#include "server/jobs/work_request.h"
 
 namespace grouser::server {
 namespace {
 
 constexpr double kEvictS = 10.0;
 constexpr double kLongestRetryS = 300.0;
+constexpr double kDiskEveryS = 5.0;
+constexpr double kMegabytes = 1e6;
 
 double SteadyNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -93,7 +96,9 @@ void Scheduler::Continue(const std::string& job_id) {
   if (row.job.job_state() == v1alpha1::JOB_STATE_FITTING) LaunchFit(row);
   if (row.job.job_state() == v1alpha1::JOB_STATE_VALIDATING) LaunchGate(row);
   if (row.job.job_state() != v1alpha1::JOB_STATE_RUNNING) return;
-  if (const auto run = AdoptableRun(files_, row)) {
+  if (HasWork(row.job)) {
+    LaunchWork(row);
+  } else if (const auto run = AdoptableRun(files_, row)) {
     spdlog::info("{}: takes over the finished run {}", job_id, run->file);
     AcceptRun(row, *run);
   } else {
@@ -103,7 +108,7 @@ void Scheduler::Continue(const std::string& job_id) {
 
 void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double timeout_s) {
   const v1alpha1::Job& job = row.job;
-  const std::string stage = NamesOf(job.job_state()).file;
+  const std::string stage = NamesOf(job).file;
   WorkerCommand command;
   command.argv = std::move(argv);
   command.folder = files_.Folder(job.job_id());
@@ -115,14 +120,14 @@ void Scheduler::Launch(const JobRow& row, std::vector<std::string> argv, double 
   const std::string id = job.job_id();
   const std::uint64_t epoch = job.lease_epoch();
   const v1alpha1::JobState state = job.job_state();
-  active_[id] = {epoch, SteadyNow()};
+  active_[id] = {epoch, SteadyNow(), ""};
   spdlog::info("{}: {} (epoch {}): {}", id, stage, epoch, fmt::join(command.argv, " "));
   pool_.Start(id, std::move(command),
               {[this, id, epoch](const ProgressLine& line) {
                  thread_.Post([this, id, epoch, line] { OnProgress(id, epoch, line); });
                },
                [this, id, epoch, state](const WorkerEnd& end) {
-                 thread_.Post([this, ended = Ended{id, epoch, state, end}] { OnEnd(ended); });
+                 thread_.Post([this, ended = Ended{id, epoch, state, end, ""}] { OnEnd(ended); });
                }});
 }
 
@@ -158,6 +163,26 @@ void Scheduler::LaunchGate(const JobRow& row) {
          options_.fit_timeout_s);
 }
 
+void Scheduler::LaunchWork(const JobRow& row) {
+  std::filesystem::create_directories(files_.Folder(row.job.job_id()) + "/" + kOutFolder);
+  Launch(row, CommandOf(row.job, Programs()), LimitOf(row.job, options_.work.timeout_s));
+  if (options_.work.max_job_bytes > 0) WatchDisk(row.job.job_id(), row.job.lease_epoch());
+}
+
+void Scheduler::WatchDisk(const std::string& job_id, std::uint64_t epoch) {
+  const auto active = active_.find(job_id);
+  if (active == active_.end() || active->second.epoch != epoch) return;
+  const std::uint64_t bytes = BytesBelow(files_.Folder(job_id));
+  if (bytes > options_.work.max_job_bytes) {
+    active->second.stop_reason =
+        fmt::format("was stopped: its folder takes {:.1f} MB, allowed are {:.1f}",
+                    bytes / kMegabytes, options_.work.max_job_bytes / kMegabytes);
+    pool_.Terminate(job_id);
+    return;
+  }
+  thread_.PostAfter(kDiskEveryS, [this, job_id, epoch] { WatchDisk(job_id, epoch); });
+}
+
 void Scheduler::OnProgress(const std::string& job_id, std::uint64_t epoch,
                            const ProgressLine& line) {
   const auto active = active_.find(job_id);
@@ -165,11 +190,15 @@ void Scheduler::OnProgress(const std::string& job_id, std::uint64_t epoch,
   const double elapsed = SteadyNow() - active->second.started_s;
   const double eta = line.fraction > 0.01 ? elapsed * (1 - line.fraction) / line.fraction
                                           : std::numeric_limits<double>::quiet_NaN();
-  book_.Progress(job_id, epoch, line.fraction, eta, line.stage);
+  book_.Progress(job_id, epoch, line.fraction, line.eta_s.value_or(eta), line.stage);
 }
 
-void Scheduler::OnEnd(const Ended& ended) {
-  active_.erase(ended.job_id);
+void Scheduler::OnEnd(Ended ended) {
+  const auto active = active_.find(ended.job_id);
+  if (active != active_.end()) {
+    ended.stop_reason = std::move(active->second.stop_reason);
+    active_.erase(active);
+  }
   if (!stopping_) {
     Guarded(ended.job_id, ended.epoch, [this, ended] { Conclude(ended); });
     Kick();
@@ -179,7 +208,7 @@ void Scheduler::OnEnd(const Ended& ended) {
 }
 
 void Scheduler::Conclude(const Ended& ended) {
-  const auto& [id, epoch, stage, end] = ended;
+  const auto& [id, epoch, stage, end, stop_reason] = ended;
   const auto open = book_.FindOpen(id);
   if (!open || open->job.lease_epoch() != epoch) {
     spdlog::info("{}: a worker of epoch {} {}; its lease is over, nothing is taken from it", id,
@@ -193,12 +222,18 @@ void Scheduler::Conclude(const Ended& ended) {
   }
   const bool gate = stage == v1alpha1::JOB_STATE_VALIDATING;
   if (!end.Exited(0) && !(gate && end.Exited(3))) {
-    const StageNames names = NamesOf(stage);
+    const StageNames names = NamesOf(row.job);
+    if (!stop_reason.empty()) {
+      EndAbnormally(id, epoch, names.program + " " + stop_reason, Retry::kNo);
+      return;
+    }
     const std::string words = LastWords(files_.Output(row.job, names.file, "log"));
     // Bad input (2) stays bad, and what is slow stays slow; what was killed or found no room may
     // fare better.
     EndAbnormally(id, epoch, names.program + " " + end.Text() + (words.empty() ? "" : ": " + words),
                   end.Exited(2) || end.timed_out ? Retry::kNo : Retry::kOnce);
+  } else if (HasWork(row.job)) {
+    AcceptWork(row);
   } else if (stage == v1alpha1::JOB_STATE_RUNNING) {
     AcceptRun(row, PublishRun(files_, row));
   } else if (stage == v1alpha1::JOB_STATE_FITTING) {
@@ -224,6 +259,20 @@ void Scheduler::AcceptRun(const JobRow& row, const FinishedRun& run) {
   std::error_code ignored;
   std::filesystem::remove(files_.WorkerRun(id), ignored);
   if (steady) LaunchFit(*accepted);
+}
+
+void Scheduler::AcceptWork(const JobRow& row) {
+  const std::string& id = row.job.job_id();
+  const auto results = ResultsOf(row.job, files_);
+  if (results.empty()) throw std::runtime_error(ProgramOf(row.job) + " has left no result");
+  const auto accepted = book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
+    changed.job.mutable_results()->Assign(results.begin(), results.end());
+    changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
+    changed.job.set_message(fmt::format("{} files to fetch", results.size()));
+  });
+  if (!accepted) return;
+  std::error_code ignored;  // beds that nothing will need again
+  std::filesystem::remove_all(files_.Result(id, "tiles"), ignored);
 }
 
 void Scheduler::AcceptCandidate(const JobRow& row, const std::string& message) {
@@ -321,7 +370,10 @@ void Scheduler::EndAbnormally(const std::string& job_id, std::uint64_t epoch,
     book_.Requeue(job_id, epoch, "trying once more: " + why, true);
     return;
   }
+  const auto results =
+      HasWork(row->job) ? ResultsOf(row->job, files_) : std::vector<v1alpha1::JobResult>();
   book_.Change(job_id, epoch, [&](JobRow& changed) {
+    changed.job.mutable_results()->Assign(results.begin(), results.end());
     changed.job.set_job_state(v1alpha1::JOB_STATE_FAILED);
     changed.job.set_message(why);
   });

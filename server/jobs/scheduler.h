@@ -9,15 +9,17 @@
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/serial_thread.h"
+#include "server/jobs/work_command.h"
 #include "server/jobs/worker_pool.h"
 
 namespace grouser::server {
 
 struct SchedulerOptions {
-  std::string bin_dir;         ///< holds grouser-dem and grouser-fit; absolute
+  std::string bin_dir;         ///< holds grouser-dem, grouser-fit, grouser-calibrate; absolute
   int workers = 1;             ///< processes at a time
   std::string device = "cpu";  ///< of DEM runs: cpu, cuda, auto
   WorkerLimits limits;
+  WorkOptions work;  ///< campaigns and calibrations
   double dem_timeout_s = 6 * 3600;
   double fit_timeout_s = 3600;
   /// Alias that a candidate which passes the gate gets by itself; empty: a person promotes.
@@ -25,7 +27,8 @@ struct SchedulerOptions {
   double retry_s = 5;  ///< until a step that the store refused is tried again
 };
 
-/// Carries jobs through their stages, each a worker process:
+/// Carries jobs through their stages, each a worker process. Campaigns and calibrations have one,
+/// RUNNING, whose program goes on by itself in the job's folder; refinements three:
 ///   RUNNING     grouser-dem run    -> run.h5, published as runs/RUNID.run.h5
 ///   FITTING     grouser-fit refit  -> candidate.model
 ///   VALIDATING  grouser-fit gate   -> checks; then published, alias candidate
@@ -56,7 +59,8 @@ class Scheduler {
  private:
   struct Active {
     std::uint64_t epoch = 0;
-    double started_s = 0;  ///< of the stage, on a steady clock
+    double started_s = 0;     ///< of the stage, on a steady clock
+    std::string stop_reason;  ///< why it was told to end; empty: it was not
   };
   /// A worker's end, and what it was at.
   struct Ended {
@@ -64,6 +68,7 @@ class Scheduler {
     std::uint64_t epoch = 0;
     v1alpha1::JobState stage = v1alpha1::JOB_STATE_UNSPECIFIED;
     WorkerEnd end;
+    std::string stop_reason;
   };
   enum class Retry { kNo, kOnce };
 
@@ -74,12 +79,16 @@ class Scheduler {
   void LaunchRun(const JobRow& row);
   void LaunchFit(const JobRow& row);
   void LaunchGate(const JobRow& row);
+  void LaunchWork(const JobRow& row);
+  /// Ends a worker whose job's folder has grown beyond its limit.
+  void WatchDisk(const std::string& job_id, std::uint64_t epoch);
 
   void OnProgress(const std::string& job_id, std::uint64_t epoch, const ProgressLine& line);
-  void OnEnd(const Ended& ended);
+  void OnEnd(Ended ended);
   void Conclude(const Ended& ended);
   void ConcludeGate(const JobRow& row);
   void AcceptRun(const JobRow& row, const FinishedRun& run);
+  void AcceptWork(const JobRow& row);
   void AcceptCandidate(const JobRow& row, const std::string& message);
   void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
                      Retry retry);
@@ -93,6 +102,8 @@ class Scheduler {
   void Guarded(const std::string& job_id, std::uint64_t epoch, std::function<void()> step);
   void TryLater(const std::string& job_id, std::uint64_t epoch, std::function<void()> step,
                 const std::string& why);
+
+  WorkPrograms Programs() const { return {options_.bin_dir, options_.device, options_.work}; }
 
   SchedulerOptions options_;
   const JobFiles& files_;

@@ -9,11 +9,14 @@
 #include "proto/records/message_json.h"
 #include "proto/records/os/no_space.h"
 #include "proto/records/os/regular_file.h"
+#include "server/jobs/work_command.h"
+#include "server/jobs/work_request.h"
 
 namespace grouser::server {
 
-StageNames NamesOf(v1alpha1::JobState state) {
-  switch (state) {
+StageNames NamesOf(const v1alpha1::Job& job) {
+  if (HasWork(job)) return {"work", ProgramOf(job)};
+  switch (job.job_state()) {
     case v1alpha1::JOB_STATE_RUNNING:
       return {"dem", "grouser-dem run"};
     case v1alpha1::JOB_STATE_FITTING:

@@ -9,11 +9,11 @@ namespace grouser::server {
 
 /// The decisions of the scheduler that start nothing and change nothing.
 
-/// File stem of a stage's outputs, and its program for messages.
+/// Of the stage that a job is in: file stem of its outputs, and its program for messages.
 struct StageNames {
   std::string file, program;
 };
-StageNames NamesOf(v1alpha1::JobState state);
+StageNames NamesOf(const v1alpha1::Job& job);
 
 /// A run that an earlier life of this job has finished: the file that its row
 /// names, if that still has the row's hash, else what a worker left whose end

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "proto/records/os/regular_file.h"
@@ -33,8 +34,22 @@ std::optional<ProgressLine> ParseProgress(const std::string& line) {
   const auto [rest, bad] = std::from_chars(begin, end, out.fraction);
   if (bad != std::errc() || !(out.fraction >= 0 && out.fraction <= 1)) return std::nullopt;
   if (rest != end && *rest != ' ') return std::nullopt;
-  const std::string stage(std::find_if(rest, end, [](char c) { return c != ' '; }), end);
-  out.stage = Printable(stage.substr(0, 200));
+  constexpr std::string_view kEta = "eta=";
+  std::string_view stage(rest, end);
+  const auto skip_spaces = [&] {
+    stage.remove_prefix(std::min(stage.find_first_not_of(' '), stage.size()));
+  };
+  skip_spaces();
+  if (stage.starts_with(kEta)) {
+    double eta = 0;
+    const char* from = stage.data() + kEta.size();
+    const auto [after, wrong] = std::from_chars(from, end, eta);
+    if (wrong != std::errc() || !(eta >= 0) || (after != end && *after != ' ')) return std::nullopt;
+    out.eta_s = eta;
+    stage = std::string_view(after, end);
+    skip_spaces();
+  }
+  out.stage = Printable(std::string(stage.substr(0, 200)));
   return out;
 }
 

@@ -6,10 +6,11 @@
 
 namespace grouser::server {
 
-/// A line `progress FRACTION STAGE` of a worker's standard error.
+/// A line `progress FRACTION [eta=SECONDS] STAGE` of a worker's standard error.
 struct ProgressLine {
   double fraction = 0;
   std::string stage;
+  std::optional<double> eta_s = std::nullopt;  ///< as the worker expects it
   bool operator==(const ProgressLine&) const = default;
 };
 

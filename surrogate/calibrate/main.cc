@@ -24,7 +24,7 @@ constexpr int kOk = 0, kFailed = 1, kUsage = 2;
 struct Request {
   std::vector<std::string> files;
   CommandLineTest csv;
-  std::string name, out, form = "auto", published, command;
+  std::string name, out, form = "auto", published, command, within;
   bool json = false;
 };
 
@@ -101,10 +101,12 @@ int main(int argc, char** argv) {
   soil->add_flag("--json", request.json, "machine-readable output on stdout");
   CLI::App* rows = app.add_subcommand("rows", "what the files say, as JSON in SI, without a fit");
   AddInputOptions(rows, &request);
+  rows->add_option("--within", request.within, "folder that the files named may not leave");
   try {
     app.parse(argc, argv);
     if (rows->parsed()) {
-      std::fputs(RowsJson(ReadMeasuredSoil(request.files, request.csv)).c_str(), stdout);
+      std::fputs(RowsJson(ReadMeasuredSoil(request.files, request.csv, request.within)).c_str(),
+                 stdout);
       return kOk;
     }
     return CalibrateToFiles(std::move(request));

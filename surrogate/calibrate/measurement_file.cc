@@ -8,7 +8,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/sha256.h"
-#include "proto/records/yaml/yaml_section.h"
+#include "proto/records/yaml/neighbour.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -86,11 +86,11 @@ void ReadQuantities(YamlSection& test, const char* key, TestKind kind, const Tak
   }
 }
 
-TestSpec SpecOf(YamlSection& test, const fs::path& folder, std::size_t index) {
+TestSpec SpecOf(YamlSection& test, const std::string& within, std::size_t index) {
   TestSpec spec;
   spec.place = fmt::format("{}: tests[{}]", test.file(), index);
   spec.kind = ParseKind(test.Text("kind"), spec.place);
-  spec.file = (folder / test.Text("file")).string();
+  spec.file = records::NeighbourOf(test, "file", within);
   spec.name = test.TextOr("name", fmt::format("{} {}", NameOf(spec.kind), index + 1));
   ReadColumns(test.Section("columns"), &spec);
   ReadQuantities(test, "constants", spec.kind, [&](const auto& q, const auto& text, Dimension d) {
@@ -114,7 +114,7 @@ TestSpec SpecOf(YamlSection& test, const fs::path& folder, std::size_t index) {
   return spec;
 }
 
-void ReadYaml(const std::string& file, MeasuredSoil* soil) {
+void ReadYaml(const std::string& file, const std::string& within, MeasuredSoil* soil) {
   YamlSection top = YamlSection::Load(file);
   soil->name = top.TextOr("soil", soil->name);
   soil->source = top.TextOr("source", soil->source);
@@ -131,7 +131,7 @@ void ReadYaml(const std::string& file, MeasuredSoil* soil) {
       {fs::path(file).filename().string(), records::Sha256OfString(records::ReadFileBytes(file))});
   std::size_t index = 0;
   for (YamlSection& test : top.Sections("tests")) {
-    ReadTest(SpecOf(test, fs::path(file).parent_path(), index++), soil);
+    ReadTest(SpecOf(test, within, index++), soil);
   }
   top.Finish();
 }
@@ -196,12 +196,13 @@ void NoteEqualPlates(MeasuredSoil* soil) {
 
 }  // namespace
 
-MeasuredSoil ReadMeasuredSoil(const std::vector<std::string>& files, const CommandLineTest& csv) {
+MeasuredSoil ReadMeasuredSoil(const std::vector<std::string>& files, const CommandLineTest& csv,
+                              const std::string& within) {
   MeasuredSoil soil;
   for (const std::string& file : files) {
     const std::string ending = fs::path(file).extension().string();
     if (ending == ".yaml" || ending == ".yml") {
-      ReadYaml(file, &soil);
+      ReadYaml(file, within, &soil);
     } else {
       ReadTest(SpecOf(file, csv), &soil);
     }

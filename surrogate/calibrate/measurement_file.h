@@ -15,8 +15,10 @@ struct CommandLineTest {
   std::vector<std::string> constants;  ///< "QUANTITY=60 mm"
 };
 
-/// Reads measurement files (.yaml, .yml: docs/calibration.md) and CSVs, all of one soil. Throws
+/// Reads measurement files (.yaml, .yml: docs/calibration.md) and CSVs, all of one soil. `within`:
+/// the folder that files which a measurement file names may not leave; empty: none. Throws
 /// records::InputError or std::invalid_argument: what, where, expected.
-MeasuredSoil ReadMeasuredSoil(const std::vector<std::string>& files, const CommandLineTest& csv);
+MeasuredSoil ReadMeasuredSoil(const std::vector<std::string>& files, const CommandLineTest& csv,
+                              const std::string& within = "");
 
 }  // namespace grouser::surrogate

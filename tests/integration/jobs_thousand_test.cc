@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "server/jobs/job_files.h"
 #include "tests/integration/jobs_harness.h"
 
 namespace grouser::server {
@@ -12,14 +13,6 @@ namespace {
 
 using namespace v1alpha1;  // NOLINT: states by name
 using testing::Request;
-
-std::uint64_t BytesBelow(const std::string& folder) {
-  std::uint64_t sum = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) sum += entry.file_size();
-  }
-  return sum;
-}
 
 class JobsThousandTest : public testing::JobsTest {};
 

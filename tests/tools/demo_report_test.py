@@ -97,6 +97,8 @@ def synthetic_data():
         "curves_over_angle": {str(s): responses([(s, a) for a in range(0, 76, 3)]) for s in (0.0, 0.2, 0.5)},
         "held_out": {"run_ids": [f"test{i}" for i in range(len(held))], "responses": responses(held)},
         "compare": {"rows": [row, dict(row, dem=None)], "errors": errors},
+        "mission": {"asked": 7, "vehicle": "husky", "job": "job-1",
+                    "soil": ["soil,n,source", 'sand,1.27,"measured, here"']},
         "latency": [{"transport": "grpc_unary", "batch": 4, "samples": 5000, "p50_us": 84.0, "p99_us": 160.0, "lost": 0}],
         "refinement": {"before": responses([(0.35, 20)], 0.3, 0.2), "after": responses([(0.35, 20)], 0.1, 0.02),
                        "held_out": record("held", 0.35, 20, shift=0.3, seed=2), "job": job,
@@ -116,6 +118,7 @@ class DemoReport(unittest.TestCase):
         self.assertIn("1 OVERLOAD, 16 STEADY", text)
         self.assertIn("width/d", text)
         self.assertIn("ab" * 32, text)
+        self.assertIn("measured, here", text)
 
     def test_refinement_reading_names_what_got_worse(self):
         before = {o: (1.0, 0.5, 1.5) for o in OUTPUTS}

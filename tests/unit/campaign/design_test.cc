@@ -164,6 +164,26 @@ TEST(ShippedCampaigns, Sizes) {
   EXPECT_GE(Roles(shipped).at(v1alpha1::RUN_ROLE_TEST), 10);
 }
 
+TEST_F(Design, SceneAndSoilMayNotLeaveAFolder) {
+  std::filesystem::create_directory(folder_ / "in");
+  std::filesystem::copy_file(kCampaigns + "/smoke.scene.yaml", folder_ / "in/in.scene.yaml");
+  const auto complaint = [&](const std::string& names) {
+    records::WriteFileDurably(folder_ / "in/c.yaml",
+                              "name: c\nseeds: [1]\nextra: [{slip: 0.2, attack_angle_deg: 0, "
+                              "load_n: 1}]\n" +
+                                  names + "\n");
+    return MessageOf([&] { LoadCampaign(folder_ / "in/c.yaml", "e", folder_ / "in"); });
+  };
+  EXPECT_EQ(complaint("scene: in.scene.yaml"), "");
+  EXPECT_THAT(complaint("scene: ../smoke.scene.yaml"), HasSubstr("c.yaml:4: key 'scene'"));
+  EXPECT_THAT(complaint("scene: in.scene.yaml\nsoil: /etc/passwd"), HasSubstr("key 'soil'"));
+  const std::string scene = records::ReadFileBytes(folder_ / "in/in.scene.yaml");
+  records::WriteFileDurably(folder_ / "in/out.scene.yaml",
+                            "soil: ../x.soil.yaml\n" + scene.substr(0, scene.find("soil:")));
+  EXPECT_THAT(complaint("scene: out.scene.yaml"),
+              HasSubstr("key 'soil': got '../x.soil.yaml', expected a file that does not leave"));
+}
+
 TEST_F(Design, SpeedIsAnAxisOfItsOwn) {
   const auto campaign = Load(
       "extra:\n"

@@ -86,6 +86,20 @@ class ExecutorTest : public testing::Test {
   std::atomic<bool> stop_{false};
 };
 
+TEST_F(ExecutorTest, TellsAProgramHowFarItIs) {
+  const std::string path = folder_ / "progress";
+  {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(path.c_str(), "w"),
+                                                              std::fclose);
+    CampaignProgress progress(out.get(), /*live=*/false, /*lines=*/true);
+    RunCampaign(SomeCampaign(4, 2), {.folder = Path(), .jobs = 1}, FakeBackend(&log_, {}), stop_,
+                progress);
+  }
+  const std::string text = records::ReadFileBytes(path);
+  EXPECT_THAT(text, HasSubstr("\nprogress 0.2500 eta="));
+  EXPECT_THAT(text, HasSubstr("progress 1.0000 eta=0 4 of 4 runs\n"));
+}
+
 TEST_F(ExecutorTest, RunsEverythingOnceAndThenNothing) {
   const auto campaign = SomeCampaign(12, 3);
   auto status = Run(campaign, 4);

@@ -10,6 +10,7 @@
 #include "server/core/status.h"
 #include "server/jobs/job_state.h"
 #include "server/jobs/refinement_spec.h"
+#include "server/jobs/request_checks.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 
 namespace grouser::server {
@@ -34,10 +35,11 @@ class JobBookTest : public ::testing::Test {
         [this](const Job& job) { heard_.push_back(job); });
   }
 
-  SubmitRefinementResponse Submit(const SubmitRefinementRequest& request,
-                                  const std::string& client = "someone") {
+  SubmitJobResponse Submit(const SubmitRefinementRequest& request,
+                           const std::string& client = "someone") {
     const auto spec = BuildSpec(BaseModel(), request);
-    return book_->Submit(request, kModel, JoinKeyOf("aa", spec, request), spec, client);
+    return book_->Submit(request.request_id(), ContentOf(request),
+                         RowOf(request, kModel, "aa", spec), client);
   }
 
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {

@@ -203,8 +203,12 @@ TEST(WorkerLog, ParsesProgressLines) {
   EXPECT_EQ(ParseProgress("progress 0.25 settling the tile"),
             (ProgressLine{0.25, "settling the tile"}));
   EXPECT_EQ(ParseProgress("progress 1"), (ProgressLine{1, ""}));
-  for (const char* bad : {"progress", "progress x y", "progress 1.5 a", "progress -0.1 a",
-                          "progress nan a", "progress 0.5x", " progress 0.5 a", "other"}) {
+  EXPECT_EQ(ParseProgress("progress 0.5 eta=90 3 of 6"), (ProgressLine{0.5, "3 of 6", 90}));
+  EXPECT_EQ(ParseProgress("progress 0.5 eta=1e3"), (ProgressLine{0.5, "", 1000}));
+  for (const char* bad :
+       {"progress", "progress x y", "progress 1.5 a", "progress -0.1 a", "progress nan a",
+        "progress 0.5x", "progress 0.5 eta=-1 a", "progress 0.5 eta=x a", "progress 0.5 eta=nan a",
+        "progress 0.5 eta=1x a", " progress 0.5 a", "other"}) {
     EXPECT_FALSE(ParseProgress(bad).has_value()) << bad;
   }
   EXPECT_EQ(ParseProgress("progress 0.5 \xff\x01")->stage, "??");

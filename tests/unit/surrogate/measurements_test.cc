@@ -43,6 +43,32 @@ class MeasurementFile : public ::testing::Test {
   const records::TempFolder folder_;
 };
 
+TEST_F(MeasurementFile, WhatItNamesMayNotLeaveAFolder) {
+  std::filesystem::create_directory(folder_ / "in");
+  Write("out.csv", "z_mm,F_N\n1,2\n2,5\n");
+  Write("in/in.csv", "z_mm,F_N\n1,2\n2,5\n");
+  std::filesystem::create_symlink(folder_ / "out.csv", folder_ / "in/link.csv");
+  const auto said = [&](const std::string& name) -> std::string {
+    const std::string file = Write(
+        "in/m.yaml", "tests:\n  - {kind: plate, file: " + name +
+                         ", columns: {sinkage: z_mm, force: F_N}, constants: {diameter: 60 mm}}\n");
+    try {
+      ReadMeasuredSoil({file}, {}, folder_ / "in");
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(said("in.csv"), "accepted");
+  EXPECT_EQ(said("../in/in.csv"), "accepted");
+  for (const std::string& bad : {std::string("../out.csv"), folder_ / "out.csv",
+                                 std::string("link.csv"), std::string("/dev/zero")}) {
+    EXPECT_THAT(said(bad), AllOf(HasSubstr("m.yaml:2: key 'tests[0].file'"),
+                                 HasSubstr("does not leave the folder")))
+        << bad;
+  }
+}
+
 TEST_F(MeasurementFile, UnitsConstantsSdsAndHeldOutRowsAreTaken) {
   Write("p.csv",
         "# a comment\nz_mm,F_N,s,plate\n1,2.5,0.1,a\n0,0,0.1,a\n3,,0.1,a\n2,5,0.2,a\n5,9,1,b\n");
