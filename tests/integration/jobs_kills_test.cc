@@ -349,12 +349,12 @@ class JobsKillsTest : public testing::JobsTest {
 
 TEST_F(JobsKillsTest, NothingIsLostOrDoneTwice) {
   const char* asked = std::getenv("GROUSER_KILLS");
-  const int kills =
-      asked != nullptr ? std::atoi(asked) : 2 * (std::size(kMoments) + kWorkers.size());
+  constexpr std::size_t kAll = std::size(kMoments) + kWorkers.size();
+  const std::size_t kills = asked != nullptr ? std::stoul(asked) : kAll;
   ASSERT_NO_FATAL_FAILURE(Start());
-  for (int i = 0; i < kills && !HasFailure(); ++i) {
-    const auto n = static_cast<std::size_t>(i / 2) % (std::size(kMoments) + kWorkers.size());
-    const int signal = i % 2 == 0 ? SIGTERM : SIGKILL;
+  for (std::size_t i = 0; i < kills && !HasFailure(); ++i) {
+    const std::size_t n = i % kAll;
+    const int signal = (i + i / kAll) % 2 == 0 ? SIGTERM : SIGKILL;  // each moment by both in turn
     if (n < std::size(kMoments)) {
       SCOPED_TRACE(std::to_string(i) + ": " + kMoments[n].name);
       KillAt(kMoments[n], signal);
