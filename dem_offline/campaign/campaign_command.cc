@@ -76,7 +76,8 @@ std::map<std::string, IndexedRun> FreshIndex(const RunFolder& folder) {
 std::string RunsJson(const RunFolder& folder) {
   const auto runs = FreshIndex(folder);
   std::string json;
-  for (const auto& planned : folder.ReadCampaign().runs()) {
+  const v1alpha1::Campaign campaign = folder.ReadCampaign();
+  for (const auto& planned : campaign.runs()) {
     const auto found = runs.find(planned.run_id());
     if (found == runs.end()) continue;
     v1alpha1::RunSummary summary = found->second.summary;
@@ -167,7 +168,8 @@ int List(const CampaignArguments& arguments) {
     return 0;
   }
   const auto runs = FreshIndex(folder);
-  for (const auto& planned : folder.ReadCampaign().runs()) {
+  const v1alpha1::Campaign campaign = folder.ReadCampaign();
+  for (const auto& planned : campaign.runs()) {
     const auto found = runs.find(planned.run_id());
     PrintRow(planned, found == runs.end() ? nullptr : &found->second);
   }

@@ -225,7 +225,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   const v1alpha1::Job job = book_.Get(request.job_id());
   const std::string alias = request.alias().empty() ? std::string(kDefaultAlias) : request.alias();
   v1alpha1::PromoteResponse response;
-  if (job.job_state() == v1alpha1::JOB_STATE_DONE) {
+  if (job.job_state() == v1alpha1::JOB_STATE_DONE && !HasWork(job)) {
     // Asked again after a lost answer.
     const auto aliases = repository_.ReadAliases();
     if (aliases.Find(ModelName(job), alias) == job.candidate_digest()) {

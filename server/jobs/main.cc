@@ -1,6 +1,7 @@
 // grouser-jobs: runs refinements, campaigns and calibrations.
 #include <fcntl.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -97,8 +98,8 @@ void Describe(CLI::App& app, Settings& s) {
   app.add_option("--campaigns", work.campaigns_dir,
                  "Folder of campaigns, scenes and soils that clients may name (default: none)");
   app.add_option("--scripts", work.scripts_dir,
-                 "Checkout of Grouser, of which Python programs calibrate grains and write pages "
-                 "(default: that of the build, where this program lies in one)");
+                 "Checkout of Grouser, which calibrations need: its table of soils, and its Python "
+                 "programs (default: that of the build, where this program lies in one)");
   app.add_option("--work-parallel", work.parallel,
                  "Runs of a campaign, or points of a calibration of grains, at a time")
       ->check(CLI::Range(1, 4096))
@@ -175,6 +176,8 @@ int Serve(Settings settings) {
   } else {
     work.scripts_dir = fs::absolute(work.scripts_dir).string();
   }
+  // Where calibrations look for published soils; before there are threads.
+  if (!work.scripts_dir.empty()) ::setenv("GROUSER_ROOT", work.scripts_dir.c_str(), 1);
   settings.jobs.prune.max_bytes = settings.max_disk_mb * kMegabyte;
   settings.jobs.prune.keep_s = settings.keep_days * 86400;
   if (!settings.jobs.shipped_dir.empty()) {

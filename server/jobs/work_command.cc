@@ -20,6 +20,7 @@ using v1alpha1::Job;
 
 constexpr char kPython[] = "/usr/bin/python3";
 constexpr char kGrains[] = "/dem_offline/calibrate_grains/calibrate_grains.py";
+constexpr char kSoils[] = "/surrogate/soils/bekker_soils.csv";
 constexpr char kSoilPage[] = "/surrogate/calibrate/calibrate.py";
 /// Looked for, not loaded: that takes seconds.
 constexpr char kModules[] =
@@ -44,15 +45,19 @@ void RequireProgram(const std::string& path, const std::string& what) {
       what + ": this server lacks " + std::filesystem::path(path).filename().string());
 }
 
-void RequireScripts(const CalibrationWork& work, const WorkPrograms& programs) {
-  const std::string what = IsGrains(work) ? "calibration.kind: GRAINS" : "calibration.report";
-  const std::string script = programs.options.scripts_dir + (IsGrains(work) ? kGrains : kSoilPage);
-  RequireProgram(kPython, what);
-  if (!programs.options.scripts_dir.empty() && std::filesystem::exists(script)) return;
+/// Its table of soils, and what writes a page or calibrates grains.
+void RequireCheckout(const CalibrationWork& work, const WorkPrograms& programs) {
+  const char* what = "calibration";
+  std::string file = kSoils;
+  if (work.report()) what = "calibration.report", file = kSoilPage;
+  if (IsGrains(work)) what = "calibration.kind: GRAINS", file = kGrains;
+  if (file != kSoils) RequireProgram(kPython, what);
+  const std::string& checkout = programs.options.scripts_dir;
+  if (!checkout.empty() && std::filesystem::exists(checkout + file)) return;
   throw StatusError(StatusCode::kFailedPrecondition,
-                    what +
-                        ": this server is without the Python programs, expected a checkout of "
-                        "Grouser (grouser-jobs --scripts)");
+                    fmt::format("{}: this server lacks {}, expected a checkout of Grouser "
+                                "(grouser-jobs --scripts)",
+                                what, file.substr(1)));
 }
 
 /// From the request's files, or the operator's.
@@ -109,7 +114,7 @@ void CheckMeans(const Job& job, const WorkPrograms& programs) {
   const CalibrationWork& work = job.calibration();
   RequireProgram(programs.bin_dir + "/grouser-calibrate", "calibration");
   if (IsGrains(work)) RequireProgram(programs.bin_dir + "/grouser-dem", "calibration.kind: GRAINS");
-  if (NeedsPython(job)) RequireScripts(work, programs);
+  RequireCheckout(work, programs);
   const double most_h = programs.options.timeout_s / 3600;
   if (programs.options.timeout_s > 0 && work.budget_hours() > most_h) {
     throw StatusError(StatusCode::kInvalidArgument,

@@ -10,7 +10,8 @@ namespace grouser::server {
 
 /// What campaigns and calibrations are run by, and how much of them.
 struct WorkOptions {
-  std::string scripts_dir;    ///< checkout that holds the Python programs; empty: none
+  std::string
+      scripts_dir;  ///< checkout with the table of soils and the Python programs; empty: none
   std::string campaigns_dir;  ///< of campaigns, scenes and soils that clients may name; empty: none
   int parallel = 1;           ///< runs of a campaign or points of a calibration at a time
   std::uint32_t max_runs = 500;     ///< of a campaign

@@ -22,11 +22,11 @@ case $2 in
   check) while [ -e "$bin/hold.check" ]; do sleep 0.02; done
          cat "$bin/check.json"; [ -e "$bin/check.says" ] && cat "$bin/check.says" >&2
          exit "$(cat "$bin/check.exit")" ;;
-  run) echo $$ >> "$bin/dem.started"; cat "$3" >> "$bin/seen.input"
-       mkdir -p "$out/tiles" && : > "$out/run.$$"
+  run) cat "$3" >> "$bin/seen.input"; mkdir -p "$out/tiles" && : > "$out/run.$$"
+       echo $$ >> "$bin/dem.started"
        echo "progress 0.5 eta=42 1 of 2 runs" >&2
        while [ ! -e "$bin/dem.go" ]; do sleep 0.02; done
-       ls "$out" | grep -c run. > "$out/runs.json"; echo '{}' > "$out/campaign.json" ;;
+       ls "$out" | grep -c '^run\.' > "$out/runs.json"; echo '{}' > "$out/campaign.json" ;;
 esac)sh";
 
 class JobsWorkTest : public testing::JobsTest {

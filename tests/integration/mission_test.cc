@@ -122,6 +122,8 @@ class MissionTest : public ::testing::Test {
 
 TEST_F(MissionTest, APlannerAnEnergyEstimateAndACalibrationAtOnceAnswerAsAlone) {
   const std::string plan = Plan(), energy = Energy();
+  ::setenv("GROUSER_ROOT", kSource.c_str(),
+           1);  // of what runs alone; the jobs program knows by itself
   const auto alone = testing::RunProgram(
       "grouser-calibrate", {"soil", kSource + "/" + kPlates, "--out", dir_ / "alone"}, dir_.path());
   ASSERT_EQ(alone.code, 0) << alone.err;

@@ -1,4 +1,4 @@
-// `grouser-dem campaign estimate` and `design` from the command line.
+// `grouser-dem campaign estimate`, `design`, `check` and `run` from the command line.
 #include <gmock/gmock.h>
 
 #include "tests/unit/campaign/dem_cli.h"
@@ -17,6 +17,25 @@ TEST_F(CampaignCli, EstimateSaysWhatACampaignTakes) {
   EXPECT_THAT(said_, AllOf(HasSubstr("campaign     smoke"), HasSubstr("1 of them held out"),
                            HasSubstr("grain-steps/s, a tile in"), HasSubstr("at most")));
   EXPECT_EQ(Run("campaign estimate " + In("none.campaign.yaml")), 2);
+}
+
+TEST_F(CampaignCli, ChecksThenRunsForAProgramThatFollows) {
+  Write("c.campaign.yaml",
+        "name: c\nscene: " GROUSER_CAMPAIGNS
+        "/smoke.scene.yaml\nseeds: [1]\nextra: [{slip: 0.2, attack_angle_deg: 0, load_n: 1}]\n");
+  const std::string file = In("c.campaign.yaml");
+  ASSERT_EQ(Run("campaign check " + file), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("\"total\":1,"));
+  EXPECT_EQ(Run("campaign check " + file + " --within " + In("")), 2);
+  EXPECT_THAT(said_, HasSubstr("key 'scene'"));
+  ASSERT_EQ(Run("campaign run " + file + " --out " + In("c") + " --progress-lines --runs-json " +
+                In("runs.json")),
+            0)
+      << said_;
+  EXPECT_THAT(said_, HasSubstr("progress 1.0000 eta=0 1 of 1 runs"));
+  EXPECT_THAT(Read("runs.json"), AllOf(HasSubstr("RUN_ROLE_TRAIN"), HasSubstr("run_id")));
+  ASSERT_EQ(Run("campaign list " + In("c")), 0);
+  EXPECT_THAT(said_, HasSubstr("TRAIN"));
 }
 
 TEST_F(CampaignCli, DesignRefusesBeforeItMeasures) {

@@ -42,6 +42,10 @@ class JobBookTest : public ::testing::Test {
                          RowOf(request, kModel, "aa", spec), client);
   }
 
+  std::optional<SubmitJobResponse> Replayed(const SubmitRefinementRequest& request) {
+    return book_->Replay(request.request_id(), ContentOf(request));
+  }
+
   bool MoveTo(const std::string& id, std::uint64_t epoch, JobState state) {
     const auto edit = [&](JobRow& row) { row.job.set_job_state(state); };
     return book_->Change(id, epoch, edit).has_value();
@@ -126,7 +130,7 @@ TEST_F(JobBookTest, FullQueueRefusesNewWorkButNotJoiningOrReplay) {
   EXPECT_TRUE(Submit(Request("d", 0.1)).joined());
   EXPECT_NO_THROW(Submit(Request("a", 0.1)));
   // What was refused has left nothing behind.
-  EXPECT_FALSE(book_->Replay(Request("c", 0.3)).has_value());
+  EXPECT_FALSE(Replayed(Request("c", 0.3)).has_value());
 }
 
 TEST_F(JobBookTest, OneClientsJobsNeverRefuseAnothers) {
@@ -332,7 +336,7 @@ TEST_F(JobBookTest, ABookOfVersion01GoesOn) {
   again.mutable_state()->set_attack_angle_rad(5 * std::numbers::pi / 180.0);
   again.mutable_state()->set_load_n(24);
   again.set_max_time_s(1.5);
-  const auto known = book_->Replay(again);
+  const auto known = Replayed(again);
   ASSERT_TRUE(known.has_value());
   EXPECT_EQ(known->job().job_id(), page.jobs(1).job_id());
 

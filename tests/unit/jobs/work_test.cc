@@ -199,9 +199,13 @@ TEST_F(WorkCommandTest, WhatIsMissingIsSaid) {
   auto soil = WorkOf(Calibration(v1alpha1::CALIBRATION_KIND_SOIL)).job;
   EXPECT_EQ(Refusal(soil, Programs(), "grouser-calibrate"), StatusCode::kFailedPrecondition);
   Make("grouser-calibrate");
+  EXPECT_EQ(Refusal(soil, Programs(), "lacks surrogate/soils/bekker_soils.csv"),
+            StatusCode::kFailedPrecondition);
+  std::filesystem::create_directories(dir_ / "checkout/surrogate/soils");
+  testing::WriteText(dir_ / "checkout/surrogate/soils/bekker_soils.csv", "");
   EXPECT_EQ(Refusal(soil, Programs(), ""), StatusCode::kOk);
   soil.mutable_calibration()->set_report(true);
-  EXPECT_EQ(Refusal(soil, Programs(), "without the Python programs"),
+  EXPECT_EQ(Refusal(soil, Programs(), "lacks surrogate/calibrate/calibrate.py"),
             StatusCode::kFailedPrecondition);
   auto grains = WorkOf(Calibration(v1alpha1::CALIBRATION_KIND_GRAINS)).job;
   EXPECT_EQ(Refusal(grains, Programs(), "--scripts"), StatusCode::kFailedPrecondition);
