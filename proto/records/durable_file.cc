@@ -126,12 +126,12 @@ void WriteFileDurably(const std::string& path, const std::string& bytes) {
 }
 
 void RenameFolderDurably(const std::string& from, const std::string& to) {
-  SyncFolder(from + "/.");
+  SyncName(from + "/.");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(from)) {
-    if (entry.is_directory()) SyncFolder(entry.path().string() + "/.");
+    if (entry.is_directory()) SyncName(entry.path().string() + "/.");
   }
   if (rename(from.c_str(), to.c_str()) != 0) Fail(to, "cannot rename into place", errno);
-  SyncFolder(to);
+  SyncName(to);
 }
 
 std::string ReadFileBytes(const std::string& path, std::uint64_t max_bytes) {
