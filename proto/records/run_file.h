@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "grouser/v1alpha1/run.pb.h"
+#include "proto/records/sha256.h"  // of run and tile files
 
 namespace grouser::records {
 
@@ -46,10 +47,5 @@ struct TileFile {
 };
 void WriteTileFile(const std::string& path, const TileFile& tile);
 TileFile ReadTileFile(const std::string& path);
-
-/// Lower-case hex SHA-256 of a file's bytes, of a string's bytes (also in
-/// sha256.h, for those who need no run files).
-std::string Sha256OfFile(const std::string& path);
-std::string Sha256OfString(const std::string& bytes);
 
 }  // namespace grouser::records
