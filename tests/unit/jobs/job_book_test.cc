@@ -437,8 +437,9 @@ TEST(JobStateTest, OnlyTheDrawnMovesExist) {
       moves += MayMove(static_cast<JobState>(from), static_cast<JobState>(to));
     }
   }
-  // 5 forward, 3 requeues, and FAILED and CANCELLED from each of 5 open states.
-  EXPECT_EQ(moves, 5 + 3 + 2 * 5);
+  // 5 forward, RUNNING to DONE of campaigns and calibrations, 3 requeues, and FAILED and CANCELLED from each of 5 open states.
+  EXPECT_EQ(moves, 5 + 1 + 3 + 2 * 5);
+  EXPECT_TRUE(MayMove(JOB_STATE_RUNNING, JOB_STATE_DONE));
   EXPECT_TRUE(HasEnded(JOB_STATE_FAILED));
   EXPECT_FALSE(HasEnded(JOB_STATE_AWAITING_PROMOTION));
   EXPECT_EQ(ShortName(JOB_STATE_RUNNING), "RUNNING");
