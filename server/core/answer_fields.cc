@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "server/core/model_reference.h"
+
 namespace grouser::server {
 namespace {
 
@@ -53,11 +55,10 @@ Status AnswerFields::Read(const google::protobuf::RepeatedPtrField<std::string>&
   for (int i = 0; i < names.size(); ++i) {
     if (Add(names[i])) continue;
     *this = {};
-    constexpr std::size_t kMostShown = 64;
     return Status::InvalidArgument(fmt::format(
-        "fields[{}]: '{}', expected velocity, slip or an output (f_x, f_y, f_z, torque, m_z, "
+        "fields[{}]: {}, expected velocity, slip or an output (f_x, f_y, f_z, torque, m_z, "
         "sinkage), alone or with a part of it, as f_x.value, f_x.low or f_x.high",
-        i, names[i].substr(0, kMostShown)));
+        i, Quote(names[i])));
   }
   return Status::Ok();
 }

@@ -52,6 +52,7 @@ Intake::Intake(WorkPrograms programs, WorkerLimits limits, const JobFiles& files
       book_(book),
       pool_(pool),
       thread_(thread) {
+  limits_.idle = false;  // a client waits
   limits_.memory_bytes =
       limits.memory_bytes == 0 ? kCheckBytes : std::min(limits.memory_bytes, kCheckBytes);
   for (const auto& entry : fs::directory_iterator(files_.Below("jobs"))) {

@@ -32,7 +32,7 @@ struct Settings {
   LogSettings log;
   double memory_gib = 8, keep_days = 0;
   std::uint64_t max_disk_mb = 0, max_file_mb = 4096, max_job_mb = 16384;
-  bool no_idle = false;
+  bool idle = false;
 };
 
 constexpr char kExamples[] = R"(
@@ -121,9 +121,10 @@ void Describe(CLI::App& app, Settings& s) {
                  "Added to this program's nice value for workers")
       ->check(CLI::Range(0, 19))
       ->capture_default_str();
-  app.add_flag("--no-idle", s.no_idle,
-               "Workers compete for processors by --nice; default: they get what is left idle "
-               "(SCHED_IDLE), so that queries do not wait for them");
+  app.add_flag(
+      "--idle", s.idle,
+      "Workers get only what processor time is left idle (SCHED_IDLE); where none is, they "
+      "hardly go on, run into their time limits and end late");
   app.add_option("--grace-s", s.jobs.grace_s, "From SIGTERM to SIGKILL of a worker")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
@@ -166,7 +167,7 @@ int Serve(Settings settings) {
       bounded ? static_cast<std::uint64_t>(settings.memory_gib * (1 << 30)) : 0;
   constexpr std::uint64_t kMegabyte = 1'000'000;
   scheduler.limits.file_bytes = settings.max_file_mb * kMegabyte;
-  scheduler.limits.idle = !settings.no_idle;
+  scheduler.limits.idle = settings.idle;
   WorkOptions& work = scheduler.work;
   work.max_job_bytes = settings.max_job_mb * kMegabyte;
   if (!work.campaigns_dir.empty()) work.campaigns_dir = fs::absolute(work.campaigns_dir).string();

@@ -213,8 +213,7 @@ v1alpha1::ReadJobFileResponse ReadResult(const Job& job, const JobFiles& files,
                                          const v1alpha1::ReadJobFileRequest& request) {
   const auto known = std::ranges::find(job.results(), request.name(), &v1alpha1::JobResult::name);
   const auto refuse = [&](const std::string& what) {
-    throw StatusError(StatusCode::kNotFound,
-                      "name: " + Quote(request.name().substr(0, 200)) + ": " + what);
+    throw StatusError(StatusCode::kNotFound, "name: " + Quote(request.name()) + ": " + what);
   };
   if (known == job.results().end()) {
     std::string names;

@@ -21,7 +21,7 @@ using v1alpha1::CampaignWork;
   throw StatusError(StatusCode::kInvalidArgument, message);
 }
 
-std::string Shown(const std::string& name) { return Quote(name.substr(0, kMostFileName)); }
+std::string Shown(const std::string& name) { return Quote(name); }
 
 /// A path that stays below its folder, shows in a log as it is, and names no hidden file.
 bool IsFileName(const std::string& name) {

@@ -280,8 +280,9 @@ std::string Rounding() {
 void PrepareByKept(const v1alpha1::Model& message, const KeptTable& kept, HybridModel* model) {
   const std::size_t size = kept.read ? model->TableSize() : 0;
   if (size == 0) return model->Prepare();
-  const std::string key = "table " + std::to_string(HybridModel::kTableVersion) + ", " +
-                          Rounding() + ", " + records::DigestOf(message);
+  const std::string key = "table " + std::to_string(HybridModel::kTableVersion) +
+                          ", " GROUSER_VERSION ", " + Rounding() + ", " +
+                          records::DigestOf(message);
   if (const std::string bytes = kept.read(key, size); bytes.size() == size) {
     return model->TakeTable(bytes);
   }

@@ -29,8 +29,7 @@ void JobsTest::StartJobs(const std::vector<std::string>& more) {
                   "--port-file",
                   port_file,
                   "--grace-s",
-                  "30",
-                  "--no-idle"};  // tests that run beside are not to hold workers up
+                  "30"};
   command.argv.insert(command.argv.end(), more.begin(), more.end());
   command.folder = dir_.path();
   command.stdout_path = dir_ / "jobs.stdout";

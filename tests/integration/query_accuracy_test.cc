@@ -155,6 +155,18 @@ TEST_F(QueryAccuracyTest, FieldsThatAreNotThereAreNamed) {
   auto request = Request();
   for (int i = 0; i < 129; ++i) request.add_fields("f_x");
   EXPECT_THROW(client_->Evaluate(request), ClientError);
+  // Cut inside a character the name would break the stream.
+  for (const std::size_t before : {63, 99}) {
+    const auto stream = client_->OpenStream();
+    request = Request();
+    request.add_fields(std::string(before, 'a') + "\u00e9 and more");
+    EvaluateWheelsResponse response;
+    ASSERT_TRUE(stream->Send(request) && stream->Receive(&response));
+    EXPECT_TRUE(response.has_error());
+    ASSERT_TRUE(stream->Send(Request()) && stream->Receive(&response));
+    EXPECT_FALSE(response.has_error());
+    EXPECT_NO_THROW(stream->Finish());
+  }
   const std::vector<std::string> query = {
       "query", "--model", kName, "--slip", "0.2", "--load", "24", "--fields", "f_x.value,sinkage"};
   const auto some = Client(query);
