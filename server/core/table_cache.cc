@@ -96,7 +96,7 @@ void TableCache::Keep(const std::string& digest, const std::string& key, const s
                               std::to_string(max_bytes_ / 1'000'000) +
                               " MB: others are made at every start");
     }
-    fs::create_directory(folder_);  // the state folder is for grouser-jobs to make
+    fs::create_directories(folder_);
     std::string file(kMagic);
     file.append(records::Sha256OfString(key)).append(records::Sha256OfString(bytes)).append(bytes);
     records::WriteFileUnsynced(path, file);

@@ -93,10 +93,10 @@ void Intake::Submit(WorkRequest request, const std::string& who, Done done) {
 void Intake::WriteFiles(const WorkRequest& request, const std::string& folder) const {
   const fs::path input = fs::path(folder) / kInputFolder;
   const auto write = [&](const std::string& name, const std::string& content) {
-    fs::create_directories((input / name).parent_path());
+    records::MakeFolderDurably((input / name).parent_path().string());
     records::WriteFileDurably((input / name).string(), content);
   };
-  fs::create_directories(input);
+  records::MakeFolderDurably(input.string());
   for (const auto& file : request.files) write(file.name(), file.content());
   for (const std::string& name : request.job.campaign().server_files()) {
     write(name,
@@ -135,18 +135,22 @@ void Intake::OnEnd(const std::string& id, const WorkerEnd& end) {
   const Check ended = std::move(check);
   checks_.erase(found);
   std::exception_ptr problem;
+  bool in_doubt = false;  // the store refused, and may hold the job all the same
   v1alpha1::SubmitJobResponse response;
   try {
     if (!end.Exited(0)) {
       throw RefusalOf(ended.steps[ended.step], end, LastWords(Output(ended, "log")));
     }
     response = Accept(id, ended);
+  } catch (const SqliteError&) {
+    in_doubt = true;
+    problem = std::current_exception();
   } catch (...) {
     problem = std::current_exception();
   }
   if (response.job().job_id() != id) {  // refused, joined or known
     RemoveFolder(ended.folder);
-    RemoveFolder(files_.Folder(id));
+    if (!in_doubt) RemoveFolder(files_.Folder(id));
   }
   ended.done(problem, response);
 }

@@ -59,7 +59,7 @@ std::optional<JobRow> JobBook::FindOpen(const std::string& job_id) const {
   return row == nullptr ? std::nullopt : std::optional(*row);
 }
 
-std::optional<JobRow> JobBook::NextQueued() const {
+std::optional<JobRow> JobBook::NextQueued(const std::set<std::string>& but) const {
   std::map<std::string, int> working;
   for (const JobRow& row : open_) working[row.job.who()] += IsWorking(row.job.job_state());
   const auto place = [&](const JobRow& row) {
@@ -70,6 +70,7 @@ std::optional<JobRow> JobBook::NextQueued() const {
   const JobRow* next = nullptr;
   for (const JobRow& row : open_) {  // the oldest first: of equal ones that stays
     if (row.job.job_state() != v1alpha1::JOB_STATE_QUEUED) continue;
+    if (but.contains(row.job.job_id())) continue;
     if (next == nullptr || place(row) < place(*next)) next = &row;
   }
   return next == nullptr ? std::nullopt : std::optional(*next);

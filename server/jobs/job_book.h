@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -57,8 +58,9 @@ class JobBook {
   // Rows are handed out as copies: every change replaces the book's own row,
   // and a reference to it would outlive what it refers to.
   /// The QUEUED job whose turn it is: of the client for whom the fewest workers run, then who
-  /// waited longest for a turn; of that client the one of the highest priority, then the oldest.
-  std::optional<JobRow> NextQueued() const;
+  /// waited longest for a turn; of that client the one of the highest priority, then the oldest. Of
+  /// none of `but`.
+  std::optional<JobRow> NextQueued(const std::set<std::string>& but = {}) const;
   std::optional<JobRow> FindOpen(const std::string& job_id) const;
   /// All open jobs, oldest first.
   std::vector<JobRow> Open() const { return open_; }

@@ -234,6 +234,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
       return response;
     }
   }
+  FinishDecidedMoves(ModelName(job), job.job_id());
   CheckPromotable(job, request, alias);
   const auto decide = [&](const v1alpha1::PromoteRequest& move) {
     book_.Change(
@@ -266,8 +267,9 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   return response;
 }
 
-void JobsApp::FinishDecidedMoves() {
+void JobsApp::FinishDecidedMoves(const std::string& model, const std::string& but) {
   for (const JobRow& row : book_.Open()) {
+    if (ModelName(row.job) != model || row.job.job_id() == but) continue;
     if (row.pending.job_id().empty() || row.pending.alias() == kCandidateAlias) continue;
     try {
       scheduler_->FinishPendingMove(row.job.job_id());
@@ -283,14 +285,14 @@ void JobsApp::FinishDecidedMoves() {
 v1alpha1::MoveAliasResponse JobsApp::Move(const v1alpha1::MoveAliasRequest& request,
                                           const std::string& who) {
   RefuseWhenStopping();
-  FinishDecidedMoves();
+  FinishDecidedMoves(request.model().substr(0, request.model().find('@')));
   return MoveAlias(repository_, request, who);
 }
 
 v1alpha1::MoveAliasResponse JobsApp::Rollback(const v1alpha1::RollbackAliasRequest& request,
                                               const std::string& who) {
   RefuseWhenStopping();
-  FinishDecidedMoves();
+  FinishDecidedMoves(request.model().substr(0, request.model().find('@')));
   return RollbackAlias(repository_, request, who);
 }
 

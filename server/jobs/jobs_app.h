@@ -80,8 +80,9 @@ class JobsApp {
   void RefuseWhenStopping() const;
   void CheckPromotable(const v1alpha1::Job& job, const v1alpha1::PromoteRequest& request,
                        const std::string& alias) const;
-  /// So that what is asked now comes after what was decided before.
-  void FinishDecidedMoves();
+  /// So that what is asked now of a model comes after what was decided of it before, but by job
+  /// `but`.
+  void FinishDecidedMoves(const std::string& model, const std::string& but = "");
   v1alpha1::PruneResponse PruneTo(const PruneLimits& limits, bool dry_run);
   void EndWhatNobodyPromotes(double keep_s);
   void PruneEvery(double seconds);

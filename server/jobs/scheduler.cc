@@ -70,13 +70,12 @@ void Scheduler::RecoverJob(const JobRow& row) {
 
 void Scheduler::Kick() {
   while (!stopping_ && static_cast<int>(active_.size() + waiting_.size()) < options_.workers) {
-    const auto next = book_.NextQueued();
+    const auto next = book_.NextQueued(waiting_);  // those have a timer of their own
     if (!next) return;
     const std::string& id = next->job.job_id();
     const std::uint64_t epoch = next->job.lease_epoch();
     Guarded(id, epoch, [this, id] { Continue(id); });
-    // The store failed: the guard tries again later, and so does this.
-    const auto same = book_.NextQueued();
+    const auto same = book_.NextQueued(waiting_);
     if (same && same->job.job_id() == id && same->job.lease_epoch() == epoch) return;
   }
 }
@@ -164,7 +163,7 @@ void Scheduler::LaunchGate(const JobRow& row) {
 }
 
 void Scheduler::LaunchWork(const JobRow& row) {
-  std::filesystem::create_directories(files_.Folder(row.job.job_id()) + "/" + kOutFolder);
+  records::MakeFolderDurably(files_.Folder(row.job.job_id()) + "/" + kOutFolder);
   Launch(row, CommandOf(row.job, Programs()), LimitOf(row.job, options_.work.timeout_s));
   if (options_.work.max_job_bytes > 0) WatchDisk(row.job.job_id(), row.job.lease_epoch());
 }

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -201,10 +202,16 @@ std::vector<v1alpha1::JobResult> ResultsOf(const Job& job, const JobFiles& files
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path, error);
     if (error) continue;
-    found.emplace_back();
-    found.back().set_name(name);
-    found.back().set_bytes(bytes);
-    found.back().set_sha256(records::Sha256OfFile(path));
+    v1alpha1::JobResult result;
+    result.set_name(name);
+    result.set_bytes(bytes);
+    try {
+      result.set_sha256(records::Sha256OfFile(path));
+    } catch (const std::exception& e) {  // the job ends all the same
+      spdlog::error("{}: {}; not handed out", job.job_id(), e.what());
+      continue;
+    }
+    found.push_back(std::move(result));
   }
   return found;
 }

@@ -26,7 +26,8 @@ std::string Shown(const std::string& name) { return Quote(name); }
 /// A path that stays below its folder, shows in a log as it is, and names no hidden file.
 bool IsFileName(const std::string& name) {
   if (name.empty() || name.size() > kMostFileName) return false;
-  bool begins = true;  // a part of the path
+  if (std::count(name.begin(), name.end(), '/') > kMostFolders) return false;  // each is synced
+  bool begins = true;                                                          // a part of the path
   for (const unsigned char c : name) {
     if (begins && (c == '.' || c == '/' || c == '-')) return false;
     if (std::isalnum(c) == 0 && c != '.' && c != '_' && c != '-' && c != '/') return false;
@@ -39,8 +40,8 @@ void CheckFileName(const std::string& field, const std::string& name) {
   if (IsFileName(name)) return;
   RefuseWork(
       fmt::format("{}: {}, expected at most {} letters, digits, '.', '_', '-' and '/' between "
-                  "folders, no part of which begins with '.' or '-'",
-                  field, Shown(name), kMostFileName));
+                  "folders, at most {} of them, no part of which begins with '.' or '-'",
+                  field, Shown(name), kMostFileName, kMostFolders));
 }
 
 std::set<std::string> CheckFiles(const WorkRequest& request) {
@@ -141,12 +142,14 @@ WorkRequest Envelope(const Request& request, const char* kind) {
 WorkRequest WorkOf(const v1alpha1::SubmitCampaignRequest& request) {
   WorkRequest out = Envelope(request, "campaign/");
   *out.job.mutable_campaign() = request.campaign();
+  out.job.DiscardUnknownFields();  // they would be stored, and sent with every job
   return out;
 }
 
 WorkRequest WorkOf(const v1alpha1::SubmitCalibrationRequest& request) {
   WorkRequest out = Envelope(request, "calibration/");
   *out.job.mutable_calibration() = request.calibration();
+  out.job.DiscardUnknownFields();
   return out;
 }
 

@@ -12,6 +12,7 @@ namespace grouser::server {
 inline constexpr int kMostFiles = 64;
 inline constexpr std::size_t kMostFileBytes = 1 << 20;  ///< of all of a request
 inline constexpr std::size_t kMostFileName = 200;       ///< characters
+inline constexpr int kMostFolders = 4;                  ///< that a file may lie in, one in another
 inline constexpr double kMostBudgetHours = 1000;
 inline constexpr std::uint32_t kMostPoints = 1000;
 

@@ -174,6 +174,7 @@ TEST_F(JobBookTest, ClientsTakeTurnsAndPriorityOrdersAClientsOwn) {
   const std::string b2 = submit("b2", 0.7, "b", 0), b3 = submit("b3", 0.8, "b", 0);
   EXPECT_EQ(book_->NextQueued()->job.job_id(), b2);
   MoveTo(b2, 1, JOB_STATE_RUNNING);
+  EXPECT_EQ(book_->NextQueued({a5})->job.job_id(), b3);
   EXPECT_EQ(book_->NextQueued()->job.job_id(), a5) << "one each runs: a waited longer for a turn";
 }
 
@@ -437,7 +438,8 @@ TEST(JobStateTest, OnlyTheDrawnMovesExist) {
       moves += MayMove(static_cast<JobState>(from), static_cast<JobState>(to));
     }
   }
-  // 5 forward, RUNNING to DONE of campaigns and calibrations, 3 requeues, and FAILED and CANCELLED from each of 5 open states.
+  // 5 forward, RUNNING to DONE of campaigns and calibrations, 3 requeues, and FAILED and CANCELLED
+  // from each of 5 open states.
   EXPECT_EQ(moves, 5 + 1 + 3 + 2 * 5);
   EXPECT_TRUE(MayMove(JOB_STATE_RUNNING, JOB_STATE_DONE));
   EXPECT_TRUE(HasEnded(JOB_STATE_FAILED));

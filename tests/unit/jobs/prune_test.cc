@@ -9,6 +9,7 @@
 #include "proto/records/model_file.h"
 #include "server/jobs/pruner.h"
 #include "server/jobs/refinement_spec.h"
+#include "server/jobs/request_checks.h"
 #include "tests/unit/jobs/jobs_fixtures.h"
 #include "tests/unit/records/throws.h"
 
@@ -59,8 +60,9 @@ class PruneTest : public ::testing::Test {
     const auto request = Request(request_id, slip);
     const auto spec = BuildSpec(BaseModel(), request);
     const std::string base = repository_.Resolve(kName).digest;
-    const auto submitted = book_.Submit(request, std::string(kName) + "@sha256:" + base,
-                                        JoinKeyOf(base, spec, request), spec, "someone");
+    const auto submitted =
+        book_.Submit(request_id, ContentOf(request),
+                     RowOf(request, std::string(kName) + "@sha256:" + base, base, spec), "someone");
     const std::string& id = submitted.job().job_id();
     const std::string run = "run" + request_id + ".run.h5";
     testing::WriteText(files_.Run(run), std::string(10'000, 'r'));

@@ -1,5 +1,6 @@
 // Campaigns and calibrations: what a request may say, what is run for it, what may be read of it.
 #include <gmock/gmock.h>
+#include <google/protobuf/unknown_field_set.h>
 
 #include <functional>
 #include <limits>
@@ -85,8 +86,9 @@ TEST(WorkRequest, AcceptsGoodOnes) {
 }
 
 TEST(WorkRequest, NamesThatLeaveTheFolderOrHideAreRefused) {
-  for (const std::string bad : {"", "/etc/passwd", "../a", "a/../b", "a//b", "a/", ".a", "a/.b",
-                                "-o", "a/-o", "a b", "a\n", "a\\b", "a;b", "a$b", "\xc3\xa4"}) {
+  for (const std::string bad :
+       {"", "/etc/passwd", "../a", "a/../b", "a//b", "a/", ".a", "a/.b", "a/b/c/d/e/f", "-o",
+        "a/-o", "a b", "a\n", "a\\b", "a;b", "a$b", "\xc3\xa4"}) {
     EXPECT_THAT(OfCampaign([&](auto& r) { AddFile(&r, bad); }), StartsWith("files.name:")) << bad;
     EXPECT_THAT(OfCampaign([&](auto& r) { r.mutable_campaign()->set_file(bad); }),
                 StartsWith("campaign.file:"))
@@ -143,6 +145,15 @@ TEST(WorkRequest, NamesTheBadField) {
   }
   EXPECT_THAT(OfGrains([](auto& r) { r.mutable_calibration()->set_points(1); }),
               StartsWith("calibration.points:"));
+}
+
+TEST(WorkRequest, WhatIsUnknownIsNotStoredWithTheJob) {
+  auto request = Campaign();
+  const std::size_t bytes = WorkOf(request).job.ByteSizeLong();
+  auto* campaign = request.mutable_campaign();
+  campaign->GetReflection()->MutableUnknownFields(campaign)->AddLengthDelimited(
+      900, std::string(1000, 'x'));
+  EXPECT_EQ(WorkOf(request).job.ByteSizeLong(), bytes);
 }
 
 TEST(WorkRequest, EqualWorkHasEqualKeys) {
