@@ -123,7 +123,7 @@ class LivesTest : public ::testing::Test, protected FakeWorkers {
     options.scheduler.workers = workers_;
     options.scheduler.limits.memory_bytes = 0;
     options.scheduler.limits.nice = 0;
-    options.scheduler.retry_s = 0.01;
+    options.scheduler.retry_s = retry_s_;
     options.prune.settle_s = 0;
     return options;
   }
@@ -191,6 +191,7 @@ class LivesTest : public ::testing::Test, protected FakeWorkers {
   }
 
   int workers_ = 1;
+  double retry_s_ = 0.01;
   static constexpr int kRefusedAtStart = 21;
 };
 

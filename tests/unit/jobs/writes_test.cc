@@ -185,6 +185,23 @@ TEST_F(WritesTest, WaitingForSpaceKeepsTheNumberOfWorkers) {
             0);
 }
 
+// However many workers there are, a job that the store refuses is tried once at a time.
+TEST_F(WritesTest, RetriesDoNotMultiply) {
+  workers_ = 2;
+  testing::WriteText(bin_ + "/hold.run", "");
+  ASSERT_EQ(InProcess([](Life& life) { life.Submit(); }), 0);  // ends queued
+  faults_.Plan(WriteFault::kFull, 1, kMayFindNoSpace, "/jobs.sqlite");
+  ASSERT_EQ(LiveWithFaults([this](Life&) {
+              std::this_thread::sleep_for(std::chrono::milliseconds(500));
+              if (faults_.seen() > 500) throw std::runtime_error("too many tries");
+            }),
+            0);
+  EXPECT_GT(faults_.seen(), 1);
+  faults_.Clear();
+  std::filesystem::remove(bin_ + "/hold.run");
+  ExpectTheNextLifeEndsIt();
+}
+
 // A name that a killed program did not sync is there after a kill, but not after a power cut.
 TEST_F(WritesTest, AKillAndThenAPowerCut) {
   std::mt19937 random(1);
@@ -298,6 +315,36 @@ TEST_F(WritesTest, APromotionThatFindsNoSpaceSaysWhatBecomesOfIt) {
               }
               faults_.Clear();
               life.Await(id, JOB_STATE_DONE);
+            }),
+            0);
+}
+
+// What was decided first comes first, and the gate of the other knows of it.
+TEST_F(WritesTest, APromotionComesAfterOneThatWaitsForSpace) {
+  workers_ = 2;
+  retry_s_ = 60;
+  ASSERT_EQ(LiveWithFaults([this](Life& life) {
+              const std::string first = life.Submit(), other = life.Submit(Request("b", 0.45));
+              for (const std::string& id : {first, other}) {
+                life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+              }
+              life.ask_again = [](const std::exception&) { return false; };
+              faults_.Plan(WriteFault::kFull, 2, testing::kCreate, "s");
+              std::string said;
+              const auto promote = [&](const std::string& id) {
+                try {
+                  life.Promote(id);
+                  said = "promoted";
+                } catch (const StatusError& e) {
+                  said = e.what();
+                }
+              };
+              promote(first);
+              if (!said.starts_with("alias not moved yet")) throw std::runtime_error(said);
+              faults_.Clear();
+              promote(other);
+              if (!said.starts_with("alias: stable has moved")) throw std::runtime_error(said);
+              life.Await(first, JOB_STATE_DONE);
             }),
             0);
 }
