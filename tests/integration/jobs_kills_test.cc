@@ -354,7 +354,7 @@ TEST_F(JobsKillsTest, NothingIsLostOrDoneTwice) {
   ASSERT_NO_FATAL_FAILURE(Start());
   for (std::size_t i = 0; i < kills && !HasFailure(); ++i) {
     const std::size_t n = i % kAll;
-    const int signal = (i + i / kAll) % 2 == 0 ? SIGTERM : SIGKILL;  // each moment by both in turn
+    const int signal = (n + i / kAll) % 2 == 0 ? SIGTERM : SIGKILL;  // each moment by both in turn
     if (n < std::size(kMoments)) {
       SCOPED_TRACE(std::to_string(i) + ": " + kMoments[n].name);
       KillAt(kMoments[n], signal);
