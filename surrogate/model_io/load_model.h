@@ -21,8 +21,8 @@ struct KeptTable {
 /// the field when the message is incomplete or inconsistent, or when the
 /// golden vectors are not reproduced to 1e-9 relative. A hybrid then makes the
 /// table that it answers with (HybridModel::Prepare), about 0.2 s, or takes the kept one. The key
-/// of that follows from the whole message, HybridModel::kTableVersion, GROUSER_VERSION and how this machine rounds:
-/// what was made is equal bit by bit to what would be made.
+/// of that follows from the whole message, HybridModel::kTableVersion, GROUSER_VERSION and how this
+/// machine rounds: what was made is equal bit by bit to what would be made.
 std::unique_ptr<const WheelModel> MakeModel(const v1alpha1::Model& model,
                                             const KeptTable& kept = {});
 
