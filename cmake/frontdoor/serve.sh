@@ -22,8 +22,8 @@ SIGTERM.
   --lcm-interface IF receives LCM queries by this interface, e.g. eth0 (default: lo,
                      from this machine alone)
   --port-file FILE, --jobs-port-file FILE   receive "grpc=ADDR"
-  --http ADDR        of queries, for /metrics, /healthz, /readyz, /buildinfo and calls as
-                     JSON (default: none); --jobs-http ADDR: of jobs
+  --http ADDR        of queries, for the web page, /metrics, /healthz, /readyz, /buildinfo and
+                     calls as JSON (default: none); --jobs-http ADDR: of jobs
   --log-format text|json, --log-slow-s S   of both
   --config FILE      YAML file of settings of both (./grouser config --help); options
                      given here go before it, and it before the defaults above
@@ -37,6 +37,7 @@ SIGTERM.
 Exit code: 0 ended by a signal, else that of the program that ended by itself.
 Examples:
   ./grouser serve
+  ./grouser serve --http 127.0.0.1:50161 --jobs-http 127.0.0.1:50162
   ./grouser serve --jobs-max-disk-mb 20000 --jobs-auto-promote canary
   ./grouser serve --state /var/lib/grouser --grpc 0.0.0.0:50151 --no-lcm \
     --tls-cert server.pem --tls-key server.key

@@ -358,7 +358,7 @@ TEST_F(OperatorTest, JsonErrorsHaveTheCodesOfGrpc) {
          "application/json");
   expect(Get(server.http(), "/metrics", "Host: evil.example:80\r\n"), 403, "PERMISSION_DENIED",
          "evil.example");
-  expect(Get(server.http(), "/"), 404, "NOT_FOUND", "/metrics");
+  expect(Get(server.http(), "/none"), 404, "NOT_FOUND", "/metrics");
   expect(Post(server.http(), "/metrics", "{}"), 405, "INVALID_ARGUMENT", "expected GET");
 }
 

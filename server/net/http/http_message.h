@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace grouser::server {
@@ -31,6 +32,7 @@ struct HttpAnswer {
   std::string content_type = "application/json";
   std::string body;
   std::string allow = "";  ///< of 405: the methods that are taken
+  std::vector<std::pair<std::string, std::string>> headers = {};  ///< further ones
   /// Kept until the answer has been written, or cannot be any more.
   std::shared_ptr<void> place = nullptr;
 };

@@ -7,9 +7,10 @@
 namespace grouser::server {
 
 void HttpOptions::AddTo(CLI::App& app) {
-  app.add_option("--http", http,
-                 "HOST:PORT or unix:PATH for /metrics, /healthz, /readyz, /buildinfo and calls as "
-                 "JSON (default: none)")
+  app.add_option(
+         "--http", http,
+         "HOST:PORT or unix:PATH for the web page, /metrics, /healthz, /readyz, /buildinfo and "
+         "calls as JSON (default: none)")
       ->check([](const std::string& text) -> std::string {
         try {
           ParseAddress(text, "http");
@@ -20,7 +21,7 @@ void HttpOptions::AddTo(CLI::App& app) {
       });
   app.add_flag("--http-insecure", insecure,
                "--http may be an address that other machines reach, without encryption and without "
-               "calls as JSON");
+               "web page and calls as JSON");
 }
 
 void HttpOptions::Validate() const {

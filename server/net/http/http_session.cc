@@ -134,6 +134,7 @@ void HttpSession::Answer(HttpAnswer answer, const std::string& request_id, bool 
   response_->set("X-Content-Type-Options", "nosniff");
   response_->set("X-Request-Id", request_id);
   if (!answer.allow.empty()) response_->set(http::field::allow, answer.allow);
+  for (const auto& [name, value] : answer.headers) response_->set(name, value);
   if (answer.status == 429 || answer.status == 503) response_->set(http::field::retry_after, "1");
   response_->content_length(answer.body.size());
   if (!head) response_->body() = std::move(answer.body);

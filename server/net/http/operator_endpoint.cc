@@ -9,6 +9,7 @@
 #include "proto/records/message_json.h"
 #include "server/net/address.h"
 #include "server/net/build_info.h"
+#include "server/net/http/web_page.h"
 
 namespace grouser::server {
 namespace {
@@ -83,9 +84,10 @@ void OperatorEndpoint::Handle(const HttpRequest& request, HttpReply reply) {
                            "calls as JSON are answered on an address of this machine alone"));
   }
   const auto page = kPages.find(request.path);
-  if (page == kPages.end()) {
+  const bool web = IsOfWebPage(request.path);
+  if (page == kPages.end() && !web) {
     return reply(HttpError(grpc::StatusCode::NOT_FOUND,
-                           "path: expected /healthz, /readyz, /metrics, /buildinfo or "
+                           "path: expected /ui/, /healthz, /readyz, /metrics, /buildinfo or "
                            "/v1alpha1/SERVICE/METHOD"));
   }
   if (request.method != "GET") {
@@ -94,6 +96,12 @@ void OperatorEndpoint::Handle(const HttpRequest& request, HttpReply reply) {
     answer.status = 405;
     answer.allow = "GET, HEAD";
     return reply(std::move(answer));
+  }
+  if (web) {
+    if (local_) return reply(WebPage(request.path));
+    // It could call nothing there, and would ask for tokens over plaintext.
+    return reply(HttpError(grpc::StatusCode::PERMISSION_DENIED,
+                           "the web page is served on an address of this machine alone"));
   }
   const bool open = page->first == "/healthz" || page->first == "/readyz";
   if (const grpc::Status status = open ? grpc::Status::OK : AdmitToPage(request); !status.ok()) {

@@ -31,7 +31,8 @@ struct OperatorView {
 ///   GET  /readyz     200 or 503, {"ready": false, "reasons": [...]}
 ///   GET  /metrics    in Prometheus's text format
 ///   GET  /buildinfo  as OperatorService.GetBuildInfo
-///   POST /v1alpha1/SERVICE/METHOD  unary calls as JSON, where only this machine reaches it
+///   GET  /ui/        the web page, where only this machine reaches it
+///   POST /v1alpha1/SERVICE/METHOD  unary calls as JSON, there too
 /// What the program does not tell within 2 s is 503. With a rights file /metrics, /buildinfo and
 /// the reasons of /readyz are for who may call GetBuildInfo.
 class OperatorEndpoint {

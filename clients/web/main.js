@@ -1,0 +1,88 @@
+// What program this is, whether it is ready, and whether this page may ask it.
+
+import { buildInfo, readiness, setToken } from './api.js';
+import { byId, element } from './dom.js';
+import { Jobs } from './jobs.js';
+import { Terrain } from './terrain.js';
+
+const PARTS = {
+  'grouser-server': { place: 'terrain', make: (onError) => new Terrain(onError), everyMs: 5000 },
+  'grouser-jobs': { place: 'jobs', make: (onError) => new Jobs(onError), everyMs: 2000 },
+};
+
+// What to do, by the code of gRPC.
+const ADVICE = {
+  UNAUTHENTICATED: 'This program has a rights file: give a token with the role read.',
+  PERMISSION_DENIED: 'Who may call what: docs/security.md.',
+  RESOURCE_EXHAUSTED: 'The server is busy; change something to ask again.',
+  UNREACHABLE: 'It is asked again until it answers.',
+};
+
+const REFUSED = ['UNAUTHENTICATED', 'PERMISSION_DENIED'];
+
+let part = null;
+let everyMs = 5000;
+let isRefused = false;  // asked again with another token alone
+
+function showProblem(error) {
+  const place = byId('problem');
+  place.hidden = error === null;
+  if (error === null) return;
+  const code = error.code ?? 'ERROR';
+  if (error.code === undefined) console.error(error);
+  isRefused = REFUSED.includes(code);
+  if (code === 'UNAUTHENTICATED') byId('access').hidden = false;
+  const text = `${code}: ${error.message}`;
+  if (place.dataset.text === text && place.childNodes.length > 0) return;  // said once
+  place.dataset.text = text;
+  place.replaceChildren(element('p', {}, element('b', {}, code), `: ${error.message}`),
+    ...(ADVICE[code] ? [element('p', {}, ADVICE[code])] : []));
+}
+
+function showState(program, { ready, reasons }) {
+  const more = part?.models ? `; generation ${part.generation ?? 'unknown'}, ${part.models.length} model${part.models.length === 1 ? '' : 's'}` : '';
+  const content = [`${program}: `, element('span', { class: ready ? 'ready' : 'not-ready' }, ready ? 'ready' : 'not ready'),
+    ready ? more : ` (${reasons.join('; ')})`];
+  const text = content.map((piece) => piece.textContent ?? piece).join('');
+  if (byId('state').textContent !== text) byId('state').replaceChildren(...content);
+}
+
+async function open() {
+  const build = await buildInfo();
+  const { place, make, everyMs: period } = PARTS[build.program];
+  part = make(showProblem);
+  part.program = build.program;
+  everyMs = period;
+  byId(place).hidden = false;
+  byId('access').hidden = true;
+  document.title = build.program;
+  byId('build').textContent = `${build.program} ${build.version}, commit ${build.commit}.`;
+}
+
+async function look() {
+  try {
+    const told = await readiness();
+    showState(part?.program ?? 'This program', told);
+    if (isRefused) return;
+    if (part === null) await open();
+    await part.refresh();
+    showState(part.program, told);
+  } catch (error) {
+    if (error.code === 'UNREACHABLE') showState(part?.program ?? 'This program', { ready: false, reasons: ['no answer'] });
+    showProblem(error);
+  }
+}
+
+byId('access').addEventListener('submit', (event) => {
+  event.preventDefault();
+  setToken(byId('token').value);
+  byId('access').hidden = true;
+  isRefused = false;
+  look();
+});
+
+async function watch() {
+  if (document.visibilityState === 'visible') await look();
+  setTimeout(watch, everyMs);
+}
+watch();
