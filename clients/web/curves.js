@@ -135,11 +135,11 @@ export class Curves {
     const level = Math.round(100 * toNumber(responses.interval_level));
     this.legend.replaceChildren(
       ...parts.map(({ model }, i) => key(model.title, 'ab'[i], line('curve'))),
-      key(`${level} % interval`, 'a', svgElement('path', { class: 'band', d: 'M1 2H27V12H1Z' })),
+      ...(hasBands ? [key(`${level} % interval`, 'a', svgElement('path', { class: 'band', d: 'M1 2H27V12H1Z' }))] : []),
       key('outside of the training domain', 'a', line('curve outside')),
       ...(hasRuns ? [key(`DEM run: load within ${100 * RUN_LOAD_SHARE} %, attack angle within ` +
         `${RUN_ANGLE_DEG} deg`, 'a', svgElement('circle', { class: 'run', cx: 14, cy: 7, r: 3 }))] : []));
-    this.note.textContent = (hasBands ? '' : 'The interval is unknown: DEM was not compared with a measurement here. ') +
+    this.note.textContent = (hasBands ? '' : 'The interval that covers a measurement is unknown here. ') +
       'Press a plot, or move the slip, to ask another state.';
   }
 }

@@ -40,7 +40,7 @@ function showProblem(error) {
 }
 
 function showState(program, { ready, reasons }) {
-  const more = part?.models ? `; generation ${part.generation ?? 'unknown'}, ${part.models.length} model${part.models.length === 1 ? '' : 's'}` : '';
+  const more = part?.generation !== undefined ? `; generation ${part.generation}, ${part.models.length} model${part.models.length === 1 ? '' : 's'}` : '';
   const content = [`${program}: `, element('span', { class: ready ? 'ready' : 'not-ready' }, ready ? 'ready' : 'not ready'),
     ready ? more : ` (${reasons.join('; ')})`];
   const text = content.map((piece) => piece.textContent ?? piece).join('');

@@ -71,6 +71,7 @@ export class Terrain {
       byId('model-a').focus();
     });
     byId('models').replaceChildren(this.models.length > 0 ? list : element('p', {}, 'No model is served. ./grouser demo makes one.'));
+    byId('of-models').hidden = this.chosen.length === 0;
     if (this.chosen.length > 0) this.wheelState.fit(this.chosen, keepsLoad);
     this.ask();
   }
