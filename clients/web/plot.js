@@ -31,10 +31,16 @@ function stretches(count, keep, least) {
 
 const path = (points) => points.map(([x, y], i) => `${i === 0 ? 'M' : 'L'}${x.toFixed(1)} ${y.toFixed(1)}`).join('');
 
-/** From lowest to highest of what is drawn and 0, with room around. */
+/**
+ * From lowest to highest of what is drawn and 0, with room around; bands outside of the training domain, which
+ * may be many times wider than all else, are cut.
+ */
 function valueRange(series) {
-  const values = series.flatMap((s) => [...s.value, ...s.low, ...s.high, ...s.runs.map((run) => run.value)])
-    .filter(Number.isFinite);
+  const values = series.flatMap((s) => {
+    const isAllOutside = s.outside.every(Boolean);
+    const inside = (ends) => ends.filter((_, i) => isAllOutside || !s.outside[i]);
+    return [...s.value, ...inside(s.low), ...inside(s.high), ...s.runs.map((run) => run.value)];
+  }).filter(Number.isFinite);
   const low = Math.min(0, ...values);
   const high = Math.max(0, ...values);
   const room = 0.06 * (high - low || 1);
@@ -51,13 +57,14 @@ export function valueAt(series, x) {
   return series.value[next - 1] + share * (series.value[next] - series.value[next - 1]);
 }
 
-function drawSeries({ name, x, value, low, high, outside, runs }, toX, toY) {
+function drawSeries({ name, x, value, low, high, outside, runs }, toX, toY, [bottom, top]) {
+  const toCut = (y) => Math.min(bottom, Math.max(top, toY(y)));
   const known = (i) => Number.isFinite(value[i]);
   const bands = stretches(x.length, (i) => Number.isFinite(low[i]) && Number.isFinite(high[i]), 2)
     .map((stretch) => svgElement('path', {
       class: 'band',
-      d: `${path([...stretch.map((i) => [toX(x[i]), toY(high[i])]),
-        ...stretch.toReversed().map((i) => [toX(x[i]), toY(low[i])])])}Z`,
+      d: `${path([...stretch.map((i) => [toX(x[i]), toCut(high[i])]),
+        ...stretch.toReversed().map((i) => [toX(x[i]), toCut(low[i])])])}Z`,
     }));
   // Of the segments from i to i + 1: outside of the training domain where one of their ends is.
   const curves = [false, true].flatMap((isOutside) => stretches(x.length - 1,
@@ -110,7 +117,7 @@ export function drawPlot(svg, { series, xRange, xLabel, asked, label }) {
   const spots = series.map((s) => [s.name, valueAt(s, asked)]).filter(([, value]) => Number.isFinite(value));
   svg.replaceChildren(
     ...drawAxes(xRange, yRange, toX, toY, xLabel, width, height).filter((node) => node !== null),
-    ...series.map((s) => drawSeries(s, toX, toY)),
+    ...series.map((s) => drawSeries(s, toX, toY, [height - MARGIN.bottom, MARGIN.top])),
     ...(isShown ? [svgElement('line', {
       class: 'asked', x1: toX(asked), x2: toX(asked), y1: MARGIN.top, y2: height - MARGIN.bottom,
     })] : []),
