@@ -12,7 +12,8 @@ const PARTS = {
 
 // What to do, by the code of gRPC.
 const ADVICE = {
-  UNAUTHENTICATED: 'This program has a rights file: give a token with the role read.',
+  UNAUTHENTICATED: 'Who asks has to be known: give a token of the rights file with the role read. HTTP knows no certificates ' +
+    '(docs/security.md).',
   PERMISSION_DENIED: 'Who may call what: docs/security.md.',
   RESOURCE_EXHAUSTED: 'The server is busy; change something to ask again.',
   UNREACHABLE: 'It is asked again until it answers.',
