@@ -20,7 +20,7 @@ function stateText({ state, seed }) {
 
 function gateTable(gate) {
   const passed = (check) => element('span', { class: check.passed ? 'passed' : 'failed' }, check.passed ? 'passed' : 'FAILED');
-  return table(['check of the gate', 'result', 'detail'], gate.map((check) => [check.name, passed(check), check.detail]));
+  return table(['gate check', 'result', 'detail'], gate.map((check) => [check.name, passed(check), check.detail]), { class: 'gate' });
 }
 
 function jobArticle(job) {
