@@ -19,8 +19,9 @@ std::string TextOf(const Shape& shape) {
   return "(" + text + (shape.size() == 1 ? ",)" : ")");
 }
 
-py::object ValueOf(py::handle object, const char* name) {
-  PyObject* const value = PyObject_GetAttrString(object.ptr(), name);
+py::object ValueOf(py::handle object, const char* name, PyObject* key) {
+  PyObject* const value = key != nullptr ? PyObject_GetAttr(object.ptr(), key)
+                                         : PyObject_GetAttrString(object.ptr(), name);
   if (value != nullptr) return py::reinterpret_steal<py::object>(value);
   if (PyErr_ExceptionMatches(PyExc_AttributeError) == 0) throw py::error_already_set();
   PyErr_Clear();

@@ -37,16 +37,19 @@ template <class S, class T>
 struct Field {
   const char* name;
   std::span<T> S::*member;
+  mutable PyObject* key = nullptr;  ///< the name as Python's, made once and kept
 };
 
 /// object.name. Throws Refusal where there is none.
-py::object ValueOf(py::handle object, const char* name);
+py::object ValueOf(py::handle object, const char* name, PyObject* key = nullptr);
 /// Shape of object.name, which has to be an array, without its last `inner` dimensions.
 Shape ShapeOf(py::handle object, const char* name, std::size_t inner = 0);
 
 /// The arrays of one call, which it keeps until the call has ended.
 class Arrays {
  public:
+  Arrays() { kept_.reserve(32); }
+
   /// Entries of an array: C-contiguous, aligned, in the machine's byte order, of this shape,
   /// writeable unless T is const. None: no entries. Throws Refusal.
   template <class T>
@@ -61,7 +64,8 @@ class Arrays {
   void Read(py::handle object, const Field<S, T> (&fields)[N], const Shape& shape, S* into,
             const std::string& prefix = "") {
     for (const Field<S, T>& field : fields) {
-      const py::object value = ValueOf(object, field.name);
+      if (field.key == nullptr) field.key = PyUnicode_InternFromString(field.name);
+      const py::object value = ValueOf(object, field.name, field.key);
       if (!value.is_none()) into->*field.member = SpanOf<T>(value, prefix + field.name, shape);
     }
   }
@@ -97,12 +101,13 @@ void AskOrRefuse(std::mutex* busy, Ask ask, Problem problem) {
   if (!ask()) throw Refusal(problem());
 }
 
-/// `out`, or grouser.arrays.NAME.empty(arguments...) where it is None.
-template <class... A>
+/// `out`, or grouser.arrays.NAME.empty(shape, counts..., fields) where it is None.
+template <class... Counts>
 py::object OutOf(const py::object& out, const py::object& fields, const char* name,
-                 A... arguments) {
+                 const Shape& shape, Counts... counts) {
   if (out.is_none()) {
-    return py::module_::import("grouser.arrays").attr(name).attr("empty")(arguments..., fields);
+    const py::object container = py::module_::import("grouser.arrays").attr(name);
+    return container.attr("empty")(py::tuple(py::cast(shape)), counts..., fields);
   }
   if (!fields.is_none()) throw Refusal("fields: given with out, whose arrays say what is answered");
   return out;

@@ -16,32 +16,31 @@ namespace {
 
 constexpr const char* kOutputNames[kOutputs] = {"f_x", "f_y", "f_z", "torque", "m_z", "sinkage"};
 
-constexpr Field<States, const double> kStateFields[] = {{"v_x", &States::v_x},
-                                                        {"v_y", &States::v_y},
-                                                        {"rim_speed", &States::rim_speed},
-                                                        {"load", &States::load}};
-constexpr Field<OutputSpans, double> kOutputFields[] = {
-    {"value", &OutputSpans::value},
-    {"sd_fit", &OutputSpans::sd_fit},
-    {"sd_patch", &OutputSpans::sd_patch},
-    {"low", &OutputSpans::low},
-    {"high", &OutputSpans::high},
-    {"d_v_x", &OutputSpans::d_v_x},
-    {"d_v_y", &OutputSpans::d_v_y},
-    {"d_rim_speed", &OutputSpans::d_rim_speed},
-    {"d_load", &OutputSpans::d_load},
-    {"sd_form", &OutputSpans::sd_form},
-    {"measured_low", &OutputSpans::measured_low},
-    {"measured_high", &OutputSpans::measured_high},
-    {"sd_soil", &OutputSpans::sd_soil}};
-constexpr Field<Answers, double> kEchoFields[] = {{"slip", &Answers::slip},
-                                                  {"attack_angle", &Answers::attack_angle}};
-constexpr Field<Answers, std::uint32_t> kFlagFields[] = {{"flags", &Answers::flags}};
+const Field<States, const double> kStateFields[] = {{"v_x", &States::v_x},
+                                                    {"v_y", &States::v_y},
+                                                    {"rim_speed", &States::rim_speed},
+                                                    {"load", &States::load}};
+const Field<OutputSpans, double> kOutputFields[] = {{"value", &OutputSpans::value},
+                                                    {"sd_fit", &OutputSpans::sd_fit},
+                                                    {"sd_patch", &OutputSpans::sd_patch},
+                                                    {"low", &OutputSpans::low},
+                                                    {"high", &OutputSpans::high},
+                                                    {"d_v_x", &OutputSpans::d_v_x},
+                                                    {"d_v_y", &OutputSpans::d_v_y},
+                                                    {"d_rim_speed", &OutputSpans::d_rim_speed},
+                                                    {"d_load", &OutputSpans::d_load},
+                                                    {"sd_form", &OutputSpans::sd_form},
+                                                    {"measured_low", &OutputSpans::measured_low},
+                                                    {"measured_high", &OutputSpans::measured_high},
+                                                    {"sd_soil", &OutputSpans::sd_soil}};
+const Field<Answers, double> kEchoFields[] = {{"slip", &Answers::slip},
+                                              {"attack_angle", &Answers::attack_angle}};
+const Field<Answers, std::uint32_t> kFlagFields[] = {{"flags", &Answers::flags}};
 
 // What one evaluation reads and writes.
 struct Batch {
   Batch(py::handle states, const py::object& given, const py::object& fields)
-      : shape(ShapeOf(states, "load")), out(OutOf(given, fields, "Answers", py::cast(shape))) {
+      : shape(ShapeOf(states, "load")), out(OutOf(given, fields, "Answers", shape)) {
     arrays.Read(states, kStateFields, shape, &in);
     arrays.Read(out, kFlagFields, shape, &answers);
     arrays.Read(out, kEchoFields, shape, &answers);

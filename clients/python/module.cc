@@ -1,6 +1,10 @@
 // The compiled part of the package `grouser`: classes of the public headers, names of their bits.
 #include <pybind11/pybind11.h>
 
+#include <cstdint>
+#include <exception>
+#include <stdexcept>
+
 #include "clients/python/arrays.h"
 #include "grouser/model.h"
 #include "grouser/vehicle.h"
@@ -55,7 +59,7 @@ PYBIND11_MODULE(_core, m) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const py::builtin_exception&) {
       throw;  // TypeError, KeyError, ... of pybind11's own
-    } catch (const std::invalid_argument& refused) {
+    } catch (const std::logic_error& refused) {
       PyErr_SetString(error, refused.what());
     } catch (const std::runtime_error& refused) {
       PyErr_SetString(error, refused.what());

@@ -10,15 +10,15 @@
 namespace grouser::python {
 namespace {
 
-constexpr Field<Path, const double> kPathFields[] = {{"s", &Path::s},
-                                                     {"curvature", &Path::curvature},
-                                                     {"grade", &Path::grade},
-                                                     {"bank", &Path::bank}};
-constexpr Field<Path, const std::uint8_t> kPathSoil[] = {{"soil", &Path::soil}};
-constexpr Field<SpeedPlan, double> kPlanFields[] = {{"speed", &SpeedPlan::speed},
-                                                    {"acceleration", &SpeedPlan::acceleration},
-                                                    {"safe", &SpeedPlan::safe},
-                                                    {"shortfall", &SpeedPlan::shortfall}};
+const Field<Path, const double> kPathFields[] = {{"s", &Path::s},
+                                                 {"curvature", &Path::curvature},
+                                                 {"grade", &Path::grade},
+                                                 {"bank", &Path::bank}};
+const Field<Path, const std::uint8_t> kPathSoil[] = {{"soil", &Path::soil}};
+const Field<SpeedPlan, double> kPlanFields[] = {{"speed", &SpeedPlan::speed},
+                                                {"acceleration", &SpeedPlan::acceleration},
+                                                {"safe", &SpeedPlan::safe},
+                                                {"shortfall", &SpeedPlan::shortfall}};
 
 struct Planner {
   Planner(const Vehicle& vehicle, std::size_t most_points) : planner(vehicle, most_points) {}
@@ -47,7 +47,7 @@ py::object Plan(Planner& self, const py::object& path, const SpeedOptions& optio
   Arrays arrays;
   const Shape shape = ShapeOf(path, "s");
   const Path in = PathOf(arrays, path, shape);
-  py::object out = OutOf(given, fields, "SpeedPlan", py::cast(shape));
+  py::object out = OutOf(given, fields, "SpeedPlan", shape);
   SpeedPlan plan;
   arrays.Read(out, kPlanFields, shape, &plan);
   const auto binding = [&](const char* name) {

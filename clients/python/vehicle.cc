@@ -14,16 +14,16 @@
 namespace grouser::python {
 namespace {
 
-constexpr Field<Motions, const double> kMotionFields[] = {
+const Field<Motions, const double> kMotionFields[] = {
     {"steering", &Motions::steering},
     {"acceleration", &Motions::acceleration},
     {"yaw_acceleration", &Motions::yaw_acceleration},
     {"grade", &Motions::grade},
     {"bank", &Motions::bank},
     {"worse_by_sd", &Motions::worse_by_sd}};
-constexpr Field<Motions, const double> kTwistFields[] = {{"v_x", &Motions::v_x},
-                                                         {"yaw_rate", &Motions::yaw_rate}};
-constexpr Field<Solutions, double> kSolutionFields[] = {
+const Field<Motions, const double> kTwistFields[] = {{"v_x", &Motions::v_x},
+                                                     {"yaw_rate", &Motions::yaw_rate}};
+const Field<Solutions, double> kSolutionFields[] = {
     {"residual", &Solutions::residual},
     {"v_x", &Solutions::v_x},
     {"v_y", &Solutions::v_y},
@@ -39,20 +39,20 @@ constexpr Field<Solutions, double> kSolutionFields[] = {
     {"tip_margin", &Solutions::tip_margin},
     {"torque_margin", &Solutions::torque_margin},
     {"sinkage_margin", &Solutions::sinkage_margin}};
-constexpr Field<WheelSpans, double> kWheelFields[] = {{"load", &WheelSpans::load},
-                                                      {"rim_speed", &WheelSpans::rim_speed},
-                                                      {"v_x", &WheelSpans::v_x},
-                                                      {"v_y", &WheelSpans::v_y},
-                                                      {"slip", &WheelSpans::slip},
-                                                      {"slip_angle", &WheelSpans::slip_angle},
-                                                      {"steer", &WheelSpans::steer},
-                                                      {"f_x", &WheelSpans::f_x},
-                                                      {"f_y", &WheelSpans::f_y},
-                                                      {"torque", &WheelSpans::torque},
-                                                      {"m_z", &WheelSpans::m_z},
-                                                      {"sinkage", &WheelSpans::sinkage},
-                                                      {"shaft_power", &WheelSpans::shaft_power}};
-constexpr Field<Powers, double> kPowerFields[] = {
+const Field<WheelSpans, double> kWheelFields[] = {{"load", &WheelSpans::load},
+                                                  {"rim_speed", &WheelSpans::rim_speed},
+                                                  {"v_x", &WheelSpans::v_x},
+                                                  {"v_y", &WheelSpans::v_y},
+                                                  {"slip", &WheelSpans::slip},
+                                                  {"slip_angle", &WheelSpans::slip_angle},
+                                                  {"steer", &WheelSpans::steer},
+                                                  {"f_x", &WheelSpans::f_x},
+                                                  {"f_y", &WheelSpans::f_y},
+                                                  {"torque", &WheelSpans::torque},
+                                                  {"m_z", &WheelSpans::m_z},
+                                                  {"sinkage", &WheelSpans::sinkage},
+                                                  {"shaft_power", &WheelSpans::shaft_power}};
+const Field<Powers, double> kPowerFields[] = {
     {"residual", &Powers::residual},
     {"electric", &Powers::electric},
     {"shaft", &Powers::shaft},
@@ -103,7 +103,7 @@ py::object Solve(Solver& self, const py::object& motions, const py::object& give
                  const py::object& fields) {
   Question q(self.vehicle, motions);
   const std::size_t wheels = self.vehicle.wheels(), drives = self.vehicle.drives();
-  py::object out = OutOf(given, fields, "Solutions", py::cast(q.shape), wheels, drives);
+  py::object out = OutOf(given, fields, "Solutions", q.shape, wheels, drives);
   Solutions s;
   s.reasons = q.arrays.SpanOf<std::uint32_t>(ValueOf(out, "reasons"), "reasons", q.shape);
   q.arrays.Read(out, kSolutionFields, q.shape, &s);
@@ -127,7 +127,7 @@ py::object Energy(Solver& self, const py::object& motions, const py::object& giv
                   const py::object& fields) {
   Question q(self.vehicle, motions);
   const std::size_t wheels = self.vehicle.wheels();
-  py::object out = OutOf(given, fields, "Powers", py::cast(q.shape), wheels);
+  py::object out = OutOf(given, fields, "Powers", q.shape, wheels);
   Powers p;
   p.reasons = q.arrays.SpanOf<std::uint32_t>(ValueOf(out, "reasons"), "reasons", q.shape);
   q.arrays.Read(out, kPowerFields, q.shape, &p);

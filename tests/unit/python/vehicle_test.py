@@ -128,6 +128,7 @@ class VehicleTest(unittest.TestCase):
             ("", husky.constants, [0.5], []),
             ("", husky.constants, [np.nan], [1]),
             ("1024", solver.use_draws, 1025),
+            ("larger than", grouser.SpeedPlanner, husky, 2**62),
         ]
         for text, call, *arguments in refused:
             with self.assertRaisesRegex(Error, text, msg=text):
