@@ -63,6 +63,15 @@ class PackageTest(unittest.TestCase):
                               (grouser.Binding, _core.BINDINGS)):
             self.assertEqual({m.name: m.value for m in enum}, numbers)
 
+    def test_code_of_the_page(self):
+        page = pathlib.Path(os.environ["GROUSER_SOURCE"], "docs/python.md").read_text()
+        blocks = re.findall(r"```python\n(.*?)```", page, re.S)
+        self.assertGreaterEqual(len(blocks), 3)
+        text = subprocess.run([sys.executable, "-c", "".join(blocks)], check=True, text=True,
+                              stdout=subprocess.PIPE).stdout
+        self.assertIn("Flag.FORM_UNKNOWN", text)
+        self.assertRegex(text, r"\] [A-Z_]+ 0\n$")
+
     def test_installed_it_needs_nothing_of_the_build(self):
         with tempfile.TemporaryDirectory() as prefix:
             subprocess.run([os.environ["GROUSER_CMAKE"], "--install", os.environ["GROUSER_BUILD"], "--component",
