@@ -9,6 +9,7 @@ import numpy as np
 
 import grouser
 
+OUT = sys.argv[1] if len(sys.argv) == 2 else sys.exit(__doc__)
 ROLLOUTS, STEPS, CYCLES, DT = 256, 15, 60, 0.2
 MODEL = grouser.Model.open(grouser.MODEL_DIR / "cmu-smooth-62.5.model")
 CRUISE, R = MODEL.domain.speed_m_per_s, MODEL.radius_m
@@ -54,5 +55,5 @@ axes[0].set(xlabel="x [m]", ylabel="y [m]", title="the rover's path; the line is
 axes[1].plot(DT * np.arange(1, len(x) + 1), np.transpose(rim_speed), label=["left", "right"])
 axes[1].legend()
 axes[1].set(xlabel="time [s]", ylabel="rim speed [m/s]")
-figure.savefig(sys.argv[1], dpi=90)
+figure.savefig(OUT, dpi=90)
 sys.exit(0 if abs(y[-1]) < 0.05 else f"{y[-1]:.3f} m beside the line")
