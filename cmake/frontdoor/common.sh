@@ -117,6 +117,8 @@ lacks_optional() {
     grep -qs "^${library}_DIR:PATH=${library}_DIR-NOTFOUND" "$1/CMakeCache.txt" &&
       compgen -G "/usr/lib/*/cmake/${library,,}" >/dev/null && return 0
   done
+  grep -qs '^GROUSER_PYTHON_FOUND:INTERNAL=OFF' "$1/CMakeCache.txt" && [ -e /usr/lib/cmake/pybind11 ] &&
+    compgen -G '/usr/include/python3*/Python.h' >/dev/null && return 0
   # A build that searches for inputs (the others do not look for clang++), but could not.
   grep -qs '^GROUSER_CLANGXX:FILEPATH=' "$1/CMakeCache.txt" || return 1
   if grep -q '^GROUSER_CLANGXX:FILEPATH=GROUSER_CLANGXX-NOTFOUND' "$1/CMakeCache.txt"; then

@@ -26,6 +26,9 @@ check_packages() {
   missing="$(missing_packages maps)"
   [ -z "$missing" ] || finding absent maps "not installed: $missing" "no ./grouser map" \
     "./grouser setup installs it and builds with it"
+  missing="$(missing_packages python | tr '\n' ' ')"
+  [ -z "$missing" ] || finding absent python "not installed: ${missing% }" "no Python package grouser" \
+    "./grouser setup installs them and builds with them"
 }
 
 check_build() {

@@ -39,7 +39,7 @@ HELP
     return
   fi
   [ $# -eq 0 ] || usage_error "setup: takes no arguments; see ./grouser setup --help"
-  install_missing multibody maps
+  install_missing multibody maps python
   set_up
 }
 

@@ -35,6 +35,9 @@ def main(root):
         assert lacks(CLANG, True)
         assert not lacks(CLANG, False)  # it was tried with it, and failed
         assert not lacks(CLANG + FUZZES, True)
+        headers = pathlib.Path("/usr/lib/cmake/pybind11").exists() and any(pathlib.Path("/usr/include").glob("python3*/Python.h"))
+        assert lacks("GROUSER_PYTHON_FOUND:INTERNAL=OFF\n", None) == headers
+        assert not lacks("GROUSER_PYTHON_FOUND:INTERNAL=ON\n", None)
         assert not lacks("", True)  # of a sanitizer: searches for nothing
 
 
