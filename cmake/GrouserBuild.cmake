@@ -31,6 +31,10 @@ if(GROUSER_SANITIZE)
     -fsanitize=${GROUSER_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   if(GROUSER_SANITIZE MATCHES "address")  # ASan sees the access; a quarter of the compile time
     target_compile_options(grouser_options INTERFACE -fno-sanitize=null,object-size)
+    if(NOT GROUSER_EVERY_CHECK)  # another quarter
+      target_compile_options(grouser_options INTERFACE
+        -fno-sanitize=alignment,vptr,return,nonnull-attribute,returns-nonnull-attribute)
+    endif()
   endif()
   target_link_options(grouser_options INTERFACE -fsanitize=${GROUSER_SANITIZE})
   if(GROUSER_SANITIZE MATCHES "thread")
@@ -131,4 +135,16 @@ function(grouser_test name)
     endif()
     add_dependencies(hostile_tests ${name})
   endif()
+endfunction()
+
+# grouser_slow_cases(NAME CASES [TIMEOUT s]): these cases of a test (as in GTEST_FILTER) run with
+# `--full` alone, as NAME_slow.
+function(grouser_slow_cases name cases)
+  cmake_parse_arguments(PARSE_ARGV 2 ARG "" "TIMEOUT" "")
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 600)
+  endif()
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "GTEST_FILTER=-${cases}")
+  add_test(NAME ${name}_slow COMMAND ${name})
+  set_tests_properties(${name}_slow PROPERTIES LABELS slow TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "GTEST_FILTER=${cases}")
 endfunction()

@@ -12,7 +12,7 @@ Installs what is missing, builds, and runs:
   cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks
-  asan      all tests labelled "unit" or "verify"
+  asan      all tests labelled "unit" or "verify", with every check of UBSan
   cuda      every kernel for sm_80 too
   slow      tests labelled "slow", among them the search for inputs that the readers fail on
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan
@@ -55,11 +55,11 @@ run_slow() {
 }
 
 # What is not tested there is not built, but for --full.
-build_asan() { build_preset asan "$([ -n "$1" ] && echo all || echo hostile_tests)"; }
+build_asan() { if [ -n "$1" ]; then build_preset asan-full; else build_preset asan hostile_tests; fi; }
 run_asan() {
   local labels=hostile
   [ -z "$1" ] || labels='unit|verify'
-  build_asan "$1" && ctest_preset asan --label-regex "$labels"
+  build_asan "$1" && ctest_preset "asan${1:+-full}" --label-regex "$labels"
 }
 
 # Many release tests wait, or use one core: what the next stages need is built meanwhile, with

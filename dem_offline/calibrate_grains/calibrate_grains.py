@@ -277,6 +277,10 @@ def work():
     return True
 
 
-if __name__ == "__main__":
+def main():
     raise_on_signals()
-    sys.exit(exit_code_of(work, (Refused, TableError), say))
+    return exit_code_of(work, (Refused, TableError), say)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
