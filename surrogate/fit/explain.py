@@ -49,7 +49,7 @@ def short(run):
 def draw_interval(axes, o, row):
     value, low, high = (number(o[k]) for k in ("value", "low", "high"))
     if math.isnan(value):
-        axes.text(0.5, row, "not answered", fontsize=8, va="center", ha="center", color="0.4",
+        axes.text(0.99, row - 0.42, "not answered", fontsize=7, va="center", ha="right", color="0.4",
                   transform=axes.get_yaxis_transform())
         return
     measured = [number(o[k]) for k in ("measured_low", "measured_high")]
@@ -113,10 +113,13 @@ def parts_panel(axes, e):
 
 
 def place(near, e):
-    """(slip, attack angle [deg]) of a run, mirrored to where the training domain is."""
-    angle = abs(math.remainder(number(near["attack_angle_rad"]), 2 * math.pi)) / DEGREE
-    slip = number(near["slip"])
-    return (-slip, 180 - angle) if angle > 90 else (slip, angle)
+    """(slip, attack angle [deg]) of a run beside the state, which is drawn where the training domain
+    is; beyond 90 degrees where the mirror in x takes over between the two."""
+    box = {axis["quantity"]: number(axis["value"]) for axis in e["axes"]}
+    turned = abs(box["slip"] - number(e["slip"])) > 1e-9 or (
+        abs(box["attack_angle_rad"] - abs(number(e["attack_angle_rad"]))) > 1e-9)
+    slip, angle = number(near["run"]["slip"]), abs(number(near["run"]["attack_angle_rad"])) / DEGREE
+    return (-slip, 180 - angle) if near["mirrored_x"] != turned else (slip, angle)
 
 
 def domain_panel(axes, e):
@@ -130,11 +133,11 @@ def domain_panel(axes, e):
     axes.fill(corners, [0] + 2 * [number(angle["high"]) / DEGREE] + [0], facecolor="#f0f0f0", edgecolor="0.7", zorder=0)
     for runs, mark, color in ((e["overloads"], "x", "0.6"), (e["held_out"], "D", "0.75"), (e["nearest"], "o", "0.6")):
         for near in runs:
-            axes.plot(*place(near["run"], e), mark, color=color, markersize=4)
+            axes.plot(*place(near, e), mark, color=color, markersize=4)
     here = number(slip["value"]), number(angle["value"]) / DEGREE
     moves = not math.isnan(here[0])
     for near, color, mark in runs_of(e):
-        at = place(near["run"], e)
+        at = place(near, e)
         if moves:
             axes.plot([here[0], at[0]], [here[1], at[1]], color=color, linewidth=0.7)
         axes.plot(*at, mark, color=color, markersize=5.5,
@@ -167,12 +170,12 @@ def stress_panel(axes, e):
     if axes.lines:
         axes.legend(fontsize=6.5)
     why = {near["no_stress"] for near, _, _ in runs_of(e)} - {""}
-    axes.set_xlim(-90, 120)
+    axes.set_xlim(-120, 120)
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set_xlabel("angle from straight down, forward positive [deg]", fontsize=8)
     axes.set_ylabel("stress on the rim [kPa]", fontsize=8)
     missing = "; ".join(sorted(why)) or "; ".join(e["notes"]) or "no runs"
-    title = "rims of the runs: normal -, shear --" if stresses else f"rims of the runs: none\n{missing}"
+    title = "rims of the runs: normal solid, shear dashed" if stresses else f"rims of the runs: none\n{missing}"
     axes.set_title("\n".join(line for part in title.split("\n") for line in textwrap.wrap(part, 78)), fontsize=8.5)
 
 
@@ -181,7 +184,6 @@ def load_pyplot():
     matplotlib.use("agg")
     matplotlib.rcParams.update(html_page.STYLE)
     matplotlib.rcParams["svg.hashsalt"] = "grouser"  # the same file for the same numbers
-    matplotlib.rcParams["svg.fonttype"] = "none"  # text stays text
     matplotlib.rcParams["text.parse_math"] = False  # a "$" in a name is one
     from matplotlib import pyplot
     return pyplot

@@ -42,7 +42,11 @@ struct Loaded {
   std::unique_ptr<const WheelModel> evaluator;
 
   explicit Loaded(v1alpha1::Model m) : message(std::move(m)), evaluator(MakeModel(message)) {}
+  /// Without its table, which takes time to make.
+  static Loaded ByLaw(const v1alpha1::Model& m) { return {m, MakeLaw(m)}; }
   explicit Loaded(const std::string& path) : Loaded(ReadModel(path).model) {}
+  Loaded(v1alpha1::Model m, std::unique_ptr<const WheelModel> e)
+      : message(std::move(m)), evaluator(std::move(e)) {}
   Explanation Explain(const WheelStates& state, int runs = kUsualRuns) const {
     return surrogate::Explain({message, message.name() + "@sha256:0", *evaluator}, state, runs);
   }
@@ -378,7 +382,7 @@ TEST(Explain, TellsWhatWasNeverMeasuredOrFitted) {
   message.clear_form_by_region();
   message.clear_sd_form();
   message.set_untuned(true);
-  const Explanation none = Loaded(message).Explain(BySlip(0.1, 0, 20));
+  const Explanation none = Loaded::ByLaw(message).Explain(BySlip(0.1, 0, 20));
   EXPECT_THAT(ReasonsOf(none, kFormUnknown), HasSubstr("never compared with measurements"));
   EXPECT_THAT(ReasonsOf(none, kUntuned), HasSubstr("nothing was fitted"));
   v1alpha1::FormError* form = message.add_form_by_region();
@@ -388,7 +392,7 @@ TEST(Explain, TellsWhatWasNeverMeasuredOrFitted) {
     form->add_sd(o == kMz || o == kFy ? kNaN : 0.5);
     form->add_factor(2);
   }
-  const Loaded some(message);
+  const Loaded some = Loaded::ByLaw(message);
   const Explanation straight = some.Explain(BySlip(0.1, 0, 20));
   EXPECT_THAT(ReasonsOf(straight, kFormUnknown),
               HasSubstr("a measurement of f_y, m_z in the region \"straight\""));
@@ -414,7 +418,7 @@ TEST(Explain, OldFilesSayWhatTheyDoNotHold) {
       1u);
   v1alpha1::Model bare = testing::ShippedMessage();
   bare.clear_provenance();
-  const Explanation none = Loaded(bare).Explain(BySlip(0.2, 10, 20));
+  const Explanation none = Loaded::ByLaw(bare).Explain(BySlip(0.2, 10, 20));
   EXPECT_THAT(none.notes(), ElementsAre("no runs recorded in this model file"));
   EXPECT_EQ(none.nearest_size(), 0);
   EXPECT_THAT(ExplanationText(none), Not(HasSubstr("nearest")));
@@ -467,7 +471,7 @@ TEST(Explain, DamagedAndHugeProvenanceStaysBoundedAndIsNotUsed) {
     r->mutable_stress()->mutable_normal_pa()->Resize(100'000, 1e4);
     r->mutable_stress()->mutable_shear_tangential_pa()->Resize(100'000, 1e3);
   });
-  const Loaded model(message);
+  const Loaded model = Loaded::ByLaw(message);
   const Explanation e =
       model.Explain(ByVelocity(Motion(good, false, false), good.load_n()), kMostRuns);
   EXPECT_EQ(e.runs_fitted(), static_cast<std::uint32_t>(before + 1)) << "the last one alone";
