@@ -12,7 +12,7 @@ namespace {
 
 using v1alpha1::Explanation;
 
-constexpr int kMostBins = 720;  // of a run's stresses
+constexpr int kMostBins = 360;  // of a run's stresses
 
 void CopyRun(const v1alpha1::RunSummary& from, v1alpha1::RunSummary* to) {
   to->set_run_id(Bounded(from.run_id()));

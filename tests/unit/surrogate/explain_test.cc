@@ -475,12 +475,45 @@ TEST(Explain, DamagedAndHugeProvenanceStaysBoundedAndIsNotUsed) {
   const Explanation e =
       model.Explain(ByVelocity(Motion(good, false, false), good.load_n()), kMostRuns);
   EXPECT_EQ(e.runs_fitted(), static_cast<std::uint32_t>(before + 1)) << "the last one alone";
-  EXPECT_LT(e.ByteSizeLong(), 100'000u);
+  EXPECT_LT(e.ByteSizeLong(), 100'000u);  // 30 runs, one of them huge
   const auto huge = std::ranges::find(e.nearest(), "(2000000 bytes)",
                                       [](const NearRun& n) { return n.run().run_id(); });
   ASSERT_NE(huge, e.nearest().end());
-  EXPECT_THAT(huge->no_stress(), HasSubstr("100000 bins, expected at most 720"));
+  EXPECT_THAT(huge->no_stress(), HasSubstr("100000 bins, expected at most 360"));
   EXPECT_LT(huge->distance(), 1e-6);
+}
+
+TEST(Explain, StaysBelowAMegabyteWhereEverythingIsAsLongAsItMayBe) {
+  v1alpha1::Model message = testing::ShippedMessage();
+  const std::string text(1000, 'x');
+  message.mutable_provenance()->set_command(text);
+  auto* runs = message.mutable_provenance()->mutable_runs();
+  v1alpha1::RunSummary run = *std::ranges::find_if(*runs, Trained);
+  for (auto* field :
+       {run.mutable_run_id(), run.mutable_file(), run.mutable_sha256(), run.mutable_reason()}) {
+    *field = text;
+  }
+  run.mutable_stress()->set_angle_step_rad(2 * std::numbers::pi / 360);
+  run.mutable_stress()->mutable_normal_pa()->Resize(360, 1e4);
+  run.mutable_stress()->mutable_shear_tangential_pa()->Resize(360, 1e3);
+  for (int i = 0; i < kMostRuns; ++i) {
+    run.set_status(v1alpha1::RUN_STATUS_STEADY);
+    run.set_role(v1alpha1::RUN_ROLE_TRAIN);
+    *runs->Add() = run;
+    run.set_role(v1alpha1::RUN_ROLE_TEST);
+    *runs->Add() = run;
+    run.set_status(v1alpha1::RUN_STATUS_OVERLOAD);
+    *runs->Add() = run;
+  }
+  const Explanation e = Loaded::ByLaw(message).Explain(
+      ByVelocity(Motion(run, false, false), run.load_n()), kMostRuns);
+  for (const auto* list : {&e.nearest(), &e.held_out(), &e.overloads()}) {
+    ASSERT_EQ(list->size(), kMostRuns);
+    EXPECT_EQ((*list)[1].stress().normal_pa_size(), 360);
+    EXPECT_EQ((*list)[1].run().file(), text);
+  }
+  EXPECT_GT(e.ByteSizeLong(), 500'000u);
+  EXPECT_LT(e.ByteSizeLong(), 1'000'000u);
 }
 
 TEST(Explain, RefusesWhatIsNotOneState) {
