@@ -202,8 +202,9 @@ void SetParts(const StateFacts& f, Explanation* e) {
       const double scale = growth * (o == kSinkage ? 1 : f.load / f.hull->middle_load());
       inside = scale * u.fit_inside[o];
       // By what was answered: a hybrid's fine table interpolates the hull distance once more.
-      const double rest = out->sd_fit() * out->sd_fit() - inside * inside;
-      beyond = rest > kSingle * inside * inside ? std::sqrt(rest) : 0;
+      const double near = out->sd_fit() > 0 ? inside / out->sd_fit() : 1;
+      const double rest = (1 - near) * (1 + near);
+      beyond = rest > kSingle ? out->sd_fit() * std::sqrt(rest) : 0;
       factor = u.interval_factor[o];
     } else if ((f.flags & kAirborne) != 0) {
       inside = beyond = 0;

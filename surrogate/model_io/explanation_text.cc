@@ -47,10 +47,11 @@ std::string Head(const Explanation& e) {
 
 /// The parts in % of the variance of the DEM interval; empty where they have none.
 std::string Shares(const v1alpha1::OutputExplanation& o) {
-  const double inside = o.sd_fit_inside() * o.sd_fit_inside();
-  const double beyond = o.sd_fit_beyond() * o.sd_fit_beyond();
-  const double patch = o.sd_patch() * o.sd_patch(), all = inside + beyond + patch;
-  if (!(all > 0)) return "";
+  const double most = std::max({o.sd_fit_inside(), o.sd_fit_beyond(), o.sd_patch()});
+  if (!(most > 0) || !(o.sd_fit_inside() >= 0)) return "";
+  const auto square = [most](double sd) { return sd / most * (sd / most); };
+  const double inside = square(o.sd_fit_inside()), beyond = square(o.sd_fit_beyond());
+  const double patch = square(o.sd_patch()), all = inside + beyond + patch;
   return fmt::format("{:>7.0f}{:>8.0f}{:>7.0f}", 100 * inside / all, 100 * beyond / all,
                      100 * patch / all);
 }
