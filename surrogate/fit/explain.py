@@ -261,6 +261,9 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except (OSError, json.JSONDecodeError, KeyError) as error:
-        print(f"explain: {type(error).__name__}: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"explain: {error.filename}: {error.strerror}", file=sys.stderr)
+        sys.exit(1)
+    except (json.JSONDecodeError, KeyError) as error:
+        print(f"explain: no explanation as --json prints it: {error}", file=sys.stderr)
         sys.exit(1)
