@@ -13,6 +13,7 @@ constexpr const char* kExamples =
     "  grouser-client query --vx 0.08 --vy 0 --rim 0.1 --load 24 --model "
     "cmu-smooth-62.5@candidate\n"
     "  grouser-client query --slip 0.2 --load 24 --tolerance f_x=2,sinkage=0.004 --model NAME\n"
+    "  grouser-client query --explain --slip 0.2 --load 24 --runs 3\n"
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
     "  grouser-client calibrate soil my-sand.yaml --watch\n"

@@ -11,6 +11,7 @@
 #include "clients/cli/state_options.h"
 #include "clients/cpp/lcm_client.h"
 #include "clients/cpp/terrain_client.h"
+#include "surrogate/model_io/explanation_text.h"
 
 namespace grouser::cli {
 namespace {
@@ -21,7 +22,8 @@ struct QueryOptions {
   std::string model;
   StateOptions states;
   AccuracyOptions accuracy;
-  bool values_only = false, gradients = false;
+  bool values_only = false, gradients = false, explain = false;
+  std::uint32_t runs = 0;
   std::vector<std::string> fields;
 };
 
@@ -54,9 +56,30 @@ int ExitCodeOf(const v1alpha1::EvaluateWheelsResponse& response,
   return kExitUsage;
 }
 
+int RunExplain(const client::TerrainClient& client, const Common& common,
+               const QueryOptions& options) {
+  v1alpha1::ExplainRequest request;
+  request.set_model(options.model);
+  request.set_max_runs(options.runs);
+  *request.mutable_state() = options.states.Build();
+  const int states = request.state().load_n_size();
+  if (states != 1) {
+    throw CLI::ValidationError("--explain", fmt::format("{} states, expected one", states));
+  }
+  const auto response = client.Explain(request);
+  if (common.json) {
+    PrintJson(response);
+  } else {
+    fmt::print("{}", surrogate::ExplanationText(response.explanation()));
+  }
+  const bool invalid = (response.explanation().flags() & v1alpha1::STATE_FLAG_INVALID) != 0;
+  return invalid ? kExitUsage : kExitOk;
+}
+
 int RunQuery(const Common& common, const QueryOptions& options) {
   const client::TerrainClient client(client::Server{common.server, common.access},
                                      Milliseconds(common.deadline_ms));
+  if (options.explain) return RunExplain(client, common, options);
   v1alpha1::EvaluateWheelsRequest request;
   request.set_model(options.model);
   request.set_values_only(options.values_only);
@@ -238,8 +261,18 @@ void AddQueryCommands(CLI::App& app, std::shared_ptr<Common> common, Action* act
                    "What is answered, as f_x,sinkage.value,slip: outputs, parts of them, velocity, "
                    "slip; default: all")
       ->delimiter(',');
+  auto* explain = query->add_flag("--explain", query_options->explain,
+                                  "Why one state is answered so: flags, parts of the interval, the "
+                                  "nearest runs with their hashes and stresses");
+  query->add_option("--runs", query_options->runs, "Runs of each kind that --explain names (5)")
+      ->needs(explain)
+      ->check(CLI::Range(1, 20));
   query_options->states.AddTo(*query);
   query_options->accuracy.AddTo(*query);
+  for (const char* other : {"--values-only", "--gradients", "--fields", "--tolerance", "--share",
+                            "--against", "--budget-us"}) {
+    explain->excludes(query->get_option(other));
+  }
   query->callback([=] { *action = [=] { return RunQuery(*common, *query_options); }; });
 
   auto* lcm = app.add_subcommand("lcm-query", "The same over LCM (velocities, up to 64 states)");

@@ -103,6 +103,10 @@ v1alpha1::GetModelResponse TerrainClient::GetModel(const std::string& model) con
   return Call(*stub_, &TerrainStub::GetModel, request, server_, deadline_);
 }
 
+v1alpha1::ExplainResponse TerrainClient::Explain(const v1alpha1::ExplainRequest& request) const {
+  return Call(*stub_, &TerrainStub::Explain, request, server_, deadline_);
+}
+
 std::unique_ptr<WheelStreamSession> TerrainClient::OpenStream() const {
   std::unique_ptr<WheelStreamSession> session(new WheelStreamSession(deadline_));
   session->server_ = server_;

@@ -67,6 +67,7 @@ class TerrainClient {
   /// All models, of all pages.
   v1alpha1::ListModelsResponse ListModels() const;
   v1alpha1::GetModelResponse GetModel(const std::string& model) const;
+  v1alpha1::ExplainResponse Explain(const v1alpha1::ExplainRequest& request) const;
   /// Opens a stream without a deadline; each of its answers must come within that of a call, from
   /// when it is waited for.
   std::unique_ptr<WheelStreamSession> OpenStream() const;

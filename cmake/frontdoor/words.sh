@@ -143,6 +143,35 @@ word_ladder() {
     --bin "$GROUSER_ROOT/build/release/bin" "$@"
 }
 
+# run_explained PROGRAM ARGUMENT...: runs the program; with --plot FILE among its arguments, one
+# picture of what it explains as well.
+run_explained() {
+  local program="$1" plot=() rest=()
+  shift
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      --plot)
+        [ $# -gt 1 ] || usage_error "--plot: expected a file that ends with .png, .svg or .pdf"
+        plot=(--plot "$2"); shift ;;
+      --plot=*) plot=("$1") ;;
+      *) rest+=("$1") ;;
+    esac
+    shift
+  done
+  if wants_help "${rest[@]}"; then
+    build_if_missing "$program"
+    "$(program_path "$program")" "${rest[@]}"
+    say "--plot FILE.png|.svg|.pdf: one picture of the explanation"
+    return
+  fi
+  [ ${#plot[@]} -gt 0 ] || run_program "$program" "${rest[@]}"
+  require_packages run
+  build_if_missing "$program"
+  exec "$PYTHON" "$GROUSER_ROOT/surrogate/fit/explain.py" "${plot[@]}" -- "$(program_path "$program")" "${rest[@]}"
+}
+
+word_query() { run_explained grouser-client query "$@"; }
+
 word_model() {
   local verb="${1:-}"
   case "$verb" in
@@ -153,6 +182,7 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
+  explain   why a state is answered so: flags, parts of the interval, the runs behind it; --plot
   make      a model of a wheel on a known soil or hard ground at once, nothing fitted
   compare   DEM, surrogate with interval, and measurement; --out: the model with sd_form
   regions   in which DEM is compared with measurements, and which a state is in
@@ -163,10 +193,12 @@ Examples:
   ./grouser model make --wheel my-wheel.yaml --ground asphalt --out asphalt.model
   ./grouser model show surrogate/shipped/NAME.model
   ./grouser model eval out/demo/model/demo.model --slip 0.2 --angle-deg 30 --load 24
+  ./grouser model explain out/demo/model/demo.model --slip 0.2 --load 24 --plot why.png
 HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client models "$@" ;;
     served) shift; run_program grouser-client model "$@" ;;
+    explain) run_explained grouser-fit "$@" ;;
     show | eval | make | compare | regions | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "server/core/accuracy_request.h"
+#include "surrogate/model_io/asked_motion.h"
 
 namespace grouser::server {
 namespace {
@@ -58,13 +59,7 @@ void FromSlipForm(const v1alpha1::SlipForm& form, double training_speed,
   const auto rim = Fill(velocity->mutable_rim_speed_m_per_s(), n);
   for (int i = 0; i < n; ++i) {
     const double speed = form.speed_m_per_s().empty() ? training_speed : form.speed_m_per_s(i);
-    surrogate::VelocityState state{kNan, kNan, kNan};
-    if (speed > 0) {
-      state = surrogate::FromSlip(form.slip(i), form.attack_angle_rad(i), speed);
-    } else if (speed == 0 && std::isfinite(form.slip(i)) &&
-               std::isfinite(form.attack_angle_rad(i))) {
-      state = {0, 0, 0};  // at rest: the state STATIC, whatever the slip
-    }
+    const auto state = surrogate::AskedMotion(form.slip(i), form.attack_angle_rad(i), speed);
     v_x[i] = state.v_x;
     v_y[i] = state.v_y;
     rim[i] = state.rim_speed;

@@ -21,6 +21,7 @@ constexpr MethodRight kRights[] = {
     {kTerrain, "StreamWheels", Role::kRead},
     {kTerrain, "ListModels", Role::kRead},
     {kTerrain, "GetModel", Role::kRead},
+    {kTerrain, "Explain", Role::kRead},
     {kVehicle, "Solve", Role::kRead},
     {kVehicle, "Energy", Role::kRead},
     {kVehicle, "PlanSpeed", Role::kRead},

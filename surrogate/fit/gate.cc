@@ -11,6 +11,7 @@
 #include "surrogate/fit/error_table.h"
 #include "surrogate/fit/residual_field.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/run_summary.h"
 #include "surrogate/model_io/self_test.h"
 
 namespace grouser::surrogate {
@@ -18,7 +19,6 @@ namespace {
 
 constexpr double kRmseFactor = 1.1, kRmsePatch = 0.25;
 constexpr double kDissipationSlack = 0.01;
-constexpr double kNearDirection = 0.3, kNearLogLoad = 0.405;  // ln 1.5
 
 struct ScanState {
   VelocityState v;

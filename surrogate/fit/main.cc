@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/message_json.h"
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/compare.h"
 #include "surrogate/fit/fit_model.h"
@@ -23,6 +24,8 @@
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
 #include "surrogate/fit/untuned_model.h"
+#include "surrogate/model_io/explain.h"
+#include "surrogate/model_io/explanation_text.h"
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/self_test.h"
@@ -49,6 +52,10 @@ struct Arguments {
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
   std::vector<double> slips, angles_deg;
+  // Of a state to be explained, by CLI::App's options; what is not given is not asked.
+  std::optional<double> at_slip, at_angle_deg, at_speed, v_x, v_y, rim, pitch_deg, roll_deg, yaw;
+  std::optional<std::uint32_t> pass;
+  int runs = kUsualRuns;
   bool json = false, accept_unusual = false, leave_angles_out = false;
   std::string command;  // as typed
 };
@@ -237,6 +244,40 @@ int Eval(const Arguments& a) {
   return kOk;
 }
 
+v1alpha1::WheelStates StateOf(const Arguments& a) {
+  constexpr double kRadPerDeg = std::numbers::pi / 180;
+  const bool by_slip = a.at_slip || a.at_angle_deg || a.at_speed;
+  if (by_slip == (a.v_x || a.v_y || a.rim)) {
+    throw CLI::ValidationError("state",
+                               "expected either --slip/--angle-deg/--speed or --vx/--vy/--rim");
+  }
+  v1alpha1::WheelStates state;
+  state.add_load_n(a.load);
+  if (by_slip) {
+    state.mutable_slip()->add_slip(a.at_slip.value_or(0));
+    state.mutable_slip()->add_attack_angle_rad(a.at_angle_deg.value_or(0) * kRadPerDeg);
+    if (a.at_speed) state.mutable_slip()->add_speed_m_per_s(*a.at_speed);
+  } else {
+    state.mutable_velocity()->add_v_x_m_per_s(a.v_x.value_or(0));
+    state.mutable_velocity()->add_v_y_m_per_s(a.v_y.value_or(0));
+    state.mutable_velocity()->add_rim_speed_m_per_s(a.rim.value_or(0));
+  }
+  if (a.pass) state.add_pass_number(*a.pass);
+  if (a.pitch_deg) state.add_slope_pitch_rad(*a.pitch_deg * kRadPerDeg);
+  if (a.roll_deg) state.add_slope_roll_rad(*a.roll_deg * kRadPerDeg);
+  if (a.yaw) state.add_yaw_rate_rad_per_s(*a.yaw);
+  return state;
+}
+
+int ExplainOne(const Arguments& a) {
+  const v1alpha1::WheelStates state = StateOf(a);
+  const records::LoadedModel loaded = ReadModel(a.model);
+  const auto model = MakeTestedModel(loaded.model);
+  const v1alpha1::Explanation e = Explain({loaded.model, Reference(loaded), *model}, state, a.runs);
+  Print(a.json ? records::ToJson(e) : ExplanationText(e));
+  return (e.flags() & kInvalid) != 0 ? kUsage : kOk;
+}
+
 int Compare(const Arguments& a) {
   const CompareRequest asked{a.model,          a.measured,         a.run_dirs,
                              a.accept_unusual, a.leave_angles_out, !a.out.empty(),
@@ -273,6 +314,24 @@ int MigrateAll(const Arguments& a) {
   }
   Print(a.json ? MigrationJson(done) : MigrationText(done));
   return failed ? kUsage : kOk;
+}
+
+void AddExplain(CLI::App* sub, Arguments* a) {
+  sub->add_option("model", a->model, "model file")->required();
+  sub->add_option("--slip", a->at_slip, "(r w - v_x)/max(|r w|, V)");
+  sub->add_option("--angle-deg", a->at_angle_deg, "attack angle [deg]");
+  sub->add_option("--speed", a->at_speed, "max(|r w|, V) [m/s]; the training speed if not given");
+  sub->add_option("--vx", a->v_x, "instead: hub velocity forward [m/s]");
+  sub->add_option("--vy", a->v_y, "hub velocity to the left [m/s]");
+  sub->add_option("--rim", a->rim, "rim speed r w [m/s]");
+  sub->add_option("--load", a->load, "vertical load [N]")->required();
+  sub->add_option("--pass", a->pass, "pass number, 1 on virgin ground");
+  sub->add_option("--pitch-deg", a->pitch_deg, "ground slope along x, nose up [deg]");
+  sub->add_option("--roll-deg", a->roll_deg, "ground slope along y [deg]");
+  sub->add_option("--yaw-rate", a->yaw, "[rad/s]");
+  sub->add_option("--runs", a->runs, "runs of each kind")
+      ->check(CLI::Range(0, kMostRuns))
+      ->capture_default_str();
 }
 
 void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) {
@@ -361,6 +420,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   eval->add_option("--radius", a->similar_radius,
                    "of a geometrically similar wheel in likewise larger grains [m]");
   eval->add_option("--gravity", a->similar_gravity, "another one [m/s^2]");
+  AddExplain(add("explain", "Say why a model answers one wheel state as it does", ExplainOne), a);
   CLI::App* compare = add("compare", "DEM, surrogate and measurement side by side", Compare);
   model(compare);
   compare
@@ -398,6 +458,7 @@ int main(int argc, char** argv) {
       "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
       "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
       "  grouser-fit eval cmu.model --slip 0.3 --load 70 --radius 0.125 --gravity 1.62\n"
+      "  grouser-fit explain cmu.model --slip 0.3 --angle-deg 30 --load 24 --runs 10\n"
       "  grouser-fit make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model\n"
       "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
       "  grouser-fit profiles --runs campaign/ --model cmu.model\n"

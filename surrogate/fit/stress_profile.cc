@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "surrogate/model_io/run_summary.h"
+
 namespace grouser::surrogate {
 namespace {
 
@@ -13,19 +15,6 @@ constexpr double kContact = 0.01;    // of the peak: less is no contact
 constexpr double kLeastShear = 0.1;  // of the normal peak: near slip 0 there is none to scale by
 constexpr double kShareMin = 0.4, kShareMax = 1.2;
 constexpr int kPerBin = 4;  // points of the law a bin
-
-void Require(bool right, const v1alpha1::RunSummary& run, const std::string& what) {
-  if (!right) throw std::invalid_argument("run " + run.run_id() + ": stress" + what);
-}
-
-void CheckValues(const google::protobuf::RepeatedField<double>& values, const char* name,
-                 const v1alpha1::RunSummary& run) {
-  for (int i = 0; i < values.size(); ++i) {
-    Require(std::isfinite(values[i]), run,
-            std::string(".") + name + "[" + std::to_string(i) + "]: " + std::to_string(values[i]) +
-                ", expected a finite stress");
-  }
-}
 
 double PeakOf(const std::vector<double>& values) {
   double peak = 0;
@@ -56,38 +45,19 @@ RimForces ForcesOf(const RimProfile& p, const WheelGeometry& wheel) {
 }
 
 bool HasProfile(const v1alpha1::RunSummary& run) {
-  const v1alpha1::StressSummary& s = run.stress();
-  const int bins = s.normal_pa_size();
-  Require(s.shear_tangential_pa_size() == bins, run,
-          ": " + std::to_string(bins) + " normal and " +
-              std::to_string(s.shear_tangential_pa_size()) +
-              " tangential bins, expected as many of either");
-  if (bins == 0) return false;
-  const double step = s.angle_step_rad();
-  Require(step > 0 && std::isfinite(step), run,
-          ".angle_step_rad: " + std::to_string(step) + ", expected a positive angle");
-  Require(bins * step <= 2 * std::numbers::pi + 1e-6, run,
-          ": " + std::to_string(bins) + " bins of " + std::to_string(step) +
-              " rad, expected one turn at most");
-  Require(std::isfinite(s.first_angle_rad()), run, ".first_angle_rad: expected a finite angle");
-  CheckValues(s.normal_pa(), "normal_pa", run);
-  CheckValues(s.shear_tangential_pa(), "shear_tangential_pa", run);
-  return std::any_of(s.normal_pa().begin(), s.normal_pa().end(), [](double v) { return v > 0; });
+  if (const std::string damage = StressDamageOf(run); !damage.empty()) {
+    throw std::invalid_argument("run " + run.run_id() + ": " + damage);
+  }
+  return HasStress(run);
 }
 
 RimProfile CanonicalProfile(const Sample& row) {
-  const v1alpha1::StressSummary& s = row.source->stress();
-  RimProfile p{s.first_angle_rad(), s.angle_step_rad(), {}, {}};
-  p.normal.assign(s.normal_pa().begin(), s.normal_pa().end());
-  p.tangential.assign(s.shear_tangential_pa().begin(), s.shear_tangential_pa().end());
-  const Canonical state = row.state();
-  if (state.sign_x < 0) {
-    p.first_rad = -(p.first_rad + static_cast<double>(p.size()) * p.step_rad);
-    std::reverse(p.normal.begin(), p.normal.end());
-    std::reverse(p.tangential.begin(), p.tangential.end());
-    for (double& t : p.tangential) t = -t;
-  }
-  return p;
+  v1alpha1::StressSummary s = row.source->stress();
+  if (row.state().sign_x < 0) MirrorStress(&s);
+  return {s.first_angle_rad(),
+          s.angle_step_rad(),
+          {s.normal_pa().begin(), s.normal_pa().end()},
+          {s.shear_tangential_pa().begin(), s.shear_tangential_pa().end()}};
 }
 
 ProfileSamples SamplesOf(const RimProfile& like, double smear_rad) {

@@ -14,7 +14,7 @@
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
-#include "surrogate/fit/stress_profile.h"
+#include "surrogate/model_io/run_summary.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -53,16 +53,6 @@ v1alpha1::StressSummary SummariseStress(const v1alpha1::StressProfile& p) {
     s.add_shear_tangential_pa(mean(p.shear_tangential_pa(), a));
   }
   return s;
-}
-
-/// Summaries of before this was kept have none, nor those of runs whose means are of no
-/// state: such runs are only known as not steady. Nor is a run of use that never came to a window.
-bool HasDrift(const v1alpha1::RunSummary& s) {
-  if (s.drift_size() != kOutputs || s.mean_size() != kOutputs) return false;
-  for (const double m : s.mean()) {
-    if (!std::isfinite(m)) return false;
-  }
-  return s.travel_m() > 0;
 }
 
 /// To 7 digits: far below the noise of any run.
@@ -231,29 +221,16 @@ void CountFromOnePlane(TrainingSet* set) {
 }
 
 Sample MakeSample(const v1alpha1::RunSummary& s) {
-  const std::string where = "run " + s.run_id();
-  if (s.mean_size() != kOutputs || s.standard_error_size() != kOutputs) {
-    Fail(where, "expected six means and six standard errors");
-  }
+  if (const std::string damage = DamageOf(s); !damage.empty()) Fail("run " + s.run_id(), damage);
   Sample row{};
   row.slip = s.slip();
   row.attack_angle_rad = s.attack_angle_rad();
   row.load_n = s.load_n();
-  row.motion =
-      FromSlip(s.slip(), s.attack_angle_rad(), s.speed_m_per_s() > 0 ? s.speed_m_per_s() : 1.0);
+  row.motion = MotionOf(s, 1);
   row.steady = s.status() == v1alpha1::RUN_STATUS_STEADY;
   row.source = &s;
-  if (!std::isfinite(row.motion.v_x)) Fail(where, "slip and attack angle that no motion has");
-  if (!(row.load_n > 0)) Fail(where, "load_n: expected a positive load");
-  for (int o = 0; o < kOutputs; ++o) {
-    row.mean[o] = s.mean(o);
-    row.standard_error[o] = s.standard_error(o);
-    if (!std::isfinite(row.mean[o]) || !(row.standard_error[o] >= 0)) {
-      Fail(where,
-           std::string(kOutputFields[o].name) + ": expected a finite mean and standard error");
-    }
-  }
-  HasProfile(s);  // throws for a broken one
+  std::ranges::copy(s.mean(), row.mean.begin());
+  std::ranges::copy(s.standard_error(), row.standard_error.begin());
   return row;
 }
 
@@ -263,11 +240,7 @@ template <class Runs>
 std::vector<Sample> UsableOf(const Runs& runs, v1alpha1::RunRole role) {
   std::vector<Sample> rows;
   for (const v1alpha1::RunSummary& run : runs) {
-    const bool train = run.role() == v1alpha1::RUN_ROLE_UNSPECIFIED;
-    const v1alpha1::RunRole its = train ? v1alpha1::RUN_ROLE_TRAIN : run.role();
-    const bool usable = run.status() == v1alpha1::RUN_STATUS_STEADY ||
-                        (run.status() == v1alpha1::RUN_STATUS_UNSTEADY && HasDrift(run));
-    if (usable && its == role) rows.push_back(MakeSample(run));
+    if (HasUsableMeans(run) && RoleOf(run) == role) rows.push_back(MakeSample(run));
   }
   return rows;
 }

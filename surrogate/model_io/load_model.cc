@@ -10,6 +10,7 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/model_io/form_message.h"
+#include "surrogate/model_io/model_parts.h"
 #include "surrogate/model_io/write_model.h"
 #include "surrogate/models/hard_ground.h"
 #include "surrogate/models/lookup.h"
@@ -97,13 +98,6 @@ Speed SpeedOf(const v1alpha1::Model& model) {
           ChannelsOf(model, "rate_coefficients", message.rate_coefficients())};
 }
 
-ResidualTable MakeTable(const v1alpha1::Model& model) {
-  if (model.residual().coefficients().empty()) return {};
-  return WithTable(model, [](const TableAxes& axes, const Channels& channels) {
-    return ResidualTable(axes, channels);
-  });
-}
-
 Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   Uncertainty u;
   u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
@@ -149,6 +143,23 @@ void CheckGolden(const std::string& name, const v1alpha1::Model& message,
     }
   }
 }
+
+Hull TrainedHull(const v1alpha1::Model& model) {
+  try {
+    return Hull(HullOf(model), MakeUncertainty(model));
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
+}
+
+ResidualTable TrainedTable(const v1alpha1::Model& model) {
+  if (model.residual().coefficients().empty()) return {};
+  return WithTable(model, [](const TableAxes& axes, const Channels& channels) {
+    return ResidualTable(axes, channels);
+  });
+}
+
+SpeedAxis TrainedSpeeds(const v1alpha1::Model& model) { return SpeedOf(model).axis; }
 
 TrainingDomain HullOf(const v1alpha1::Model& model) {
   const v1alpha1::Domain& d = model.domain();
@@ -240,12 +251,12 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
                               {model.wheel().radius_m(), model.wheel().width_m()});
     const Speed speed = SpeedOf(model);
     if (!speed.axis.present()) {
-      return HybridModel(physics, MakeTable(model), HullOf(model), MakeUncertainty(model));
+      return HybridModel(physics, TrainedTable(model), HullOf(model), MakeUncertainty(model));
     }
     ResidualTable rates = WithTable(model, [&](const TableAxes& axes, const Channels&) {
       return ResidualTable(axes, speed.rates);
     });
-    return HybridModel(physics, MakeTable(model), std::move(rates), speed.axis, HullOf(model),
+    return HybridModel(physics, TrainedTable(model), std::move(rates), speed.axis, HullOf(model),
                        MakeUncertainty(model));
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "surrogate/models/hull_parts.h"
+
 namespace grouser::surrogate {
 
 Hull::Hull(const TrainingDomain& box, const Uncertainty& uncertainty)
@@ -23,16 +25,23 @@ Hull::Hull(const TrainingDomain& box, const Uncertainty& uncertainty)
   }
 }
 
-bool Hull::Outside(const Canonical& s, double load) const noexcept {
+std::uint32_t FacesBeyond(const TrainingDomain& box, const Canonical& s, double load) noexcept {
+  constexpr double kEdge = Hull::kEdge;
   const double slip = s.rim - s.forward;
   const double hub = std::sqrt(s.forward * s.forward + s.lateral * s.lateral);
   const double angle = hub == 0 ? 0 : std::atan2(s.lateral, s.forward);
   // Counter-rotation with the rim the faster shares its slip with a state
   // where the hub is; runs are made for the latter.
   const bool other_sheet = s.rim < 0 && hub < 1 - kEdge;
-  return slip < box_.slip_min - kEdge || slip > box_.slip_max + kEdge || other_sheet ||
-         angle > box_.attack_angle_max_rad + kEdge || load < box_.load_min_n * (1 - kEdge) ||
-         load > box_.load_max_n * (1 + kEdge);
+  return (slip < box.slip_min - kEdge ? kBelowSlip : 0u) |
+         (slip > box.slip_max + kEdge ? kAboveSlip : 0u) | (other_sheet ? kOtherSheet : 0u) |
+         (angle > box.attack_angle_max_rad + kEdge ? kAboveAngle : 0u) |
+         (load < box.load_min_n * (1 - kEdge) ? kBelowLoad : 0u) |
+         (load > box.load_max_n * (1 + kEdge) ? kAboveLoad : 0u);
+}
+
+bool Hull::Outside(const Canonical& s, double load) const noexcept {
+  return FacesBeyond(box_, s, load) != 0;
 }
 
 double Hull::Fastest(double radius_m) const noexcept {
@@ -40,7 +49,8 @@ double Hull::Fastest(double radius_m) const noexcept {
   return std::sqrt(box_.froude_max * box_.gravity_m_per_s2 * radius_m);
 }
 
-double Hull::Excess(const Canonical& s, double load, double radius_m) const noexcept {
+ExcessParts ExcessOf(const TrainingDomain& box, const Canonical& s, double load,
+                     double fastest) noexcept {
   // Slip and attack angle jump where a mirror takes over (v_x = 0). Braking
   // excess is weighted by the share of v_x, driving excess by that of the rim,
   // which is even there; |v_y|/M stands for the angle.
@@ -49,16 +59,20 @@ double Hull::Excess(const Canonical& s, double load, double radius_m) const noex
   const double rim_share = plane > 0 ? std::fabs(s.rim) / plane : 0;
   const double driving = std::fabs(s.rim) - (s.rim < 0 ? -s.forward : s.forward);
   const double most_lateral =
-      box_.attack_angle_max_rad < std::numbers::pi / 2 ? std::sin(box_.attack_angle_max_rad) : 1.0;
+      box.attack_angle_max_rad < std::numbers::pi / 2 ? std::sin(box.attack_angle_max_rad) : 1.0;
   const auto beyond = [](double over) { return over > 0 ? over : 0.0; };
-  const double fast = beyond(s.speed / Fastest(radius_m) - 1);
-  return (beyond(box_.slip_min - (s.rim - s.forward)) * hub_share +
-          beyond(driving - box_.slip_max) * rim_share) /
-             kSlipReach +
-         beyond(s.lateral - most_lateral) / kLateralReach +
-         (beyond(std::log(box_.load_min_n / load)) + beyond(std::log(load / box_.load_max_n))) /
-             kLogLoadReach +
-         std::fmin(fast, kMostSpeedExcess) / kSpeedReach;
+  const double fast = beyond(s.speed / fastest - 1);
+  return {(beyond(box.slip_min - (s.rim - s.forward)) * hub_share +
+           beyond(driving - box.slip_max) * rim_share) /
+              Hull::kSlipReach,
+          beyond(s.lateral - most_lateral) / Hull::kLateralReach,
+          (beyond(std::log(box.load_min_n / load)) + beyond(std::log(load / box.load_max_n))) /
+              Hull::kLogLoadReach,
+          std::fmin(fast, Hull::kMostSpeedExcess) / Hull::kSpeedReach};
+}
+
+double Hull::Excess(const Canonical& s, double load, double radius_m) const noexcept {
+  return ExcessOf(box_, s, load, Fastest(radius_m)).Sum();
 }
 
 double Hull::Bulldozing(const Canonical& s) noexcept {

@@ -308,6 +308,12 @@ TEST_F(OperatorTest, JsonAnswersAreThoseOfGrpc) {
   records::FromJson(Post(server.http(), path + "GetModel", R"({"model": "sand@stable"})").body,
                     "answer", &model);
   EXPECT_EQ(model.model().digest(), digest_);
+  v1alpha1::ExplainRequest why;
+  *why.mutable_state() = SomeStates(1).states();
+  v1alpha1::ExplainResponse explained;
+  records::FromJson(Post(server.http(), path + "Explain", records::ToJson(why)).body, "answer",
+                    &explained);
+  EXPECT_EQ(explained.SerializeAsString(), client.Explain(why).SerializeAsString());
 
   v1alpha1::ListVehiclesResponse vehicles;
   records::FromJson(Post(server.http(), "/v1alpha1/VehicleService/ListVehicles", "{}").body,

@@ -85,6 +85,46 @@ TEST_F(QueryCliTest, ShowsGradientsWhereAsked) {
   EXPECT_EQ(response.responses().f_z().d_load(0), 1);
 }
 
+TEST_F(QueryCliTest, ExplainsAsTheFileItselfDoes) {
+  const std::vector<std::string> state = {"--slip", "-0.7", "--angle-deg", "20", "--load", "50"};
+  const auto with = [&](std::vector<std::string> head, const std::vector<std::string>& tail) {
+    head.insert(head.end(), state.begin(), state.end());
+    head.insert(head.end(), tail.begin(), tail.end());
+    return head;
+  };
+  const auto text = Client(with({"query", "--explain"}, {}));
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("FORM_UNKNOWN"), HasSubstr("hull distance"),
+                              HasSubstr("note: no runs recorded in this model file")));
+  v1alpha1::ExplainResponse told;
+  v1alpha1::Explanation offline;
+  const auto json = Client(with({"query", "--explain", "--runs", "3"}, {"--json"}));
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(json.out, &told).ok()) << json.err;
+  const std::string digest = told.explanation().model().substr(std::string("sand@sha256:").size());
+  const std::string file = dir_ / ("models/" + digest + ".model");
+  const auto fit =
+      testing::RunProgram("grouser-fit", with({"explain", file}, {"--json"}), dir_.path());
+  ASSERT_EQ(fit.code, 0) << fit.err;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(fit.out, &offline).ok());
+  EXPECT_EQ(offline.SerializeAsString(), told.explanation().SerializeAsString());
+
+  const auto invalid = Client({"query", "--explain", "--slip", "0.1", "--load", "-1"});
+  EXPECT_EQ(invalid.code, 2);
+  EXPECT_THAT(invalid.out, HasSubstr("load -1 N, expected a finite one, 0 or more"));
+  const auto two = Client({"query", "--explain", "--slip", "0.1", "0.2", "--load", "20"});
+  EXPECT_EQ(two.code, 2);
+  EXPECT_THAT(two.err, HasSubstr("2 states, expected one"));
+  EXPECT_EQ(Client(with({"query", "--explain", "--tolerance", "f_x=1"}, {})).code, 2);
+  EXPECT_EQ(Client(with({"query", "--runs", "3"}, {})).code, 2);
+  for (const std::vector<std::string>& bad : {std::vector<std::string>{"--slip", "0.1"},
+                                              {"--load", "20"},
+                                              {"--slip", "0.1", "--vx", "1", "--load", "20"}}) {
+    auto arguments = bad;
+    arguments.insert(arguments.begin(), {"explain", file});
+    EXPECT_EQ(testing::RunProgram("grouser-fit", arguments, dir_.path()).code, 2);
+  }
+}
+
 TEST(Version, EveryProgramTellsIt) {
   testing::TempDir dir;
   for (const char* name : {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench",

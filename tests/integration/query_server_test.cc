@@ -243,6 +243,52 @@ TEST_F(QueryServerTest, ListModelsFollowsTheRepositoryWhileQueriesGoOn) {
   EXPECT_THROW(client_->GetModel("mud"), ClientError);
 }
 
+TEST_F(QueryServerTest, ExplainsWhatItAnswers) {
+  v1alpha1::ExplainRequest request;
+  request.set_model("sand");
+  *request.mutable_state() = Request(1).states();
+  const auto evaluated = client_->Evaluate(Request(1, "sand"));
+  const auto response = client_->Explain(request);
+  const v1alpha1::Explanation& e = response.explanation();
+  EXPECT_EQ(response.generation(), evaluated.generation());
+  EXPECT_EQ(e.model(), evaluated.model());
+  EXPECT_EQ(e.flags(), evaluated.responses().flags(0));
+  ASSERT_EQ(e.outputs_size(), 6);
+  EXPECT_EQ(e.outputs(0).value(), evaluated.responses().f_x().value(0));
+  EXPECT_EQ(e.outputs(5).high(), evaluated.responses().sinkage().high(0));
+  EXPECT_EQ(e.outputs(1).sd_fit(), evaluated.responses().f_y().sd_fit(0));
+  EXPECT_THAT(e.notes(), ::testing::Contains("no runs recorded in this model file"));
+  // A state that cannot be answered is explained; a message that makes no sense is refused.
+  request.mutable_state()->set_load_n(0, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(client_->Explain(request).explanation().flags(), v1alpha1::STATE_FLAG_INVALID);
+  const auto refused = [&](const auto& change) {
+    v1alpha1::ExplainRequest bad = request;
+    change(&bad);
+    try {
+      client_->Explain(bad);
+    } catch (const ClientError& error) {
+      return error.code();
+    }
+    return grpc::StatusCode::OK;
+  };
+  using R = v1alpha1::ExplainRequest*;
+  EXPECT_EQ(refused([](R) {}), grpc::StatusCode::OK);
+  EXPECT_EQ(refused([](R r) { r->set_model("mud"); }), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(refused([](R r) { r->set_model("sand@sha256:xyz"); }),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused([](R r) { r->clear_state(); }), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused([](R r) { r->set_max_runs(21); }), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused([](R r) { r->set_max_runs(4'000'000'000u); }),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused([](R r) {
+              r->mutable_state()->add_yaw_rate_rad_per_s(1),
+                  r->mutable_state()->add_yaw_rate_rad_per_s(1);
+            }),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused([](R r) { r->mutable_state()->mutable_load_n()->Resize(10'000, 1); }),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
 // A client that knows of no limits takes 4 MB; the models' provenance is three times that.
 TEST_F(QueryServerTest, AStockClientListsManyModelsWithLongProvenance) {
   constexpr int kModels = 20, kRuns = 500;

@@ -60,7 +60,7 @@ RULES = {
                      r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/(models|vehicle)/|proto/lcm/|proto/records/(message_json|status_code)\.h"
+    "clients": (r"clients/|surrogate/(models|vehicle)/|surrogate/model_io/explanation_text\.h|proto/lcm/|proto/records/(message_json|status_code)\.h"
                 r"|grouser/v1alpha1/|google/rpc/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|terrain_map|vehicle)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",

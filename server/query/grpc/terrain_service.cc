@@ -3,6 +3,7 @@
 #include "server/net/grpc_status.h"
 #include "server/query/grpc/answer.h"
 #include "server/query/grpc/describe_models.h"
+#include "server/query/grpc/explain_state.h"
 
 namespace grouser::server {
 namespace {
@@ -45,6 +46,14 @@ grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* 
                                                    v1alpha1::GetModelResponse* response) {
   return AnswerNow(gate_, *context, "TerrainService/GetModel", *request, *response, [&] {
     return ToGrpcStatus(server::GetModel(*store_.Current(), *request, response));
+  });
+}
+
+grpc::ServerUnaryReactor* TerrainService::Explain(grpc::CallbackServerContext* context,
+                                                  const v1alpha1::ExplainRequest* request,
+                                                  v1alpha1::ExplainResponse* response) {
+  return AnswerNow(gate_, *context, "TerrainService/Explain", *request, *response, [&] {
+    return ToGrpcStatus(ExplainState(*store_.Current(), *request, response));
   });
 }
 

@@ -28,6 +28,9 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
   grpc::ServerUnaryReactor* GetModel(grpc::CallbackServerContext* context,
                                      const v1alpha1::GetModelRequest* request,
                                      v1alpha1::GetModelResponse* response) override;
+  grpc::ServerUnaryReactor* Explain(grpc::CallbackServerContext* context,
+                                    const v1alpha1::ExplainRequest* request,
+                                    v1alpha1::ExplainResponse* response) override;
 
  private:
   const SnapshotStore& store_;
