@@ -57,11 +57,12 @@ const Loaded& Cmu() {
   return model;
 }
 const Loaded& AtSpeeds() {
-  static const Loaded model(GROUSER_PAIRS "/atv-20x10-20mm/hybrid.model");
+  static const Loaded model =
+      Loaded::ByLaw(ReadModel(GROUSER_PAIRS "/atv-20x10-20mm/hybrid.model").model);
   return model;
 }
 const Loaded& OfShipped() {
-  static const Loaded model(testing::ShippedMessage());
+  static const Loaded model = Loaded::ByLaw(testing::ShippedMessage());
   return model;
 }
 
@@ -122,7 +123,7 @@ bool Trained(const v1alpha1::RunSummary& run) {
 
 TEST(Explain, NearestRunsAreThoseOfBruteForce) {
   for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped()}) {
-    StateBatch states = testing::Anywhere(100, 3);
+    StateBatch states = testing::Anywhere(40, 3);
     for (std::size_t i = 0; i < states.size(); ++i) {
       const double load =
           states.load[i] * std::sqrt(model->message.domain().load_min_n() * 10) / 10;
@@ -302,10 +303,10 @@ TEST(Explain, FlagsHaveReasonsAndPartsAddUpOnEveryKind) {
   for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped(), &bekker, &lookup, &ice}) {
     SCOPED_TRACE(model->message.name());
     Tally tally;
-    const StateBatch any = testing::Anywhere(150, 5);
+    const StateBatch any = testing::Anywhere(80, 5);
     for (std::size_t i = 0; i < any.size(); ++i) CheckWhole(*model, StateOf(any, i), &tally);
     if (model != &ice) {
-      const StateBatch inside = testing::InsideHull(HullOf(model->message), 150, 7);
+      const StateBatch inside = testing::InsideHull(HullOf(model->message), 80, 7);
       for (std::size_t i = 0; i < inside.size(); ++i)
         CheckWhole(*model, StateOf(inside, i), &tally);
     }
