@@ -208,6 +208,7 @@ TEST_F(CombineTest, StableMovedWhileAJobRunsAndWhileTheProgramWasNotThere) {
 TEST_F(CombineTest, ACanarysRunsGoIntoTheNextCandidate) {
   auto options = Options();
   options.scheduler.auto_promote = "canary";
+  options.scheduler.gate.rmse_factor = 1.05;
   Life life(options);
   a_ = Submitted(life, Request("a"), "aaaa");
   in_a_ = WillFit(a_, base_digest_, {"aaaa"});
@@ -216,6 +217,7 @@ TEST_F(CombineTest, ACanarysRunsGoIntoTheNextCandidate) {
   in_b_ = WillFit(b_, base_digest_, {"aaaa", "bbbb"});
   ExpectDone(life, b_, in_b_);
   EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
+  EXPECT_THAT(Args(b_, "gate"), HasSubstr("--rmse-factor 1.05 "));
   EXPECT_EQ(Stable(), base_digest_);
 }
 
