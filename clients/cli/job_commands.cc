@@ -4,6 +4,7 @@
 #include <iostream>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 
 #include "clients/cli/job_options.h"
 #include "clients/cli/print.h"
@@ -26,8 +27,15 @@ bool WaitsForAPerson(const Job& job) {
 
 }  // namespace
 
+const std::string& JobsAddress(const Common& common) {
+  if (!common.server_alone) return common.jobs;
+  throw std::invalid_argument("--server " + common.server +
+                              ": the address of grouser-server, expected --jobs with that of "
+                              "grouser-jobs, which this command asks");
+}
+
 JobsClient MakeClient(const Common& common) {
-  return JobsClient(client::Server{common.jobs, common.access},
+  return JobsClient(client::Server{JobsAddress(common), common.access},
                     client::Milliseconds(common.deadline_ms));
 }
 

@@ -33,10 +33,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
   auto common = std::make_shared<Common>();
-  app.add_option("--server", common->server, "grouser-server, HOST:PORT or unix:PATH")
-      ->capture_default_str();
-  app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")
-      ->capture_default_str();
+  const auto* server =
+      app.add_option("--server", common->server, "grouser-server, HOST:PORT or unix:PATH")
+          ->capture_default_str();
+  const auto* jobs = app.add_option("--jobs", common->jobs, "grouser-jobs, HOST:PORT or unix:PATH")
+                         ->capture_default_str();
   grouser::client::AddAccessOptions(app, &common->access);
   app.add_flag("--json", common->json, "JSON on stdout");
   app.add_option("--deadline-ms", common->deadline_ms, "Limit of one call [ms]")
@@ -49,6 +50,7 @@ int main(int argc, char** argv) {
   AddAliasCommands(app, common, &action);
   try {
     app.parse(argc, argv);
+    common->server_alone = *server && !*jobs;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }

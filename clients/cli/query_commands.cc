@@ -116,8 +116,9 @@ int RunModel(const Common& common, const std::string& model) {
 
 int RunHealth(const Common& common, const std::string& service) {
   const bool of_jobs = service == "jobs";
-  const bool serving = client::IsServing({of_jobs ? common.jobs : common.server, common.access}, "",
-                                         Milliseconds(common.deadline_ms));
+  const bool serving =
+      client::IsServing({of_jobs ? JobsAddress(common) : common.server, common.access}, "",
+                        Milliseconds(common.deadline_ms));
   if (common.json) {
     fmt::print("{{\"serving\": {}}}\n", serving);
   } else {
@@ -127,7 +128,8 @@ int RunHealth(const Common& common, const std::string& service) {
 }
 
 int RunVersion(const Common& common, const std::string& program) {
-  const client::Server server{program == "jobs" ? common.jobs : common.server, common.access};
+  const client::Server server{program == "jobs" ? JobsAddress(common) : common.server,
+                              common.access};
   const auto build = client::GetBuildInfo(server, Milliseconds(common.deadline_ms));
   if (common.json) {
     PrintJson(build);

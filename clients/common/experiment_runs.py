@@ -232,16 +232,18 @@ def read_kept(path, kinds, origin="what an earlier call has kept"):
     return kept
 
 
-def lock_of(out):
-    """The runs share it: those of a call that was killed get a while to end."""
+def lock_of(out, wait_s=10):
+    """The runs share it: those of a call that was killed get `wait_s` to end. Raises ProgramFailed: what holds it will
+    end, and the same call may go on then."""
     os.makedirs(out, exist_ok=True)
     lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
-    last = time.monotonic() + 10
+    last = time.monotonic() + wait_s
     while True:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return lock
         except BlockingIOError:
             if time.monotonic() > last:
-                raise Refused(f"--out {out}: another call is running there") from None
+                raise ProgramFailed(f"--out {out}: another call is running there, waited {wait_s:g} s for its "
+                                    "end") from None
             time.sleep(0.1)

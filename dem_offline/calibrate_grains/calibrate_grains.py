@@ -95,6 +95,8 @@ def parse_arguments():
                         "all others, too: how often the 90 %% region holds DEM's truth (a second or two a point)")
     parser.add_argument("--design-only", action="store_true", help="run the design and stop before the inference")
     parser.add_argument("--progress-lines", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--wait", type=float, default=10, metavar="S", help="how long for another call in OUT to end, "
+                        "such as the runs of one that was killed [s] (default: 10)")
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     for option, least in (("points", 2), ("beds", 1), ("jobs", 1), ("more", 0)):
@@ -251,7 +253,7 @@ def work():
     targets = measured.read(os.path.join(arguments.bin, "grouser-calibrate"), arguments.data, soil.diameter)
     check_match(arguments, targets, soil, scene)
     start = varied.Start(varied.load(arguments.soil), scene)
-    lock = None if arguments.dry_run else lock_of(arguments.out)
+    lock = None if arguments.dry_run else lock_of(arguments.out, arguments.wait)
     if arguments.design:
         table = table_check.read_table(arguments.design)
         for what, path in (("soil", arguments.soil), ("scene", arguments.scene)):

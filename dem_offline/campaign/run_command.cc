@@ -18,9 +18,11 @@
 #include "dem_offline/campaign/sweep_run.h"
 #include "dem_offline/campaign/tile_store.h"
 #include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/run_identity.h"
 #include "dem_offline/scenes/scene_yaml.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
+#include "proto/records/model_file.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -36,7 +38,7 @@ The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
 LOST or FAILED run; its status says which.)";
 
 struct RunArguments {
-  std::string scene, soil, spec, experiment, out, tiles;
+  std::string scene, soil, spec, experiment, out, tiles, known;
   double slip = 0, angle_deg = 0, load_n = 0, drawbar_n = 0, max_time_s = 0;
   std::string mode = "rim", device = "cpu";
   std::uint64_t seed = 1;
@@ -179,6 +181,27 @@ int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
   return 0;
 }
 
+// Whether --known has a whole run of this id; it is copied to --out then.
+bool TakeKnown(const RunArguments& arguments, const std::string& id) {
+  const std::string path = arguments.known + "/" + id + ".run.h5";
+  if (arguments.known.empty() || !std::filesystem::exists(path)) return false;
+  try {
+    const v1alpha1::RunRecord record = records::ReadRunFile(path).record;
+    if (record.run_id() != id || record.status() == v1alpha1::RUN_STATUS_FAILED) return false;
+    records::WriteFileDurably(arguments.out, records::ReadFileBytes(path));
+    PutText(stderr, path + ": run before, taken from there\n");
+    if (arguments.json) {
+      fmt::print("{}\n", records::ToJson(record));
+    } else {
+      PrintRecord(record);
+    }
+    return true;
+  } catch (const std::exception& error) {
+    PutText(stderr, fmt::format("{}; it is run\n", error.what()));
+    return false;
+  }
+}
+
 int Run(const RunArguments& arguments, const StopSignals& signals) {
   if (!arguments.experiment.empty()) return RunFileOf(arguments, signals);
   const v1alpha1::WheelTestSpec spec =
@@ -187,6 +210,7 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   backend.validate(ToEngine(spec));
   CheckOutFolder(arguments.out);
+  if (TakeKnown(arguments, RunId(spec, backend.engine_version))) return 0;
   ProgressPrinter printer(arguments.progress_lines);
   TileStore tiles(arguments.tiles, &backend);
   try {
@@ -264,6 +288,8 @@ void AddRunCommand(CLI::App& app, Action* action) {
       ->needs(experiment);
   AddMemoryLimit(*run, &arguments->limits);
   run->add_option("--tiles", arguments->tiles, "Folder that keeps settled tiles");
+  run->add_option("--known", arguments->known,
+                  "Folder of runs (ID.run.h5): one of the same spec and engine there is taken");
   run->add_flag("--json", arguments->json, "The record as JSON on stdout");
   run->add_flag("--progress-lines", arguments->progress_lines,
                 "'progress FRACTION STAGE' lines on stderr");

@@ -1,5 +1,7 @@
 #include "server/core/table_cache.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <utility>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/os/regular_file.h"
 #include "proto/records/sha256.h"
 
 namespace grouser::server {
@@ -62,6 +65,7 @@ surrogate::KeptTable TableCache::Of(const std::string& digest) {
 }
 
 std::string TableCache::Read(const std::string& digest, const std::string& key, std::size_t size) {
+  Use();
   const std::string path = PathOf(digest);
   std::error_code error;
   if (!fs::exists(fs::symlink_status(path, error))) return "";
@@ -97,6 +101,7 @@ void TableCache::Keep(const std::string& digest, const std::string& key, const s
                               " MB: others are made at every start");
     }
     fs::create_directories(folder_);
+    Use();
     std::string file(kMagic);
     file.append(records::Sha256OfString(key)).append(records::Sha256OfString(bytes)).append(bytes);
     records::WriteFileUnsynced(path, file);
@@ -105,9 +110,31 @@ void TableCache::Keep(const std::string& digest, const std::string& key, const s
   }
 }
 
+void TableCache::Use() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (lock_.valid()) return;
+  try {
+    lock_ = os::OpenRegular(folder_ + "/.lock", O_RDWR | O_CREAT);
+    if (::flock(lock_.get(), LOCK_SH | LOCK_NB) != 0) lock_.Reset();  // another prunes just now
+  } catch (const std::exception&) {
+    // No folder yet, or no right to write there: then nothing of it is used, or nothing is pruned.
+  }
+}
+
+/// Whether no other server has the lock; from then on none can take it.
+bool TableCache::ClaimAlone() {
+  Use();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!lock_.valid()) return false;
+  if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0) return true;
+  // What was shared before may be gone now.
+  if (::flock(lock_.get(), LOCK_SH | LOCK_NB) != 0) lock_.Reset();
+  return false;
+}
+
 void TableCache::Prune(const std::set<std::string>& digests) {
   std::vector<File> files = FilesOf(folder_);
-  if (files.empty()) return;
+  if (files.empty() || !ClaimAlone()) return;
   const auto now = static_cast<double>(std::time(nullptr));
   std::uint64_t bytes = BytesOf(files);
   // First what is of no model, then the oldest.
@@ -122,6 +149,8 @@ void TableCache::Prune(const std::set<std::string>& digests) {
     std::error_code error;
     if (fs::remove(file.path, error)) bytes -= file.bytes;
   }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (max_bytes_ == 0 || ::flock(lock_.get(), LOCK_SH | LOCK_NB) != 0) lock_.Reset();
 }
 
 void TableCache::Tell(const std::string& about, const std::string& what) {

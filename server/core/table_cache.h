@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/os/unique_fd.h"
 #include "surrogate/model_io/load_model.h"
 
 namespace grouser::server {
@@ -24,7 +25,7 @@ class TableCache {
   surrogate::KeptTable Of(const std::string& digest);
 
   /// Removes tables of models other than `digests`, what killed writers left, and the oldest beyond
-  /// max_bytes.
+  /// max_bytes; nothing while another server uses the folder, whose models may be others.
   void Prune(const std::set<std::string>& digests);
 
   /// What went wrong since the last call, worth a log line each: each damaged file, no room and no
@@ -36,10 +37,13 @@ class TableCache {
   std::string Read(const std::string& digest, const std::string& key, std::size_t size);
   void Keep(const std::string& digest, const std::string& key, const std::string& bytes);
   void Tell(const std::string& about, const std::string& what);
+  void Use();
+  bool ClaimAlone();
 
   std::string folder_;
   std::uint64_t max_bytes_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;   // guards what follows
+  os::UniqueFd lock_;  // of the folder's ".lock": shared while this server uses the tables
   std::vector<std::string> news_;
   std::set<std::string> told_;
 };

@@ -67,11 +67,13 @@ void Intake::Submit(WorkRequest request, const std::string& who, Done done) {
     return;
   }
   CheckMeans(request.job, programs_);
-  if (checks_.size() >= kMostChecks) {
+  const auto own = static_cast<std::size_t>(
+      std::ranges::count_if(checks_, [&](const auto& one) { return one.second.who == who; }));
+  if (own >= kMostAsked) {
     throw StatusError(StatusCode::kResourceExhausted,
-                      fmt::format("requests: {} are being checked, expected fewer than {}; try "
-                                  "again later",
-                                  checks_.size(), kMostChecks));
+                      fmt::format("requests: {} of this client are being checked, expected fewer "
+                                  "than {}; try again later",
+                                  own, kMostAsked));
   }
   const std::string id = NewJobId();
   Check check;
@@ -86,8 +88,30 @@ void Intake::Submit(WorkRequest request, const std::string& who, Done done) {
     RemoveFolder(check.folder);
     throw;
   }
+  check.order = ++asked_;
   checks_.emplace(id, std::move(check));
-  StartStep(id);
+  StartChecks();
+}
+
+void Intake::StartChecks() {
+  for (;;) {
+    std::map<std::string, int> of;
+    int all = 0;
+    for (const auto& [id, check] : checks_) {
+      of[check.who] += check.runs;
+      all += check.runs;
+    }
+    if (all >= kMostChecks) return;
+    auto next = checks_.end();
+    const auto place = [&](auto it) { return std::pair(of[it->second.who], it->second.order); };
+    for (auto it = checks_.begin(); it != checks_.end(); ++it) {
+      if (it->second.runs || of[it->second.who] >= kMostOfOne) continue;
+      if (next == checks_.end() || place(it) < place(next)) next = it;
+    }
+    if (next == checks_.end()) return;
+    next->second.runs = true;
+    StartStep(next->first);
+  }
 }
 
 void Intake::WriteFiles(const WorkRequest& request, const std::string& folder) const {
@@ -134,6 +158,7 @@ void Intake::OnEnd(const std::string& id, const WorkerEnd& end) {
   }
   const Check ended = std::move(check);
   checks_.erase(found);
+  StartChecks();
   std::exception_ptr problem;
   bool in_doubt = false;  // the store refused, and may hold the job all the same
   v1alpha1::SubmitJobResponse response;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <map>
@@ -34,8 +35,10 @@ class Intake {
   /// Answers what is being checked with kUnavailable.
   void Stop();
 
-  static constexpr std::size_t kMostChecks = 4;  ///< at a time
-  static constexpr double kCheckS = 30;          ///< longest of one program
+  static constexpr int kMostChecks = 4;         ///< at a time
+  static constexpr int kMostOfOne = 2;          ///< at a time of one client
+  static constexpr std::size_t kMostAsked = 4;  ///< of one client, those that wait for a turn too
+  static constexpr double kCheckS = 30;         ///< longest of one program
 
  private:
   struct Check {
@@ -44,9 +47,13 @@ class Intake {
     std::vector<CheckStep> steps;
     std::size_t step = 0;
     Done done;
+    std::uint64_t order = 0;  ///< in which they came
+    bool runs = false;
   };
 
   void WriteFiles(const WorkRequest& request, const std::string& folder) const;
+  /// As many as may run: of the client for whom the fewest run, then who came first.
+  void StartChecks();
   void StartStep(const std::string& id);
   void OnEnd(const std::string& id, const WorkerEnd& end);
   v1alpha1::SubmitJobResponse Accept(const std::string& id, const Check& check);
@@ -59,6 +66,7 @@ class Intake {
   WorkerPool& pool_;
   SerialThread& thread_;
   std::map<std::string, Check> checks_;  ///< by the job that it may become
+  std::uint64_t asked_ = 0;
 };
 
 }  // namespace grouser::server

@@ -285,6 +285,8 @@ bool JobBook::Requeue(const std::string& job_id, std::uint64_t epoch, const std:
   const auto queued = Change(job_id, epoch, [&](JobRow& row) {
     row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
     row.job.set_message(message);
+    row.job.clear_gate();
+    row.job.clear_candidate_digest();
     row.job.set_lease_epoch(epoch + 1);
     row.job.set_revision(row.job.revision() + kRevisionLeap);
     if (retry) ++row.retries;

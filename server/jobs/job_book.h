@@ -79,7 +79,7 @@ class JobBook {
   bool Progress(const std::string& job_id, std::uint64_t epoch, double fraction, double eta_s,
                 const std::string& message);
 
-  /// Back to QUEUED with the next lease epoch; `retry`: counts as a retry.
+  /// Back to QUEUED with the next lease epoch, without candidate; `retry`: counts as a retry.
   bool Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
                bool retry);
 

@@ -106,6 +106,10 @@ std::string CheckCandidate(const std::string& path, const v1alpha1::Job& job) {
   return loaded.digest;
 }
 
+std::string ReferenceOf(const std::string& name, const std::string& digest) {
+  return name + kDigestMark + digest;
+}
+
 std::string ModelName(const v1alpha1::Job& job) {
   return job.model().substr(0, job.model().find(kDigestMark));
 }

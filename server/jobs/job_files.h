@@ -68,7 +68,8 @@ FinishedRun PublishRun(const JobFiles& files, const JobRow& row);
 /// from that base with that run (all by hash). Returns its digest.
 std::string CheckCandidate(const std::string& path, const v1alpha1::Job& job);
 
-/// The parts of "name@sha256:HEX".
+/// "name@sha256:HEX", and its parts.
+std::string ReferenceOf(const std::string& name, const std::string& digest);
 std::string ModelName(const v1alpha1::Job& job);
 std::string ModelDigest(const v1alpha1::Job& job);
 

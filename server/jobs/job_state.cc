@@ -17,7 +17,7 @@ bool MayMove(JobState from, JobState to) {
   if (to == JOB_STATE_FAILED || to == JOB_STATE_CANCELLED) return true;
   switch (to) {
     case JOB_STATE_QUEUED:
-      return IsWorking(from);
+      return IsWorking(from) || from == JOB_STATE_AWAITING_PROMOTION;
     case JOB_STATE_RUNNING:
       return from == JOB_STATE_QUEUED;
     case JOB_STATE_FITTING:
@@ -27,7 +27,8 @@ bool MayMove(JobState from, JobState to) {
     case JOB_STATE_AWAITING_PROMOTION:
       return from == JOB_STATE_VALIDATING;
     case JOB_STATE_DONE:
-      return from == JOB_STATE_AWAITING_PROMOTION || from == JOB_STATE_RUNNING;
+      return from == JOB_STATE_AWAITING_PROMOTION || from == JOB_STATE_RUNNING ||
+             from == JOB_STATE_FITTING;
     default:
       return false;
   }

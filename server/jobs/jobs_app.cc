@@ -158,9 +158,10 @@ v1alpha1::SubmitRefinementResponse JobsApp::Submit(const v1alpha1::SubmitRefinem
   const auto loaded = surrogate::ReadModel(entry.path);
   const auto spec = BuildSpec(loaded.model, request);
   CheckScene(loaded.model, spec);
-  const auto submitted =
-      book_.Submit(request.request_id(), content,
-                   RowOf(request, entry.name + "@sha256:" + entry.digest, entry.digest, spec), who);
+  const auto submitted = book_.Submit(request.request_id(), content,
+                                      RowOf(request, entry.name, entry.digest, spec), who);
+  // Stable may have moved without this program: then a job that waits is fitted again.
+  if (submitted.joined()) scheduler_->FollowStable(entry.name);
   // After the answer: starting work must not delay the acknowledgement.
   thread_.Post([this] { scheduler_->Kick(); });
   return AnswerOf(submitted);
@@ -225,7 +226,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   const v1alpha1::Job job = book_.Get(request.job_id());
   const std::string alias = request.alias().empty() ? std::string(kDefaultAlias) : request.alias();
   v1alpha1::PromoteResponse response;
-  if (job.job_state() == v1alpha1::JOB_STATE_DONE && !HasWork(job)) {
+  if (job.job_state() == v1alpha1::JOB_STATE_DONE && !job.candidate_digest().empty()) {
     // Asked again after a lost answer.
     const auto aliases = repository_.ReadAliases();
     if (aliases.Find(ModelName(job), alias) == job.candidate_digest()) {
@@ -285,15 +286,21 @@ void JobsApp::FinishDecidedMoves(const std::string& model, const std::string& bu
 v1alpha1::MoveAliasResponse JobsApp::Move(const v1alpha1::MoveAliasRequest& request,
                                           const std::string& who) {
   RefuseWhenStopping();
-  FinishDecidedMoves(request.model().substr(0, request.model().find('@')));
-  return MoveAlias(repository_, request, who);
+  const std::string name = request.model().substr(0, request.model().find('@'));
+  FinishDecidedMoves(name);
+  const auto moved = MoveAlias(repository_, request, who);
+  scheduler_->FollowStable(name);
+  return moved;
 }
 
 v1alpha1::MoveAliasResponse JobsApp::Rollback(const v1alpha1::RollbackAliasRequest& request,
                                               const std::string& who) {
   RefuseWhenStopping();
-  FinishDecidedMoves(request.model().substr(0, request.model().find('@')));
-  return RollbackAlias(repository_, request, who);
+  const std::string name = request.model().substr(0, request.model().find('@'));
+  FinishDecidedMoves(name);
+  const auto moved = RollbackAlias(repository_, request, who);
+  scheduler_->FollowStable(name);
+  return moved;
 }
 
 v1alpha1::ListAliasMovesResponse JobsApp::ListMoves(

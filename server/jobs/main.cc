@@ -117,6 +117,12 @@ void Describe(CLI::App& app, Settings& s) {
       ->check([](const std::string& alias) {
         return alias == kDefaultAlias || alias == kCanaryAlias ? "" : "expected stable or canary";
       });
+  for (const surrogate::GateLimitField& field : surrogate::kGateLimits) {
+    app.add_option(std::string("--gate-") + field.option, s.jobs.scheduler.gate.*field.value,
+                   std::string("The gate's ") + field.text)
+        ->check(CLI::Range(0.0, field.most))
+        ->capture_default_str();
+  }
   app.add_option("--nice", s.jobs.scheduler.limits.nice,
                  "Added to this program's nice value for workers")
       ->check(CLI::Range(0, 19))

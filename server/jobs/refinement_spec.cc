@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <map>
 
+#include "server/core/model_reference.h"
 #include "server/core/status.h"
+#include "server/jobs/job_files.h"
 #include "server/jobs/request_checks.h"
 
 namespace grouser::server {
@@ -90,20 +92,36 @@ void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spe
   }
 }
 
-std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec,
+bool IsOfScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec) {
+  v1alpha1::WheelTestSpec own = spec;
+  *own.mutable_soil() = model.soil();
+  *own.mutable_wheel() = model.wheel();
+  *own.mutable_rig() = model.rig();
+  own.mutable_rig()->set_max_time_s(spec.rig().max_time_s());
+  own.mutable_rig()->set_speed_m_per_s(spec.rig().speed_m_per_s());
+  return google::protobuf::util::MessageDifferencer::Equals(Essence(own), Essence(spec));
+}
+
+std::string StableKeyOf(const std::string& name) { return name + "@stable/"; }
+
+std::string JoinKeyOf(const std::string& name, const std::string& model_digest,
+                      const v1alpha1::WheelTestSpec& spec,
                       const v1alpha1::SubmitRefinementRequest& request) {
-  const std::string work = model_digest + "/" + HashOf(spec);
+  std::string problem;
+  const auto asked = ParseModelReference(request.model(), &problem);
+  const bool follows = asked && (asked->name.empty() || asked->alias == kDefaultAlias);
+  const std::string work = (follows ? StableKeyOf(name) : model_digest + "/") + HashOf(spec);
   if (!request.has_time_limit()) return work;
   return fmt::format("{}/{}.{:09}s", work, request.time_limit().seconds(),
                      request.time_limit().nanos());
 }
 
-JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& model,
+JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& name,
              const std::string& model_digest, const v1alpha1::WheelTestSpec& spec) {
   JobRow row;
-  row.join_key = JoinKeyOf(model_digest, spec, request);
+  row.join_key = JoinKeyOf(name, model_digest, spec, request);
   row.spec = spec;
-  row.job.set_model(model);
+  row.job.set_model(ReferenceOf(name, model_digest));
   *row.job.mutable_state() = spec.state();
   row.job.set_seed(spec.seed());
   row.job.set_priority(request.priority());

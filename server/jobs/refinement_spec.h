@@ -23,13 +23,21 @@ v1alpha1::WheelTestSpec BuildSpec(const v1alpha1::Model& model,
 void CheckScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec);
 inline constexpr double kSceneLighter = 4, kSceneHeavier = 3, kSceneFaster = 10;
 
-/// Equal for requests that are the same work: the model's digest, a hash of the spec, and the time
-/// limit that was asked for, so that nobody's run ends at another's limit.
-std::string JoinKeyOf(const std::string& model_digest, const v1alpha1::WheelTestSpec& spec,
+/// Whether a run of this spec belongs to the model: its soil, wheel and rig.
+bool IsOfScene(const v1alpha1::Model& model, const v1alpha1::WheelTestSpec& spec);
+
+/// How the join keys of jobs begin that refine what a name's "stable" is.
+std::string StableKeyOf(const std::string& name);
+
+/// Equal for requests that are the same work: what is refined (the name, where the request means
+/// its "stable", else the digest), a hash of the spec, and the time limit that was asked for, so
+/// that nobody's run ends at another's limit.
+std::string JoinKeyOf(const std::string& name, const std::string& model_digest,
+                      const v1alpha1::WheelTestSpec& spec,
                       const v1alpha1::SubmitRefinementRequest& request);
 
-/// The job of a request, as JobBook::Submit takes it. `model`: "name@sha256:HEX" with that digest.
-JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& model,
+/// The job of a request, as JobBook::Submit takes it.
+JobRow RowOf(const v1alpha1::SubmitRefinementRequest& request, const std::string& name,
              const std::string& model_digest, const v1alpha1::WheelTestSpec& spec);
 
 /// Whether a record answers a spec: soil, wheel, rig, state and seed agree;

@@ -17,6 +17,7 @@
 #include "proto/records/os/no_space.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/job_state.h"
+#include "server/jobs/refit_plan.h"
 #include "server/jobs/scheduler_steps.h"
 #include "server/jobs/work_request.h"
 
@@ -24,7 +25,6 @@ namespace grouser::server {
 namespace {
 
 constexpr double kEvictS = 10.0;
-constexpr double kLongestRetryS = 300.0;
 constexpr double kDiskEveryS = 5.0;
 constexpr double kMegabytes = 1e6;
 
@@ -52,9 +52,12 @@ Scheduler::Scheduler(SchedulerOptions options, const JobFiles& files, JobBook& b
       thread_(thread) {}
 
 void Scheduler::Recover() {
+  std::set<std::string> models;
   for (const JobRow& row : book_.Open()) {
     Guarded(row.job.job_id(), row.job.lease_epoch(), [this, row] { RecoverJob(row); });
+    if (!HasWork(row.job)) models.insert(ModelName(row.job));
   }
+  for (const std::string& model : models) FollowStable(model);
 }
 
 void Scheduler::RecoverJob(const JobRow& row) {
@@ -135,31 +138,49 @@ void Scheduler::LaunchRun(const JobRow& row) {
   records::WriteFileDurably(files_.Spec(id), records::ToJson(row.spec, /*indented=*/true));
   Launch(row,
          {options_.bin_dir + "/grouser-dem", "run", "--spec", files_.Spec(id), "--out",
-          files_.WorkerRun(id), "--tiles", files_.Tiles(), "--progress-lines", "--json", "--device",
-          options_.device},
+          files_.WorkerRun(id), "--known", files_.Run(""), "--tiles", files_.Tiles(),
+          "--progress-lines", "--json", "--device", options_.device},
          LimitOf(row.job, options_.dem_timeout_s));
 }
 
-void Scheduler::LaunchFit(const JobRow& row) {
-  const std::string& id = row.job.job_id();
-  if (CandidateIsThere(files_, row)) {
+void Scheduler::LaunchFit(const JobRow& before) {
+  const std::string id = before.job.job_id();
+  const auto row = OnPresentBase(before);
+  if (!row) return;
+  const Companions with = CompanionsOf(repository_, book_.Open(), *row);
+  if (CandidateIsThere(files_, *row) && Lacking(files_.Candidate(id), with.run_ids).empty()) {
     spdlog::info("{}: takes over the finished candidate", id);
-    AcceptCandidate(row, "checking the candidate that was fitted before");
+    AcceptCandidate(*row, "checking the candidate that was fitted before");
     return;
   }
-  Launch(row,
-         {options_.bin_dir + "/grouser-fit", "refit", "--base",
-          repository_.Resolve(row.job.model()).path, "--run", files_.Run(row.job.run_file()),
-          "--out", files_.Candidate(id), "--reason", "refinement " + id},
-         options_.fit_timeout_s);
+  std::vector<std::string> argv = {options_.bin_dir + "/grouser-fit",
+                                   "refit",
+                                   "--base",
+                                   repository_.Resolve(row->job.model()).path,
+                                   "--run",
+                                   files_.Run(row->job.run_file()),
+                                   "--out",
+                                   files_.Candidate(id),
+                                   "--reason",
+                                   "refinement " + id};
+  for (const std::string& model : with.models) argv.insert(argv.end(), {"--with", model});
+  Launch(*row, std::move(argv), options_.fit_timeout_s);
+  active_[id].run_ids = with.run_ids;
 }
 
 void Scheduler::LaunchGate(const JobRow& row) {
-  Launch(row,
-         {options_.bin_dir + "/grouser-fit", "gate", "--base",
-          repository_.Resolve(row.job.model()).path, "--candidate",
-          files_.Candidate(row.job.job_id()), "--json"},
-         options_.fit_timeout_s);
+  std::vector<std::string> argv = {options_.bin_dir + "/grouser-fit",
+                                   "gate",
+                                   "--base",
+                                   repository_.Resolve(row.job.model()).path,
+                                   "--candidate",
+                                   files_.Candidate(row.job.job_id()),
+                                   "--json"};
+  for (const surrogate::GateLimitField& field : surrogate::kGateLimits) {
+    argv.insert(argv.end(),
+                {std::string("--") + field.option, fmt::format("{}", options_.gate.*field.value)});
+  }
+  Launch(row, std::move(argv), options_.fit_timeout_s);
 }
 
 void Scheduler::LaunchWork(const JobRow& row) {
@@ -196,6 +217,7 @@ void Scheduler::OnEnd(Ended ended) {
   const auto active = active_.find(ended.job_id);
   if (active != active_.end()) {
     ended.stop_reason = std::move(active->second.stop_reason);
+    ended.run_ids = std::move(active->second.run_ids);
     active_.erase(active);
   }
   if (!stopping_) {
@@ -207,7 +229,7 @@ void Scheduler::OnEnd(Ended ended) {
 }
 
 void Scheduler::Conclude(const Ended& ended) {
-  const auto& [id, epoch, stage, end, stop_reason] = ended;
+  const auto& [id, epoch, stage, end, stop_reason, run_ids] = ended;
   const auto open = book_.FindOpen(id);
   if (!open || open->job.lease_epoch() != epoch) {
     spdlog::info("{}: a worker of epoch {} {}; its lease is over, nothing is taken from it", id,
@@ -236,8 +258,7 @@ void Scheduler::Conclude(const Ended& ended) {
   } else if (stage == v1alpha1::JOB_STATE_RUNNING) {
     AcceptRun(row, PublishRun(files_, row));
   } else if (stage == v1alpha1::JOB_STATE_FITTING) {
-    CheckCandidate(files_.Candidate(id), row.job);
-    AcceptCandidate(row, "checking the candidate");
+    ConcludeFit(row, ended);
   } else {
     ConcludeGate(row);
   }
@@ -287,6 +308,7 @@ void Scheduler::ConcludeGate(const JobRow& row) {
   v1alpha1::Job judged = row.job;
   ParseGate(records::ReadFileBytes(files_.Output(row.job, "gate", "stdout")), &judged);
   CheckCandidate(files_.Candidate(id), row.job);
+  if (FitAgain(row, /*with_others=*/GatePassed(judged))) return;
   const std::string digest = repository_.Publish(files_.Candidate(id));
   // Watchers hear of it when the alias points there too.
   book_.Change(
@@ -320,6 +342,7 @@ std::uint64_t Scheduler::FinishPendingMove(const std::string& job_id) {
     }
     changed.pending = next;
   });
+  FollowStable(ModelName(row->job));
   return moved.generation;
 }
 

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -11,6 +12,7 @@
 #include "server/jobs/serial_thread.h"
 #include "server/jobs/work_command.h"
 #include "server/jobs/worker_pool.h"
+#include "surrogate/model_io/gate_limits.h"
 
 namespace grouser::server {
 
@@ -24,13 +26,15 @@ struct SchedulerOptions {
   double fit_timeout_s = 3600;
   /// Alias that a candidate which passes the gate gets by itself; empty: a person promotes.
   std::string auto_promote;
-  double retry_s = 5;  ///< until a step that the store refused is tried again
+  surrogate::GateLimits gate;  ///< what the gate judges by
+  double retry_s = 5;          ///< until a step that the store refused is tried again
 };
 
 /// Carries jobs through their stages, each a worker process. Campaigns and calibrations have one,
 /// RUNNING, whose program goes on by itself in the job's folder; refinements three:
 ///   RUNNING     grouser-dem run    -> run.h5, published as runs/RUNID.run.h5
-///   FITTING     grouser-fit refit  -> candidate.model
+///   FITTING     grouser-fit refit  -> candidate.model, of what stable is then, with the runs of
+///                                     other candidates of it
 ///   VALIDATING  grouser-fit gate   -> checks; then published, alias candidate
 /// Order at each step: artefact, row, alias; so whatever moment a crash
 /// chooses, start-up finds a row that an artefact can only be ahead of, and
@@ -55,12 +59,18 @@ class Scheduler {
   std::uint64_t FinishPendingMove(const std::string& job_id);
   /// The same after a while, and again until it is done.
   void FinishMoveLater(const std::string& job_id);
+  /// After this call: of the jobs that await promotion and refine `model`'s stable, those that were
+  /// fitted from another one than stable is now are fitted again, or DONE where it has their run.
+  /// Tried again until it is done.
+  void FollowStable(const std::string& model, double retry_s = 0);
 
  private:
   struct Active {
     std::uint64_t epoch = 0;
     double started_s = 0;     ///< of the stage, on a steady clock
     std::string stop_reason;  ///< why it was told to end; empty: it was not
+    /// Of a fit: further runs that the candidate must have.
+    std::set<std::string> run_ids = {};
   };
   /// A worker's end, and what it was at.
   struct Ended {
@@ -69,8 +79,10 @@ class Scheduler {
     v1alpha1::JobState stage = v1alpha1::JOB_STATE_UNSPECIFIED;
     WorkerEnd end;
     std::string stop_reason;
+    std::set<std::string> run_ids = {};
   };
   enum class Retry { kNo, kOnce };
+  static constexpr double kLongestRetryS = 300;
 
   /// Starts whatever the job's state asks for; where that is done already, by
   /// an earlier life of this program, goes on.
@@ -86,9 +98,17 @@ class Scheduler {
   void OnProgress(const std::string& job_id, std::uint64_t epoch, const ProgressLine& line);
   void OnEnd(Ended ended);
   void Conclude(const Ended& ended);
+  void ConcludeFit(const JobRow& row, const Ended& ended);
   void ConcludeGate(const JobRow& row);
   void AcceptRun(const JobRow& row, const FinishedRun& run);
   void AcceptWork(const JobRow& row);
+  /// The job with the base that it is to be fitted from; none where that has its run already, which
+  /// ends the job, or its lease is over.
+  std::optional<JobRow> OnPresentBase(const JobRow& row);
+  /// Queues a job again whose candidate is of a base that stable has left, or, where `with_others`,
+  /// lacks runs of other candidates.
+  bool FitAgain(const JobRow& row, bool with_others);
+  void EndAsContained(const JobRow& row, const std::string& digest);
   void AcceptCandidate(const JobRow& row, const std::string& message);
   void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
                      Retry retry);

@@ -80,9 +80,11 @@ bool GatePassed(const v1alpha1::Job& job) {
 
 std::string GateMessage(const v1alpha1::Job& job) {
   if (GatePassed(job)) return "candidate passes the gate; promote to use it";
-  std::string failed;
+  std::string failed;  // with number and limit, as the gate's details begin
   for (const auto& check : job.gate()) {
-    if (!check.passed()) failed += (failed.empty() ? "" : ", ") + check.name();
+    if (check.passed()) continue;
+    const std::string number = check.detail().substr(0, check.detail().find(':'));
+    failed += (failed.empty() ? "" : "; ") + check.name() + " (" + number + ")";
   }
   return "candidate fails the gate: " + failed;
 }

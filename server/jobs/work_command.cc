@@ -29,6 +29,8 @@ constexpr char kModules[] =
     "missing = [m for m in sys.argv[1:] if importlib.util.find_spec(m) is None]\n"
     "sys.exit('expected Python modules: ' + ', '.join(missing) if missing else 0)\n";
 constexpr std::size_t kMostPart = 512 * 1024;
+/// Runs of a start before, which was killed, end late at idle priority.
+constexpr char kWaitS[] = "600";
 
 bool IsGrains(const CalibrationWork& work) {
   return work.kind() == v1alpha1::CALIBRATION_KIND_GRAINS;
@@ -174,7 +176,7 @@ std::vector<std::string> CommandOf(const Job& job, const WorkPrograms& programs)
   const CalibrationWork& work = job.calibration();
   if (IsGrains(work)) {
     auto argv = GrainsCommand(work, programs);
-    argv.push_back("--progress-lines");
+    argv.insert(argv.end(), {"--progress-lines", "--wait", kWaitS});
     return argv;
   }
   std::vector<std::string> argv = {programs.bin_dir + "/grouser-calibrate"};

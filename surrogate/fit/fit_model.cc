@@ -231,8 +231,28 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   return model;
 }
 
+namespace {
+
+// What another refit of the base was fitted to and `set` lacks.
+void AddRunsOf(const v1alpha1::Model& other, const v1alpha1::Model& base, TrainingSet* set) {
+  if (other.name() != base.name() || other.wheel().radius_m() != base.wheel().radius_m() ||
+      other.wheel().width_m() != base.wheel().width_m()) {
+    throw std::runtime_error("--with: model '" + other.name() + "', expected a refit of '" +
+                             base.name() + "' with its wheel");
+  }
+  for (const v1alpha1::RunSummary& run : other.provenance().runs()) {
+    const bool known = std::ranges::any_of(
+        set->runs, [&](const v1alpha1::RunSummary& one) { return one.run_id() == run.run_id(); });
+    const bool trains =
+        run.role() != v1alpha1::RUN_ROLE_TEST && run.role() != v1alpha1::RUN_ROLE_PATCH;
+    if (!known && trains) set->runs.push_back(run);
+  }
+}
+
+}  // namespace
+
 FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_digest,
-                        const std::string& run_file) {
+                        const std::string& run_file, const std::vector<v1alpha1::Model>& with) {
   const v1alpha1::RunRecord record = records::ReadRunFile(run_file).record;
   const auto refuse = [&](const std::string& what) {
     throw std::runtime_error(run_file + ": " + what);
@@ -263,6 +283,7 @@ FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_dig
     if (run.run_id() != added.run_id()) request.set.runs.push_back(run);
   }
   request.set.runs.push_back(added);
+  for (const v1alpha1::Model& other : with) AddRunsOf(other, base, &request.set);
   CountFromOnePlane(&request.set);
   return request;
 }

@@ -39,10 +39,10 @@ inline constexpr int kFewestRuns = 6;
 /// std::invalid_argument naming the first run that cannot be (CheckRuns).
 v1alpha1::Model FitModel(const FitRequest& request);
 
-/// The base model's provenance rows plus one new run. Throws
-/// std::runtime_error for a run that is not steady, is known already, or is of
-/// another wheel.
+/// The base model's provenance rows plus one new run, plus the training runs of `with`
+/// (other refits of the same name) that the base lacks, each once. Throws std::runtime_error for a
+/// run that is not steady, is known already, or is of another wheel.
 FitRequest RefitRequest(const v1alpha1::Model& base, const std::string& base_digest,
-                        const std::string& run_file);
+                        const std::string& run_file, const std::vector<v1alpha1::Model>& with = {});
 
 }  // namespace grouser::surrogate

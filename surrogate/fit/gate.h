@@ -4,26 +4,36 @@
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/model_io/gate_limits.h"
 
 namespace grouser::surrogate {
 
+/// A check, its number and the limit that it has to keep. detail says both, then more.
 struct GateResult {
   std::string name;
   bool passed;
+  double value, limit;
   std::string detail;
 };
 
-/// What a candidate must show before it may replace its base:
+/// What a candidate must show before it may replace its base; numbers in kGateLimits:
 /// - self_test: loads, golden vectors reproduced, finite over a scan;
-/// - held_out: rmse on the runs held out at most 1.1 of the base's plus a
-///   quarter of the base's sd_patch at them (rms), for every output;
-/// - coverage: covers at most one held-out mean fewer than the base, per output;
+/// - held_out: for every output rmse on the runs held out at most rmse_factor of the base's plus
+///   patch_share of the base's sd_patch at them (rms). Where no run is held out, on the base's
+///   training runs;
+/// - coverage: the intervals cover at most coverage_lost of those runs fewer than the base's, per
+///   output;
 /// - symmetry: both mirrors exact over a scan;
 /// - dissipation: torque x spin covers pull x speed: T r w/r - F_x v_x - F_y v_y
-///   >= -0.01 load M over the domain;
-/// - change: inside the base's interval at its training states, those nearer to
-///   a new run than 0.3 on the unit sphere and a factor 1.5 in load excepted.
+///   >= -dissipation_slack load M over the domain;
+/// - change: at the base's training states |new - base| of every output at most change_intervals
+///   half-widths of the base's interval;
+/// - domain_change: the same on change_share of states drawn evenly from the base's domain;
+/// - new_flags: of these states at most flag_share have a flag that the base does not give.
+/// For both changes states nearer to a new run than 0.3 on the unit sphere and a factor 1.5 in
+/// load are left out.
 /// Throws std::runtime_error when one of the two is no model at all.
-std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate);
+std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
+                                   const GateLimits& limits = {});
 
 }  // namespace grouser::surrogate

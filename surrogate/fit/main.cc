@@ -57,6 +57,8 @@ struct Arguments {
   std::optional<std::uint32_t> pass;
   int runs = kUsualRuns;
   bool json = false, accept_unusual = false, leave_angles_out = false;
+  GateLimits limits;
+  std::vector<std::string> with;
   std::string command;  // as typed
 };
 
@@ -205,7 +207,9 @@ int Make(const Arguments& a) {
 
 int Refit(const Arguments& a) {
   const records::LoadedModel base = ReadModel(a.base);
-  FitRequest request = RefitRequest(base.model, base.digest, a.run);
+  std::vector<v1alpha1::Model> with;
+  for (const std::string& file : a.with) with.push_back(ReadModel(file).model);
+  FitRequest request = RefitRequest(base.model, base.digest, a.run, with);
   request.reason = a.reason.empty() ? "refinement" : a.reason;
   return FitAndWrite(std::move(request), a);
 }
@@ -301,7 +305,7 @@ int Regions(const Arguments& a) {
 int Gate(const Arguments& a) {
   const records::LoadedModel base = ReadModel(a.base);
   const records::LoadedModel candidate = ReadModel(a.candidate);
-  const std::vector<GateResult> checks = GateChecks(base.model, candidate.model);
+  const std::vector<GateResult> checks = GateChecks(base.model, candidate.model, a.limits);
   Print(a.json ? GateJson(checks) : GateText(checks));
   return std::ranges::all_of(checks, &GateResult::passed) ? kOk : kGateFailed;
 }
@@ -405,6 +409,8 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   CLI::App* refit = add("refit", "Fit a model's own runs and a new one", Refit);
   refit->add_option("--base", a->base, "model file")->required();
   refit->add_option("--run", a->run, "run file (*.run.h5)")->required();
+  refit->add_option("--with", a->with,
+                    "further refits of this model: what they were fitted to and it was not, too");
   refit->add_option("--out", a->out, "model file to write")->required();
   refit->add_option("--reason", a->reason, "kept in the provenance");
   model(add("show", "Say what a model file holds", Show));
@@ -438,6 +444,11 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   CLI::App* gate = add("gate", "Check whether a candidate may replace its base", Gate);
   gate->add_option("--base", a->base, "model file")->required();
   gate->add_option("--candidate", a->candidate, "model file")->required();
+  for (const GateLimitField& field : kGateLimits) {
+    gate->add_option(std::string("--") + field.option, a->limits.*field.value, field.text)
+        ->check(CLI::Range(0.0, field.most))
+        ->capture_default_str();
+  }
   CLI::App* migrate =
       add("migrate", "Convert files of earlier versions to today's form", MigrateAll);
   migrate->add_option("files", a->files, "model files, run files, campaign.json, *.runs.json")

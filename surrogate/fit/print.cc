@@ -222,7 +222,7 @@ std::string MeasuredJson(const std::vector<MeasuredRow>& rows, const std::string
 std::string GateText(const std::vector<GateResult>& checks) {
   std::string text;
   for (const GateResult& c : checks) {
-    text += fmt::format("{:<7}{:<13}{}\n", c.passed ? "passed" : "FAILED", c.name, c.detail);
+    text += fmt::format("{:<7}{:<14}{}\n", c.passed ? "passed" : "FAILED", c.name, c.detail);
   }
   return text;
 }
@@ -230,7 +230,11 @@ std::string GateText(const std::vector<GateResult>& checks) {
 std::string GateJson(const std::vector<GateResult>& checks) {
   Json out = Json::array();
   for (const GateResult& c : checks) {
-    out.push_back({{"name", c.name}, {"passed", c.passed}, {"detail", c.detail}});
+    out.push_back({{"name", c.name},
+                   {"passed", c.passed},
+                   {"value", c.value},
+                   {"limit", c.limit},
+                   {"detail", c.detail}});
   }
   return Text(out);
 }

@@ -150,7 +150,7 @@ TEST_F(JobsWorkTest, ChecksAtATimeAreBoundedAndEndWithTheProgram) {
       refused += ends[i].error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED;
     });
   }
-  EXPECT_TRUE(Eventually([&] { return refused == 2; })) << "four are being checked";
+  EXPECT_TRUE(Eventually([&] { return refused == 2; })) << "four of a client";
   EXPECT_EQ(StopJobs(SIGTERM).exit_code, 0);
   for (auto& thread : threads) thread.join();
   EXPECT_EQ(
@@ -283,7 +283,7 @@ open(os.path.join(out, "calibration.json"), "w").write(" ".join(sys.argv[1:]))
   const Job done = Await(response.job().job_id(), JOB_STATE_DONE);
   EXPECT_EQ(Fetched(done, "calibration.json"),
             "input/m.yaml --soil input/s.yaml --scene input/c.yaml --budget 1.5 --jobs 3 --bin " +
-                bin_ + " --out out --vary input/v.yaml --progress-lines");
+                bin_ + " --out out --vary input/v.yaml --progress-lines --wait 600");
 }
 
 }  // namespace

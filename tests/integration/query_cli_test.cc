@@ -125,6 +125,29 @@ TEST_F(QueryCliTest, ExplainsAsTheFileItselfDoes) {
   }
 }
 
+TEST_F(QueryCliTest, CommandsOfJobsAskNobodyElseThanWasMeant) {
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"jobs"},
+           {"job", "a"},
+           {"watch", "a"},
+           {"submit", "--slip", "0.2", "--load", "24"},
+           {"promote", "a", "--who", "me", "--why", "b"},
+           {"cancel", "a", "--request-id", "b"},
+           {"fetch", "a"},
+           {"prune"},
+           {"model", "history"},
+           {"model", "rollback", "sand", "--who", "me", "--why", "b"},
+           {"health", "jobs"},
+           {"version", "jobs"}}) {
+    const auto asked = Client(words);
+    EXPECT_EQ(asked.code, 2) << words[0] << asked.err;
+    EXPECT_THAT(asked.err, HasSubstr("expected --jobs")) << words[0];
+    auto both = words;
+    both.insert(both.end(), {"--jobs", "127.0.0.1:1", "--deadline-ms", "200"});
+    EXPECT_EQ(Client(both).code, 1) << words[0] << ": nobody is there";
+  }
+}
+
 TEST(Version, EveryProgramTellsIt) {
   testing::TempDir dir;
   for (const char* name : {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench",

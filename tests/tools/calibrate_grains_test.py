@@ -3,6 +3,7 @@
 
 Usage: calibrate_grains_test.py BIN"""
 
+import fcntl
 import json
 import math
 import os
@@ -11,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import traceback
 import types
@@ -335,6 +337,19 @@ class Runs(InFolder):
         os.unlink(os.path.join(point, "runs", "press_bed1.run.h5"))
         done = self.run_it("--points", "2", "--jobs", "1")
         self.assertEqual((done.returncode, self.calls()), (0, ["run press_bed1.run.h5"]))
+
+    def test_waits_for_the_runs_of_a_call_that_was_killed(self):
+        os.makedirs(self.out)
+        with open(os.path.join(self.out, ".lock"), "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            late = self.run_it("--points", "2", "--jobs", "1", "--wait", "0.2")
+            self.assertEqual(late.returncode, 1, "no bad input: the same call may go on later")
+            self.assertIn(f"--out {self.out}: another call is running there, waited 0.2 s", late.stderr)
+            timer = threading.Timer(1, fcntl.flock, (lock, fcntl.LOCK_UN))
+            timer.start()
+            self.addCleanup(timer.join)
+            done = self.run_it("--points", "2", "--jobs", "1", "--wait", "60")
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_another_soil_is_another_design(self):
         self.run_it("--points", "2", "--jobs", "1")

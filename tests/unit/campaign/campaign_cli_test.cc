@@ -8,6 +8,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 using CampaignCli = DemCli;
 
@@ -36,6 +37,19 @@ TEST_F(CampaignCli, ChecksThenRunsForAProgramThatFollows) {
   EXPECT_THAT(Read("runs.json"), AllOf(HasSubstr("RUN_ROLE_TRAIN"), HasSubstr("run_id")));
   ASSERT_EQ(Run("campaign list " + In("c")), 0);
   EXPECT_THAT(said_, HasSubstr("TRAIN"));
+
+  // The same state by itself: not run again, unless the file is damaged.
+  const auto known = std::filesystem::directory_iterator(In("c/runs"))->path();
+  const std::string again = "run --scene " GROUSER_CAMPAIGNS
+                            "/smoke.scene.yaml --slip 0.2 --load 1 --json --out " +
+                            In("a.run.h5") + " --known " + In("c/runs");
+  ASSERT_EQ(Run(again), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr(known.string() + ": run before"));
+  EXPECT_TRUE(Read("a.run.h5") == Read("c/runs/" + known.filename().string()));
+  std::filesystem::resize_file(known, 1000);
+  ASSERT_EQ(Run(again), 0) << said_;
+  EXPECT_THAT(said_, AllOf(HasSubstr("it is run"), Not(HasSubstr("run before"))));
+  EXPECT_GT(Read("a.run.h5").size(), 1000u);
 }
 
 TEST_F(CampaignCli, DesignRefusesBeforeItMeasures) {

@@ -34,6 +34,7 @@ for pid in $(cat "$bin/pids.$job" 2>/dev/null); do
   grep -qs "$job" "/proc/$pid/cmdline" && echo "$job: $verb beside $pid" >> "$bin/wrong"
 done
 echo $$ >> "$bin/pids.$job"
+echo "$*" >> "$bin/args.$job"
 own() { file="$bin/prepared.$job.$1"; [ -e "$file" ] || file="$bin/prepared.$1"; [ -e "$file" ]; }
 give() {
   until own "$1"; do sleep 0.02; done

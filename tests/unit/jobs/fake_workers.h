@@ -32,6 +32,7 @@ class FakeWorkers {
   /// kill may lead to. Files in bin_ as above, and of a job
   ///   prepared.JOB.run.h5, prepared.JOB.model   its own, if there are no prepared ones for all
   ///   pids.JOB      its workers' process ids, one line a start;  run.JOB  the run is on disk
+  ///   args.JOB      their command lines
   ///   hold.ran      while there, a worker whose run is on disk waits;  fail.run: it refuses the
   ///   spec wrong         a run that is repeated, two workers at a job
   void FakeCarefully();

@@ -39,7 +39,7 @@ class JobBookTest : public ::testing::Test {
                            const std::string& client = "someone") {
     const auto spec = BuildSpec(BaseModel(), request);
     return book_->Submit(request.request_id(), ContentOf(request),
-                         RowOf(request, kModel, "aa", spec), client);
+                         RowOf(request, "cmu-smooth-62.5", "aa", spec), client);
   }
 
   std::optional<SubmitJobResponse> Replayed(const SubmitRefinementRequest& request) {
@@ -438,9 +438,9 @@ TEST(JobStateTest, OnlyTheDrawnMovesExist) {
       moves += MayMove(static_cast<JobState>(from), static_cast<JobState>(to));
     }
   }
-  // 5 forward, RUNNING to DONE of campaigns and calibrations, 3 requeues, and FAILED and CANCELLED
-  // from each of 5 open states.
-  EXPECT_EQ(moves, 5 + 1 + 3 + 2 * 5);
+  // 5 forward, RUNNING to DONE of campaigns and calibrations, FITTING to DONE of a run that the
+  // model has, 4 requeues, and FAILED and CANCELLED from each of 5 open states.
+  EXPECT_EQ(moves, 5 + 1 + 1 + 4 + 2 * 5);
   EXPECT_TRUE(MayMove(JOB_STATE_RUNNING, JOB_STATE_DONE));
   EXPECT_TRUE(HasEnded(JOB_STATE_FAILED));
   EXPECT_FALSE(HasEnded(JOB_STATE_AWAITING_PROMOTION));

@@ -61,8 +61,7 @@ class PruneTest : public ::testing::Test {
     const auto spec = BuildSpec(BaseModel(), request);
     const std::string base = repository_.Resolve(kName).digest;
     const auto submitted =
-        book_.Submit(request_id, ContentOf(request),
-                     RowOf(request, std::string(kName) + "@sha256:" + base, base, spec), "someone");
+        book_.Submit(request_id, ContentOf(request), RowOf(request, kName, base, spec), "someone");
     const std::string& id = submitted.job().job_id();
     const std::string run = "run" + request_id + ".run.h5";
     testing::WriteText(files_.Run(run), std::string(10'000, 'r'));

@@ -168,14 +168,21 @@ TEST(RefinementSpec, RunsAtTheSpeedThatIsAskedFor) {
 
 TEST(RefinementSpec, EqualWorkHasOneJoinKey) {
   const auto key = [](const SubmitRefinementRequest& request, const char* digest = "aa") {
-    return JoinKeyOf(digest, BuildSpec(BaseModel(), request), request);
+    return JoinKeyOf("cmu-smooth-62.5", digest, BuildSpec(BaseModel(), request), request);
   };
   auto same = Request("b");
   same.set_seed(7);
   same.mutable_state()->set_mode(v1alpha1::RIG_MODE_RIM_SPEED);
   EXPECT_EQ(key(Request("a")), key(same));
   EXPECT_NE(key(Request("a")), key(Request("a", 0.4)));
-  EXPECT_NE(key(Request("a")), key(Request("a"), "bb"));
+  EXPECT_EQ(key(Request("a")), key(Request("a"), "bb")) << "of whatever stable is";
+  auto pinned = Request("f");
+  pinned.set_model("cmu-smooth-62.5@sha256:aa");
+  EXPECT_NE(key(Request("a")), key(pinned));
+  EXPECT_NE(key(pinned), key(pinned, "bb"));
+  auto named = Request("g");
+  named.set_model("cmu-smooth-62.5@stable");
+  EXPECT_EQ(key(Request("a")), key(named));
   auto hasty = same, as_hasty = Request("e");
   for (auto* request : {&hasty, &as_hasty}) request->mutable_time_limit()->set_seconds(60);
   EXPECT_NE(key(same), key(hasty)) << "would end at the limit of another";

@@ -2,20 +2,24 @@
 #include <gmock/gmock.h>
 #include <google/protobuf/unknown_field_set.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include "server/core/status.h"
 #include "server/jobs/work_command.h"
 #include "server/jobs/work_request.h"
-#include "tests/unit/jobs/jobs_fixtures.h"
+#include "tests/unit/jobs/jobs_life.h"
 
 namespace grouser::server {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::Life;
 using ::testing::Not;
 using ::testing::StartsWith;
 using v1alpha1::SubmitCalibrationRequest;
@@ -225,6 +229,53 @@ TEST_F(WorkCommandTest, WhatIsMissingIsSaid) {
   EXPECT_EQ(Refusal(grains, Programs(), ""), StatusCode::kOk);
   grains.mutable_calibration()->set_budget_hours(25);
   EXPECT_EQ(Refusal(grains, Programs(), "expected at most 24"), StatusCode::kInvalidArgument);
+}
+
+/// Checks of requests that wait while hold.check is there.
+class ChecksTest : public testing::LivesTest {
+ protected:
+  ChecksTest() {
+    Fake("grouser-dem", R"sh(
+      cat input/c.campaign.yaml >> "$bin/checked"
+      while [ -e "$bin/hold.check" ]; do sleep 0.02; done
+      echo '{"name": "c", "total": 2}')sh");
+    testing::WriteText(bin_ + "/hold.check", "");
+    workers_ = 0;
+  }
+  ~ChecksTest() override { std::filesystem::remove(bin_ + "/hold.check"); }
+
+  void Send(Life& life, const std::string& who, const std::string& id) {
+    auto request = Campaign();
+    request.set_request_id(who + id);
+    request.mutable_files(0)->set_content("name: " + who + id + "\n");
+    life.Ask([&](JobsApp& app) {
+      try {
+        app.SubmitWork(WorkOf(request), who, [this, who](std::exception_ptr problem, const auto&) {
+          if (!problem) accepted_[who]++;
+        });
+      } catch (const StatusError& e) {
+        refused_[who] += e.code() == StatusCode::kResourceExhausted;
+      }
+      return 0;
+    });
+  }
+  std::string Checked() const { return testing::ReadText(bin_ + "/checked"); }
+
+  std::map<std::string, int> accepted_, refused_;
+};
+
+TEST_F(ChecksTest, OneClientHoldsNotAll) {
+  Life life(Options());
+  for (const char* id : {"1", "2", "3", "4", "5", "6"}) Send(life, "greedy", id);
+  EXPECT_EQ(refused_["greedy"], 2);
+  Send(life, "other", "1");
+  EXPECT_TRUE(testing::Eventually([&] { return std::ranges::count(Checked(), '\n') == 3; }));
+  EXPECT_THAT(Checked(), AllOf(HasSubstr("greedy1"), HasSubstr("greedy2"), HasSubstr("other1")));
+  std::filesystem::remove(bin_ + "/hold.check");
+  EXPECT_TRUE(testing::Eventually([&] {
+    return life.Ask([&](JobsApp&) { return accepted_["greedy"] == 4 && accepted_["other"] == 1; });
+  }));
+  EXPECT_EQ(refused_["other"], 0);
 }
 
 TEST_F(WorkCommandTest, ResultsAreReadByTheirNamesAlone) {

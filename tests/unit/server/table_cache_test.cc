@@ -7,6 +7,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
@@ -33,7 +34,9 @@ class TableCacheTest : public ::testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
   }
   std::size_t Count() const {
-    return fs::exists(folder_) ? std::distance(fs::directory_iterator(folder_), {}) : 0;
+    if (!fs::exists(folder_)) return 0;
+    const auto files = std::distance(fs::directory_iterator(folder_), {});
+    return files - (fs::exists(folder_ + "/.lock") ? 1 : 0);
   }
   static void Age(const std::string& path, int seconds) {
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
@@ -98,7 +101,8 @@ TEST_F(TableCacheTest, WhereNothingCanBeWrittenThatIsToldOnce) {
 }
 
 TEST_F(TableCacheTest, TakesNoMoreThanItsBound) {
-  TableCache cache(folder_, 250'000);
+  auto first = std::make_unique<TableCache>(folder_, 250'000);
+  TableCache& cache = *first;
   for (const char* digest : {"a", "b", "c", "d"}) cache.Of(digest).keep(Key('1'), numbers_);
   EXPECT_EQ(Count(), 2u);
   EXPECT_THAT(cache.TakeNews(), ElementsAre(HasSubstr("no room")));
@@ -106,10 +110,20 @@ TEST_F(TableCacheTest, TakesNoMoreThanItsBound) {
   EXPECT_EQ(cache.Of("b").read(Key('2'), numbers_.size()).size(), numbers_.size())
       << "one that is replaced makes room";
   Age(FileOf("a"), 10);
-  TableCache smaller(folder_, 150'000);
+  auto second = std::make_unique<TableCache>(folder_, 150'000);
+  TableCache& smaller = *second;
+  smaller.Prune({"a", "b"});
+  EXPECT_TRUE(fs::exists(FileOf("a"))) << "while another server may use it";
+  first.reset();
   smaller.Prune({"a", "b"});
   EXPECT_FALSE(fs::exists(FileOf("a"))) << "the older one";
   EXPECT_TRUE(fs::exists(FileOf("b")));
+  {
+    TableCache none(folder_, 0);
+    none.Prune({"b"});
+    EXPECT_EQ(Count(), 1u) << "kept by another";
+  }
+  second.reset();
   TableCache none(folder_, 0);
   EXPECT_FALSE(none.Of("b").read);
   none.Prune({"b"});
@@ -129,6 +143,28 @@ TEST_F(TableCacheTest, PrunesWhatIsOfNoModelAndNothingElse) {
   for (const char* left : {"b.table", "notes.txt", "new.tmp"}) {
     EXPECT_TRUE(fs::exists(folder_ + "/" + left)) << left;
   }
+}
+
+// Servers on one state folder with other models: neither makes the other's anew at each start.
+TEST_F(TableCacheTest, TwoServersLeaveEachOthersTables) {
+  TableCache one(folder_, kPlenty);
+  one.Of("a").keep(Key('1'), numbers_);
+  {
+    TableCache other(folder_, kPlenty);
+    EXPECT_EQ(other.Of("b").read(Key('1'), numbers_.size()), "");
+    other.Of("b").keep(Key('1'), numbers_);
+    other.Prune({"b"});
+    one.Prune({"a"});
+    EXPECT_EQ(Count(), 2u);
+    one.Prune({"a"});
+    other.Prune({"b"});
+    EXPECT_EQ(Count(), 2u) << "a claim in vain gives nothing up";
+  }
+  one.Prune({"a"});
+  EXPECT_TRUE(fs::exists(FileOf("a")));
+  EXPECT_FALSE(fs::exists(FileOf("b"))) << "once the other has ended";
+  TableCache third(folder_, kPlenty);
+  EXPECT_EQ(third.Of("a").read(Key('1'), numbers_.size()).size(), numbers_.size());
 }
 
 // The whole way: repository, model file, table.

@@ -82,7 +82,23 @@ TEST_F(Files, RefitRefusesAnUnsteadyOrForeignRun) {
   fresh.set_status(v1alpha1::RUN_STATUS_STEADY);
   const std::string steady = WriteRun(fresh);
   EXPECT_THROW(RefitRequest(other, "d", steady), std::runtime_error);
-  EXPECT_NO_THROW(RefitRequest(base, "d", steady));
+  const std::size_t own = RefitRequest(base, "d", steady).set.runs.size();
+
+  // What other refits of the base have, each run once; runs that they hold out stay out.
+  v1alpha1::Model one = base, two = base;
+  for (v1alpha1::Model* model : {&one, &two}) {
+    *model->mutable_provenance()->add_runs() =
+        synthetic::MakeRun(truth, "shared", 0.2, 1, 24, v1alpha1::RUN_ROLE_TRAIN, 78);
+  }
+  *two.mutable_provenance()->add_runs() = fresh;
+  *two.mutable_provenance()->add_runs() =
+      synthetic::MakeRun(truth, "kept", 0.3, 1, 24, v1alpha1::RUN_ROLE_TEST, 79);
+  const FitRequest all = RefitRequest(base, "d", steady, {one, two});
+  EXPECT_EQ(all.set.runs.size(), own + 1);
+  EXPECT_EQ(all.set.runs.back().run_id(), "shared");
+  other = base;
+  other.set_name("another");
+  EXPECT_THROW(RefitRequest(base, "d", steady, {other}), std::runtime_error);
 }
 
 TEST_F(Files, MeasuredTableIsReadAndMatched) {

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,6 +21,8 @@ using synthetic::MakeRun;
 using synthetic::RandomRuns;
 using synthetic::SmallCampaign;
 using synthetic::Truth;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 const v1alpha1::ErrorRow& Find(const v1alpha1::Model& model, const std::string& set,
                                const std::string& output) {
@@ -204,7 +207,37 @@ TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
   const v1alpha1::Model refit = FitModel(MakeRequest(runs));
   for (const GateResult& check : GateChecks(base, refit)) {
     EXPECT_TRUE(check.passed) << check.name << ": " << check.detail;
+    EXPECT_THAT(check.detail, HasSubstr(fmt::format("{:.4g}, at ", check.value))) << check.name;
+    EXPECT_THAT(check.detail, HasSubstr(fmt::format(" {:.4g}: ", check.limit))) << check.name;
   }
+
+  // Each limit is obeyed.
+  const auto failing = [&](const v1alpha1::Model& candidate, const GateLimits& limits) {
+    std::vector<std::string> names;
+    for (const GateResult& check : GateChecks(base, candidate, limits)) {
+      if (!check.passed) names.push_back(check.name);
+    }
+    return names;
+  };
+  GateLimits strict;
+  strict.change_intervals = 1e-6;
+  EXPECT_THAT(failing(refit, strict), ElementsAre("change", "domain_change"));
+  strict.change_share = 0;
+  EXPECT_THAT(failing(refit, strict), ElementsAre("change"));
+  strict = {};
+  strict.rmse_factor = strict.patch_share = 0;
+  EXPECT_THAT(failing(refit, strict), ElementsAre("held_out"));
+
+  // Without runs held out those of the base judge.
+  v1alpha1::Model without[] = {base, refit};
+  for (v1alpha1::Model& model : without) {
+    for (v1alpha1::RunSummary& run : *model.mutable_provenance()->mutable_runs()) {
+      if (run.role() == v1alpha1::RUN_ROLE_TEST) run.set_role(v1alpha1::RUN_ROLE_PATCH);
+    }
+  }
+  const auto by_base = GateChecks(without[0], without[1]);
+  EXPECT_TRUE(by_base[1].passed);
+  EXPECT_THAT(by_base[1].detail, HasSubstr("runs of the base, as none is held out"));
 
   v1alpha1::Model spoiled = refit;
   spoiled.mutable_bekker()->set_friction_angle_rad(0.05);
@@ -217,6 +250,7 @@ TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
   EXPECT_TRUE(failed("self_test"));  // golden vectors no longer hold
   EXPECT_TRUE(failed("held_out"));
   EXPECT_TRUE(failed("change"));
+  EXPECT_TRUE(failed("domain_change"));
   EXPECT_FALSE(failed("symmetry"));
 
   // A table that pushes the wheel for nothing is caught by its power.
@@ -230,6 +264,15 @@ TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
     for (int i = 0; i < n; ++i) values->Add(3);
   }
   EXPECT_TRUE(failed("dissipation"));
+
+  // One that is less sure of its own domain.
+  spoiled = refit;
+  for (double& d : *spoiled.mutable_residual()
+                        ->mutable_coefficients(ResidualTable::kDistance)
+                        ->mutable_values()) {
+    d = 1;
+  }
+  EXPECT_TRUE(failed("new_flags"));
 }
 
 TEST(Calibration, PatchNoiseFromRepeatsOrElseWidenedStandardErrors) {

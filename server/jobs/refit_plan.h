@@ -1,0 +1,38 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/core/repository.h"
+#include "server/jobs/job_store.h"
+
+namespace grouser::server {
+
+/// What a refinement is fitted from and to, so that candidates of one model have each other's runs.
+
+/// Whether the job refines what its name's "stable" is, wherever that moves; else one digest.
+bool FollowsStable(const JobRow& row);
+
+/// Digest of the model that the job is to be fitted from: of one that follows "stable" what that is
+/// now, as long as the job's run is of its soil, wheel and rig; else what the job names. Throws
+/// std::runtime_error for a damaged alias file.
+std::string BaseNow(const Repository& repository, const JobRow& row);
+
+/// Whether a model was fitted to a run, by its hash.
+bool HasRun(const v1alpha1::Model& model, const std::string& sha256);
+
+/// Other refits of the job's base, whose training runs go into its candidate: of the open jobs that
+/// follow "stable" and whose candidate passes the gate, and what "canary" names.
+struct Companions {
+  std::vector<std::string> models;  ///< files
+  std::set<std::string> run_ids;    ///< that the base lacks
+};
+Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>& open,
+                        const JobRow& row);
+
+/// Those of `run_ids` that a model file was not fitted to.
+std::vector<std::string> Lacking(const std::string& model_file,
+                                 const std::set<std::string>& run_ids);
+
+}  // namespace grouser::server

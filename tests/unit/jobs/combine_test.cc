@@ -1,0 +1,277 @@
+// Several refinements of one model end in one candidate; no run is repeated.
+#include <gmock/gmock.h>
+
+#include "proto/records/model_file.h"
+#include "proto/records/run_file.h"
+#include "server/core/status.h"
+#include "server/jobs/refinement_spec.h"
+#include "tests/unit/jobs/jobs_life.h"
+
+namespace grouser::server {
+namespace {
+
+using namespace v1alpha1;  // NOLINT: states by name
+using ::testing::HasSubstr;
+using testing::Life;
+using ::testing::Not;
+using testing::Request;
+
+constexpr char kName[] = "cmu-smooth-62.5";
+
+/// Hands out fit.JOB.BASE, of the base that is asked for, once it is there.
+constexpr char kFit[] = R"sh(
+for a in "$@"; do [ "$q" = --base ] && base=${a##*/}; q=$a; done
+job=${out%/*}; [ "$verb" = gate ] && job=$PWD; job=${job##*/}
+echo "$*" >> "$bin/args.$job"
+while [ -e "$bin/hold.$verb" ]; do sleep 0.02; done
+[ "$verb" = gate ] && { cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")"; }
+until [ -e "$bin/fit.$job.$base" ]; do sleep 0.02; done
+cp "$bin/fit.$job.$base" "$out.part" && mv "$out.part" "$out"
+)sh";
+
+class CombineTest : public testing::LivesTest {
+ protected:
+  CombineTest() {
+    FakeCarefully();
+    Fake("grouser-fit", kFit);
+    std::filesystem::remove(bin_ + "/prepared.run.h5");
+  }
+
+  /// Submits; the fakes will hand out the job's run.
+  std::string Submitted(Life& life, const SubmitRefinementRequest& request,
+                        const std::string& run_id) {
+    const std::string id = life.Submit(request);
+    records::RunFile run;
+    *run.record.mutable_spec() = BuildSpec(testing::BaseModel(), request);
+    run.record.set_run_id(run_id);
+    run.record.set_status(RUN_STATUS_STEADY);
+    records::WriteRunFile(bin_ + "/made.h5", run);
+    hashes_[run_id] = records::Sha256OfFile(bin_ + "/made.h5");
+    std::filesystem::rename(bin_ + "/made.h5", bin_ + "/prepared." + id + ".run.h5");
+    return id;
+  }
+
+  /// What the fakes fit for a job from a base from now on; returns its digest.
+  std::string WillFit(const std::string& id, const std::string& base,
+                      const std::vector<std::string>& run_ids) {
+    Model candidate = testing::BaseModel();
+    candidate.mutable_provenance()->set_base_digest(base);
+    candidate.mutable_provenance()->set_reason(id);
+    for (const std::string& run_id : run_ids) {
+      RunSummary* run = candidate.mutable_provenance()->add_runs();
+      run->set_role(RUN_ROLE_TRAIN);
+      run->set_run_id(run_id);
+      run->set_seed(7);  // the base's, which later jobs are to have as well
+      run->set_sha256(hashes_.at(run_id));
+    }
+    const std::string digest = records::WriteModelFile(bin_ + "/made.model", candidate);
+    const std::string of_base = base == base_digest_ ? "base" : base;
+    std::filesystem::rename(bin_ + "/made.model", bin_ + "/fit." + id + "." + of_base + ".model");
+    return digest;
+  }
+
+  /// The job, awaiting promotion with that candidate.
+  static Job Offered(Life& life, const std::string& id, const std::string& digest) {
+    EXPECT_TRUE(testing::Eventually([&] {
+      const Job job = life.Get(id);
+      return HasEnded(job.job_state()) ||
+             (job.job_state() == JOB_STATE_AWAITING_PROMOTION && job.candidate_digest() == digest);
+    }));
+    const Job job = life.Get(id);
+    EXPECT_EQ(ShortName(job.job_state()), "AWAITING_PROMOTION") << job.message();
+    return job;
+  }
+
+  void ExpectDone(Life& life, const std::string& id, const std::string& digest) {
+    EXPECT_TRUE(testing::Eventually([&] { return HasEnded(life.Get(id).job_state()); }));
+    const Job job = life.Get(id);
+    EXPECT_EQ(ShortName(job.job_state()), "DONE") << job.message();
+    EXPECT_EQ(job.candidate_digest(), digest) << job.message();
+  }
+
+  /// Of the job's latest worker of that kind.
+  std::string Args(const std::string& id, const std::string& verb) const {
+    std::istringstream in(testing::ReadText(bin_ + "/args." + id));
+    std::string last;
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with(verb)) last = line;
+    }
+    return last;
+  }
+
+  std::string Stable() const { return Repository(state_, shipped_).Resolve(kName).digest; }
+  std::string FileOf(const std::string& digest) const {
+    return state_ + "/models/" + digest + ".model";
+  }
+
+  /// Two jobs of the shipped model that await promotion: the second has the run of the first.
+  void Two(Life& life) {
+    a_ = Submitted(life, Request("a"), "aaaa");
+    in_a_ = WillFit(a_, base_digest_, {"aaaa"});
+    Offered(life, a_, in_a_);
+    b_ = Submitted(life, Request("b", 0.2), "bbbb");
+    in_b_ = WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+    Offered(life, b_, in_b_);
+  }
+
+  std::map<std::string, std::string> hashes_;
+  std::string a_, b_, in_a_, in_b_;
+};
+
+TEST_F(CombineTest, TheLaterCandidateHasTheRunsOfTheEarlierAndItsPromotionEndsBoth) {
+  Life life(Options());
+  Two(life);
+  EXPECT_THAT(Args(a_, "refit"), Not(HasSubstr("--with")));
+  EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
+  life.Promote(b_);
+  ExpectDone(life, b_, in_b_);
+  ExpectDone(life, a_, in_b_);
+  EXPECT_THAT(life.Get(a_).message(), HasSubstr(in_b_ + " is fitted to its run"));
+  life.Promote(a_);  // is what was asked for already
+  EXPECT_EQ(Stable(), in_b_);
+  EXPECT_EQ(DemStarts().size(), 2u);
+  EXPECT_EQ(Wrong(), "");
+}
+
+TEST_F(CombineTest, WhatStableHasLeftIsFittedAgainAndNotRunAgain) {
+  Life life(Options());
+  Two(life);
+  const std::string again = WillFit(b_, in_a_, {"aaaa", "bbbb"});
+  life.Promote(a_);
+  const Job job = Offered(life, b_, again);
+  EXPECT_EQ(job.model(), ReferenceOf(kName, in_a_));
+  EXPECT_EQ(job.gate_size(), 1);
+  EXPECT_THAT(Args(b_, "refit"), HasSubstr("--base " + FileOf(in_a_)));
+  EXPECT_THAT(Args(b_, "gate"), HasSubstr("--base " + FileOf(in_a_)));
+  life.Promote(b_);
+  EXPECT_EQ(Stable(), again);
+  // Back to where both began: a job of the model that was left is fitted from there.
+  const std::string c = Submitted(life, Request("c", 0.1), "cccc");
+  Offered(life, c, WillFit(c, again, {"aaaa", "bbbb", "cccc"}));
+  const std::string back = WillFit(c, in_a_, {"aaaa", "cccc"});
+  RollbackAliasRequest request;
+  request.set_model(kName);
+  life.Ask([&](JobsApp& app) { return app.Rollback(request, "a tester"); });
+  Offered(life, c, back);
+  EXPECT_EQ(DemStarts().size(), 3u);
+  EXPECT_EQ(Wrong(), "");
+}
+
+TEST_F(CombineTest, CandidatesThatAreFittedAtOnceEndInOneOfBoth) {
+  workers_ = 2;
+  testing::WriteText(bin_ + "/hold.gate", "");
+  Life life(Options());
+  a_ = Submitted(life, Request("a"), "aaaa");
+  b_ = Submitted(life, Request("b", 0.2), "bbbb");
+  WillFit(a_, base_digest_, {"aaaa"});
+  WillFit(b_, base_digest_, {"bbbb"});
+  for (const auto& id : {a_, b_}) life.Await(id, JOB_STATE_VALIDATING);
+  const std::string both_a = WillFit(a_, base_digest_, {"aaaa", "bbbb"});
+  const std::string both_b = WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+  std::filesystem::remove(bin_ + "/hold.gate");
+  for (const auto& id : {a_, b_}) life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+  const std::string of_a = life.Get(a_).candidate_digest(), of_b = life.Get(b_).candidate_digest();
+  EXPECT_EQ((of_a == both_a) + (of_b == both_b), 1) << "the later one";
+  const std::string later = of_a == both_a ? a_ : b_, earlier = later == a_ ? b_ : a_;
+  EXPECT_THAT(Args(later, "refit"),
+              HasSubstr("--with " + FileOf(life.Get(earlier).candidate_digest())));
+  life.Promote(later);
+  ExpectDone(life, earlier, life.Get(later).candidate_digest());
+  EXPECT_EQ(DemStarts().size(), 2u);
+}
+
+TEST_F(CombineTest, StableMovedWhileAJobRunsAndWhileTheProgramWasNotThere) {
+  std::string c;
+  {
+    workers_ = 2;
+    Life life(Options());
+    Two(life);
+    testing::WriteText(bin_ + "/hold.refit", "");
+    c = Submitted(life, Request("c", 0.1), "cccc");
+    life.Await(c, JOB_STATE_FITTING);
+    life.Promote(b_);
+    ExpectDone(life, a_, in_b_);
+    WillFit(c, base_digest_, {"aaaa", "bbbb", "cccc"});  // as its first fitter will have it
+    std::filesystem::remove(bin_ + "/hold.refit");
+    ASSERT_TRUE(testing::Eventually([&] { return life.Get(c).lease_epoch() == 2; }));
+    Offered(life, c, WillFit(c, in_b_, {"aaaa", "bbbb", "cccc"}));
+    life.Stop();
+  }
+  Repository(state_, shipped_).SetAlias(kName, "stable", base_digest_, "someone", "test");
+  const std::string again = WillFit(c, base_digest_, {"cccc"});
+  Life life(Options());
+  Offered(life, c, again);
+  EXPECT_EQ(DemStarts().size(), 3u);
+  EXPECT_EQ(Wrong(), "");
+}
+
+TEST_F(CombineTest, ACanarysRunsGoIntoTheNextCandidate) {
+  auto options = Options();
+  options.scheduler.auto_promote = "canary";
+  options.scheduler.gate.rmse_factor = 1.05;
+  Life life(options);
+  a_ = Submitted(life, Request("a"), "aaaa");
+  in_a_ = WillFit(a_, base_digest_, {"aaaa"});
+  ExpectDone(life, a_, in_a_);
+  b_ = Submitted(life, Request("b", 0.2), "bbbb");
+  in_b_ = WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+  ExpectDone(life, b_, in_b_);
+  EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
+  EXPECT_THAT(Args(b_, "gate"), HasSubstr("--rmse-factor 1.05 "));
+  EXPECT_EQ(Stable(), base_digest_);
+}
+
+TEST_F(CombineTest, RunsThatFailTheGateStayOutAndADigestStaysWhatItIs) {
+  testing::WriteText(bin_ + "/gate.exit", "3");
+  testing::WriteText(bin_ + "/gate.json",
+                     R"([{"name":"held_out","passed":false,"value":1.3,"limit":1.1,
+                          "detail":"1.3, at most 1.1: times the base's rmse"}])");
+  Life life(Options());
+  a_ = Submitted(life, Request("a"), "aaaa");
+  in_a_ = WillFit(a_, base_digest_, {"aaaa"});
+  EXPECT_THAT(Offered(life, a_, in_a_).message(), HasSubstr("held_out (1.3, at most 1.1)"));
+  testing::WriteText(bin_ + "/gate.exit", "0");
+  testing::WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":true,"detail":"x"}])");
+  auto pinned = Request("p", 0.3);
+  pinned.set_model(ReferenceOf(kName, base_digest_));
+  const std::string p = Submitted(life, pinned, "dddd");
+  const std::string in_p = WillFit(p, base_digest_, {"dddd"});
+  Offered(life, p, in_p);
+  b_ = Submitted(life, Request("b", 0.2), "bbbb");
+  in_b_ = WillFit(b_, base_digest_, {"bbbb"});
+  Offered(life, b_, in_b_);
+  EXPECT_THAT(Args(b_, "refit"), Not(HasSubstr("--with")));
+  const std::string again = WillFit(a_, in_b_, {"aaaa", "bbbb"});
+  life.Promote(b_);
+  Offered(life, a_, again);
+  Offered(life, p, in_p);
+  EXPECT_THROW(life.Promote(p), StatusError) << "asked for a digest that stable has left";
+}
+
+TEST_F(CombineTest, AStateWhoseRunTheModelHasEndsWithoutAFit) {
+  Life life(Options());
+  a_ = Submitted(life, Request("a"), "aaaa");
+  in_a_ = WillFit(a_, base_digest_, {"aaaa"});
+  Offered(life, a_, in_a_);
+  life.Promote(a_);
+  const std::string again = Submitted(life, Request("again"), "aaaa");
+  ASSERT_NE(again, a_);
+  ExpectDone(life, again, in_a_);
+  EXPECT_EQ(life.Get(again).run_sha256(), hashes_.at("aaaa"));
+  EXPECT_EQ(Args(again, "refit"), "");
+  EXPECT_THAT(Args(again, "run"), HasSubstr("--known " + state_ + "/runs"));
+}
+
+TEST_F(CombineTest, AFitterThatLeavesRunsOutIsNotBelieved) {
+  Life life(Options());
+  a_ = Submitted(life, Request("a"), "aaaa");
+  Offered(life, a_, WillFit(a_, base_digest_, {"aaaa"}));
+  b_ = Submitted(life, Request("b", 0.2), "bbbb");
+  WillFit(b_, base_digest_, {"bbbb"});
+  ASSERT_TRUE(testing::Eventually([&] { return HasEnded(life.Get(b_).job_state()); }));
+  EXPECT_EQ(ShortName(life.Get(b_).job_state()), "FAILED");
+  EXPECT_THAT(life.Get(b_).message(), HasSubstr("does not name the runs aaaa"));
+}
+
+}  // namespace
+}  // namespace grouser::server
