@@ -7,6 +7,7 @@ import json
 import os
 import re
 import subprocess
+import sys
 import time
 
 import numpy
@@ -238,6 +239,7 @@ def lock_of(out, wait_s=10):
     os.makedirs(out, exist_ok=True)
     lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
     last = time.monotonic() + wait_s
+    told = False
     while True:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -246,4 +248,8 @@ def lock_of(out, wait_s=10):
             if time.monotonic() > last:
                 raise ProgramFailed(f"--out {out}: another call is running there, waited {wait_s:g} s for its "
                                     "end") from None
+            if not told:
+                print(f"--out {out}: another call is running there; waiting for its end, {wait_s:g} s at most",
+                      file=sys.stderr, flush=True)
+            told = True
             time.sleep(0.1)

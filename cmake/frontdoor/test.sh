@@ -7,12 +7,12 @@ Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"
   asan      tests labelled "hostile" (they read what an outsider can send: files,
-            datagrams, request messages), under AddressSanitizer and UBSan; of gRPC
-            itself and the adapters that need it nothing
+            datagrams, request messages), under AddressSanitizer and UBSan; nothing that
+            needs gRPC or the DEM engine (scenes, experiments, campaigns)
   cuda      where nvcc is: every kernel compiled for sm_90 (run by tests/gpu/run)
 With --full also:
   lint      what ./grouser lint checks
-  asan      all tests labelled "unit" or "verify", with every check of UBSan
+  asan      all tests labelled "unit" or "verify", with more checks of UBSan
   cuda      every kernel for sm_80 too
   slow      tests labelled "slow", among them the search for inputs that the readers fail on
   tsan      tests labelled "tsan" (engine, models, server/core, jobs, LCM), under TSan

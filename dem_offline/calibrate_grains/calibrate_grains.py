@@ -103,6 +103,8 @@ def parse_arguments():
         value = getattr(arguments, option)
         if value is not None and value < least:
             raise Refused(f"--{option} {value}: expected at least {least}")
+    if not 0 <= arguments.wait < math.inf:
+        raise Refused(f"--wait {arguments.wait:g}: expected 0 or more seconds")
     if arguments.budget is not None and not arguments.budget > 0:
         raise Refused(f"--budget {arguments.budget:g}: expected more than 0 hours")
     if arguments.design and (arguments.design_only or arguments.more or arguments.vary or arguments.known

@@ -80,6 +80,7 @@ void JobBook::CheckQueue(const std::string& client) const {
   std::size_t own = 0, all = 0;
   for (const JobRow& row : open_) {
     if (row.job.job_state() != v1alpha1::JOB_STATE_QUEUED) continue;
+    if (!row.job.run_sha256().empty()) continue;  // it ran: nobody asked for it to wait again
     ++all;
     own += row.job.who() == client;
   }
@@ -281,7 +282,7 @@ bool JobBook::Progress(const std::string& job_id, std::uint64_t epoch, double fr
 }
 
 bool JobBook::Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
-                      bool retry) {
+                      Retries retries) {
   const auto queued = Change(job_id, epoch, [&](JobRow& row) {
     row.job.set_job_state(v1alpha1::JOB_STATE_QUEUED);
     row.job.set_message(message);
@@ -289,7 +290,8 @@ bool JobBook::Requeue(const std::string& job_id, std::uint64_t epoch, const std:
     row.job.clear_candidate_digest();
     row.job.set_lease_epoch(epoch + 1);
     row.job.set_revision(row.job.revision() + kRevisionLeap);
-    if (retry) ++row.retries;
+    if (retries == Retries::kOneMore) ++row.retries;
+    if (retries == Retries::kNone) row.retries = 0;
   });
   return queued.has_value();
 }

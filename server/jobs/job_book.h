@@ -15,6 +15,9 @@ namespace grouser::server {
 /// One that nobody has; not yet anywhere.
 std::string NewJobId();
 
+/// What becomes of the retries that a job has had, where it is queued again.
+enum class Retries { kKeep, kOneMore, kNone };
+
 /// Who asks for what, and where each job stands: idempotent submission,
 /// joining, withdrawal, the state machine, leases. Knows no process, no file
 /// but the store's. One thread.
@@ -79,9 +82,9 @@ class JobBook {
   bool Progress(const std::string& job_id, std::uint64_t epoch, double fraction, double eta_s,
                 const std::string& message);
 
-  /// Back to QUEUED with the next lease epoch, without candidate; `retry`: counts as a retry.
+  /// Back to QUEUED with the next lease epoch, without candidate.
   bool Requeue(const std::string& job_id, std::uint64_t epoch, const std::string& message,
-               bool retry);
+               Retries retries);
 
  private:
   JobRow* Find(const std::string& job_id);

@@ -29,6 +29,8 @@ class JobFiles {
   std::string Candidate(const std::string& job_id) const {
     return Folder(job_id) + "/candidate.model";
   }
+  /// There where a candidate with the runs of others did no good: this one is fitted without them.
+  std::string Alone(const std::string& job_id) const { return Folder(job_id) + "/alone"; }
   /// What a campaign or calibration was given and has left.
   std::string Input(const std::string& job_id, const std::string& name) const {
     return Folder(job_id) + "/input/" + name;

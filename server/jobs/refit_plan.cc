@@ -82,6 +82,15 @@ Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>&
   return found;
 }
 
+bool HasRunsOfOthers(const Repository& repository, const std::string& model_file,
+                     const JobRow& row) {
+  const auto known = RunIdsOf(ModelOf(repository, ModelName(row.job), ModelDigest(row.job)));
+  const v1alpha1::Model candidate = surrogate::ReadModel(model_file).model;
+  return std::ranges::any_of(candidate.provenance().runs(), [&](const auto& run) {
+    return !known.contains(run.run_id()) && run.sha256() != row.job.run_sha256();
+  });
+}
+
 std::vector<std::string> Lacking(const std::string& model_file,
                                  const std::set<std::string>& run_ids) {
   const std::set<std::string> there = RunIdsOf(surrogate::ReadModel(model_file).model);

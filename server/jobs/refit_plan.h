@@ -31,6 +31,10 @@ struct Companions {
 Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>& open,
                         const JobRow& row);
 
+/// Whether a candidate was fitted to runs that neither its base has nor its job has made.
+bool HasRunsOfOthers(const Repository& repository, const std::string& model_file,
+                     const JobRow& row);
+
 /// Those of `run_ids` that a model file was not fitted to.
 std::vector<std::string> Lacking(const std::string& model_file,
                                  const std::set<std::string>& run_ids);

@@ -66,7 +66,7 @@ void Scheduler::RecoverJob(const JobRow& row) {
     if (std::filesystem::exists(files_.Lock(id))) os::LockEvicting(files_.Lock(id), kEvictS);
     spdlog::info("{}: was {} when the jobs program ended; queued again", id,
                  ShortName(row.job.job_state()));
-    book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", false);
+    book_.Requeue(id, row.job.lease_epoch(), "queued again after a restart", Retries::kKeep);
   }
   if (!row.pending.job_id().empty()) RetryPendingMove(id, options_.retry_s);
 }
@@ -147,7 +147,7 @@ void Scheduler::LaunchFit(const JobRow& before) {
   const std::string id = before.job.job_id();
   const auto row = OnPresentBase(before);
   if (!row) return;
-  const Companions with = CompanionsOf(repository_, book_.Open(), *row);
+  const Companions with = CompanionsFor(*row);
   if (CandidateIsThere(files_, *row) && Lacking(files_.Candidate(id), with.run_ids).empty()) {
     spdlog::info("{}: takes over the finished candidate", id);
     AcceptCandidate(*row, "checking the candidate that was fitted before");
@@ -249,6 +249,11 @@ void Scheduler::Conclude(const Ended& ended) {
       return;
     }
     const std::string words = LastWords(files_.Output(row.job, names.file, "log"));
+    if (!run_ids.empty()) {
+      FitAlone(row, names.program + " " + end.Text() + " with the runs of other candidates" +
+                        (words.empty() ? "" : ": " + words));
+      return;
+    }
     // Bad input (2) stays bad, and what is slow stays slow; what was killed or found no room may
     // fare better.
     EndAbnormally(id, epoch, names.program + " " + end.Text() + (words.empty() ? "" : ": " + words),
@@ -309,6 +314,11 @@ void Scheduler::ConcludeGate(const JobRow& row) {
   ParseGate(records::ReadFileBytes(files_.Output(row.job, "gate", "stdout")), &judged);
   CheckCandidate(files_.Candidate(id), row.job);
   if (FitAgain(row, /*with_others=*/GatePassed(judged))) return;
+  if (!GatePassed(judged) && !std::filesystem::exists(files_.Alone(id)) &&
+      HasRunsOfOthers(repository_, files_.Candidate(id), row)) {
+    FitAlone(row, "with the runs of others: " + GateMessage(judged));
+    return;
+  }
   const std::string digest = repository_.Publish(files_.Candidate(id));
   // Watchers hear of it when the alias points there too.
   book_.Change(
@@ -389,7 +399,7 @@ void Scheduler::EndAbnormally(const std::string& job_id, std::uint64_t epoch,
   if (!row || row->job.lease_epoch() != epoch) return;
   spdlog::warn("{}: {}", job_id, why);
   if (retry == Retry::kOnce && row->retries < 1 && IsWorking(row->job.job_state())) {
-    book_.Requeue(job_id, epoch, "trying once more: " + why, true);
+    book_.Requeue(job_id, epoch, "trying once more: " + why, Retries::kOneMore);
     return;
   }
   const auto results =
@@ -442,7 +452,7 @@ void Scheduler::Stop(std::function<void()> done) {
     try {
       book_.Requeue(row.job.job_id(), row.job.lease_epoch(),
                     "interrupted by a stop of the jobs program; goes on when it starts again",
-                    false);
+                    Retries::kKeep);
     } catch (const std::exception& e) {
       spdlog::error("{}: {}; start-up will queue it again", row.job.job_id(), e.what());
     }

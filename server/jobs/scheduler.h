@@ -9,6 +9,7 @@
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/refit_plan.h"
 #include "server/jobs/serial_thread.h"
 #include "server/jobs/work_command.h"
 #include "server/jobs/worker_pool.h"
@@ -109,6 +110,9 @@ class Scheduler {
   /// lacks runs of other candidates.
   bool FitAgain(const JobRow& row, bool with_others);
   void EndAsContained(const JobRow& row, const std::string& digest);
+  Companions CompanionsFor(const JobRow& row) const;
+  /// Queues a job again for a fit without the runs of others, with which it came to nothing.
+  void FitAlone(const JobRow& row, const std::string& why);
   void AcceptCandidate(const JobRow& row, const std::string& message);
   void EndAbnormally(const std::string& job_id, std::uint64_t epoch, const std::string& why,
                      Retry retry);

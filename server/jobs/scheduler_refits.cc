@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "proto/records/model_file.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/refit_plan.h"
 #include "server/jobs/scheduler.h"
@@ -26,6 +27,7 @@ std::optional<JobRow> Scheduler::OnPresentBase(const JobRow& row) {
       });
       std::error_code ignored;  // of the base before
       std::filesystem::remove(files_.Candidate(id), ignored);
+      std::filesystem::remove(files_.Alone(id), ignored);
     }
   } catch (const SqliteError&) {
     throw;
@@ -34,31 +36,46 @@ std::optional<JobRow> Scheduler::OnPresentBase(const JobRow& row) {
   }
   if (!now) return std::nullopt;
   const auto base = surrogate::ReadModel(repository_.Resolve(now->job.model()).path);
-  if (!HasRun(base.model, now->job.run_sha256())) return now;
+  if (!FollowsStable(*now) || !HasRun(base.model, now->job.run_sha256())) return now;
   EndAsContained(*now, base.digest);
   return std::nullopt;
 }
 
 void Scheduler::EndAsContained(const JobRow& row, const std::string& digest) {
   book_.Change(row.job.job_id(), row.job.lease_epoch(), [&](JobRow& changed) {
+    changed.job.clear_gate();  // of what it had for itself
     changed.job.set_candidate_digest(digest);
     changed.job.set_job_state(v1alpha1::JOB_STATE_DONE);
     changed.job.set_message(ReferenceOf(ModelName(row.job), digest) + " is fitted to its run");
   });
 }
 
+Companions Scheduler::CompanionsFor(const JobRow& row) const {
+  if (std::filesystem::exists(files_.Alone(row.job.job_id()))) return {};
+  return CompanionsOf(repository_, book_.Open(), row);
+}
+
+void Scheduler::FitAlone(const JobRow& row, const std::string& why) {
+  const std::string& id = row.job.job_id();
+  spdlog::warn("{}: {}; it is fitted without them", id, why);
+  records::WriteFileDurably(files_.Alone(id), why + "\n");
+  std::error_code ignored;  // a start after a kill must not take it over
+  std::filesystem::remove(files_.Candidate(id), ignored);
+  book_.Requeue(id, row.job.lease_epoch(), "fitted alone: " + why, Retries::kNone);
+}
+
 bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
   const std::string& id = row.job.job_id();
   const auto again = [&](const std::string& why) {
     spdlog::info("{}: is fitted again: {}", id, why);
-    return book_.Requeue(id, row.job.lease_epoch(), "fitted again: " + why, false);
+    return book_.Requeue(id, row.job.lease_epoch(), "fitted again: " + why, Retries::kNone);
   };
   try {
     const std::string base = BaseNow(repository_, row);
     if (base != ModelDigest(row.job)) return again("stable is now " + base);
     if (!with_others) return false;
     const auto lacking =
-        Lacking(files_.Candidate(id), CompanionsOf(repository_, book_.Open(), row).run_ids);
+        Lacking(files_.Candidate(id), CompanionsFor(row).run_ids);
     return !lacking.empty() && again("with the runs of other candidates");
   } catch (const SqliteError&) {
     throw;

@@ -247,6 +247,8 @@ std::vector<ScanState> Drawn(const v1alpha1::Domain& d) {
   return states;
 }
 
+constexpr double kLeastAway = 0.1;  // of the domain's states, away from new runs
+
 FieldPoint PointAt(const ScanState& s) {
   return MakeFieldPoint(ToCanonical(s.v.v_x, s.v.v_y, s.v.rim_speed), s.load);
 }
@@ -269,16 +271,19 @@ std::vector<GateResult> OverDomain(const v1alpha1::Model& base,
   }
   const auto inside = static_cast<double>(std::ranges::count_if(
       changes, [&](double change) { return change <= limits.change_intervals; }));
-  const double share = changes.empty() ? 1 : inside / static_cast<double>(changes.size());
+  // Where new runs are near almost everywhere, what is left says nothing of the domain.
+  const bool enough = static_cast<double>(changes.size()) >= kLeastAway * static_cast<double>(states.size());
+  const double share = enough ? inside / static_cast<double>(changes.size()) : NAN;
   std::string names;
   for (const FlagField& field : kFlagFields) {
     if ((new_flags & field.flag) != 0) names += std::string(" ") + field.name;
   }
   return {Judged("domain_change", share, Side::kAtLeast, limits.change_share,
                  fmt::format("of {} states of the domain away from {} new runs change by at most "
-                             "{:.4g} half-widths of the base's interval, the most by {:.4g}",
+                             "{:.4g} half-widths of the base's interval, the most by {:.4g}{}",
                              changes.size(), fresh.size(), limits.change_intervals,
-                             changes.empty() ? 0 : std::ranges::max(changes))),
+                             changes.empty() ? 0 : std::ranges::max(changes),
+                             enough ? "" : "; too few of them to judge by")),
           Judged("new_flags", flagged / static_cast<double>(states.size()), Side::kAtMost,
                  limits.flag_share,
                  fmt::format("of {} states of the domain, {} in number{}", states.size(), flagged,

@@ -248,6 +248,26 @@ TEST_F(CombineTest, RunsThatFailTheGateStayOutAndADigestStaysWhatItIs) {
   EXPECT_THROW(life.Promote(p), StatusError) << "asked for a digest that stable has left";
 }
 
+TEST_F(CombineTest, WhatFailsTheGateWithOthersIsFittedAlone) {
+  Life life(Options());
+  a_ = Submitted(life, Request("a"), "aaaa");
+  in_a_ = WillFit(a_, base_digest_, {"aaaa"});
+  Offered(life, a_, in_a_);
+  testing::WriteText(bin_ + "/hold.gate", "");
+  b_ = Submitted(life, Request("b", 0.2), "bbbb");
+  WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+  life.Await(b_, JOB_STATE_VALIDATING);
+  EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
+  testing::WriteText(bin_ + "/gate.exit", "3");
+  testing::WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":false,"detail":"2: x"}])");
+  in_b_ = WillFit(b_, base_digest_, {"bbbb"});
+  std::filesystem::remove(bin_ + "/hold.gate");
+  EXPECT_THAT(Offered(life, b_, in_b_).message(), HasSubstr("fails the gate"));
+  EXPECT_THAT(Args(b_, "refit"), Not(HasSubstr("--with")));
+  EXPECT_EQ(life.Get(b_).lease_epoch(), 2) << "once, though it fails alone as well";
+  EXPECT_EQ(DemStarts().size(), 2u);
+}
+
 TEST_F(CombineTest, AStateWhoseRunTheModelHasEndsWithoutAFit) {
   Life life(Options());
   a_ = Submitted(life, Request("a"), "aaaa");

@@ -203,7 +203,7 @@ TEST_F(JobBookTest, RefusesMovesThatTheStateMachineLacks) {
 TEST_F(JobBookTest, StaleLeaseIsRefused) {
   const std::string id = Submit(Request("a")).job().job_id();
   ASSERT_TRUE(MoveTo(id, 1, JOB_STATE_RUNNING));
-  ASSERT_TRUE(book_->Requeue(id, 1, "restart", false));
+  ASSERT_TRUE(book_->Requeue(id, 1, "restart", Retries::kKeep));
   EXPECT_EQ(book_->Get(id).lease_epoch(), 2u);
   ASSERT_TRUE(MoveTo(id, 2, JOB_STATE_RUNNING));
   const std::size_t heard = heard_.size();
@@ -230,7 +230,7 @@ TEST_F(JobBookTest, RevisionsNeverGoBackOverARestart) {
   const auto seen = heard_.back().revision();
   EXPECT_EQ(heard_.back().message(), "rolling");
   Reopen();
-  book_->Requeue(id, 1, "queued again after a restart", false);
+  book_->Requeue(id, 1, "queued again after a restart", Retries::kKeep);
   EXPECT_GT(heard_.back().revision(), seen);
 }
 
@@ -240,7 +240,7 @@ TEST_F(JobBookTest, TakesTheOldestQueuedJobFirst) {
   EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
   MoveTo(a, 1, JOB_STATE_RUNNING);
   EXPECT_EQ(book_->NextQueued()->job.job_id(), b);
-  book_->Requeue(a, 1, "again", true);
+  book_->Requeue(a, 1, "again", Retries::kOneMore);
   EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
   EXPECT_EQ(book_->FindOpen(a)->retries, 1);
   Reopen();
@@ -341,7 +341,7 @@ TEST_F(JobBookTest, ABookOfVersion01GoesOn) {
   ASSERT_TRUE(known.has_value());
   EXPECT_EQ(known->job().job_id(), page.jobs(1).job_id());
 
-  ASSERT_TRUE(book_->Requeue(running.job_id(), 1, "queued again after a restart", false));
+  ASSERT_TRUE(book_->Requeue(running.job_id(), 1, "queued again after a restart", Retries::kKeep));
   Reopen();
   EXPECT_EQ(book_->Get(running.job_id()).lease_epoch(), 2u);
   EXPECT_EQ(book_->Get(running.job_id()).submit_time().seconds(), 1795899550);

@@ -239,6 +239,13 @@ TEST(Gate, PassesAnHonestRefitAndStopsASpoiledOne) {
   EXPECT_TRUE(by_base[1].passed);
   EXPECT_THAT(by_base[1].detail, HasSubstr("runs of the base, as none is held out"));
 
+  // New runs near everything leave nothing to judge by, which is no pass.
+  v1alpha1::Model renamed = refit;
+  for (v1alpha1::RunSummary& run : *renamed.mutable_provenance()->mutable_runs()) {
+    if (run.role() == v1alpha1::RUN_ROLE_TRAIN) run.set_run_id("new " + run.run_id());
+  }
+  EXPECT_THAT(failing(renamed, {}), ElementsAre("domain_change"));
+
   v1alpha1::Model spoiled = refit;
   spoiled.mutable_bekker()->set_friction_angle_rad(0.05);
   const auto failed = [&](const std::string& name) {
