@@ -74,8 +74,7 @@ bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
     const std::string base = BaseNow(repository_, row);
     if (base != ModelDigest(row.job)) return again("stable is now " + base);
     if (!with_others) return false;
-    const auto lacking =
-        Lacking(files_.Candidate(id), CompanionsFor(row).run_ids);
+    const auto lacking = Lacking(files_.Candidate(id), CompanionsFor(row).run_ids);
     return !lacking.empty() && again("with the runs of other candidates");
   } catch (const SqliteError&) {
     throw;

@@ -272,7 +272,8 @@ std::vector<GateResult> OverDomain(const v1alpha1::Model& base,
   const auto inside = static_cast<double>(std::ranges::count_if(
       changes, [&](double change) { return change <= limits.change_intervals; }));
   // Where new runs are near almost everywhere, what is left says nothing of the domain.
-  const bool enough = static_cast<double>(changes.size()) >= kLeastAway * static_cast<double>(states.size());
+  const bool enough =
+      static_cast<double>(changes.size()) >= kLeastAway * static_cast<double>(states.size());
   const double share = enough ? inside / static_cast<double>(changes.size()) : NAN;
   std::string names;
   for (const FlagField& field : kFlagFields) {

@@ -259,7 +259,8 @@ TEST_F(CombineTest, WhatFailsTheGateWithOthersIsFittedAlone) {
   life.Await(b_, JOB_STATE_VALIDATING);
   EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
   testing::WriteText(bin_ + "/gate.exit", "3");
-  testing::WriteText(bin_ + "/gate.json", R"([{"name":"held_out","passed":false,"detail":"2: x"}])");
+  testing::WriteText(bin_ + "/gate.json",
+                     R"([{"name":"held_out","passed":false,"detail":"2: x"}])");
   in_b_ = WillFit(b_, base_digest_, {"bbbb"});
   std::filesystem::remove(bin_ + "/hold.gate");
   EXPECT_THAT(Offered(life, b_, in_b_).message(), HasSubstr("fails the gate"));
