@@ -72,8 +72,10 @@ py::object EvaluateDraws(const Model& model, const py::object& states, const Dra
                          const py::object& k, const py::object& out, const py::object& fields) {
   Batch b(states, out, fields);
   if (k.is_none()) throw Refusal("k: None, expected a NumPy array of uint32");
-  const auto of = b.arrays.SpanOf<const std::uint32_t>(k, "k", b.shape);
+  const auto given = b.arrays.SpanOf<const std::uint32_t>(k, "k", b.shape);
   b.arrays.CheckOverlaps();
+  // They are checked and then used as indices, without the lock: another thread may write k.
+  const std::vector<std::uint32_t> of(given.begin(), given.end());
   AskOrRefuse([&] { return model.EvaluateDraws(b.in, draws, of, b.answers); },
               [&] {
                 const std::string problem = Model::SizeProblem(b.in, b.answers);

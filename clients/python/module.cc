@@ -54,15 +54,20 @@ PYBIND11_MODULE(_core, m) {
       PyExc_Exception, nullptr);
   if (error == nullptr) throw py::error_already_set();
   m.attr("Error") = py::handle(error);
+  // As Python decodes names of files, which stand in texts and need not be UTF-8.
+  static constexpr auto kRaise = [](const char* what) {
+    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(what));
+    if (text) PyErr_SetObject(error, text.ptr());
+  };
   py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const py::builtin_exception&) {
       throw;  // TypeError, KeyError, ... of pybind11's own
     } catch (const std::logic_error& refused) {
-      PyErr_SetString(error, refused.what());
+      kRaise(refused.what());
     } catch (const std::runtime_error& refused) {
-      PyErr_SetString(error, refused.what());
+      kRaise(refused.what());
     }
   });
   m.attr("FLAGS") = Flags();

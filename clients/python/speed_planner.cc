@@ -42,7 +42,8 @@ std::span<To> Bytes(std::span<From> from) {
   return {reinterpret_cast<To*>(from.data()), from.size()};
 }
 
-py::object Plan(Planner& self, const py::object& path, const SpeedOptions& options,
+// Options by value: another thread may write Python's while the lock is released.
+py::object Plan(Planner& self, const py::object& path, SpeedOptions options,
                 const py::object& given, const py::object& fields) {
   Arrays arrays;
   const Shape shape = ShapeOf(path, "s");
@@ -65,7 +66,7 @@ py::object Plan(Planner& self, const py::object& path, const SpeedOptions& optio
   return out;
 }
 
-double PlanByDraws(Planner& self, const py::object& path, const SpeedOptions& options,
+double PlanByDraws(Planner& self, const py::object& path, SpeedOptions options,
                    const py::object& plan, const py::object& by_point) {
   Arrays arrays;
   const Shape shape = ShapeOf(path, "s");
@@ -97,7 +98,7 @@ void UseDrawsOf(Planner& self, std::size_t count) {
 }
 
 GradeRange Grades(Planner& self, double speed, std::uint8_t soil, double worse_by_sd,
-                  const Margins& margins) {
+                  Margins margins) {
   GradeRange range;
   AskOrRefuse(
       &self.busy, [&] { return self.planner.Grades(speed, soil, worse_by_sd, margins, &range); },

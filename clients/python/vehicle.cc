@@ -140,8 +140,9 @@ py::object Energy(Solver& self, const py::object& motions, const py::object& giv
   return out;
 }
 
+// Margins by value: another thread may write Python's while the lock is released.
 template <auto Ask>
-py::tuple Probability(Solver& self, const py::object& motions, const Margins& margins) {
+py::tuple Probability(Solver& self, const py::object& motions, Margins margins) {
   Question q(self.vehicle, motions);
   py::array_t<double> least(q.shape), most(q.shape);
   const auto low = q.arrays.SpanOf<double>(least, "least", q.shape);

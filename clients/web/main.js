@@ -1,7 +1,7 @@
 // What program this is, whether it is ready, and whether this page may ask it.
 
 import { buildInfo, readiness, setToken } from './api.js';
-import { byId, element } from './dom.js';
+import { byId, element, latest } from './dom.js';
 import { Jobs } from './jobs.js';
 import { Terrain } from './terrain.js';
 
@@ -24,6 +24,7 @@ const REFUSED = ['UNAUTHENTICATED', 'PERMISSION_DENIED'];
 let part = null;
 let everyMs = 5000;
 let isRefused = false;  // asked again with another token alone
+let hasNewToken = false;
 
 function showProblem(error) {
   const place = byId('problem');
@@ -60,10 +61,15 @@ async function open() {
   byId('build').textContent = `${build.program} ${build.version}, commit ${build.commit}.`;
 }
 
-async function look() {
+// Once at a time: a token may come while it is asked with another.
+const look = latest(async () => {
   try {
     const told = await readiness();
     showState(part?.program ?? 'This program', told);
+    if (hasNewToken) {
+      hasNewToken = isRefused = false;
+      byId('access').hidden = true;
+    }
     if (isRefused) return;
     if (part === null) await open();
     await part.refresh();
@@ -72,13 +78,13 @@ async function look() {
     if (error.code === 'UNREACHABLE') showState(part?.program ?? 'This program', { ready: false, reasons: ['no answer'] });
     showProblem(error);
   }
-}
+});
 
 byId('access').addEventListener('submit', (event) => {
   event.preventDefault();
   setToken(byId('token').value);
   byId('access').hidden = true;
-  isRefused = false;
+  hasNewToken = true;
   look();
 });
 

@@ -8,6 +8,7 @@ import { card, modelTable, readModel } from './models.js';
 import { chosenTarget, WheelState } from './state.js';
 
 const ASK_REST_MS = 60;  // while a slider moves: planners share the server
+const HASH_REST_MS = 500;  // Safari throws at more than 100 addresses in 30 s (newer: 10 s)
 const HASH_STATE = ['slip', 'angleDeg', 'load', 'speed'];
 
 export class Terrain {
@@ -113,7 +114,14 @@ export class Terrain {
     const parts = new URLSearchParams({ model: models[0].title });
     if (models[1] !== undefined) parts.set('with', models[1].title);
     HASH_STATE.filter((name) => Number.isFinite(state[name])).forEach((name) => parts.set(name, String(state[name])));
-    history.replaceState(null, '', `#${parts}`);
+    clearTimeout(this.hashTimer);
+    this.hashTimer = setTimeout(() => {  // once the slider rests
+      try {
+        history.replaceState(null, '', `#${parts}`);
+      } catch (error) {  // the next change writes it
+        console.warn(error);
+      }
+    }, HASH_REST_MS);
   }
 
   #readHash() {

@@ -25,6 +25,10 @@ SUFFIXES = (".png", ".svg", ".pdf")
 OUTPUTS = ("f_x", "f_y", "torque", "m_z", "sinkage")
 
 
+class Refused(Exception):
+    """The reason in its text."""
+
+
 def number(value):
     """Of protobuf's JSON, which names what JSON cannot hold."""
     return float(value)
@@ -90,7 +94,9 @@ def parts_panel(axes, e):
              ("sd_patch", "#74c476", "one placement of the bed"))
     drawn = False
     for row, o in enumerate(shown):
-        parts = [number(o[name]) ** 2 for name, _, _ in names]
+        sds = [number(o[name]) for name, _, _ in names]
+        most = max(sds)  # over it first, so that no square overflows
+        parts = [(sd / most) ** 2 for sd in sds] if most > 0 else []
         total = sum(parts)
         if not total > 0:
             continue
@@ -221,16 +227,28 @@ def draw(e, path):
 
 
 def told(command):
-    """Runs the program with its own output; its --json as an object, or None where it failed."""
-    wants_json = "--json" in command
-    first = subprocess.run(command, stdout=subprocess.PIPE if wants_json else None, text=True, check=False)
-    if wants_json:
-        sys.stdout.write(first.stdout)
-        return first.returncode, first.stdout
+    """Runs the program and prints what it prints; (exit code, its --json), nothing where it failed and has said why."""
+    first = subprocess.run(command, stdout=subprocess.PIPE, check=False)
+    sys.stdout.buffer.write(first.stdout)
     sys.stdout.flush()
-    again = subprocess.run([*command, "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                           check=False)
-    return first.returncode, again.stdout
+    if "--json" in command or not first.stdout:
+        return first.returncode, first.stdout
+    again = subprocess.run([*command, "--json"], capture_output=True, check=False)  # warnings were seen before
+    if not again.stdout:
+        sys.stderr.buffer.write(again.stderr)
+    return first.returncode or again.returncode, again.stdout
+
+
+def draw_told(text, path):
+    """The picture of what --json printed. Refused is what is none of it, whatever Python makes of that."""
+    try:
+        data = json.loads(text)
+        explanation = data.get("explanation", data)
+        if "reasons" not in explanation:
+            raise Refused("--plot goes with `query --explain` or `model explain`")
+        draw(explanation, path)
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+        raise Refused(f"expected what --json prints: {type(error).__name__}: {error}") from error
 
 
 def main():
@@ -245,15 +263,14 @@ def main():
         parser.error(f"--plot: {options.plot}, expected a name that ends with {', '.join(SUFFIXES)}")
     if bool(command) == bool(options.source):
         parser.error("expected either --from FILE or -- PROGRAM ARGUMENTS")
-    code, text = (0, options.source.read_text()) if options.source else told(command)
-    if not text.strip():
+    code, text = (0, options.source.read_bytes()) if options.source else told(command)
+    if not text.strip() and not options.source:
         return code or 1  # the program has said why
-    data = json.loads(text)
-    explanation = data.get("explanation", data)
-    if "reasons" not in explanation:
-        print("explain: no explanation to draw: --plot goes with `query --explain` or `model explain`", file=sys.stderr)
+    try:
+        draw_told(text, options.plot)
+    except Refused as refused:
+        print(f"explain: {options.source or command[0]}: no explanation to draw: {refused}", file=sys.stderr)
         return 2
-    draw(explanation, options.plot)
     print(f"explain: wrote {options.plot}", file=sys.stderr)
     return code
 
@@ -263,7 +280,4 @@ if __name__ == "__main__":
         sys.exit(main())
     except OSError as error:
         print(f"explain: {error.filename}: {error.strerror}", file=sys.stderr)
-        sys.exit(1)
-    except (json.JSONDecodeError, KeyError) as error:
-        print(f"explain: no explanation as --json prints it: {error}", file=sys.stderr)
         sys.exit(1)

@@ -12,7 +12,6 @@
 #include "surrogate/model_io/model_parts.h"
 #include "surrogate/model_io/run_summary.h"
 #include "surrogate/model_io/state_facts.h"
-#include "surrogate/model_io/write_model.h"
 #include "surrogate/models/state_batch.h"
 
 namespace grouser::surrogate {
@@ -155,9 +154,7 @@ void Place(StateFacts* f, Explanation* e) {
                            .load;
     }
   } else {
-    const auto channels =
-        TrainedTable(*f->model).Evaluate(ToChart(*f->canonical), std::log(f->load));
-    f->table_distance = std::fmax(channels[ResidualTable::kDistance], 0);
+    f->table_distance = std::fmax(TrainedDistance(*f->model, *f->canonical, f->load), 0);
     f->excess = ExcessOf(f->hull->box(), *f->canonical, f->load, fastest);
   }
   f->distance = f->table_distance + f->excess.Sum();
@@ -222,8 +219,7 @@ void SetParts(const StateFacts& f, Explanation* e) {
 void SetPhysicsStress(const StateFacts& f, Explanation* e) {
   const bool answered = f.canonical && (f.flags & kNotAnswered) == 0;
   if (!answered || !HasPhysics(*f.model)) return;
-  const HybridModel hybrid = MakeHybrid(*f.model);
-  const BekkerModel& physics = hybrid.physics();
+  const BekkerModel physics = TrainedPhysics(*f.model);
   const double sinkage = physics.SolveCanonical(*f.canonical, f.load).value[kSinkage];
   if (!(sinkage > 0)) return;
   std::array<double, kPhysicsBins> angle;

@@ -113,7 +113,10 @@ std::string Domain(const Explanation& e) {
 
 /// "normal to 31 kPa at 22 deg, contact -12 to 58 deg, shear -4 to 6 kPa".
 std::string Rim(const v1alpha1::StressSummary& s) {
-  const auto& normal = s.normal_pa();
+  const auto &normal = s.normal_pa(), &shear = s.shear_tangential_pa();
+  if (normal.size() != shear.size()) {
+    return fmt::format("no stress: {} bins of normal, {} of shear", normal.size(), shear.size());
+  }
   const auto peak = std::ranges::max_element(normal);
   if (peak == normal.end() || !(*peak > 0)) return "no contact";
   const auto at = [&](double bin) {
@@ -125,7 +128,7 @@ std::string Rim(const v1alpha1::StressSummary& s) {
     first = std::min(first, i);
     last = i;
   }
-  const auto [low, high] = std::ranges::minmax_element(s.shear_tangential_pa());
+  const auto [low, high] = std::ranges::minmax_element(shear);
   return fmt::format(
       "normal to {:.3g} kPa at {:.0f} deg, contact {:.0f} to {:.0f} deg, shear "
       "{:.3g} to {:.3g} kPa",
@@ -139,7 +142,11 @@ std::string RunLines(const NearRun& near) {
       fmt::format("  {:>6.2f}  {:<17}{:<13} {:<9}{:>7.3g}{:>7.3g}{:>8.4g}", near.distance(),
                   run.run_id(), run.sha256().substr(0, 12), StatusName(run.status()), run.slip(),
                   run.attack_angle_rad() * kDegPerRad, run.load_n());
-  if (near.mean_size() != kOutputs) return text + "   no means\n";
+  const int sizes[] = {near.mean_size(), near.model_value_size(), near.model_low_size(),
+                       near.model_high_size()};
+  if (!std::ranges::all_of(sizes, [](int size) { return size == kOutputs; })) {
+    return text + "   no means\n";
+  }
   for (const Output o : kPredicted) text += fmt::format("{:>11.4g}", near.mean(o));
   text +=
       fmt::format("\n{:>70}", near.mirrored_x() || near.mirrored_y() ? "mirrored; model" : "model");

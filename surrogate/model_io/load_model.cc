@@ -98,6 +98,14 @@ Speed SpeedOf(const v1alpha1::Model& model) {
           ChannelsOf(model, "rate_coefficients", message.rate_coefficients())};
 }
 
+/// The residual's table with the hull distance; no table: all 0.
+ResidualTable TableOf(const v1alpha1::Model& model) {
+  if (model.residual().coefficients().empty()) return {};
+  return WithTable(model, [](const TableAxes& axes, const Channels& channels) {
+    return ResidualTable(axes, channels);
+  });
+}
+
 Uncertainty MakeUncertainty(const v1alpha1::Model& model) {
   Uncertainty u;
   u.fit_inside = Six(model, "sd_fit_inside", model.sd_fit_inside());
@@ -152,11 +160,25 @@ Hull TrainedHull(const v1alpha1::Model& model) {
   }
 }
 
-ResidualTable TrainedTable(const v1alpha1::Model& model) {
-  if (model.residual().coefficients().empty()) return {};
-  return WithTable(model, [](const TableAxes& axes, const Channels& channels) {
-    return ResidualTable(axes, channels);
-  });
+double TrainedDistance(const v1alpha1::Model& model, const Canonical& state, double load) {
+  if (model.residual().coefficients().empty()) return 0;
+  try {
+    return WithTable(model, [&](const TableAxes& axes, const Channels& channels) {
+      return ResidualTable::EvaluateChannel(axes, channels[ResidualTable::kDistance],
+                                            ToChart(state), std::log(load));
+    });
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
+}
+
+BekkerModel TrainedPhysics(const v1alpha1::Model& model) {
+  try {
+    return BekkerModel(ReadBekker(model.bekker()),
+                       {model.wheel().radius_m(), model.wheel().width_m()});
+  } catch (const std::invalid_argument& error) {
+    Fail(model, error.what());
+  }
 }
 
 SpeedAxis TrainedSpeeds(const v1alpha1::Model& model) { return SpeedOf(model).axis; }
@@ -247,16 +269,15 @@ HybridModel MakeHybrid(const v1alpha1::Model& model) {
     Fail(model, "kind: hard, expected a model of a soil");
   }
   try {
-    const BekkerModel physics(ReadBekker(model.bekker()),
-                              {model.wheel().radius_m(), model.wheel().width_m()});
+    const BekkerModel physics = TrainedPhysics(model);
     const Speed speed = SpeedOf(model);
     if (!speed.axis.present()) {
-      return HybridModel(physics, TrainedTable(model), HullOf(model), MakeUncertainty(model));
+      return HybridModel(physics, TableOf(model), HullOf(model), MakeUncertainty(model));
     }
     ResidualTable rates = WithTable(model, [&](const TableAxes& axes, const Channels&) {
       return ResidualTable(axes, speed.rates);
     });
-    return HybridModel(physics, TrainedTable(model), std::move(rates), speed.axis, HullOf(model),
+    return HybridModel(physics, TableOf(model), std::move(rates), speed.axis, HullOf(model),
                        MakeUncertainty(model));
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());

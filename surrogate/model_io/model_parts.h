@@ -1,8 +1,8 @@
 #pragma once
 
 #include "grouser/v1alpha1/model.pb.h"
+#include "surrogate/models/bekker.h"
 #include "surrogate/models/hull.h"
-#include "surrogate/models/residual_table.h"
 
 namespace grouser::surrogate {
 
@@ -11,8 +11,10 @@ namespace grouser::surrogate {
 
 /// Training domain and uncertainty.
 Hull TrainedHull(const v1alpha1::Model& model);
-/// The residual's table with the hull distance; no table: all 0.
-ResidualTable TrainedTable(const v1alpha1::Model& model);
+/// The hull distance by the residual's table, at a moving state; no table: 0. Copies no table.
+double TrainedDistance(const v1alpha1::Model& model, const Canonical& state, double load);
+/// Precondition: a model with physics of a soil.
+BekkerModel TrainedPhysics(const v1alpha1::Model& model);
 /// Not present where no run was at another speed.
 SpeedAxis TrainedSpeeds(const v1alpha1::Model& model);
 

@@ -62,10 +62,13 @@ std::vector<RunBeside> NearestRuns(const v1alpha1::Provenance& provenance, const
     const VelocityState at = MotionOf(run, otherwise > 0 ? otherwise : 1);
     const bool usable = std::isfinite(at.v_x) && run.load_n() > 0 && std::isfinite(run.load_n());
     if (!usable || !counts(run)) continue;
-    near.push_back({&run, at, space.Between(motion, load, at, run.load_n())});
+    const RunBeside beside{&run, at, space.Between(motion, load, at, run.load_n())};
+    const auto place = std::ranges::upper_bound(
+        near, beside.distance.total, {}, [](const RunBeside& r) { return r.distance.total; });
+    if (near.size() == most && place == near.end()) continue;
+    near.insert(place, beside);
+    if (near.size() > most) near.pop_back();  // never more, however many runs a file has
   }
-  std::ranges::stable_sort(near, {}, [](const RunBeside& r) { return r.distance.total; });
-  if (near.size() > most) near.resize(most);
   return near;
 }
 

@@ -27,6 +27,26 @@ Weights CubicWeights(double t, int n) {
       {g * g * g / 6, (4 + 3 * f * f * (f - 2)) / 6, (4 + 3 * g * g * (g - 2)) / 6, f * f * f / 6}};
 }
 
+/// Calls add(index, weight) for the 64 coefficients that have a share in the answer.
+template <class Add>
+void AddUp(const TableAxes& axes, const ChartPoint& at, double log_load, const Add& add) {
+  constexpr double kPi = std::numbers::pi;
+  const Weights a =
+      CubicWeights((at.direction_rad + kPi / 2) / kPi * axes.direction, axes.direction);
+  const Weights b = CubicWeights(at.lateral_rad / (kPi / 2) * axes.lateral, axes.lateral);
+  const Weights c = CubicWeights(
+      (log_load - axes.log_load_min) / (axes.log_load_max - axes.log_load_min) * axes.load,
+      axes.load);
+  const std::size_t row = axes.load + 3, plane = (axes.lateral + 3) * row;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      const double wij = a.w[i] * b.w[j];
+      const std::size_t first = (a.first + i) * plane + (b.first + j) * row + c.first;
+      for (int k = 0; k < 4; ++k) add(first + k, wij * c.w[k]);
+    }
+  }
+}
+
 void CheckAxes(const TableAxes& axes) {
   for (const int n : {axes.direction, axes.lateral, axes.load}) {
     if (n < 1 || n > 10000) {
@@ -104,29 +124,26 @@ std::array<double, ResidualTable::kChannels> ResidualTable::Evaluate(
     const ChartPoint& at, double log_load) const noexcept {
   std::array<double, kChannels> result{};
   if (empty()) return result;
-  constexpr double kPi = std::numbers::pi;
-  const Weights a =
-      CubicWeights((at.direction_rad + kPi / 2) / kPi * axes_.direction, axes_.direction);
-  const Weights b = CubicWeights(at.lateral_rad / (kPi / 2) * axes_.lateral, axes_.lateral);
-  const Weights c = CubicWeights(
-      (log_load - axes_.log_load_min) / (axes_.log_load_max - axes_.log_load_min) * axes_.load,
-      axes_.load);
-  const int row = axes_.load + 3, plane = (axes_.lateral + 3) * row;
   double sum[kLanes] = {};
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      const double wij = a.w[i] * b.w[j];
-      const double* p = &coefficients_[static_cast<std::size_t>((a.first + i) * plane +
-                                                                (b.first + j) * row + c.first) *
-                                       kLanes];
-      for (int k = 0; k < 4; ++k) {
-        const double w = wij * c.w[k];
-        for (int lane = 0; lane < kLanes; ++lane) sum[lane] += w * p[k * kLanes + lane];
-      }
-    }
-  }
+  AddUp(axes_, at, log_load, [&](std::size_t i, double w) {
+    const double* p = &coefficients_[i * kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) sum[lane] += w * p[lane];
+  });
   for (int channel = 0; channel < kChannels; ++channel) result[channel] = sum[channel];
   return result;
+}
+
+double ResidualTable::EvaluateChannel(const TableAxes& axes, std::span<const double> coefficients,
+                                      const ChartPoint& at, double log_load) {
+  CheckAxes(axes);
+  if (coefficients.empty()) return 0;
+  if (coefficients.size() != Size(axes)) {
+    throw std::invalid_argument("residual table: " + std::to_string(coefficients.size()) +
+                                " coefficients, expected " + std::to_string(Size(axes)));
+  }
+  double sum = 0;
+  AddUp(axes, at, log_load, [&](std::size_t i, double w) { sum += w * coefficients[i]; });
+  return sum;
 }
 
 }  // namespace grouser::surrogate

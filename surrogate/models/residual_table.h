@@ -47,6 +47,11 @@ class ResidualTable {
   /// All channels at a state; the load is clamped to the axis.
   std::array<double, kChannels> Evaluate(const ChartPoint& at, double log_load) const noexcept;
 
+  /// One channel, of its coefficients where they stand (none: 0): no table is made for a single
+  /// state. Bit by bit what Evaluate says. Throws as the constructor on other sizes and bad axes.
+  static double EvaluateChannel(const TableAxes& axes, std::span<const double> coefficients,
+                                const ChartPoint& at, double log_load);
+
   bool empty() const { return coefficients_.empty(); }
   /// Whether an output's coefficient is other than 0.
   bool has_outputs() const { return has_outputs_; }

@@ -73,9 +73,12 @@ def call(*words):
                 traceback.print_exc()
                 code = 1
             finally:
+                if code is not None and not isinstance(code, int):  # sys.exit("why")
+                    print(code, file=sys.stderr)
+                    code = 1
                 sys.stdout.flush()
                 sys.stderr.flush()
-                os._exit(code)
+                os._exit(code or 0)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         out.seek(0)
         error.seek(0)

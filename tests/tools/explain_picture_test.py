@@ -45,6 +45,35 @@ def check_picture(folder):
     return folder / "told.json", done.stdout
 
 
+def check_refusals(folder, text):
+    told = json.loads(text)
+    wrong = {"broken": b'{"reasons": [', "empty": b"", "list": b"[]", "number": b"3", "latin": b'{"model": "\xff"}',
+             "deep": b"[" * 200000, "types": json.dumps(told | {"reasons": 3}).encode(),
+             "digits": json.dumps(told | {"slip": "much"}).encode(),
+             "huge": json.dumps(told | {"load_n": 10**400}).encode()}
+    for name, content in wrong.items():
+        file = folder / f"{name}.json"
+        file.write_bytes(content)
+        done = run("--plot", str(folder / "none.svg"), "--from", str(file))
+        expect(done.returncode == 2 and f"{file}: no explanation" in done.stderr and "Traceback" not in done.stderr,
+               f"{name}: {done.returncode} {done.stderr}")
+    expect(not (folder / "none.svg").exists(), "no picture of what is refused")
+    for output in told["outputs"]:
+        output["sd_patch"] = 1e200  # whose square no double holds
+    (folder / "wide.json").write_text(json.dumps(told))
+    done = run("--plot", str(folder / "wide.svg"), "--from", str(folder / "wide.json"))
+    expect(done.returncode == 0, done.stderr)
+
+
+def check_second_call(folder, text):
+    """A program whose --json fails where its text did not."""
+    program = folder / "program"
+    program.write_text('#!/bin/sh\nif [ "$1" = --json ]; then echo gone away >&2; exit 4; fi\necho the text\n')
+    program.chmod(0o755)
+    done = run("--plot", str(folder / "none.svg"), "--", str(program))
+    expect((done.returncode, done.stdout) == (4, "the text\n") and "gone away" in done.stderr, "why it failed")
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -59,8 +88,8 @@ def main():
         (folder / "other.json").write_text('{"responses": {}}')
         done = run("--plot", str(old), "--from", str(folder / "other.json"))
         expect(done.returncode == 2 and "--explain" in done.stderr, "no explanation")
-        (folder / "broken.json").write_text('{"reasons": [')
-        expect(run("--plot", str(old), "--from", str(folder / "broken.json")).returncode == 1, "broken JSON")
+        check_refusals(folder, text)
+        check_second_call(folder, text)
         done = run("--plot", str(old), "--", str(BIN / "grouser-fit"), "explain", CMU, "--load", "20")
         expect(done.returncode == 2 and "--slip" in done.stderr, "the program's own refusal")
     print("ok")

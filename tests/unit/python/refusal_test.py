@@ -98,6 +98,7 @@ class RefusalTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             bad = pathlib.Path(folder, "bad.model")
             self.refuses(f"{bad}: .*No such file", Model.open, bad)
+            self.refuses("\udcff.*No such file", Model.open, os.fsencode(folder) + b"/\xff.model")  # no UTF-8
             bad.write_text("no model")
             self.refuses(f"{bad}: .*not a Grouser model file", Model.open, str(bad))
             bad.write_bytes(SHIPPED.read_bytes()[:-100])

@@ -26,6 +26,8 @@
 namespace grouser::surrogate {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -426,6 +428,25 @@ TEST(Explain, OldFilesSayWhatTheyDoNotHold) {
   EXPECT_EQ(none.nearest_size(), 0);
   EXPECT_THAT(ExplanationText(none), Not(HasSubstr("nearest")));
   EXPECT_EQ(Cmu().Explain(BySlip(0.2, 10, 20)).notes_size(), 0);
+}
+
+TEST(Explain, TextOfADamagedAnswerSaysWhatIsMissing) {
+  const Explanation whole = Cmu().Explain(BySlip(0.2, 10, 20), 1);
+  ASSERT_THAT(ExplanationText(whole), Not(AnyOf(HasSubstr("no means"), HasSubstr("no stress"))));
+  Explanation e = whole;  // as a server of another version, or none of ours, may send it
+  e.mutable_nearest(0)->mutable_stress()->clear_shear_tangential_pa();
+  e.mutable_physics_stress()->add_normal_pa(1);
+  EXPECT_THAT(ExplanationText(e), AllOf(HasSubstr("rim: no stress: "), HasSubstr(" 0 of shear"),
+                                        HasSubstr("no stress: 73 bins of normal, 72 of shear")));
+  const auto no_means = [&](const auto& change) {
+    e = whole;
+    change(e.mutable_nearest(0));
+    EXPECT_THAT(ExplanationText(e), HasSubstr("no means"));
+  };
+  no_means([](NearRun* n) { n->clear_mean(); });
+  no_means([](NearRun* n) { n->clear_model_value(); });
+  no_means([](NearRun* n) { n->mutable_model_low()->Truncate(5); });
+  no_means([](NearRun* n) { n->clear_model_high(); });
 }
 
 TEST(Explain, PhysicsStressCarriesTheLoadOnTheStatesOwnSide) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include <new>
 #include <numbers>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -100,6 +102,30 @@ struct Batch : StateBatch {
     slip = attack_angle = part[kFx][kValue];
   }
 };
+
+TEST(ResidualTable, OneChannelIsThatOfTheWholeTable) {
+  const TableAxes axes{5, 4, 3, std::log(8.0), std::log(90.0)};
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::array<std::vector<double>, ResidualTable::kChannels> channels;
+  std::array<std::span<const double>, ResidualTable::kChannels> spans;
+  for (int c = 1; c < ResidualTable::kChannels; ++c) {  // the first has none
+    channels[c].resize(ResidualTable::Size(axes));
+    for (double& x : channels[c]) x = unit(random);
+    spans[c] = channels[c];
+  }
+  const ResidualTable table(axes, spans);
+  for (int i = 0; i < 100; ++i) {
+    const ChartPoint at{(unit(random) - 0.5) * kPi, unit(random) * kPi / 2};
+    const double log_load = std::log(100 * unit(random));
+    const auto whole = table.Evaluate(at, log_load);
+    for (int c = 0; c < ResidualTable::kChannels; ++c) {
+      EXPECT_EQ(ResidualTable::EvaluateChannel(axes, spans[c], at, log_load), whole[c]);
+    }
+  }
+  const std::span<const double> cut = spans[1].first(spans[1].size() - 1);
+  EXPECT_THROW(ResidualTable::EvaluateChannel(axes, cut, {}, 3), std::invalid_argument);
+}
 
 TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
   const HybridModel model = MakeHybridModel();
