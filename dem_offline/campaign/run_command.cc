@@ -23,6 +23,7 @@
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
 #include "proto/records/model_file.h"
+#include "proto/records/os/no_space.h"
 #include "proto/records/run_file.h"
 
 namespace grouser::campaign {
@@ -196,6 +197,8 @@ bool TakeKnown(const RunArguments& arguments, const std::string& id) {
       PrintRecord(record);
     }
     return true;
+  } catch (const os::NoSpace&) {
+    throw;  // there would be none for a new run either
   } catch (const std::exception& error) {
     PutText(stderr, fmt::format("{}; it is run\n", error.what()));
     return false;

@@ -10,6 +10,7 @@
 #include "server/jobs/job_files.h"
 #include "server/jobs/refinement_spec.h"
 #include "server/jobs/scheduler_steps.h"
+#include "surrogate/model_io/run_summary.h"
 #include "surrogate/model_io/upgrade.h"
 
 namespace grouser::server {
@@ -71,8 +72,7 @@ Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>&
       if (model.provenance().base_digest() != base || !IsOfScene(model, row.spec)) continue;
       found.models.push_back(entry.path);
       for (const auto& run : model.provenance().runs()) {
-        const bool trains =
-            run.role() != v1alpha1::RUN_ROLE_TEST && run.role() != v1alpha1::RUN_ROLE_PATCH;
+        const bool trains = surrogate::RoleOf(run) == v1alpha1::RUN_ROLE_TRAIN;
         if (trains && !known.contains(run.run_id())) found.run_ids.insert(run.run_id());
       }
     } catch (const std::exception& e) {

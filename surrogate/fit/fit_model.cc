@@ -16,6 +16,7 @@
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/stress_profile.h"
 #include "surrogate/fit/trained.h"
+#include "surrogate/model_io/run_summary.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -243,9 +244,7 @@ void AddRunsOf(const v1alpha1::Model& other, const v1alpha1::Model& base, Traini
   for (const v1alpha1::RunSummary& run : other.provenance().runs()) {
     const bool known = std::ranges::any_of(
         set->runs, [&](const v1alpha1::RunSummary& one) { return one.run_id() == run.run_id(); });
-    const bool trains =
-        run.role() != v1alpha1::RUN_ROLE_TEST && run.role() != v1alpha1::RUN_ROLE_PATCH;
-    if (!known && trains) set->runs.push_back(run);
+    if (!known && RoleOf(run) == v1alpha1::RUN_ROLE_TRAIN) set->runs.push_back(run);
   }
 }
 

@@ -520,6 +520,7 @@ class Runs(InFolder):
             return done.stderr
         self.assertIn("--beds 0: expected at least 1", said("--beds", "0"))
         self.assertIn("--budget -1: expected more than 0 hours", said("--budget", "-1"))
+        self.assertIn("--wait nan: expected 0 or more seconds", said("--wait", "nan"))
         self.assertIn("nowhere.yaml: no such file", said("--soil", "nowhere.yaml"))
         with open(SCENE, encoding="utf-8") as file:
             scene = file.read()

@@ -246,6 +246,19 @@ TEST_F(JobBookTest, TakesTheOldestQueuedJobFirst) {
   Reopen();
   EXPECT_EQ(book_->NextQueued()->job.job_id(), a);
   EXPECT_EQ(book_->FindOpen(a)->retries, 1);
+  MoveTo(a, 2, JOB_STATE_RUNNING);
+  book_->Requeue(a, 2, "for another fit", Retries::kNone);
+  EXPECT_EQ(book_->FindOpen(a)->retries, 0);
+}
+
+TEST_F(JobBookTest, JobsThatRanAndAreFittedAgainKeepNobodyOut) {
+  Reopen(1);
+  const std::string a = Submit(Request("a", 0.1)).job().job_id();
+  EXPECT_EQ(CodeOf([&] { Submit(Request("b", 0.2)); }), StatusCode::kResourceExhausted);
+  MoveTo(a, 1, JOB_STATE_RUNNING);
+  book_->Change(a, 1, [](JobRow& row) { row.job.set_run_sha256("00"); });
+  book_->Requeue(a, 1, "for another fit", Retries::kNone);
+  EXPECT_NO_THROW(Submit(Request("b", 0.2)));
 }
 
 TEST_F(JobBookTest, ListsNewestFirstWithoutProfiles) {

@@ -4,6 +4,7 @@ import os
 import pathlib
 import subprocess
 import tempfile
+import threading
 
 import numpy as np
 
@@ -34,3 +35,18 @@ def some_states(n=300, seed=1):
     states.load[0], states.load[1], states.v_x[2], states.rim_speed[3] = 0, -1, np.nan, np.inf
     states.v_x[4] = states.v_y[4] = states.rim_speed[4] = 0
     return states
+
+
+def differ_in_threads(ask):
+    """How often one of four threads that ask ten times each gets other bytes than asked alone."""
+    expected, wrong = ask(), []
+
+    def again():
+        wrong.extend(1 for _ in range(10) if ask() != expected)
+
+    threads = [threading.Thread(target=again) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return len(wrong)

@@ -6,7 +6,7 @@ import time
 import unittest
 
 import numpy as np
-from common import ALL, PAIR, PARTS, SHIPPED, reference, some_states
+from common import ALL, PAIR, PARTS, SHIPPED, differ_in_threads, reference, some_states
 
 import grouser
 from grouser import Answers, Flag, Model, States
@@ -161,20 +161,7 @@ class ModelTest(unittest.TestCase):
 
     def test_many_threads_get_the_same(self):
         model, states = MODEL, some_states(500)
-        expected = flat(model.evaluate(states, fields=ALL)).tobytes()
-        wrong = []
-
-        def evaluate():
-            for _ in range(10):
-                if flat(model.evaluate(states, fields=ALL)).tobytes() != expected:
-                    wrong.append(1)
-
-        threads = [threading.Thread(target=evaluate) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(wrong, [])
+        self.assertEqual(differ_in_threads(lambda: flat(model.evaluate(states, fields=ALL)).tobytes()), 0)
 
 
 if __name__ == "__main__":

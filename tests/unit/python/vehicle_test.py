@@ -1,11 +1,10 @@
 #!/usr/bin/python3
 """Vehicles in Python: the C++ library's bits, motions by twist and by rim speeds, plans, refusals, threads."""
 
-import threading
 import unittest
 
 import numpy as np
-from common import reference
+from common import differ_in_threads, reference
 
 import grouser
 from grouser import Binding, Error, Margins, Motions, Path, Reason, Solutions, SpeedOptions, Vehicle, VehicleSolver
@@ -145,20 +144,7 @@ class VehicleTest(unittest.TestCase):
         husky = Vehicle.open(HUSKY)
         solver = VehicleSolver(husky)
         motions = Motions.of(v_x=np.linspace(0.1, 1, 300), yaw_rate=0.3)
-        expected = solver.solve(motions).residual.tobytes()
-        wrong = []
-
-        def solve():
-            for _ in range(10):
-                if solver.solve(motions).residual.tobytes() != expected:
-                    wrong.append(1)
-
-        threads = [threading.Thread(target=solve) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(wrong, [])
+        self.assertEqual(differ_in_threads(lambda: solver.solve(motions).residual.tobytes()), 0)
 
 
 if __name__ == "__main__":
