@@ -29,6 +29,9 @@ check_packages() {
   missing="$(missing_packages python | tr '\n' ' ')"
   [ -z "$missing" ] || finding absent python "not installed: ${missing% }" "no Python package grouser" \
     "./grouser setup installs them and builds with them"
+  missing="$(missing_packages docs | tr '\n' ' ')"
+  [ -z "$missing" ] || finding absent docs "not installed: ${missing% }" "no ./grouser docs (the documents are Markdown)" \
+    "as root: apt-get install --no-install-recommends ${missing% }"
 }
 
 check_build() {
