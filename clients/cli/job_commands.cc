@@ -8,6 +8,7 @@
 
 #include "clients/cli/job_options.h"
 #include "clients/cli/print.h"
+#include "clients/cli/watch_jobs.h"
 #include "proto/records/message_json.h"
 
 namespace grouser::cli {
@@ -189,12 +190,20 @@ void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* actio
   job->footer("Examples:\n  grouser-client job JOB\n  grouser-client job JOB --json");
   job->callback([=] { *action = [=] { return Print(*common, MakeClient(*common).Get(*id)); }; });
 
-  auto* watch = app.add_subcommand("watch", "Follows a job until it ends or awaits promotion");
-  watch->add_option("job", *id, "Job")->required();
-  watch->footer("Example:\n  grouser-client watch JOB");
-  watch->callback([=] { *action = [=] { return Watch(*common, *id); }; });
-
   auto limit = std::make_shared<int>(20);
+  auto* watch = app.add_subcommand(
+      "watch",
+      "Follows a job until it ends or awaits promotion; without one, the latest jobs as a "
+      "table until none is at work");
+  watch->add_option("job", *id, "Job");
+  watch->add_option("--limit", *limit, "How many jobs")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  watch->footer("Examples:\n  grouser-client watch\n  grouser-client watch JOB");
+  watch->callback([=] {
+    *action = [=] { return id->empty() ? WatchAll(*common, *limit) : Watch(*common, *id); };
+  });
+
   auto* jobs = app.add_subcommand("jobs", "The latest jobs");
   jobs->add_option("--limit", *limit, "How many")
       ->check(CLI::PositiveNumber)

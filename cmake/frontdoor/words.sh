@@ -182,6 +182,7 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
   eval      one state, answered from a file
+  plot      curves over slip with intervals, of one model or several, measured points beside them
   explain   why a state is answered so: flags, parts of the interval, the runs behind it; --plot
   make      a model of a wheel on a known soil or hard ground at once, nothing fitted
   compare   DEM, surrogate with interval, and measurement; --out: the model with sd_form
@@ -193,12 +194,18 @@ Examples:
   ./grouser model make --wheel my-wheel.yaml --ground asphalt --out asphalt.model
   ./grouser model show surrogate/shipped/NAME.model
   ./grouser model eval out/demo/model/demo.model --slip 0.2 --angle-deg 30 --load 24
+  ./grouser model plot surrogate/pairs/cmu-smooth-62.5-8mm/hybrid.model --out curves.png
   ./grouser model explain out/demo/model/demo.model --slip 0.2 --load 24 --plot why.png
 HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client models "$@" ;;
     served) shift; run_program grouser-client model "$@" ;;
     explain) run_explained grouser-fit "$@" ;;
+    plot)
+      shift
+      require_packages run
+      build_if_missing grouser-fit
+      exec "$PYTHON" "$GROUSER_ROOT/surrogate/fit/plot_model.py" --program "$(program_path grouser-fit)" "$@" ;;
     show | eval | make | compare | regions | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac
@@ -232,7 +239,7 @@ at one state, a refit, a candidate model; campaigns; calibrations.
   fetch     copy the results of a campaign or calibration here
   list      all jobs
   get       one job, with its gate and its run
-  watch     follow a job until it ends
+  watch     follow a job until it ends; without one, all as a live table
   cancel    withdraw from a job
   promote   make a job's candidate the stable model
   history   where aliases pointed, when, who moved them, why

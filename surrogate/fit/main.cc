@@ -39,6 +39,7 @@ namespace {
 using namespace grouser;
 using namespace grouser::surrogate;
 
+constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr int kOk = 0, kFailed = 1, kUsage = 2, kGateFailed = 3;
 
 struct Arguments {
@@ -46,12 +47,12 @@ struct Arguments {
   std::string name, out, measured, base, run, candidate, model, kind = "hybrid", reason,
                                                                 role = "test";
   std::string wheel, soil, ground;
-  double slip = 0, angle_deg = 0, load = 0, speed = 0, gravity = 9.81;
+  double load = 0, speed = 0, gravity = 9.81;
   std::optional<double> load_min, load_max, similar_radius, similar_gravity;
   std::array<std::optional<double>, 8> hard;  // by HardGroundFields
   std::optional<double> profile_weight;
   std::vector<double> weights = {0, 0.03, 0.1, 0.3, 1};
-  std::vector<double> slips, angles_deg;
+  std::vector<double> slips, angles_deg, loads;
   // Of a state to be explained, by CLI::App's options; what is not given is not asked.
   std::optional<double> at_slip, at_angle_deg, at_speed, v_x, v_y, rim, pitch_deg, roll_deg, yaw;
   std::optional<std::uint32_t> pass;
@@ -221,6 +222,29 @@ int Show(const Arguments& a) {
   return kOk;
 }
 
+constexpr std::size_t kMostStates = 100'000;
+
+/// Every combination of the slips, angles and loads that `eval` was given, slips last; the rest as
+/// in `like`.
+std::vector<Query> GridOf(const Arguments& a, Query like) {
+  const std::vector<double> angles = a.angles_deg.empty() ? std::vector<double>{0} : a.angles_deg;
+  const std::size_t count = a.slips.size() * angles.size() * a.loads.size();
+  if (count > kMostStates) {
+    throw CLI::ValidationError(
+        "eval", fmt::format("got {} states, expected {} at most", count, kMostStates));
+  }
+  std::vector<Query> states;
+  for (const double load : a.loads) {
+    for (const double angle : angles) {
+      for (const double slip : a.slips) {
+        like.slip = slip, like.attack_angle_rad = angle * kRadPerDeg, like.load_n = load;
+        states.push_back(like);
+      }
+    }
+  }
+  return states;
+}
+
 int Eval(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
   std::shared_ptr<const WheelModel> model = MakeLaw(loaded.model);
@@ -234,22 +258,23 @@ int Eval(const Arguments& a) {
     errors = Scaled(errors, by);
     trained *= by.Speed();
   }
-  const Query query{a.slip, a.angle_deg * std::numbers::pi / 180,
-                    a.load, a.speed > 0 ? a.speed : trained,
-                    radius, gravity};
-  const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
-  if (!(v.v_x == v.v_x)) {
-    throw CLI::ValidationError("--slip", "no motion has this slip at this attack angle");
+  for (const Query& query :
+       GridOf(a, {0, 0, 0, a.speed > 0 ? a.speed : trained, radius, gravity})) {
+    const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
+    if (!(v.v_x == v.v_x)) {
+      throw CLI::ValidationError("--slip",
+                                 fmt::format("no motion has slip {} at {} degrees", query.slip,
+                                             query.attack_angle_rad / kRadPerDeg));
+    }
+    WheelAnswer answer = AnswerOf(*model, v, query.load_n);
+    const FormAnswer form = FormOf(errors, v, query.load_n, &answer);
+    Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))
+                 : AnswerText(query, answer, form));
   }
-  WheelAnswer answer = AnswerOf(*model, v, query.load_n);
-  const FormAnswer form = FormOf(errors, v, query.load_n, &answer);
-  Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))
-               : AnswerText(query, answer, form));
   return kOk;
 }
 
 v1alpha1::WheelStates StateOf(const Arguments& a) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const bool by_slip = a.at_slip || a.at_angle_deg || a.at_speed;
   if (by_slip == (a.v_x || a.v_y || a.rim)) {
     throw CLI::ValidationError("state",
@@ -414,12 +439,20 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   refit->add_option("--out", a->out, "model file to write")->required();
   refit->add_option("--reason", a->reason, "kept in the provenance");
   model(add("show", "Say what a model file holds", Show));
-  CLI::App* eval = add("eval", "Answer one wheel state", Eval);
+  CLI::App* eval =
+      add("eval", "Answer wheel states: all combinations of slips, angles and loads", Eval);
   model(eval);
-  eval->add_option("--slip", a->slip, "(r w - v_x)/max(|r w|, V)")->required();
-  eval->add_option("--angle-deg", a->angle_deg, "attack angle [deg]")->capture_default_str();
-  eval->add_option("--load", a->load, "vertical load [N]")
+  eval->add_option("--slip", a->slips, "(r w - v_x)/max(|r w|, V); several: 0.1,0.2")
       ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  eval->add_option("--angle-deg", a->angles_deg, "attack angles [deg]; 0 if not given")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  eval->add_option("--load", a->loads, "vertical loads [N]")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::NonNegativeNumber);
   eval->add_option("--speed", a->speed, "max(|r w|, V) [m/s]; the training speed if not given")
       ->check(CLI::PositiveNumber);
@@ -468,6 +501,8 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  grouser-fit fit --runs campaign/ --name cmu-smooth --out cmu.model\n"
       "  grouser-fit eval cmu.model --slip 0.3 --angle-deg 30 --load 24 --json\n"
+      "  grouser-fit eval cmu.model --slip=-0.2,0.2 --angle-deg 0,30 --load 24 --json  # a line "
+      "each\n"
       "  grouser-fit eval cmu.model --slip 0.3 --load 70 --radius 0.125 --gravity 1.62\n"
       "  grouser-fit explain cmu.model --slip 0.3 --angle-deg 30 --load 24 --runs 10\n"
       "  grouser-fit make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model\n"

@@ -189,6 +189,17 @@ TEST_F(MissionTest, TheCommandLineSubmitsAndFetches) {
   const auto request = campaign.err.substr(8, campaign.err.find(':') - 8);
   const auto cancelled = run({"cancel", started, "--request-id", request});
   EXPECT_THAT(cancelled.out, HasSubstr("CANCELLED")) << cancelled.err;
+  const auto watched =
+      run({"watch"});  // no terminal: a line a job, the oldest first, until none works
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  const auto done = watched.out.find(id), last = watched.out.find(started);
+  ASSERT_NE(done, std::string::npos) << watched.out;
+  ASSERT_NE(last, std::string::npos) << watched.out;
+  EXPECT_LT(done, last);
+  EXPECT_THAT(watched.out.substr(done, last - done), HasSubstr("DONE"));
+  EXPECT_THAT(watched.out.substr(last), HasSubstr("CANCELLED"));
+  EXPECT_THAT(watched.out, ::testing::Not(HasSubstr("\x1b")))
+      << "no cursor movements outside a terminal";
 }
 
 TEST_F(MissionTest, HostileFilesAreRefusedBeforeTheyAreAccepted) {

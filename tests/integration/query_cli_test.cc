@@ -130,6 +130,7 @@ TEST_F(QueryCliTest, CommandsOfJobsAskNobodyElseThanWasMeant) {
            {"jobs"},
            {"job", "a"},
            {"watch", "a"},
+           {"watch"},
            {"submit", "--slip", "0.2", "--load", "24"},
            {"promote", "a", "--who", "me", "--why", "b"},
            {"cancel", "a", "--request-id", "b"},
