@@ -36,7 +36,8 @@ class VehicleAnswers {
   /// With the probability that every limit of the vehicle holds.
   virtual vehicle::Solution Solve(const vehicle::Motion& motion, vehicle::GoProbability* go) = 0;
   virtual MotionOnDraws SolveOnDraws(const vehicle::Motion& motion, std::size_t draws) = 0;
-  virtual vehicle::PowerInterval Energy(const vehicle::Motion& motion) = 0;
+  virtual std::vector<vehicle::PowerInterval> Energies(
+      std::span<const vehicle::Motion> motions) = 0;
   /// Returns at how many points the plan does not hold.
   virtual std::size_t Plan(std::span<const vehicle::PathPoint> path,
                            const vehicle::SpeedOptions& options, std::span<vehicle::SpeedPoint> out,

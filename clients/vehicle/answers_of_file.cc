@@ -38,9 +38,11 @@ class FileAnswers final : public VehicleAnswers {
     out.go = planner.ProbabilityByDraws(motion, Limits());
     return out;
   }
-  PowerInterval Energy(const Motion& motion) override {
+  std::vector<PowerInterval> Energies(std::span<const Motion> motions) override {
     Solver solver(file_.vehicle, file_.grounds);
-    return PowerOf(&solver, motion);
+    std::vector<PowerInterval> powers;
+    for (const Motion& motion : motions) powers.push_back(PowerOf(&solver, motion));
+    return powers;
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "clients/cpp/client_error.h"
 #include "clients/cpp/vehicle_client.h"
 #include "clients/vehicle/answers.h"
@@ -44,10 +46,21 @@ class ServerAnswers final : public VehicleAnswers {
     }
     return out;
   }
-  PowerInterval Energy(const Motion& motion) override {
-    auto request = RequestFor<v1alpha1::EnergyRequest>();
-    Append(motion, described_, request.mutable_motions());
-    return PowerAt(Ask(&VehicleClient::Energy, request).powers(), described_, 0);
+  std::vector<PowerInterval> Energies(std::span<const Motion> motions) override {
+    constexpr std::size_t kMotionsOfACall = 500;
+    std::vector<PowerInterval> powers;
+    while (powers.size() < motions.size()) {
+      auto request = RequestFor<v1alpha1::EnergyRequest>();
+      const std::size_t count = std::min(kMotionsOfACall, motions.size() - powers.size());
+      for (const Motion& motion : motions.subspan(powers.size(), count)) {
+        Append(motion, described_, request.mutable_motions());
+      }
+      const auto response = Ask(&VehicleClient::Energy, request);
+      for (std::size_t i = 0; i < count; ++i) {
+        powers.push_back(PowerAt(response.powers(), described_, i));
+      }
+    }
+    return powers;
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {

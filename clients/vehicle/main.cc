@@ -4,6 +4,7 @@
 
 #include "clients/cpp/access_options.h"
 #include "clients/vehicle/answers.h"
+#include "clients/vehicle/drive_file.h"
 #include "clients/vehicle/motion_options.h"
 #include "clients/vehicle/path_file.h"
 #include "clients/vehicle/print.h"
@@ -28,6 +29,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle speed FILE PATH.csv --limit 1.5\n"
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
     "  grouser-vehicle energy FILE --soil '{asphalt: 0.7, ice: 0.3}' --speed 0.5\n"
+    "  grouser-vehicle energy FILE --drive log.csv > watts.csv\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
     "  grouser-vehicle list --server 127.0.0.1:50151\n"
     "  grouser-vehicle speed husky PATH.csv --limit 1.5 --server 127.0.0.1:50151\n"
@@ -39,7 +41,7 @@ constexpr const char* kExamples =
     "what a server finds wrong with the call.";
 
 struct Arguments {
-  std::string file, path;
+  std::string file, path, drive;
   MotionOptions motion;
   std::vector<double> speeds = {0.3, 0.8}, radii = {1, 3, 10};
   SpeedOptions plan;
@@ -84,9 +86,27 @@ int Energy(const Arguments& a) {
   const auto answers = a.Open();
   a.AddMixtures(answers.get());
   const Vehicle& vehicle = answers->described().vehicle;
-  const PowerInterval power = answers->Energy(a.motion.MotionOf(answers->described()));
+  const Motion motion = a.motion.MotionOf(answers->described());
+  const PowerInterval power = answers->Energies({&motion, 1}).front();
   std::cout << (a.json ? JsonOf(vehicle, power) : TextOf(vehicle, power));
   return ExitCodeOf(power.solution);
+}
+
+/// Of every row of a drive; the sum goes to stderr, or with --json into the object.
+int EnergyOfDrive(const Arguments& a) {
+  const auto answers = a.Open();
+  a.AddMixtures(answers.get());
+  const DescribedVehicle& described = answers->described();
+  const std::string& soil = a.motion.soil;
+  const Drive drive =
+      ReadDrive(a.drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
+  const std::vector<PowerInterval> powers = answers->Energies(drive.motions);
+  std::cout << (a.json ? JsonOf(described.vehicle, drive, powers) : CsvOf(drive, powers));
+  if (!a.json) std::cerr << SumOf(drive, powers);
+  const bool all = std::all_of(powers.begin(), powers.end(), [](const PowerInterval& p) {
+    return ExitCodeOf(p.solution) == kOk;
+  });
+  return all ? kOk : kFailed;
 }
 
 int PlanSpeeds(Arguments a) {
@@ -221,8 +241,16 @@ int main(int argc, char** argv) {
   AddDraws(solve, &a);
   auto* grades = app.add_subcommand("climb", "Steepest grades up and down, straight, on each soil");
   AddGrades(grades, &a);
-  auto* energy = app.add_subcommand("energy", "Power of one steady motion, and where it goes");
+  auto* energy =
+      app.add_subcommand("energy", "Power of one steady motion or of a drive, and where it goes");
   AddMotion(energy, &a);
+  energy
+      ->add_option(
+          "--drive", a.drive,
+          "Instead of one motion a drive, CSV: speed_m_per_s[, time_s, yaw_rate_rad_per_s, "
+          "acceleration_m_per_s2, grade_deg, bank_deg, soil]; CSV to stdout")
+      ->excludes("--speed", "--yaw-rate", "--curvature", "--radius", "--rim", "--steer-deg",
+                 "--acceleration", "--grade-deg", "--bank-deg", "--soils");
   auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");
   AddSpeed(speed, &a);
   auto* constants = app.add_subcommand("constants", "Multipliers of a skid-steered robot, as YAML");
@@ -237,7 +265,7 @@ int main(int argc, char** argv) {
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(a.Open()->described());
     if (*grades) return SteepestGrades(a);
-    if (*energy) return Energy(a);
+    if (*energy) return a.drive.empty() ? Energy(a) : EnergyOfDrive(a);
     if (*speed) return PlanSpeeds(a);
     if (*constants) return Constants(a);
     if (*list) return List(a);

@@ -1,27 +1,16 @@
 #include "clients/vehicle/path_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
+#include "clients/vehicle/csv_lines.h"
 #include "surrogate/vehicle/yaml.h"
 
 namespace grouser::cli {
 namespace {
 
 using namespace vehicle;
-
-std::vector<std::string> Cells(const std::string& line) {
-  std::vector<std::string> cells;
-  std::stringstream in(line);
-  for (std::string cell; std::getline(in, cell, ',');) {
-    const auto first = cell.find_first_not_of(" \t\r"), last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
-}
 
 const std::vector<std::string> kColumns = {"s_m",       "curvature_per_m", "x_m", "y_m",
                                            "grade_deg", "bank_deg",        "soil"};
@@ -35,64 +24,35 @@ struct Line {
 };
 
 // True: places; false: lengths and curvatures.
-bool CheckColumns(const std::string& at, const std::vector<std::string>& columns) {
-  for (const std::string& c : columns) {
-    if (std::find(kColumns.begin(), kColumns.end(), c) == kColumns.end() ||
-        std::count(columns.begin(), columns.end(), c) > 1) {
-      throw yaml::InputError(at + "column " + c +
-                             ": expected s_m and curvature_per_m, or x_m and y_m, and at most "
-                             "grade_deg, bank_deg, soil, each once");
-    }
-  }
-  const auto has = [&](const char* c) {
-    return std::find(columns.begin(), columns.end(), c) != columns.end();
-  };
-  const bool places = has("x_m") || has("y_m");
+bool HasPlaces(const CsvTable& table) {
+  CheckColumns(table, kColumns,
+               "s_m and curvature_per_m, or x_m and y_m, and at most grade_deg, bank_deg, soil, "
+               "each once");
+  const bool places = HasColumn(table, "x_m") || HasColumn(table, "y_m");
   const auto must = [&](const char* c) {
-    if (!has(c)) throw yaml::InputError(at + "no column " + c);
+    if (!HasColumn(table, c)) throw yaml::InputError(table.at + "no column " + c);
   };
-  if (places && (has("s_m") || has("curvature_per_m"))) {
-    throw yaml::InputError(at + "got places besides s_m or curvature_per_m, expected either");
+  if (places && (HasColumn(table, "s_m") || HasColumn(table, "curvature_per_m"))) {
+    throw yaml::InputError(table.at + "got places besides s_m or curvature_per_m, expected either");
   }
   must(places ? "x_m" : "s_m");
   must(places ? "y_m" : "curvature_per_m");
   return places;
 }
 
-double NumberOf(const std::string& at, const std::string& column, const std::string& cell) {
-  double value = 0;
-  const char* end = cell.data() + cell.size();
-  const auto [rest, error] = std::from_chars(cell.data(), end, value);
-  if (error != std::errc() || rest != end || !std::isfinite(value)) {
-    throw yaml::InputError(at + column + ": got '" + cell + "', expected a finite number");
-  }
-  return value;
-}
-
-Line LineOf(const std::string& at, const std::vector<std::string>& columns,
-            const std::vector<std::string>& cells, const std::vector<std::string>& soils,
-            std::uint8_t otherwise) {
-  if (cells.size() != columns.size()) {
-    throw yaml::InputError(at + "got " + std::to_string(cells.size()) + " cells, expected " +
-                           std::to_string(columns.size()));
-  }
+Line LineOf(const CsvTable::Line& read, const std::vector<std::string>& columns,
+            const std::vector<std::string>& soils, std::uint8_t otherwise) {
   Line line;
-  line.at = at;
+  line.at = read.at;
   PathPoint& p = line.point;
   p.soil = otherwise;
-  for (std::size_t c = 0; c < cells.size(); ++c) {
+  for (std::size_t c = 0; c < read.cells.size(); ++c) {
     const auto which = std::find(kColumns.begin(), kColumns.end(), columns[c]) - kColumns.begin();
     if (which == kSoil) {
-      const auto soil = std::find(soils.begin(), soils.end(), cells[c]);
-      if (soil == soils.end()) {
-        throw yaml::InputError(at + "soil: got " + cells[c] +
-                               ", expected one of the vehicle, such as " +
-                               yaml::NearestOf(cells[c], soils));
-      }
-      p.soil = static_cast<std::uint8_t>(soil - soils.begin());
+      p.soil = SoilOf(read.at, read.cells[c], soils);
       continue;
     }
-    double value = NumberOf(at, columns[c], cells[c]);
+    double value = NumberOf(read.at, columns[c], read.cells[c]);
     if (which >= kFirstAngle) value *= std::numbers::pi / 180;
     double* const to[] = {&p.s_m,    &p.curvature_per_m, &line.x_m,
                           &line.y_m, &p.grade_rad,       &p.bank_rad};
@@ -130,25 +90,14 @@ void Measure(std::vector<Line>* lines) {
 
 std::vector<vehicle::PathPoint> ReadPath(const std::string& file,
                                          const std::vector<std::string>& soils, std::uint8_t soil) {
-  std::istringstream in(yaml::ReadYamlText(file));
-  std::vector<std::string> columns;
+  const CsvTable table = ReadCsv(file);
   std::vector<Line> lines;
-  bool places = false;
-  int number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    const std::string at = file + ":" + std::to_string(number) + ": ";
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    const std::vector<std::string> cells = Cells(line);
-    if (columns.empty()) {
-      places = CheckColumns(at, cells);
-      columns = cells;
-      continue;
-    }
-    lines.push_back(LineOf(at, columns, cells, soils, soil));
+  const bool places = !table.columns.empty() && HasPlaces(table);
+  for (const CsvTable::Line& read : table.lines) {
+    lines.push_back(LineOf(read, table.columns, soils, soil));
     const auto last = lines.end() - 1;
     if (!places && lines.size() > 1 && !(last->point.s_m > (last - 1)->point.s_m)) {
-      throw yaml::InputError(at + "s_m: expected more than in the line before");
+      throw yaml::InputError(read.at + "s_m: expected more than in the line before");
     }
   }
   if (lines.size() < 2) {

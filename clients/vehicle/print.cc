@@ -220,29 +220,99 @@ std::string TextOf(const Vehicle& v, const PowerInterval& p) {
   return out;
 }
 
-std::string JsonOf(const Vehicle& v, const PowerInterval& p) {
+namespace {
+
+Json ObjectOf(const Vehicle& v, const PowerInterval& p) {
   const Power& m = p.mean;
   Json wheels = Json::object();
   for (std::size_t i = 0; i < v.wheels.size(); ++i) {
     wheels[v.wheels[i].name] = m.wheel[i];
   }
-  const Json out = {{"reasons", NamesOf(p.solution.reasons)},
-                    {"electric_w", m.electric},
-                    {"electric_low_w", p.electric_low},
-                    {"electric_high_w", p.electric_high},
-                    {"joules_per_metre", p.joules_per_metre},
-                    {"joules_per_metre_low", p.low},
-                    {"joules_per_metre_high", p.high},
-                    {"shaft_w", m.shaft},
-                    {"drive_w", m.drive},
-                    {"rolling_w", m.rolling},
-                    {"slip_w", m.slip},
-                    {"scrub_w", m.scrub},
-                    {"grade_w", m.grade},
-                    {"acceleration_w", m.acceleration},
-                    {"imbalance_w", m.imbalance},
-                    {"wheel_shaft_w", wheels}};
+  return {{"reasons", NamesOf(p.solution.reasons)},
+          {"electric_w", m.electric},
+          {"electric_low_w", p.electric_low},
+          {"electric_high_w", p.electric_high},
+          {"joules_per_metre", p.joules_per_metre},
+          {"joules_per_metre_low", p.low},
+          {"joules_per_metre_high", p.high},
+          {"shaft_w", m.shaft},
+          {"drive_w", m.drive},
+          {"rolling_w", m.rolling},
+          {"slip_w", m.slip},
+          {"scrub_w", m.scrub},
+          {"grade_w", m.grade},
+          {"acceleration_w", m.acceleration},
+          {"imbalance_w", m.imbalance},
+          {"wheel_shaft_w", wheels}};
+}
+
+}  // namespace
+
+std::string JsonOf(const Vehicle& v, const PowerInterval& p) {
+  return ObjectOf(v, p).dump(1) + "\n";
+}
+
+std::string JsonOf(const Vehicle& v, const Drive& drive, std::span<const PowerInterval> powers) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < powers.size(); ++i) {
+    Json row = ObjectOf(v, powers[i]);
+    if (!drive.time_s.empty()) row["time_s"] = drive.time_s[i];
+    rows.push_back(std::move(row));
+  }
+  Json out = {{"rows", std::move(rows)}};
+  if (!drive.time_s.empty()) {
+    const DriveEnergy sum = EnergyOf(drive, powers);
+    out.update({{"joules", sum.joules},
+                {"joules_low", sum.low},
+                {"joules_high", sum.high},
+                {"seconds", sum.seconds},
+                {"metres", sum.metres},
+                {"rows_left_out", sum.left_out},
+                {"seconds_left_out", sum.left_out_s}});
+  }
   return out.dump(1) + "\n";
+}
+
+std::string CsvOf(const Drive& drive, std::span<const PowerInterval> powers) {
+  const bool timed = !drive.time_s.empty();
+  std::string out = timed ? "time_s," : "";
+  out +=
+      "electric_w,electric_low_w,electric_high_w,joules_per_metre,joules_per_metre_low,"
+      "joules_per_metre_high,drive_w,rolling_w,slip_w,scrub_w,grade_w,acceleration_w,reasons\n";
+  for (std::size_t i = 0; i < powers.size(); ++i) {
+    const PowerInterval& p = powers[i];
+    const Power& m = p.mean;
+    if (timed) out += fmt::format("{},", drive.time_s[i]);
+    for (const double value :
+         {m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low, p.high, m.drive,
+          m.rolling, m.slip, m.scrub, m.grade, m.acceleration}) {
+      out += fmt::format("{:.6g},", value);
+    }
+    std::string reasons = NamesOf(p.solution.reasons);
+    std::replace(reasons.begin(), reasons.end(), ',', '|');
+    out += reasons + "\n";
+  }
+  return out;
+}
+
+std::string SumOf(const Drive& drive, std::span<const PowerInterval> powers) {
+  if (drive.time_s.empty()) {
+    const auto fallen = std::count_if(powers.begin(), powers.end(),
+                                      [](const PowerInterval& p) { return !p.solution.balanced; });
+    return fmt::format("{} rows, {} of them without balance; a column time_s would give joules\n",
+                       powers.size(), fallen);
+  }
+  const DriveEnergy sum = EnergyOf(drive, powers);
+  std::string out = fmt::format(
+      "{:.4g} J (90 %: {:.4g} to {:.4g}, of a ground that errs alike all along) in {:.4g} s and "
+      "{:.4g} m\n",
+      sum.joules, sum.low, sum.high, sum.seconds, sum.metres);
+  if (sum.left_out > 0) {
+    out += fmt::format(
+        "not in it: {} rows of {:.4g} s where the ground or its interval's ends give no balance\n",
+        sum.left_out, sum.left_out_s);
+  }
+  return out;
 }
 
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,

@@ -48,6 +48,35 @@ class VehicleCli : public ::testing::Test {
   std::string out_, error_;
 };
 
+TEST_F(VehicleCli, EnergyOfADriveIsThatOfItsMotions) {
+  const std::string drive = Path(
+      "time_s,speed_m_per_s,yaw_rate_rad_per_s,soil\n0,0.5,0,asphalt\n2,0.4,0.8,ice\n3,0.2,0,"
+      "ice\n");
+  const std::string call = "energy " + kHusky + " --drive " + drive;
+  EXPECT_EQ(Run(call), 0) << error_;
+  EXPECT_EQ(std::count(out_.begin(), out_.end(), '\n'), 4);
+  EXPECT_EQ(out_.rfind("time_s,electric_w,", 0), 0u) << out_;
+  const std::string said = error_;
+  ASSERT_EQ(Run(call + " --json"), 0);
+  const auto all = nlohmann::json::parse(out_);
+  const char* motions[] = {"--soil asphalt --speed 0.5", "--soil ice --speed 0.4 --yaw-rate 0.8"};
+  double joules = 0;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(Run("energy " + kHusky + " --json " + motions[i]), 0);
+    const auto alone = nlohmann::json::parse(out_);
+    EXPECT_EQ(all["rows"][i]["electric_w"], alone["electric_w"]) << "every bit";
+    joules += (i == 0 ? 2 : 1) * alone["electric_w"].get<double>();
+  }
+  EXPECT_DOUBLE_EQ(all["joules"].get<double>(), joules);
+  EXPECT_EQ(all["seconds"], 3);
+  EXPECT_LE(all["joules_low"].get<double>(), joules);
+  EXPECT_GE(all["joules_high"].get<double>(), joules);
+  EXPECT_NE(said.find(" J (90 %: "), std::string::npos) << said;
+  EXPECT_EQ(Run(call + " --speed 1"), 2) << "either a motion or a drive";
+  EXPECT_EQ(Run("energy " + kHusky + " --drive " + Path("speed_m_per_s\nfast\n")), 2);
+  EXPECT_NE(error_.find("path.csv:2: speed_m_per_s: got 'fast'"), std::string::npos) << error_;
+}
+
 TEST_F(VehicleCli, SpeedSaysWhereThePlanDoesNotHold) {
   std::string text = "s_m,curvature_per_m,bank_deg,soil\n";
   for (int i = 0; i < 20; ++i) {

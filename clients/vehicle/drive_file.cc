@@ -1,0 +1,79 @@
+#include "clients/vehicle/drive_file.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "clients/vehicle/csv_lines.h"
+#include "surrogate/vehicle/yaml.h"
+
+namespace grouser::cli {
+namespace {
+
+using namespace vehicle;
+
+constexpr double kDegree = std::numbers::pi / 180;
+const std::vector<std::string> kColumns = {
+    "speed_m_per_s", "time_s", "yaw_rate_rad_per_s", "acceleration_m_per_s2", "grade_deg",
+    "bank_deg",      "soil"};
+
+}  // namespace
+
+Drive ReadDrive(const std::string& file, const std::vector<std::string>& soils, std::uint8_t soil) {
+  const CsvTable table = ReadCsv(file);
+  CheckColumns(table, kColumns,
+               "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
+               "grade_deg, bank_deg, soil, each once");
+  if (table.lines.empty()) throw yaml::InputError(file + ": got no row, expected a drive");
+  if (!HasColumn(table, "speed_m_per_s")) {
+    throw yaml::InputError(table.at + "no column speed_m_per_s");
+  }
+  Drive drive;
+  for (const CsvTable::Line& line : table.lines) {
+    Motion m;
+    m.soil.fill(soil);
+    for (std::size_t c = 0; c < line.cells.size(); ++c) {
+      const std::string& column = table.columns[c];
+      if (column == "soil") {
+        m.soil.fill(SoilOf(line.at, line.cells[c], soils));
+        continue;
+      }
+      const double value = NumberOf(line.at, column, line.cells[c]);
+      if (column == "speed_m_per_s") m.v_x_m_per_s = value;
+      if (column == "yaw_rate_rad_per_s") m.yaw_rate_rad_per_s = value;
+      if (column == "acceleration_m_per_s2") m.acceleration_m_per_s2 = value;
+      if (column == "grade_deg") m.grade_rad = value * kDegree;
+      if (column == "bank_deg") m.bank_rad = value * kDegree;
+      if (column != "time_s") continue;
+      if (!drive.time_s.empty() && !(value > drive.time_s.back())) {
+        throw yaml::InputError(line.at + "time_s: got " + line.cells[c] +
+                               ", expected more than in the line before");
+      }
+      drive.time_s.push_back(value);
+    }
+    drive.motions.push_back(m);
+  }
+  return drive;
+}
+
+DriveEnergy EnergyOf(const Drive& drive, std::span<const PowerInterval> powers) {
+  DriveEnergy sum;
+  for (std::size_t i = 0; i + 1 < drive.time_s.size(); ++i) {
+    const PowerInterval& p = powers[i];
+    const double seconds = drive.time_s[i + 1] - drive.time_s[i];
+    const bool answered = p.solution.balanced && std::isfinite(p.mean.electric) &&
+                          std::isfinite(p.electric_low) && std::isfinite(p.electric_high);
+    if (!answered) {
+      ++sum.left_out;
+      sum.left_out_s += seconds;
+      continue;
+    }
+    sum.joules += p.mean.electric * seconds;
+    sum.low += p.electric_low * seconds;
+    sum.high += p.electric_high * seconds;
+    sum.seconds += seconds;
+    sum.metres += std::hypot(p.solution.v_x_m_per_s, p.solution.v_y_m_per_s) * seconds;
+  }
+  return sum;
+}
+
+}  // namespace grouser::cli
