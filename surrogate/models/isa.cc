@@ -4,7 +4,7 @@
 #include <cstring>
 #include <initializer_list>
 
-#if defined(__x86_64__)
+#ifdef GROUSER_WIDE_KERNELS
 #define GROUSER_EACH_ISA(DECLARE) \
   DECLARE(isa_baseline)           \
   DECLARE(isa_avx2)               \
@@ -25,7 +25,7 @@ int PlaceOf(const char* isa) {
 }
 
 bool HasIsa(const char* isa) {
-#if defined(__x86_64__)
+#ifdef GROUSER_WIDE_KERNELS
   if (std::strcmp(isa, "avx512") == 0) {
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
            __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
@@ -36,9 +36,6 @@ bool HasIsa(const char* isa) {
 }
 
 const char* Best() {
-#ifdef __SANITIZE_ADDRESS__
-  return "baseline";  // the one kernel that is watched
-#endif
   const char* wish = std::getenv("GROUSER_ISA");
   for (const char* isa : {"avx512", "avx2"}) {
     if (wish && PlaceOf(wish) < PlaceOf(isa)) continue;

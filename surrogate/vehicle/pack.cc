@@ -7,7 +7,7 @@ namespace grouser::vehicle::pack {
 namespace isa_baseline {
 extern const Kernel kKernel;
 }
-#if defined(__x86_64__)
+#ifdef GROUSER_WIDE_KERNELS
 namespace isa_avx2 {
 extern const Kernel kKernel;
 }
@@ -20,7 +20,7 @@ const Kernel* KernelFor(const char* isa) noexcept {
   switch (surrogate::IsaPlace(isa)) {
     case 0:
       return &isa_baseline::kKernel;
-#if defined(__x86_64__)
+#ifdef GROUSER_WIDE_KERNELS
     case 1:
       return &isa_avx2::kKernel;
     case 2:
