@@ -102,11 +102,16 @@ word_bevameter() {
 }
 
 word_campaign() {
-  if [ "${1:-}" = adapt ]; then
+  local driver=''
+  case "${1:-}" in
+    adapt) driver=adaptive/adapt.py ;;
+    converge) driver=convergence/converge.py ;;
+  esac
+  if [ -n "$driver" ]; then
     shift
     require_packages run
     wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit
-    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/adaptive/adapt.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/$driver" --bin "$GROUSER_ROOT/build/release/bin" "$@"
   fi
   build_if_missing grouser-dem
   case "${1:-}" in
@@ -114,6 +119,7 @@ word_campaign() {
       local code=0
       "$(program_path grouser-dem)" campaign "$@" || code=$?
       say "campaign adapt: goes on where its model is least sure; see ./grouser campaign adapt --help"
+      say "campaign converge: results at half the time step, in a larger bed, with a longer window"
       exit "$code" ;;
   esac
   run_program grouser-dem campaign "$@"

@@ -12,6 +12,8 @@
 #include "dem_offline/campaign/executor.h"
 #include "dem_offline/campaign/run_folder.h"
 #include "dem_offline/campaign/run_index.h"
+#include "dem_offline/engine/rig/scene.h"
+#include "dem_offline/scenes/engine_convert.h"
 #include "grouser/v1alpha1/model.pb.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
@@ -36,7 +38,7 @@ struct CampaignArguments {
   std::vector<std::string> known;
   dem::WorkLimits limits;
   int jobs = 0;
-  bool json = false, progress_lines = false;
+  bool json = false, progress_lines = false, lengths = false;
 };
 
 void PrintStatus(const v1alpha1::CampaignStatus& status, bool json) {
@@ -96,6 +98,13 @@ int Check(const CampaignArguments& arguments) {
   status.set_name(campaign.name());
   status.set_total(static_cast<std::uint32_t>(campaign.runs_size()));
   fmt::print("{}\n", records::ToJson(status));
+  if (arguments.lengths) {
+    std::vector<double> lengths;
+    for (const v1alpha1::PlannedRun& run : campaign.runs()) {
+      lengths.push_back(dem::SceneLength(ToEngine(run.spec())));
+    }
+    fmt::print("{{\"lengths_m\": [{}]}}\n", fmt::join(lengths, ", "));
+  }
   return 0;
 }
 
@@ -245,6 +254,8 @@ void AddCampaignCommand(CLI::App& app, Action* action) {
   check->footer(kCampaignExamples);
   check->add_option("file", arguments->file, "Campaign file (*.campaign.yaml)")->required();
   check->add_option("--within", arguments->within, "Folder that scene and soil may not leave");
+  check->add_flag("--lengths", arguments->lengths,
+                  "Also how long the ground of each run is that is worked on at once [m]");
   AddMemoryLimit(*check, &arguments->limits);
   check->callback([=] {
     *action = [arguments](const StopSignals& signals) {

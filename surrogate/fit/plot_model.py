@@ -63,7 +63,7 @@ class Curves:
 
 
 def flagged(answer):
-    return bool(set(answer["flags"]) - {"FORM_UNKNOWN"})
+    return bool(set(answer["flag_names"]) - {"FORM_UNKNOWN"})
 
 
 def draw(axes, answers, output, unit, color, style, label):

@@ -27,6 +27,8 @@ TEST_F(CampaignCli, ChecksThenRunsForAProgramThatFollows) {
   const std::string file = In("c.campaign.yaml");
   ASSERT_EQ(Run("campaign check " + file), 0) << said_;
   EXPECT_THAT(said_, HasSubstr("\"total\":1,"));
+  ASSERT_EQ(Run("campaign check --lengths " + file), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("{\"lengths_m\": [0.12]}")) << "one tile of the scene";
   EXPECT_EQ(Run("campaign check " + file + " --within " + In("")), 2);
   EXPECT_THAT(said_, HasSubstr("key 'scene'"));
   ASSERT_EQ(Run("campaign run " + file + " --out " + In("c") + " --progress-lines --runs-json " +
