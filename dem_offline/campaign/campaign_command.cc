@@ -101,7 +101,7 @@ int Check(const CampaignArguments& arguments) {
   if (arguments.lengths) {
     std::vector<double> lengths;
     for (const v1alpha1::PlannedRun& run : campaign.runs()) {
-      lengths.push_back(dem::SceneLength(ToEngine(run.spec())));
+      lengths.push_back(dem::SceneLength(ToEngine(SpecOf(campaign, run))));
     }
     fmt::print("{{\"lengths_m\": [{}]}}\n", fmt::join(lengths, ", "));
   }
