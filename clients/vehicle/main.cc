@@ -34,6 +34,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle list --server 127.0.0.1:50151\n"
     "  grouser-vehicle speed husky PATH.csv --limit 1.5 --server 127.0.0.1:50151\n"
     "  grouser-vehicle schema\n"
+    "  grouser vehicle plot FILE --out energy.png: energy over speed, radius and yaw rate\n"
     "  grouser vehicle measured: measured vehicles beside the solver (grouser-measured-vehicles)\n"
     "With --server FILE is the name of a vehicle there; the answers are the same.\n"
     "Exit codes: 0 ok, 1 no solution within every limit, or no answer (a server that is away, has\n"

@@ -222,6 +222,12 @@ word_vehicle() {
     shift
     run_program grouser-measured-vehicles "$@"
   fi
+  if [ "${1:-}" = plot ]; then
+    shift
+    require_packages run
+    build_if_missing grouser-vehicle
+    exec "$PYTHON" "$GROUSER_ROOT/clients/vehicle/plot_vehicle.py" --program "$(program_path grouser-vehicle)" "$@"
+  fi
   run_program grouser-vehicle "$@"
 }
 
