@@ -214,6 +214,16 @@ class Execution:
         return {plan.name: Result(plan, self.stem(plan), records[plan.name]) for plan in plans}
 
 
+def run_or_refuse(processes, name, argv, **options):
+    """Processes.run; what the program calls bad input (exit code 2) raises Refused with its words."""
+    try:
+        return processes.run(name, argv, **options)
+    except ProgramFailed as error:
+        if error.exit_code == 2:
+            raise Refused(str(error)) from None
+        raise
+
+
 def read_kept(path, kinds, origin="what an earlier call has kept"):
     """A mapping that an earlier call has kept as JSON; none where there is no file. kinds: {key: type or types}
     that it must have. Refused: what, where, expected, of which origin."""

@@ -33,7 +33,7 @@ sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
 import yaml  # noqa: E402
 
 import states  # noqa: E402
-from experiment_runs import Refused, lock_of, read_kept  # noqa: E402
+from experiment_runs import Refused, lock_of, read_kept, run_or_refuse  # noqa: E402
 from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 CANDIDATES = 256
@@ -136,12 +136,7 @@ class Adaptive:
 
     def child(self, name, argv, show=False):
         """What a program prints; its time counts while it runs. What it calls bad input is bad input here."""
-        try:
-            return self.processes.run(name, argv, show, meanwhile=self.count, every_s=KEPT_EVERY_S)
-        except ProgramFailed as error:
-            if error.exit_code == 2:
-                raise Refused(str(error)) from None
-            raise
+        return run_or_refuse(self.processes, name, argv, show=show, meanwhile=self.count, every_s=KEPT_EVERY_S)
 
     def keep(self):
         write_atomically(self.record, json.dumps(self.history, indent=1) + "\n")

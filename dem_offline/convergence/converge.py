@@ -26,8 +26,8 @@ sys.path.insert(0, os.path.join(ROOT, "clients", "common"))
 
 import yaml  # noqa: E402
 
-from experiment_runs import Refused, lock_of  # noqa: E402
-from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
+from experiment_runs import Refused, lock_of, run_or_refuse  # noqa: E402
+from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 OUTPUTS = ("f_x", "f_y", "torque", "sinkage")
 UNITS = {"f_x": ("N", 1), "f_y": ("N", 1), "torque": ("N m", 1), "sinkage": ("mm", 1000)}
@@ -127,12 +127,7 @@ class Convergence:
         return [[one for one in found if is_of(one, state)] for state in self.states], runs
 
     def child(self, name, argv):
-        try:
-            return self.processes.run(name, argv, show=True)
-        except ProgramFailed as error:
-            if error.exit_code == 2:
-                raise Refused(str(error)) from None
-            raise
+        return run_or_refuse(self.processes, name, argv, show=True)
 
     def step_of(self, runs):
         """Time step over Rayleigh time of one run of a folder."""
@@ -168,7 +163,9 @@ class Convergence:
         results = {"as_it_is": as_is}
         for name, scene in self.variants(self.step_of(runs)).items():
             results[name], _ = self.run(name, scene)
-        table = [row for k, state in enumerate(self.states) for row in rows_of(state, {n: r[k] for n, r in results.items()})]
+        table = []
+        for k, state in enumerate(self.states):
+            table += rows_of(state, {name: runs[k] for name, runs in results.items()})
         kept = {"campaign": self.arguments.campaign, "beds": self.arguments.beds, "rows": table}
         write_atomically(os.path.join(self.out, "converge.json"), json.dumps(kept, indent=1) + "\n")
         print(json.dumps(kept) if self.arguments.json else text_of(table))

@@ -39,7 +39,8 @@ def check_runs(out):
     base, half, box = (records(out / name)[0] for name in ("as_it_is", "half_step", "double_box"))
     ratio = half["numerics"]["dt_s"] / base["numerics"]["dt_s"]
     expect(abs(ratio - 0.5) < 1e-6, f"step over step {ratio}")
-    rigs = [yaml.safe_load((out / name / "variant.scene.yaml").read_text())["rig"] for name in ("as_it_is", "double_box")]
+    rigs = [yaml.safe_load((out / name / "variant.scene.yaml").read_text())["rig"]
+            for name in ("as_it_is", "double_box")]
     for key, factor in (("bed_length_m", 2), ("bed_width_m", 2), ("bed_depth_m", 1)):
         expect(abs(rigs[1][key] - factor * rigs[0][key]) < 1e-12, key)
     means = {name: one["outputs"][0]["mean"] for name, one in (("half_step", half), ("double_box", box))}

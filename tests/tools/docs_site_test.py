@@ -40,7 +40,7 @@ def dead_links(folder):
             target = (path.parent / urllib.parse.unquote(parts.path)).resolve() if parts.path else path
             if not target.exists():
                 yield f"{path.relative_to(folder)}: {link}: no such file"
-            elif target in pages and parts.fragment and urllib.parse.unquote(parts.fragment) not in pages[target].anchors:
+            elif target in pages and parts.fragment not in ("", *map(urllib.parse.quote, pages[target].anchors)):
                 yield f"{path.relative_to(folder)}: {link}: no such anchor"
 
 
