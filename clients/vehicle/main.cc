@@ -4,7 +4,7 @@
 
 #include "clients/cpp/access_options.h"
 #include "clients/vehicle/answers.h"
-#include "clients/vehicle/drive_file.h"
+#include "clients/vehicle/motion_log.h"
 #include "clients/vehicle/motion_options.h"
 #include "clients/vehicle/path_file.h"
 #include "clients/vehicle/print.h"
@@ -99,11 +99,11 @@ int EnergyOfDrive(const Arguments& a) {
   a.AddMixtures(answers.get());
   const DescribedVehicle& described = answers->described();
   const std::string& soil = a.motion.soil;
-  const Drive drive =
-      ReadDrive(a.drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
-  const std::vector<PowerInterval> powers = answers->Energies(drive.motions);
-  std::cout << (a.json ? JsonOf(described.vehicle, drive, powers) : CsvOf(drive, powers));
-  if (!a.json) std::cerr << SumOf(drive, powers);
+  const MotionLog log =
+      ReadMotionLog(a.drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
+  const std::vector<PowerInterval> powers = answers->Energies(log.motions);
+  std::cout << (a.json ? JsonOf(described.vehicle, log, powers) : CsvOf(log, powers));
+  if (!a.json) std::cerr << SumOf(log, powers);
   const bool all = std::all_of(powers.begin(), powers.end(), [](const PowerInterval& p) {
     return ExitCodeOf(p.solution) == kOk;
   });

@@ -252,16 +252,16 @@ std::string JsonOf(const Vehicle& v, const PowerInterval& p) {
   return ObjectOf(v, p).dump(1) + "\n";
 }
 
-std::string JsonOf(const Vehicle& v, const Drive& drive, std::span<const PowerInterval> powers) {
+std::string JsonOf(const Vehicle& v, const MotionLog& log, std::span<const PowerInterval> powers) {
   Json rows = Json::array();
   for (std::size_t i = 0; i < powers.size(); ++i) {
     Json row = ObjectOf(v, powers[i]);
-    if (!drive.time_s.empty()) row["time_s"] = drive.time_s[i];
+    if (!log.time_s.empty()) row["time_s"] = log.time_s[i];
     rows.push_back(std::move(row));
   }
   Json out = {{"rows", std::move(rows)}};
-  if (!drive.time_s.empty()) {
-    const DriveEnergy sum = EnergyOf(drive, powers);
+  if (!log.time_s.empty()) {
+    const LogEnergy sum = EnergyOf(log, powers);
     out.update({{"joules", sum.joules},
                 {"joules_low", sum.low},
                 {"joules_high", sum.high},
@@ -273,8 +273,8 @@ std::string JsonOf(const Vehicle& v, const Drive& drive, std::span<const PowerIn
   return out.dump(1) + "\n";
 }
 
-std::string CsvOf(const Drive& drive, std::span<const PowerInterval> powers) {
-  const bool timed = !drive.time_s.empty();
+std::string CsvOf(const MotionLog& log, std::span<const PowerInterval> powers) {
+  const bool timed = !log.time_s.empty();
   std::string out = timed ? "time_s," : "";
   out +=
       "electric_w,electric_low_w,electric_high_w,joules_per_metre,joules_per_metre_low,"
@@ -282,7 +282,7 @@ std::string CsvOf(const Drive& drive, std::span<const PowerInterval> powers) {
   for (std::size_t i = 0; i < powers.size(); ++i) {
     const PowerInterval& p = powers[i];
     const Power& m = p.mean;
-    if (timed) out += fmt::format("{},", drive.time_s[i]);
+    if (timed) out += fmt::format("{},", log.time_s[i]);
     for (const double value :
          {m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low, p.high, m.drive,
           m.rolling, m.slip, m.scrub, m.grade, m.acceleration}) {
@@ -295,14 +295,14 @@ std::string CsvOf(const Drive& drive, std::span<const PowerInterval> powers) {
   return out;
 }
 
-std::string SumOf(const Drive& drive, std::span<const PowerInterval> powers) {
-  if (drive.time_s.empty()) {
+std::string SumOf(const MotionLog& log, std::span<const PowerInterval> powers) {
+  if (log.time_s.empty()) {
     const auto fallen = std::count_if(powers.begin(), powers.end(),
                                       [](const PowerInterval& p) { return !p.solution.balanced; });
     return fmt::format("{} rows, {} of them without balance; a column time_s would give joules\n",
                        powers.size(), fallen);
   }
-  const DriveEnergy sum = EnergyOf(drive, powers);
+  const LogEnergy sum = EnergyOf(log, powers);
   std::string out = fmt::format(
       "{:.4g} J (90 %: {:.4g} to {:.4g}, of a ground that errs alike all along) in {:.4g} s and "
       "{:.4g} m\n",

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "clients/vehicle/answers.h"
-#include "clients/vehicle/drive_file.h"
+#include "clients/vehicle/motion_log.h"
 #include "surrogate/vehicle/energy.h"
 #include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/speed_plan.h"
@@ -29,17 +29,17 @@ std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> 
                    const PlanOnDraws& on_draws);
 std::string TextOf(std::span<const SoilGrades> soils);
 /// A line a row: time_s if there are times, then the parts of the power [W] and J/m. NaN as "nan".
-std::string CsvOf(const Drive& drive, std::span<const PowerInterval> powers);
+std::string CsvOf(const MotionLog& log, std::span<const PowerInterval> powers);
 /// Energy of the drive and how many rows are not in it; without times only how many rows do not
 /// balance.
-std::string SumOf(const Drive& drive, std::span<const PowerInterval> powers);
+std::string SumOf(const MotionLog& log, std::span<const PowerInterval> powers);
 /// For programs; NaN as null.
 std::string JsonOf(const Vehicle& v, const Solution& solution, const GoProbability& go,
                    const MotionOnDraws& on_draws);
 std::string JsonOf(const Vehicle& v, const PowerInterval& power);
 /// {"rows": [...]} as of single motions; of a drive with times also "joules", its ends, "seconds",
 /// "metres".
-std::string JsonOf(const Vehicle& v, const Drive& drive, std::span<const PowerInterval> powers);
+std::string JsonOf(const Vehicle& v, const MotionLog& log, std::span<const PowerInterval> powers);
 std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
                    const PlanOnDraws& on_draws);
 std::string JsonOf(std::span<const SoilGrades> soils);

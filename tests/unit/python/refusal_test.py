@@ -109,7 +109,7 @@ class RefusalTest(unittest.TestCase):
             self.refuses(f"^{bad}", grouser.Vehicle.open, bad)
             self.refuses("none.vehicle.yaml", grouser.Vehicle.open, pathlib.Path(folder, "none.vehicle.yaml"))
         self.refuses("expected", ModelSelector.open, [])
-        atv = SOURCE / "surrogate/pairs/atv-20x10-20mm/hybrid.model"
+        atv = SOURCE / "surrogate/pairs/atv-20x10-lugged-20mm/hybrid.model"
         self.refuses("another wheel|wheel or soil", ModelSelector.open, [SHIPPED, atv])
         for nothing in (None, 3, [], object()):
             with self.assertRaises(TypeError):

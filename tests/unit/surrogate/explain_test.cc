@@ -60,7 +60,7 @@ const Loaded& Cmu() {
 }
 const Loaded& AtSpeeds() {
   static const Loaded model =
-      Loaded::ByLaw(ReadModel(GROUSER_PAIRS "/atv-20x10-20mm/hybrid.model").model);
+      Loaded::ByLaw(ReadModel(GROUSER_PAIRS "/atv-20x10-lugged-20mm/hybrid.model").model);
   return model;
 }
 const Loaded& OfShipped() {

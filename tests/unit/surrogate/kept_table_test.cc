@@ -48,7 +48,7 @@ std::string BitsOf(const WheelModel& model) {
 }
 
 v1alpha1::Model WithSpeed() {
-  return ReadModel(GROUSER_PAIRS "/atv-20x10-20mm/hybrid.model").model;
+  return ReadModel(GROUSER_PAIRS "/atv-20x10-lugged-20mm/hybrid.model").model;
 }
 
 TEST(KeptTable, AnswersBitByBitAsAFreshOne) {

@@ -90,7 +90,7 @@ TEST(CheckRuns, RefusesACampaignWhoseForcesAreAllTooSmall) {
 TEST(CheckRuns, TakesTheShippedPairs) {
   const std::string pairs = GROUSER_PAIRS;
   for (const char* file : {"/cmu-smooth-62.5-8mm/runs.json", "/cmu-smooth-62.5-8mm/coarse.json",
-                           "/atv-20x10-20mm/runs.json"}) {
+                           "/atv-20x10-lugged-20mm/runs.json"}) {
     const TrainingSet set = ReadRuns(pairs + file);
     EXPECT_NO_THROW(CheckRuns(set)) << file;
   }

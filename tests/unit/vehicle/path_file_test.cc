@@ -7,7 +7,7 @@
 #include <fstream>
 #include <limits>
 
-#include "clients/vehicle/drive_file.h"
+#include "clients/vehicle/motion_log.h"
 #include "tests/unit/records/temp_folder.h"
 #include "tests/unit/records/throws.h"
 
@@ -51,31 +51,31 @@ TEST(PathFile, IsRefusedByLine) {
   expect("x_m,y_m\n0,0,1\n1,0\n", "path.csv:2: got 3 cells, expected 2");
 }
 
-Drive DriveOf(const std::string& text) {
+MotionLog LogOf(const std::string& text) {
   const records::TempFolder folder;
   const std::string file = folder / "drive.csv";
   std::ofstream(file) << text;
-  return ReadDrive(file, {"sand", "loam"}, 1);
+  return ReadMotionLog(file, {"sand", "loam"}, 1);
 }
 
-TEST(DriveFile, IsReadInAnyOrderOfColumns) {
-  const Drive drive = DriveOf(
+TEST(MotionLogFile, IsReadInAnyOrderOfColumns) {
+  const MotionLog log = LogOf(
       "# a log\nyaw_rate_rad_per_s,speed_m_per_s,time_s,grade_deg\n0.5,1,10,30\n-1,0,10.5,0\n");
-  ASSERT_EQ(drive.motions.size(), 2u);
-  EXPECT_EQ(drive.motions[0].v_x_m_per_s, 1);
-  EXPECT_EQ(drive.motions[0].yaw_rate_rad_per_s, 0.5);
-  EXPECT_NEAR(drive.motions[0].grade_rad, 0.5236, 1e-4);
-  EXPECT_EQ(drive.motions[1].yaw_rate_rad_per_s, -1);
-  EXPECT_EQ(drive.motions[1].soil[0], 1) << "the one that was asked for";
-  EXPECT_EQ(drive.time_s, (std::vector<double>{10, 10.5}));
-  const Drive timeless = DriveOf("speed_m_per_s,soil\n1,sand\n");
+  ASSERT_EQ(log.motions.size(), 2u);
+  EXPECT_EQ(log.motions[0].v_x_m_per_s, 1);
+  EXPECT_EQ(log.motions[0].yaw_rate_rad_per_s, 0.5);
+  EXPECT_NEAR(log.motions[0].grade_rad, 0.5236, 1e-4);
+  EXPECT_EQ(log.motions[1].yaw_rate_rad_per_s, -1);
+  EXPECT_EQ(log.motions[1].soil[0], 1) << "the one that was asked for";
+  EXPECT_EQ(log.time_s, (std::vector<double>{10, 10.5}));
+  const MotionLog timeless = LogOf("speed_m_per_s,soil\n1,sand\n");
   EXPECT_TRUE(timeless.time_s.empty());
   EXPECT_EQ(timeless.motions[0].soil[0], 0);
 }
 
-TEST(DriveFile, IsRefusedByLine) {
+TEST(MotionLogFile, IsRefusedByLine) {
   const auto expect = [](const std::string& text, const std::string& what) {
-    const std::string said = MessageOf([&] { DriveOf(text); });
+    const std::string said = MessageOf([&] { LogOf(text); });
     EXPECT_NE(said.find(what), std::string::npos) << text << said;
   };
   expect("speed_m_per_s,time_s\n1,0\n1,0\n", "drive.csv:3: time_s: got 0, expected more than");
@@ -89,7 +89,7 @@ TEST(DriveFile, IsRefusedByLine) {
   expect("speed_m_per_s\n1,2\n", "drive.csv:2: got 2 cells, expected 1");
 }
 
-TEST(DriveFile, EnergyIsThatOfEachRowUntilTheNext) {
+TEST(MotionLogFile, EnergyIsThatOfEachRowUntilTheNext) {
   const auto power = [](double watts, double low, double high, bool balanced) {
     vehicle::PowerInterval p;
     p.mean.electric = watts, p.electric_low = low, p.electric_high = high;
@@ -97,13 +97,13 @@ TEST(DriveFile, EnergyIsThatOfEachRowUntilTheNext) {
     p.solution.v_x_m_per_s = 2;
     return p;
   };
-  Drive drive;
-  drive.time_s = {0, 1, 3, 4, 5, 7};
+  MotionLog log;
+  log.time_s = {0, 1, 3, 4, 5, 7};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<vehicle::PowerInterval> powers = {
       power(10, 8, 12, true), power(20, 10, 40, true), power(5, 5, 5, false),
       power(5, nan, 5, true), power(-3, -4, -2, true), power(1e9, 0, 1e9, true)};
-  const DriveEnergy sum = EnergyOf(drive, powers);  // the last row has no time of its own
+  const LogEnergy sum = EnergyOf(log, powers);  // the last row has no time of its own
   EXPECT_EQ(sum.joules, 10 + 2 * 20 - 2 * 3);
   EXPECT_EQ(sum.low, 8 + 2 * 10 - 2 * 4);
   EXPECT_EQ(sum.high, 12 + 2 * 40 - 2 * 2);

@@ -1,4 +1,4 @@
-#include "clients/vehicle/drive_file.h"
+#include "clients/vehicle/motion_log.h"
 
 #include <cmath>
 #include <numbers>
@@ -12,22 +12,23 @@ namespace {
 using namespace vehicle;
 
 constexpr double kDegree = std::numbers::pi / 180;
-const std::vector<std::string> kColumns = {
+const std::vector<std::string> kLogColumns = {
     "speed_m_per_s", "time_s", "yaw_rate_rad_per_s", "acceleration_m_per_s2", "grade_deg",
     "bank_deg",      "soil"};
 
 }  // namespace
 
-Drive ReadDrive(const std::string& file, const std::vector<std::string>& soils, std::uint8_t soil) {
+MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>& soils,
+                        std::uint8_t soil) {
   const CsvTable table = ReadCsv(file);
-  CheckColumns(table, kColumns,
-               "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
-               "grade_deg, bank_deg, soil, each once");
+  CheckDriveColumns(table, kColumns,
+                    "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
+                    "grade_deg, bank_deg, soil, each once");
   if (table.lines.empty()) throw yaml::InputError(file + ": got no row, expected a drive");
   if (!HasColumn(table, "speed_m_per_s")) {
     throw yaml::InputError(table.at + "no column speed_m_per_s");
   }
-  Drive drive;
+  MotionLog log;
   for (const CsvTable::Line& line : table.lines) {
     Motion m;
     m.soil.fill(soil);
@@ -44,22 +45,22 @@ Drive ReadDrive(const std::string& file, const std::vector<std::string>& soils, 
       if (column == "grade_deg") m.grade_rad = value * kDegree;
       if (column == "bank_deg") m.bank_rad = value * kDegree;
       if (column != "time_s") continue;
-      if (!drive.time_s.empty() && !(value > drive.time_s.back())) {
+      if (!log.time_s.empty() && !(value > log.time_s.back())) {
         throw yaml::InputError(line.at + "time_s: got " + line.cells[c] +
                                ", expected more than in the line before");
       }
-      drive.time_s.push_back(value);
+      log.time_s.push_back(value);
     }
-    drive.motions.push_back(m);
+    log.motions.push_back(m);
   }
-  return drive;
+  return log;
 }
 
-DriveEnergy EnergyOf(const Drive& drive, std::span<const PowerInterval> powers) {
-  DriveEnergy sum;
-  for (std::size_t i = 0; i + 1 < drive.time_s.size(); ++i) {
+LogEnergy EnergyOf(const MotionLog& log, std::span<const PowerInterval> powers) {
+  LogEnergy sum;
+  for (std::size_t i = 0; i + 1 < log.time_s.size(); ++i) {
     const PowerInterval& p = powers[i];
-    const double seconds = drive.time_s[i + 1] - drive.time_s[i];
+    const double seconds = log.time_s[i + 1] - log.time_s[i];
     const bool answered = p.solution.balanced && std::isfinite(p.mean.electric) &&
                           std::isfinite(p.electric_low) && std::isfinite(p.electric_high);
     if (!answered) {
