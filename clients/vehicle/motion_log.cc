@@ -21,7 +21,7 @@ const std::vector<std::string> kLogColumns = {
 MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>& soils,
                         std::uint8_t soil) {
   const CsvTable table = ReadCsv(file);
-  CheckDriveColumns(table, kColumns,
+  CheckColumns(table, kLogColumns,
                     "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
                     "grade_deg, bank_deg, soil, each once");
   if (table.lines.empty()) throw yaml::InputError(file + ": got no row, expected a drive");

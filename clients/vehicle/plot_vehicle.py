@@ -66,7 +66,7 @@ def answers(options, soils, motions):
 
 
 def line(axes, places, rows, keys, color, label):
-    value, low, high = ([number(row[k]) for row in rows] for k in keys)
+    value, low, high = ([math.nan if "BALANCE" in row["reasons"] else number(row[k]) for row in rows] for k in keys)
     axes.fill_between(places, low, high, color=color, alpha=0.15, linewidth=0)
     axes.plot(places, value, ":", color=color, linewidth=1)
     within = [v if not row["reasons"] else math.nan for v, row in zip(value, rows)]

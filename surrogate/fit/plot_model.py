@@ -49,6 +49,7 @@ class Curves:
         shown = told(program, "show", str(file))[0]["model"]
         domain = shown.get("domain", {})
         low, high = (number(domain.get(k, d)) for k, d in (("slip_min", -1), ("slip_max", 0.95)))
+        low = max(low, -1.0)  # which every attack angle has a motion of
         slips = [low + (high - low) * i / (SLIPS - 1) for i in range(SLIPS)]
         loads = [number(domain.get(k, 0)) for k in ("load_min_n", "load_max_n")]
         self.load = options.load or (like.load if like else float(f"{math.sqrt(loads[0] * loads[1]):.3g}"))

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <tuple>
+
+#include "surrogate/vehicle/ground_spread.h"
 
 namespace grouser::vehicle {
 namespace {
@@ -66,12 +69,8 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
       for (const double radius : radii) {
         Motion motion = Motion::OnPath(speed, 1 / radius);
         motion.soil.fill(static_cast<std::uint8_t>(soil));
-        std::array<Motion, 3> motions = {motion, motion, motion};
-        motions[1].worse_by_sd = -kSds;
-        motions[2].worse_by_sd = kSds;
-        std::array<Solution, 3> s;
         StopIfAsked(stop);
-        solver.Solve(motions, s);
+        const std::array<Solution, 3> s = SolveSpread(&solver, motion, kSds);
         std::array<double, 3> separation, wheel;
         for (std::size_t k = 0; k < 3; ++k) {
           const double l = s[k].rim_speed_m_per_s[static_cast<std::size_t>(left)];
@@ -84,11 +83,9 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
         c.speed_m_per_s = speed;
         c.radius_m = radius;
         c.separation_multiplier = separation[0];
-        c.separation_low = std::min(separation[1], separation[2]);
-        c.separation_high = std::max(separation[1], separation[2]);
+        std::tie(c.separation_low, c.separation_high) = EndsOf(separation[1], separation[2]);
         c.radius_multiplier = wheel[0];
-        c.radius_low = std::min(wheel[1], wheel[2]);
-        c.radius_high = std::max(wheel[1], wheel[2]);
+        std::tie(c.radius_low, c.radius_high) = EndsOf(wheel[1], wheel[2]);
         const double sd_v = speed * (c.radius_high - c.radius_low) / (2 * kSds * wheel[0]);
         const double sd_w =
             speed / radius * (c.separation_high - c.separation_low) / (2 * kSds * separation[0]);

@@ -1,8 +1,10 @@
 #include "surrogate/vehicle/energy.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+
+#include "surrogate/vehicle/ground_spread.h"
 
 namespace grouser::vehicle {
 
@@ -37,19 +39,14 @@ PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const Vehicle& v = solver->vehicle();
   PowerInterval out;
-  std::array<Motion, 3> motions = {motion, motion, motion};
-  motions[1].worse_by_sd = motion.worse_by_sd - sds;
-  motions[2].worse_by_sd = motion.worse_by_sd + sds;
-  std::array<Solution, 3> solutions;
-  solver->Solve(motions, solutions);
-  // From there once more, as near to balance as it goes.
-  solver->Solve(motions, solutions, Effort{.warm = true, .goal = 1e-11});
+  // Once more from there, as near to balance as it goes.
+  const Effort refine{.warm = true, .goal = 1e-11};
+  const std::array<Solution, 3> solutions = SolveSpread(solver, motion, sds, &refine);
   out.solution = solutions[0];
   out.mean = PowerOf(v, motion, solutions[0]);
   const auto electric = [&](const Solution& s) { return s.balanced ? s.electric_power_w : kNaN; };
-  const double a = electric(solutions[1]), b = electric(solutions[2]);
-  out.electric_low = std::min(a, b);
-  out.electric_high = std::max(a, b);
+  std::tie(out.electric_low, out.electric_high) =
+      EndsOf(electric(solutions[1]), electric(solutions[2]));
   const Solution& s = solutions[0];
   const double speed = std::hypot(s.v_x_m_per_s - s.yaw_rate_rad_per_s * v.centre_y_m,
                                   s.v_y_m_per_s + s.yaw_rate_rad_per_s * v.centre_x_m);

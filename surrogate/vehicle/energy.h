@@ -25,7 +25,7 @@ Power PowerOf(const Vehicle& vehicle, const Motion& motion, const Solution& solu
 /// Power at the mean ground and at grounds better and worse by `sds` standard deviations.
 struct PowerInterval {
   Power mean;
-  double electric_low = 0, electric_high = 0;      ///< NaN: no balance there
+  double electric_low = 0, electric_high = 0;      ///< both NaN: no balance at one
   double joules_per_metre = 0, low = 0, high = 0;  ///< of way of the centre; NaN turning in place
   Solution solution;                               ///< at the mean
 };
