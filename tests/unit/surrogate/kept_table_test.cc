@@ -110,7 +110,7 @@ TEST(KeptTable, ChangesWithItsVersionAlone) {
   EXPECT_EQ(records::Sha256OfString(testing::Shipped().TableBytes()),
             "67b4f85ec8e1fc6bb823e5ee4c82f0d4b1e84fc6395eaa469c64b5ba35cec188");
   EXPECT_EQ(records::Sha256OfString(model.TableBytes()),
-            "2b9ff70e67dce7df9b2d6acc5b7d5fc08676cf8c0f34f3a17f853ff173c631f7");
+            "ef49c2e4df97a17004ace74c64c8c687357217648c9558a3767a2ec148d6472b");
 #endif
 }
 
