@@ -66,7 +66,7 @@ def answers(options, soils, motions):
 
 
 def line(axes, places, rows, keys, color, label):
-    value, low, high = ([math.nan if "BALANCE" in row["reasons"] else number(row[k]) for row in rows] for k in keys)
+    value, low, high = ([number(row[k]) if row["balanced"] else math.nan for row in rows] for k in keys)
     axes.fill_between(places, low, high, color=color, alpha=0.15, linewidth=0)
     axes.plot(places, value, ":", color=color, linewidth=1)
     within = [v if not row["reasons"] else math.nan for v, row in zip(value, rows)]
@@ -82,7 +82,7 @@ def parts_panel(axes, speeds, rows, soil):
         axes.fill_between(speeds, below, above, color=f"C{i + 4}", alpha=0.6, linewidth=0, label=label)
         below = above
     axes.set_title(f"where it goes, straight on {soil} [J/m]", fontsize=9)
-    axes.legend(fontsize=7, loc="lower right")
+    axes.legend(fontsize=7, loc="upper right")
     axes.set_xlabel("speed [m/s]", fontsize=8)
 
 
@@ -104,6 +104,8 @@ def picture(options, soils, sweeps, found):
         axes.set_title(title, fontsize=9)
         axes.set_xlabel(label, fontsize=8)
         axes.set_ylim(bottom=0)
+        if not any(row["balanced"] for soil in soils for row in found[name][soil]):
+            axes.text(0.5, 0.5, "nothing balances", ha="center", transform=axes.transAxes, color="0.4")
     panels[1][0].set_xscale("log")
     panels[0][0].legend(fontsize=8)
     parts_panel(panels[0][1], sweeps["speed"][0], found["speed"][soils[0]], soils[0])

@@ -229,6 +229,7 @@ Json ObjectOf(const Vehicle& v, const PowerInterval& p) {
     wheels[v.wheels[i].name] = m.wheel[i];
   }
   return {{"reasons", NamesOf(p.solution.reasons)},
+          {"balanced", p.solution.balanced},
           {"electric_w", m.electric},
           {"electric_low_w", p.electric_low},
           {"electric_high_w", p.electric_high},
@@ -286,7 +287,7 @@ std::string CsvOf(const MotionLog& log, std::span<const PowerInterval> powers) {
     for (const double value :
          {m.electric, p.electric_low, p.electric_high, p.joules_per_metre, p.low, p.high, m.drive,
           m.rolling, m.slip, m.scrub, m.grade, m.acceleration}) {
-      out += fmt::format("{:.6g},", value);
+      out += fmt::format("{:.6g},", p.solution.balanced ? value : NAN);
     }
     std::string reasons = NamesOf(p.solution.reasons);
     std::replace(reasons.begin(), reasons.end(), ',', '|');

@@ -28,7 +28,8 @@ std::string TextOf(const Vehicle& v, const PowerInterval& power);
 std::string TextOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
                    const PlanOnDraws& on_draws);
 std::string TextOf(std::span<const SoilGrades> soils);
-/// A line a row: time_s if there are times, then the parts of the power [W] and J/m. NaN as "nan".
+/// A line a row: time_s if there are times, then the parts of the power [W] and J/m. "nan" where
+/// nothing balances.
 std::string CsvOf(const MotionLog& log, std::span<const PowerInterval> powers);
 /// Energy of the drive and how many rows are not in it; without times only how many rows do not
 /// balance.

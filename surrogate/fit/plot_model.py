@@ -56,7 +56,8 @@ class Curves:
         if not self.load > 0:
             raise Refused(f"{file}: no training loads in it; expected --load")
         speed = ["--speed", str(options.speed)] if options.speed else []
-        self.name = shown["name"] + " " + shown.get("kind", "").removeprefix("MODEL_KIND_").lower()
+        kind = shown.get("kind", "").removeprefix("MODEL_KIND_").lower()
+        self.name = shown["name"] if shown["name"].endswith(kind) else f"{shown['name']} {kind}"
         self.answers = {}
         for answer in told(program, "eval", str(file), "--slip=" + ",".join(f"{s:.6g}" for s in slips),
                            "--angle-deg=" + ",".join(map(str, options.angle_deg)), "--load", str(self.load), *speed):

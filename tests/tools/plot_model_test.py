@@ -48,7 +48,7 @@ def check_pictures(folder):
     expect(done.returncode == 0, done.stderr)
     shown = "\n".join(re.findall(r"<!-- (.*?) -->", picture.read_text(), re.S))
     name = json.loads(run(FIT, "show", MODEL, "--json").stdout)["model"]["name"]
-    for text in (f"{name} hybrid, 30 deg", f"{name} lookup, 0 deg", "load 23 N", "sinkage [mm]"):
+    for text in (f"{name} hybrid, 30 deg", f"{name}-lookup, 0 deg", "load 23 N", "sinkage [mm]"):
         expect(text in shown, f"{text!r} in the picture")
     rows = [line.split(",") for line in (PAIR / "measured.csv").read_text().splitlines() if line[:1] in "-0123456789"]
     near = sum(float(r[1]) in (0, 30) and abs(float(r[2]) / 23 - 1) <= 0.1 for r in rows)

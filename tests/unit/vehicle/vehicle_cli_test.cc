@@ -73,6 +73,8 @@ TEST_F(VehicleCli, EnergyOfADriveIsThatOfItsMotions) {
   EXPECT_GE(all["joules_high"].get<double>(), joules);
   EXPECT_NE(said.find(" J (90 %: "), std::string::npos) << said;
   EXPECT_EQ(Run(call + " --speed 1"), 2) << "either a motion or a drive";
+  EXPECT_EQ(Run("energy " + kHusky + " --drive " + Path("speed_m_per_s,grade_deg\n0.3,60\n")), 1);
+  EXPECT_NE(out_.find("\nnan,nan,nan,"), std::string::npos) << "no balance, no watts: " << out_;
   EXPECT_EQ(Run("energy " + kHusky + " --drive " + Path("speed_m_per_s\nfast\n")), 2);
   EXPECT_NE(error_.find("path.csv:2: speed_m_per_s: got 'fast'"), std::string::npos) << error_;
 }
