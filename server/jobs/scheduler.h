@@ -9,6 +9,7 @@
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/known_models.h"
 #include "server/jobs/refit_plan.h"
 #include "server/jobs/serial_thread.h"
 #include "server/jobs/work_command.h"
@@ -110,7 +111,7 @@ class Scheduler {
   /// lacks runs of other candidates.
   bool FitAgain(const JobRow& row, bool with_others);
   void EndAsContained(const JobRow& row, const std::string& digest);
-  Companions CompanionsFor(const JobRow& row) const;
+  Companions CompanionsFor(const JobRow& row);
   /// Queues a job again for a fit without the runs of others, with which it came to nothing.
   void FitAlone(const JobRow& row, const std::string& why);
   void AcceptCandidate(const JobRow& row, const std::string& message);
@@ -133,6 +134,7 @@ class Scheduler {
   const JobFiles& files_;
   JobBook& book_;
   Repository& repository_;
+  KnownModels models_{repository_};
   WorkerPool& pool_;
   SerialThread& thread_;
   std::map<std::string, Active> active_;
