@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "server/core/status.h"
-#include "tests/unit/jobs/jobs_life.h"
+#include "tests/unit/jobs/combining_life.h"
 #include "tests/unit/jobs/write_faults.h"
 
 namespace grouser::server {
@@ -25,7 +25,7 @@ bool SaysFull(const std::string& text) {
   return text.find("No space left") != text.npos || text.find("disk is full") != text.npos;
 }
 
-class WritesTest : public testing::LivesTest {
+class WritesTest : public testing::CombiningTest {
  protected:
   WritesTest() { FakeCarefully(); }
 
@@ -67,33 +67,61 @@ class WritesTest : public testing::LivesTest {
     EXPECT_TRUE(!promoted || stable == row->job.candidate_digest());
   }
 
-  void PowerCutAtEveryCall(WriteFaults::Left left) {
+  /// A power cut at each `stride`-th call of a life, then what must hold, and all back for the
+  /// next.
+  void PowerCutAt(WriteFaults::Left left, long stride, long least,
+                  const std::function<void(Life&)>& live, const std::function<void()>& expect,
+                  const std::function<void()>& back) {
     std::mt19937 random(1);
-    for (long at = 1;; at += Stride()) {
+    for (long at = 1;; at += stride) {
       SCOPED_TRACE(at);
       faults_.Plan(WriteFault::kKill, at);
-      const int status = LiveWithFaults([this](Life& life) {
-        const std::string id = life.Submit();
-        testing::WriteText(bin_ + "/told.job", id);
-        life.Await(id, JOB_STATE_AWAITING_PROMOTION);
-        life.Promote(id);
-        testing::WriteText(bin_ + "/told.promoted", "");
-      });
+      const int status = LiveWithFaults(live);
       ASSERT_TRUE(AwaitNoWorkers());
       faults_.CutPower(left, random);
-      ASSERT_NO_FATAL_FAILURE(ExpectWhatWasTold());
-      ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
+      ASSERT_NO_FATAL_FAILURE(expect());
       EXPECT_EQ(Wrong(), "");
       if (HasFailure()) return;
-      Clear();
+      back();
       if (WIFEXITED(status)) {
         EXPECT_EQ(WEXITSTATUS(status), kNotReached);
-        std::printf("power cut at %ld of %ld calls\n", (at - 1) / Stride(), faults_.seen());
-        EXPECT_GT(faults_.seen(), kCallsOfALife);
+        std::printf("power cut at %ld of %ld calls\n", (at - 1) / stride, faults_.seen());
+        EXPECT_GT(faults_.seen(), least);
         return;
       }
       ASSERT_EQ(WTERMSIG(status), SIGKILL);
     }
+  }
+
+  void PowerCutAtEveryCall(WriteFaults::Left left) {
+    PowerCutAt(
+        left, Stride(), kCallsOfALife,
+        [this](Life& life) {
+          const std::string id = life.Submit();
+          testing::WriteText(bin_ + "/told.job", id);
+          life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+          life.Promote(id);
+          testing::WriteText(bin_ + "/told.promoted", "");
+        },
+        [this] {
+          ASSERT_NO_FATAL_FAILURE(ExpectWhatWasTold());
+          ExpectTheNextLifeEndsIt();
+        },
+        [this] { Clear(); });
+  }
+
+  void PowerCutAmongRefits(WriteFaults::Left left) {
+    FakeCombining();
+    ASSERT_EQ(InProcess([this](Life& life) { ToOneOffered(life); }), 0);
+    Keep();
+    const auto back = [this] {
+      BringBack();
+      faults_.Settle();
+    };
+    back();
+    PowerCutAt(
+        left, std::min(23L, Stride()), 2 * kCallsOfALife,
+        [this](Life& life) { ToBothPromoted(life); }, [this] { ExpectTheNextLifeEndsAll(); }, back);
   }
 
   /// A client that frees space and asks again when it is told that there is none.
@@ -148,6 +176,14 @@ TEST_F(WritesTest, PowerCutThatLeavesNothingUnsynced) {
 }
 
 TEST_F(WritesTest, PowerCutThatLeavesSomeOfIt) { PowerCutAtEveryCall(WriteFaults::Left::kSome); }
+
+// Refits that are combined, from the second one on (restart: combine_kills_test.cc).
+TEST_F(WritesTest, SlowPowerCutAmongRefitsThatLeavesNothingUnsynced) {
+  PowerCutAmongRefits(WriteFaults::Left::kNothing);
+}
+TEST_F(WritesTest, SlowPowerCutAmongRefitsThatLeavesSomeOfIt) {
+  PowerCutAmongRefits(WriteFaults::Left::kSome);
+}
 
 TEST_F(WritesTest, DiskFullAtAnyCall) { FullAtEveryCall("", kCallsOfALife); }
 
