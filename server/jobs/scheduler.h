@@ -64,7 +64,7 @@ class Scheduler {
   /// After this call: of the jobs that await promotion and refine `model`'s stable, those that were
   /// fitted from another one than stable is now are fitted again, or DONE where it has their run.
   /// Tried again until it is done.
-  void FollowStable(const std::string& model, double retry_s = 0);
+  void FollowStable(const std::string& model);
 
  private:
   struct Active {
@@ -111,6 +111,7 @@ class Scheduler {
   /// lacks runs of other candidates.
   bool FitAgain(const JobRow& row, bool with_others);
   void EndAsContained(const JobRow& row, const std::string& digest);
+  void FollowStableNow(const std::string& model, double retry_s);
   Companions CompanionsFor(const JobRow& row);
   /// Queues a job again for a fit without the runs of others, with which it came to nothing.
   void FitAlone(const JobRow& row, const std::string& why);
@@ -140,6 +141,7 @@ class Scheduler {
   std::map<std::string, Active> active_;
   std::set<std::string>
       waiting_;  ///< jobs with a step to be tried again: each keeps a worker's place
+  std::set<std::string> following_;  ///< models whose candidates are to be looked at again
   bool stopping_ = false;
   std::function<void()> stopped_;
 };

@@ -83,31 +83,38 @@ bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
   }
 }
 
-void Scheduler::FollowStable(const std::string& model, double retry_s) {
-  thread_.PostAfter(retry_s, [this, model, retry_s] {
-    if (stopping_) return;
-    try {
-      const std::string stable = repository_.ReadAliases().Find(model, std::string(kDefaultAlias));
-      for (const JobRow& row : book_.Open()) {
-        const bool waits = row.job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION &&
-                           row.pending.job_id().empty();
-        if (!waits || ModelName(row.job) != model || ModelDigest(row.job) == stable) continue;
-        const std::string base = BaseNow(repository_, models_, row);
-        if (base == ModelDigest(row.job)) continue;
-        if (HasRun(models_.Of(model, base), row.job.run_sha256())) {
-          EndAsContained(row, base);
-        } else {
-          FitAgain(row, /*with_others=*/false);
-        }
+void Scheduler::FollowStable(const std::string& model) {
+  thread_.Post([this, model] { FollowStableNow(model, 0); });
+}
+
+void Scheduler::FollowStableNow(const std::string& model, double retry_s) {
+  if (stopping_) return;
+  try {
+    const std::string stable = repository_.ReadAliases().Find(model, std::string(kDefaultAlias));
+    for (const JobRow& row : book_.Open()) {
+      const bool waits = row.job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION &&
+                         row.pending.job_id().empty();
+      if (!waits || ModelName(row.job) != model || ModelDigest(row.job) == stable) continue;
+      const std::string base = BaseNow(repository_, models_, row);
+      if (base == ModelDigest(row.job)) continue;
+      if (HasRun(models_.Of(model, base), row.job.run_sha256())) {
+        EndAsContained(row, base);
+      } else {
+        FitAgain(row, /*with_others=*/false);
       }
-      Kick();
-    } catch (const std::exception& e) {
-      const double then_s = std::min(std::max(2 * retry_s, options_.retry_s), kLongestRetryS);
-      spdlog::error("{}: its candidates do not follow stable yet: {}; next try in {} s", model,
-                    e.what(), then_s);
-      FollowStable(model, then_s);
     }
-  });
+    Kick();
+  } catch (const std::exception& e) {
+    const double then_s = std::min(std::max(2 * retry_s, options_.retry_s), kLongestRetryS);
+    const bool first = following_.insert(model).second;
+    spdlog::error("{}: its candidates do not follow stable yet: {}; {}", model, e.what(),
+                  first ? fmt::format("next try in {} s", then_s) : "is tried again already");
+    if (!first) return;
+    thread_.PostAfter(then_s, [this, model, then_s] {
+      following_.erase(model);
+      FollowStableNow(model, then_s);
+    });
+  }
 }
 
 void Scheduler::ConcludeFit(const JobRow& row, const Ended& ended) {

@@ -241,6 +241,37 @@ TEST_F(WritesTest, RetriesDoNotMultiply) {
   ExpectTheNextLifeEndsIt();
 }
 
+// However often stable moves, its candidates that cannot follow are looked at again once at a time.
+TEST_F(WritesTest, CandidatesThatFollowStableAreTriedOnceAtATime) {
+  constexpr int kMoves = 10;
+  FakeCombining();
+  ::testing::internal::CaptureStdout();
+  const int status = LiveWithFaults([&](Life& life) {
+    ToOneOffered(life);
+    b_ = Submitted(life, Request("b", 0.2), "bbbb");
+    WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+    life.AwaitEnd(b_);
+    PromoteRequest canary;
+    canary.set_job_id(a_);
+    canary.set_alias("canary");
+    life.Ask([&](JobsApp& app) { return app.Promote(canary, "a tester"); });
+    faults_.Plan(WriteFault::kFull, 1, kMayFindNoSpace, "/jobs.sqlite");
+    MoveAliasRequest move;
+    move.set_model(std::string(kName) + "@canary");
+    move.set_alias("stable");
+    for (int i = 0; i < kMoves; ++i) {
+      life.Ask([&](JobsApp& app) { return app.Move(move, "a tester"); });
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  });
+  const std::string log = ::testing::internal::GetCapturedStdout();
+  ASSERT_EQ(status, 0) << log;
+  int tries = 0;
+  for (std::size_t at = 0; (at = log.find("do not follow stable", at)) != log.npos; ++at) ++tries;
+  EXPECT_GT(tries, kMoves) << log;
+  EXPECT_LE(tries, 2 * kMoves + 3) << log;  // once a move, then after 10, 20, 40 ... ms
+}
+
 // A name that a killed program did not sync is there after a kill, but not after a power cut.
 TEST_F(WritesTest, AKillAndThenAPowerCut) {
   std::mt19937 random(1);
