@@ -153,6 +153,29 @@ TEST_F(RestartTest, WhatStandsInAJobFilesPlaceStopsNoOtherJob) {
   }
 }
 
+// What was counted stays, as a counter's must, where the job itself is pruned.
+TEST_F(RestartTest, EndedJobsAreCountedFromTheStart) {
+  workers_ = 0;
+  Life life(Options());
+  CancelJobRequest cancel;
+  cancel.set_job_id(life.Submit());
+  cancel.set_request_id("a");
+  life.Ask([&](JobsApp& app) { return app.Cancel(cancel); });
+  PruneRequest prune;
+  prune.set_keep_days(1e-9);
+  const auto pruned = life.Ask([&](JobsApp& app) { return app.Prune(prune); });
+  EXPECT_GT(pruned.items_count(), 0u);
+  std::promise<std::string> page;
+  life.Ask([&](JobsApp& app) {
+    app.TellMetrics([&](const MetricPage& told) { page.set_value(told.Text()); });
+    return 0;
+  });
+  const std::string text = page.get_future().get();
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs{state=\"CANCELLED\"} 0\n"));
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs_ended_total{state=\"CANCELLED\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs_ended_total{state=\"FAILED\"} 0\n"));
+}
+
 TEST_F(RestartTest, ADamagedAliasFileDelaysTheMoveAlone) {
   testing::WriteText(bin_ + "/hold.gate", "");
   ASSERT_EQ(InProcess(Fault::kNone, 0,
