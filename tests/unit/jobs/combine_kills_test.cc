@@ -18,13 +18,13 @@ class CombineKillsTest : public testing::CombiningTest {
  protected:
   CombineKillsTest() { FakeCombining(); }
 
-  /// A fault at each `stride`-th commit after the first refinement was offered, until a life makes
-  /// fewer.
-  void AtCommits(CommitFault fault, int stride) {
+  /// A fault at the commit `first` after the first refinement was offered, and at each `stride`-th
+  /// after that, until a life makes fewer.
+  void AtCommits(CommitFault fault, int first = 1, int stride = 1) {
     ASSERT_EQ(InProcess([this](Life& life) { ToOneOffered(life); }), 0);
     Keep();
     int lives = 0;
-    for (int at = 1;; at += stride, ++lives) {
+    for (int at = first;; at += stride, ++lives) {
       SCOPED_TRACE(at);
       BringBack();
       const int status =
@@ -53,17 +53,16 @@ class CombineKillsTest : public testing::CombiningTest {
 };
 
 // B: submission, RUNNING, FITTING, VALIDATING, AWAITING_PROMOTION, alias candidate moved. A:
-// promotion decided, DONE. B again, of what stable is now: QUEUED, RUNNING, base and FITTING, ...,
-// promotion decided, DONE. A again, whose run is known: submission, RUNNING, FITTING, base, DONE.
-TEST_F(CombineKillsTest, AfterAKillRightAfterSomeCommits) { AtCommits(CommitFault::kKillAfter, 8); }
+// promotion decided, DONE. B again: QUEUED, RUNNING, FITTING, what stable is now as its base,
+// VALIDATING, AWAITING_PROMOTION, alias candidate moved, promotion decided, DONE. A again, whose
+// run is known: submission, RUNNING, FITTING, DONE.
+TEST_F(CombineKillsTest, AfterAKillRightAfterSomeCommits) {
+  AtCommits(CommitFault::kKillAfter, 8, 7);
+}
 
-TEST_F(CombineKillsTest, SlowAfterAKillJustBeforeAnyCommit) {
-  AtCommits(CommitFault::kKillBefore, 1);
-}
-TEST_F(CombineKillsTest, SlowAfterAKillRightAfterAnyCommit) {
-  AtCommits(CommitFault::kKillAfter, 1);
-}
-TEST_F(CombineKillsTest, SlowAfterARefusedWrite) { AtCommits(CommitFault::kRefuse, 1); }
+TEST_F(CombineKillsTest, SlowAfterAKillJustBeforeAnyCommit) { AtCommits(CommitFault::kKillBefore); }
+TEST_F(CombineKillsTest, SlowAfterAKillRightAfterAnyCommit) { AtCommits(CommitFault::kKillAfter); }
+TEST_F(CombineKillsTest, SlowAfterARefusedWrite) { AtCommits(CommitFault::kRefuse); }
 
 }  // namespace
 }  // namespace grouser::server
