@@ -134,7 +134,10 @@ void CheckOutFolder(const std::string& out) {
 }
 
 int RunSweepOf(const RunArguments& arguments, const Sweep& sweep, const StopSignals& signals) {
-  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1);
+  if (arguments.resume) {
+    throw InputError("--resume: a file with a sweep goes on by itself, run by run");
+  }
+  CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1, arguments.progress_lines);
   const auto status =
       RunSweep(sweep, {.folder = arguments.out, .jobs = arguments.jobs, .limits = arguments.limits},
                signals.stop(), progress);
@@ -213,6 +216,9 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   backend.validate(ToEngine(spec));
   CheckOutFolder(arguments.out);
+  if (!arguments.known.empty() && !std::filesystem::is_directory(arguments.known)) {
+    throw InputError(fmt::format("--known {}: no folder", arguments.known));
+  }
   if (TakeKnown(arguments, RunId(spec, backend.engine_version))) return 0;
   ProgressPrinter printer(arguments.progress_lines);
   TileStore tiles(arguments.tiles, &backend);

@@ -56,8 +56,12 @@ std::map<std::string, Snapshot::Aliases, std::less<>> TargetsOf(const Repository
 }  // namespace
 
 SnapshotStore::SnapshotStore(const Repository& repository, ModelFactory factory,
-                             std::chrono::milliseconds unnamed, TableCache* tables)
-    : repository_(repository), factory_(std::move(factory)), unnamed_(unnamed), tables_(tables) {}
+                             std::chrono::milliseconds unnamed, TableCache* tables, Adopt adopt)
+    : repository_(repository),
+      factory_(std::move(factory)),
+      unnamed_(unnamed),
+      tables_(tables),
+      adopt_(std::move(adopt)) {}
 
 std::shared_ptr<const Snapshot> SnapshotStore::Current() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -176,6 +180,7 @@ SnapshotStore::Outcome SnapshotStore::Refresh() {
   FindNews(all, &outcome);
   std::shared_ptr<const Snapshot> next = std::make_shared<const Snapshot>(
       wanted.generation, std::move(models), std::move(aliases), pending);
+  adopt_(*next);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     current_.swap(next);

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,11 +20,15 @@ namespace grouser::server {
 class SnapshotStore {
  public:
   static constexpr std::chrono::milliseconds kUnnamed{1000};
+  /// Is told each snapshot just before it can answer anything.
+  using Adopt = std::function<void(const Snapshot&)>;
 
   /// `unnamed`: how long a refresh goes on loading models that no alias names. `tables`: of models,
   /// kept between processes.
-  SnapshotStore(const Repository& repository, ModelFactory factory,
-                std::chrono::milliseconds unnamed = kUnnamed, TableCache* tables = nullptr);
+  SnapshotStore(
+      const Repository& repository, ModelFactory factory,
+      std::chrono::milliseconds unnamed = kUnnamed, TableCache* tables = nullptr,
+      Adopt adopt = [](const Snapshot&) {});
 
   /// What a refresh did.
   struct Outcome {
@@ -85,6 +90,7 @@ class SnapshotStore {
   std::chrono::milliseconds unnamed_;
   std::atomic<bool> stopped_ = false;
   TableCache* tables_;
+  Adopt adopt_;
   std::string fingerprint_;
   bool loaded_ = false;
   bool aliases_were_read_ = false;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/os/file_lock.h"
 #include "proto/records/os/regular_file.h"
 #include "proto/records/sha256.h"
 
@@ -121,20 +122,31 @@ void TableCache::Use() {
   }
 }
 
-/// Whether no other server has the lock; from then on none can take it.
-bool TableCache::ClaimAlone() {
+/// Valid where no other server has the lock; from then on none can take it. Held until this server
+/// shares the lock again: flock(2) gives the shared lock up before it asks for the other, so that
+/// of two that did so at once one would find nobody.
+os::UniqueFd TableCache::ClaimAlone() {
   Use();
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!lock_.valid()) return false;
-  if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0) return true;
+  if (!lock_.valid()) return {};
+  os::UniqueFd claim;
+  try {
+    claim = os::TryLock(folder_ + "/.pruning");
+  } catch (const std::exception&) {
+    // No right to write there: then nothing can be removed either.
+  }
+  if (!claim.valid()) return {};
+  if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0) return claim;
   // What was shared before may be gone now.
   if (::flock(lock_.get(), LOCK_SH | LOCK_NB) != 0) lock_.Reset();
-  return false;
+  return {};
 }
 
 void TableCache::Prune(const std::set<std::string>& digests) {
   std::vector<File> files = FilesOf(folder_);
-  if (files.empty() || !ClaimAlone()) return;
+  if (files.empty()) return;
+  const os::UniqueFd claim = ClaimAlone();
+  if (!claim.valid()) return;
   const auto now = static_cast<double>(std::time(nullptr));
   std::uint64_t bytes = BytesOf(files);
   // First what is of no model, then the oldest.

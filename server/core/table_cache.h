@@ -38,7 +38,7 @@ class TableCache {
   void Keep(const std::string& digest, const std::string& key, const std::string& bytes);
   void Tell(const std::string& about, const std::string& what);
   void Use();
-  bool ClaimAlone();
+  os::UniqueFd ClaimAlone();
 
   std::string folder_;
   std::uint64_t max_bytes_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
@@ -19,6 +20,31 @@ namespace grouser::server {
 namespace {
 
 constexpr char kDigestMark[] = "@sha256:";
+
+/// The run of that name that answers in place of the one that a worker has made; what stands there
+/// and does not is set aside.
+std::optional<FinishedRun> RunThere(const std::string& target, const v1alpha1::WheelTestSpec& spec,
+                                    const std::string& made) {
+  if (!std::filesystem::exists(target)) return std::nullopt;
+  std::optional<FinishedRun> there;
+  std::string why;
+  try {
+    there = ReadFinishedRun(target, spec);
+  } catch (const std::exception& e) {
+    why = e.what();
+  }
+  if (there && there->record.status() == v1alpha1::RUN_STATUS_FAILED &&
+      there->sha256 != records::Sha256OfFile(made)) {
+    why = fmt::format("{}: FAILED ({}), and was run again", target, there->record.reason());
+    there.reset();
+  }
+  if (there) {
+    records::SyncName(target);  // who wrote it may have been killed before this
+  } else {
+    spdlog::warn("{}; it is set aside as {}", why, os::SetAside(target));
+  }
+  return there;
+}
 
 }  // namespace
 
@@ -72,15 +98,7 @@ FinishedRun PublishRun(const JobFiles& files, const JobRow& row) {
                                  [](unsigned char c) { return std::isalnum(c) != 0; });
   if (!plain) throw std::runtime_error(made + ": run_id '" + run_id + "', expected hex digits");
   const std::string target = files.Run(run_id + ".run.h5");
-  try {
-    if (std::filesystem::exists(target)) {
-      FinishedRun there = ReadFinishedRun(target, row.spec);
-      records::SyncName(target);  // who wrote it may have been killed before this
-      return there;
-    }
-  } catch (const std::exception& e) {
-    spdlog::warn("{}; it is set aside as {}", e.what(), os::SetAside(target));
-  }
+  if (auto there = RunThere(target, row.spec, made)) return *there;
   records::WriteFileDurably(target, records::ReadFileBytes(made));
   return ReadFinishedRun(target, row.spec);
 }

@@ -62,7 +62,8 @@ FinishedRun ReadFinishedRun(const std::string& path, const v1alpha1::WheelTestSp
 
 /// Gives a worker's run file its lasting name, runs/RUNID.run.h5. Run files
 /// are immutable, for models name them by hash: where a whole one of this id
-/// (same spec, same engine) is there already, that one is the answer. Throws
+/// (same spec, same engine) is there already, that one is the answer. A FAILED
+/// one is none, and no model names it: it is set aside. Throws
 /// std::runtime_error.
 FinishedRun PublishRun(const JobFiles& files, const JobRow& row);
 

@@ -40,6 +40,7 @@ os::UniqueFd LockState(const std::string& path) {
 
 constexpr const char* kReadyHelp = "1: the job store can be read and the program does not stop.";
 constexpr const char* kJobsHelp = "Jobs by state, ended ones too.";
+constexpr const char* kEndedHelp = "Jobs that ended since the program started.";
 
 v1alpha1::SubmitRefinementResponse AnswerOf(const v1alpha1::SubmitJobResponse& submitted) {
   v1alpha1::SubmitRefinementResponse response;
@@ -62,7 +63,10 @@ JobsApp::JobsApp(JobsOptions options, boost::asio::io_context& loop)
       repository_(options.state_dir, options.shipped_dir),
       store_(files_.Database()),
       book_(store_, options.max_queued, UnixNow,
-            [this](const v1alpha1::Job& job) { hub_.Publish(job); }),
+            [this](const v1alpha1::Job& job) {
+              if (HasEnded(job.job_state())) ++ended_[job.job_state()];
+              hub_.Publish(job);
+            }),
       pruner_(files_, store_, book_, repository_),
       pool_(loop, options.grace_s),
       intake_({options.scheduler.bin_dir, options.scheduler.device, options.scheduler.work},
@@ -126,6 +130,12 @@ void JobsApp::TellMetrics(std::function<void(MetricPage)> tell) {
     for (const auto& [state, count] : jobs) {
       page.AddGauge("grouser_jobs", kJobsHelp, static_cast<double>(count),
                     {{"state", ShortName(state)}});
+    }
+    page.AddFamily("grouser_jobs_ended_total", kEndedHelp, prometheus::MetricType::Counter);
+    for (const auto& [state, count] : jobs) {
+      if (!HasEnded(state)) continue;
+      page.AddCounter("grouser_jobs_ended_total", kEndedHelp, static_cast<double>(ended_[state]),
+                      {{"state", ShortName(state)}});
     }
     page.AddGauge("grouser_job_requests_waiting", "Requests that wait for the thread of the jobs.",
                   thread_.waiting());

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -93,6 +94,7 @@ class JobsApp {
   os::UniqueFd instance_lock_;
   Repository repository_;
   WatchHub hub_;
+  std::map<v1alpha1::JobState, std::uint64_t> ended_;  ///< jobs, since the program started
   JobStore store_;
   JobBook book_;
   Pruner pruner_;

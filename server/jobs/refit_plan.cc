@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <ranges>
 #include <stdexcept>
 
 #include "server/core/model_reference.h"
@@ -22,9 +23,47 @@ std::set<std::string> RunIdsOf(const v1alpha1::Model& model) {
   return ids;
 }
 
-v1alpha1::Model ModelOf(const Repository& repository, const std::string& name,
-                        const std::string& digest) {
-  return surrogate::ReadModel(repository.Resolve(ReferenceOf(name, digest)).path).model;
+/// Candidates that may have runs for the job's, the first to be looked at first.
+std::vector<std::string> CandidatesOf(const Repository& repository, const std::vector<JobRow>& open,
+                                      const JobRow& row) {
+  std::vector<std::string> digests;
+  std::set<std::string> seen;
+  const auto add = [&](const std::string& digest) {
+    if (seen.insert(digest).second) digests.push_back(digest);
+  };
+  try {
+    const std::string canary =
+        repository.ReadAliases().Find(ModelName(row.job), std::string(kCanaryAlias));
+    if (!canary.empty() && canary != ModelDigest(row.job)) add(canary);
+  } catch (const std::exception& e) {
+    spdlog::warn("{}: {}: the runs of canary are left out", row.job.job_id(), e.what());
+  }
+  for (const JobRow& other : open | std::views::reverse) {
+    if (other.job.job_id() == row.job.job_id() || other.job.model() != row.job.model()) continue;
+    if (FollowsStable(other) && GatePassed(other.job)) add(other.job.candidate_digest());
+  }
+  return digests;
+}
+
+/// Training runs of a model that are in none of these.
+std::set<std::string> FurtherRuns(const v1alpha1::Model& model, const std::set<std::string>& known,
+                                  const std::set<std::string>& found) {
+  std::set<std::string> more;
+  for (const auto& run : model.provenance().runs()) {
+    if (surrogate::RoleOf(run) != v1alpha1::RUN_ROLE_TRAIN) continue;
+    if (!known.contains(run.run_id()) && !found.contains(run.run_id())) more.insert(run.run_id());
+  }
+  return more;
+}
+
+/// Whether a model is `from` or was refitted from it, by any steps that are still there.
+bool ComesFrom(KnownModels& models, const std::string& name, std::string digest,
+               const std::string& from) {
+  for (std::size_t step = 0; step < kMostCombined && !digest.empty(); ++step) {
+    if (digest == from) return true;
+    digest = models.Of(name, digest).provenance().base_digest();
+  }
+  return false;
 }
 
 }  // namespace
@@ -33,12 +72,12 @@ bool FollowsStable(const JobRow& row) {
   return row.join_key.starts_with(StableKeyOf(ModelName(row.job)));
 }
 
-std::string BaseNow(const Repository& repository, const JobRow& row) {
+std::string BaseNow(const Repository& repository, KnownModels& models, const JobRow& row) {
   const std::string own = ModelDigest(row.job), name = ModelName(row.job);
   if (!FollowsStable(row)) return own;
   const std::string stable = repository.ReadAliases().Find(name, std::string(kDefaultAlias));
   if (stable.empty() || stable == own) return own;
-  return IsOfScene(ModelOf(repository, name, stable), row.spec) ? stable : own;
+  return IsOfScene(models.Of(name, stable), row.spec) ? stable : own;
 }
 
 bool HasRun(const v1alpha1::Model& model, const std::string& sha256) {
@@ -47,34 +86,30 @@ bool HasRun(const v1alpha1::Model& model, const std::string& sha256) {
   });
 }
 
-Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>& open,
-                        const JobRow& row) {
+Companions CompanionsOf(const Repository& repository, KnownModels& models,
+                        const std::vector<JobRow>& open, const JobRow& row) {
   Companions found;
   if (!FollowsStable(row)) return found;
   const std::string name = ModelName(row.job), base = ModelDigest(row.job);
-  std::set<std::string> digests;
-  for (const JobRow& other : open) {
-    if (other.job.job_id() == row.job.job_id() || other.job.model() != row.job.model()) continue;
-    if (FollowsStable(other) && GatePassed(other.job)) digests.insert(other.job.candidate_digest());
-  }
-  try {
-    const std::string canary = repository.ReadAliases().Find(name, std::string(kCanaryAlias));
-    if (!canary.empty() && canary != base) digests.insert(canary);
-  } catch (const std::exception& e) {
-    spdlog::warn("{}: {}: the runs of canary are left out", row.job.job_id(), e.what());
-  }
+  const std::vector<std::string> digests = CandidatesOf(repository, open, row);
+  std::set<std::string> named(digests.begin(), digests.end());
+  for (const JobRow& one : open) named.insert({ModelDigest(one.job), one.job.candidate_digest()});
+  models.KeepOnly(named);  // ended jobs' candidates must not add up
   if (digests.empty()) return found;
-  const std::set<std::string> known = RunIdsOf(ModelOf(repository, name, base));
+  const std::set<std::string> known = RunIdsOf(models.Of(name, base));
+  std::size_t read = 0;
   for (const std::string& digest : digests) {
+    if (found.models.size() == kMostCombined) break;
+    if (!models.Has(digest) && ++read > kMostCombined) continue;
     try {
-      const auto entry = repository.Resolve(ReferenceOf(name, digest));
-      const v1alpha1::Model model = surrogate::ReadModel(entry.path).model;
-      if (model.provenance().base_digest() != base || !IsOfScene(model, row.spec)) continue;
-      found.models.push_back(entry.path);
-      for (const auto& run : model.provenance().runs()) {
-        const bool trains = surrogate::RoleOf(run) == v1alpha1::RUN_ROLE_TRAIN;
-        if (trains && !known.contains(run.run_id())) found.run_ids.insert(run.run_id());
-      }
+      const v1alpha1::Model& model = models.Of(name, digest);
+      std::set<std::string> more = FurtherRuns(model, known, found.run_ids);
+      if (more.empty() || !IsOfScene(model, row.spec)) continue;
+      // What stable was rolled back from stays out.
+      const std::string from = model.provenance().base_digest();
+      if (!ComesFrom(models, name, base, from)) continue;
+      found.models.push_back(repository.Resolve(ReferenceOf(name, digest)).path);
+      found.run_ids.merge(more);
     } catch (const std::exception& e) {
       spdlog::warn("{}: {}: its runs are left out", row.job.job_id(), e.what());
     }
@@ -82,9 +117,8 @@ Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>&
   return found;
 }
 
-bool HasRunsOfOthers(const Repository& repository, const std::string& model_file,
-                     const JobRow& row) {
-  const auto known = RunIdsOf(ModelOf(repository, ModelName(row.job), ModelDigest(row.job)));
+bool HasRunsOfOthers(KnownModels& models, const std::string& model_file, const JobRow& row) {
+  const auto known = RunIdsOf(models.Of(ModelName(row.job), ModelDigest(row.job)));
   const v1alpha1::Model candidate = surrogate::ReadModel(model_file).model;
   return std::ranges::any_of(candidate.provenance().runs(), [&](const auto& run) {
     return !known.contains(run.run_id()) && run.sha256() != row.job.run_sha256();

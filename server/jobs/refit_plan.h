@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "server/core/repository.h"
 #include "server/jobs/job_store.h"
+#include "server/jobs/known_models.h"
 
 namespace grouser::server {
 
@@ -17,23 +19,29 @@ bool FollowsStable(const JobRow& row);
 /// Digest of the model that the job is to be fitted from: of one that follows "stable" what that is
 /// now, as long as the job's run is of its soil, wheel and rig; else what the job names. Throws
 /// std::runtime_error for a damaged alias file.
-std::string BaseNow(const Repository& repository, const JobRow& row);
+std::string BaseNow(const Repository& repository, KnownModels& models, const JobRow& row);
 
 /// Whether a model was fitted to a run, by its hash.
 bool HasRun(const v1alpha1::Model& model, const std::string& sha256);
 
-/// Other refits of the job's base, whose training runs go into its candidate: of the open jobs that
-/// follow "stable" and whose candidate passes the gate, and what "canary" names.
+/// Refits of one base that one fit takes runs from, and models that planning it reads: at most so
+/// many; what is left comes with the next fit, which has this one's.
+inline constexpr std::size_t kMostCombined = 16;
+
+/// Other refits whose training runs go into the job's candidate: of the open jobs that follow
+/// "stable", of the same base, whose candidate passes the gate, the latest first, those that have
+/// runs which the others before lack (mostly the latest one has all); before them what "canary"
+/// names, of this base or of one that it comes from.
 struct Companions {
   std::vector<std::string> models;  ///< files
   std::set<std::string> run_ids;    ///< that the base lacks
 };
-Companions CompanionsOf(const Repository& repository, const std::vector<JobRow>& open,
-                        const JobRow& row);
+/// `models` keeps what `open` names.
+Companions CompanionsOf(const Repository& repository, KnownModels& models,
+                        const std::vector<JobRow>& open, const JobRow& row);
 
 /// Whether a candidate was fitted to runs that neither its base has nor its job has made.
-bool HasRunsOfOthers(const Repository& repository, const std::string& model_file,
-                     const JobRow& row);
+bool HasRunsOfOthers(KnownModels& models, const std::string& model_file, const JobRow& row);
 
 /// Those of `run_ids` that a model file was not fitted to.
 std::vector<std::string> Lacking(const std::string& model_file,

@@ -315,7 +315,7 @@ void Scheduler::ConcludeGate(const JobRow& row) {
   CheckCandidate(files_.Candidate(id), row.job);
   if (FitAgain(row, /*with_others=*/GatePassed(judged))) return;
   if (!GatePassed(judged) && !std::filesystem::exists(files_.Alone(id)) &&
-      HasRunsOfOthers(repository_, files_.Candidate(id), row)) {
+      HasRunsOfOthers(models_, files_.Candidate(id), row)) {
     FitAlone(row, "with the runs of others: " + GateMessage(judged));
     return;
   }

@@ -9,6 +9,7 @@
 #include "server/core/repository.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/known_models.h"
 #include "server/jobs/refit_plan.h"
 #include "server/jobs/serial_thread.h"
 #include "server/jobs/work_command.h"
@@ -63,7 +64,7 @@ class Scheduler {
   /// After this call: of the jobs that await promotion and refine `model`'s stable, those that were
   /// fitted from another one than stable is now are fitted again, or DONE where it has their run.
   /// Tried again until it is done.
-  void FollowStable(const std::string& model, double retry_s = 0);
+  void FollowStable(const std::string& model);
 
  private:
   struct Active {
@@ -110,7 +111,8 @@ class Scheduler {
   /// lacks runs of other candidates.
   bool FitAgain(const JobRow& row, bool with_others);
   void EndAsContained(const JobRow& row, const std::string& digest);
-  Companions CompanionsFor(const JobRow& row) const;
+  void FollowStableNow(const std::string& model, double retry_s);
+  Companions CompanionsFor(const JobRow& row);
   /// Queues a job again for a fit without the runs of others, with which it came to nothing.
   void FitAlone(const JobRow& row, const std::string& why);
   void AcceptCandidate(const JobRow& row, const std::string& message);
@@ -133,11 +135,13 @@ class Scheduler {
   const JobFiles& files_;
   JobBook& book_;
   Repository& repository_;
+  KnownModels models_{repository_};
   WorkerPool& pool_;
   SerialThread& thread_;
   std::map<std::string, Active> active_;
   std::set<std::string>
       waiting_;  ///< jobs with a step to be tried again: each keeps a worker's place
+  std::set<std::string> following_;  ///< models whose candidates are to be looked at again
   bool stopping_ = false;
   std::function<void()> stopped_;
 };

@@ -7,11 +7,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "proto/records/model_file.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/refit_plan.h"
 #include "server/jobs/scheduler.h"
-#include "surrogate/model_io/upgrade.h"
 
 namespace grouser::server {
 
@@ -19,7 +17,7 @@ std::optional<JobRow> Scheduler::OnPresentBase(const JobRow& row) {
   const std::string& id = row.job.job_id();
   std::optional<JobRow> now = row;
   try {
-    const std::string base = BaseNow(repository_, row);
+    const std::string base = BaseNow(repository_, models_, row);
     if (base != ModelDigest(row.job)) {
       spdlog::info("{}: is fitted from {}, which is stable now", id, base);
       now = book_.Change(id, row.job.lease_epoch(), [&](JobRow& changed) {
@@ -35,9 +33,10 @@ std::optional<JobRow> Scheduler::OnPresentBase(const JobRow& row) {
     spdlog::error("{}: {}; it is fitted from {}", id, e.what(), row.job.model());
   }
   if (!now) return std::nullopt;
-  const auto base = surrogate::ReadModel(repository_.Resolve(now->job.model()).path);
-  if (!FollowsStable(*now) || !HasRun(base.model, now->job.run_sha256())) return now;
-  EndAsContained(*now, base.digest);
+  if (!FollowsStable(*now)) return now;
+  const std::string base = ModelDigest(now->job);
+  if (!HasRun(models_.Of(ModelName(now->job), base), now->job.run_sha256())) return now;
+  EndAsContained(*now, base);
   return std::nullopt;
 }
 
@@ -50,9 +49,9 @@ void Scheduler::EndAsContained(const JobRow& row, const std::string& digest) {
   });
 }
 
-Companions Scheduler::CompanionsFor(const JobRow& row) const {
+Companions Scheduler::CompanionsFor(const JobRow& row) {
   if (std::filesystem::exists(files_.Alone(row.job.job_id()))) return {};
-  return CompanionsOf(repository_, book_.Open(), row);
+  return CompanionsOf(repository_, models_, book_.Open(), row);
 }
 
 void Scheduler::FitAlone(const JobRow& row, const std::string& why) {
@@ -71,7 +70,7 @@ bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
     return book_.Requeue(id, row.job.lease_epoch(), "fitted again: " + why, Retries::kNone);
   };
   try {
-    const std::string base = BaseNow(repository_, row);
+    const std::string base = BaseNow(repository_, models_, row);
     if (base != ModelDigest(row.job)) return again("stable is now " + base);
     if (!with_others) return false;
     const auto lacking = Lacking(files_.Candidate(id), CompanionsFor(row).run_ids);
@@ -84,32 +83,38 @@ bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
   }
 }
 
-void Scheduler::FollowStable(const std::string& model, double retry_s) {
-  thread_.PostAfter(retry_s, [this, model, retry_s] {
-    if (stopping_) return;
-    try {
-      const std::string stable = repository_.ReadAliases().Find(model, std::string(kDefaultAlias));
-      for (const JobRow& row : book_.Open()) {
-        const bool waits = row.job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION &&
-                           row.pending.job_id().empty();
-        if (!waits || ModelName(row.job) != model || ModelDigest(row.job) == stable) continue;
-        const std::string base = BaseNow(repository_, row);
-        if (base == ModelDigest(row.job)) continue;
-        const auto entry = repository_.Resolve(ReferenceOf(model, base));
-        if (HasRun(surrogate::ReadModel(entry.path).model, row.job.run_sha256())) {
-          EndAsContained(row, base);
-        } else {
-          FitAgain(row, /*with_others=*/false);
-        }
+void Scheduler::FollowStable(const std::string& model) {
+  thread_.Post([this, model] { FollowStableNow(model, 0); });
+}
+
+void Scheduler::FollowStableNow(const std::string& model, double retry_s) {
+  if (stopping_) return;
+  try {
+    const std::string stable = repository_.ReadAliases().Find(model, std::string(kDefaultAlias));
+    for (const JobRow& row : book_.Open()) {
+      const bool waits = row.job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION &&
+                         row.pending.job_id().empty();
+      if (!waits || ModelName(row.job) != model || ModelDigest(row.job) == stable) continue;
+      const std::string base = BaseNow(repository_, models_, row);
+      if (base == ModelDigest(row.job)) continue;
+      if (HasRun(models_.Of(model, base), row.job.run_sha256())) {
+        EndAsContained(row, base);
+      } else {
+        FitAgain(row, /*with_others=*/false);
       }
-      Kick();
-    } catch (const std::exception& e) {
-      const double then_s = std::min(std::max(2 * retry_s, options_.retry_s), kLongestRetryS);
-      spdlog::error("{}: its candidates do not follow stable yet: {}; next try in {} s", model,
-                    e.what(), then_s);
-      FollowStable(model, then_s);
     }
-  });
+    Kick();
+  } catch (const std::exception& e) {
+    const double then_s = std::min(std::max(2 * retry_s, options_.retry_s), kLongestRetryS);
+    const bool first = following_.insert(model).second;
+    spdlog::error("{}: its candidates do not follow stable yet: {}; {}", model, e.what(),
+                  first ? fmt::format("next try in {} s", then_s) : "is tried again already");
+    if (!first) return;
+    thread_.PostAfter(then_s, [this, model, then_s] {
+      following_.erase(model);
+      FollowStableNow(model, then_s);
+    });
+  }
 }
 
 void Scheduler::ConcludeFit(const JobRow& row, const Ended& ended) {

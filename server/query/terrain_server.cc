@@ -25,7 +25,9 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
     : config_(Checked(std::move(config))),
       repository_(config_.state_dir, config_.shipped_dir),
       tables_(config_.state_dir + "/tables", std::uint64_t{1'000'000} * config_.table_cache_mb),
-      store_(repository_, std::move(factory), SnapshotStore::kUnnamed, &tables_),
+      store_(repository_, std::move(factory), SnapshotStore::kUnnamed, &tables_,
+             // What a model answers is counted from its first answer on.
+             [this](const Snapshot& next) { metrics_.Adopt(next); }),
       service_(store_, metrics_, gate_),
       fleet_(config_.vehicles),
       vehicle_service_(fleet_, gate_, config_.vehicle_threads),
@@ -78,7 +80,6 @@ void TerrainServer::Take(const SnapshotStore::Outcome& outcome) {
   for (const auto& problem : outcome.news) spdlog::error("model: {}", problem);
   if (!outcome.changed) return;
   const auto snapshot = store_.Current();
-  metrics_.Adopt(*snapshot);
   grpc_->SetServing(kTerrain, !snapshot->models().empty());
   problems_.Set(outcome.problems.size());
   {

@@ -58,9 +58,9 @@ class TerrainServer {
   ServerConfig config_;
   Repository repository_;
   TableCache tables_;
+  QueryMetrics metrics_;
   SnapshotStore store_;
   std::string last_failure_;  // said once, not every poll
-  QueryMetrics metrics_;
   Counter problems_, refresh_failures_;
   mutable std::mutex unresolved_mutex_;
   std::vector<std::string> unresolved_;

@@ -21,8 +21,9 @@ struct GateResult {
 /// - held_out: for every output rmse on the runs held out at most rmse_factor of the base's plus
 ///   patch_share of the base's sd_patch at them (rms). Where no run is held out, on the base's
 ///   training runs;
-/// - coverage: the intervals cover at most coverage_lost of those runs fewer than the base's, per
-///   output;
+/// - coverage: of every output the intervals cover at most coverage_short of those runs fewer than
+///   the least count in the central 95 % of a binomial(n, 0.9), or than the base's where those
+///   cover fewer. Covering more is no fault;
 /// - symmetry: both mirrors exact over a scan;
 /// - dissipation: torque x spin covers pull x speed: T r w/r - F_x v_x - F_y v_y
 ///   >= -dissipation_slack load M over the domain;

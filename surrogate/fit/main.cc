@@ -190,6 +190,9 @@ int Make(const Arguments& a) {
     throw CLI::ValidationError("--soil", hard ? "not with --ground or numbers of hard ground"
                                               : "or --ground or --friction: expected one of them");
   }
+  if (hard && !a.files.empty()) {
+    throw CLI::ValidationError("--soils", "tables of soils, not of hard ground: goes with --soil");
+  }
   if (hard) return MakeHard(a);
   SoilLibrary library;
   library.Add(PublishedSoilsFile());
@@ -380,16 +383,17 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
   runs(fit);
   fit->add_option("--name", a->name, "name of the model")->required();
   fit->add_option("--out", a->out, "model file to write")->required();
-  fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
+  auto* measured =
+      fit->add_option("--measured", a->measured, "CSV of measured tests, kept in the model");
   fit->add_option("--kind", a->kind, "hybrid; bekker: physics alone; lookup: table alone")
       ->check(CLI::IsMember({"hybrid", "bekker", "lookup"}))
       ->capture_default_str();
   fit->add_option("--reason", a->reason, "kept in the provenance");
   const auto accept = [a](CLI::App* sub) {
-    sub->add_flag("--accept-unusual", a->accept_unusual,
-                  "take measured angles that read like radians");
+    return sub->add_flag("--accept-unusual", a->accept_unusual,
+                         "take measured angles that read like radians");
   };
-  accept(fit);
+  accept(fit)->needs(measured);
   fit->add_option("--profile-weight", a->profile_weight,
                   fmt::format("of a run's stress profile beside its totals; 0: totals alone "
                               "(default: {:g} for bekker, else 0)",
@@ -397,6 +401,7 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
       ->check(CLI::NonNegativeNumber);
   CLI::App* summarise =
       add("summarise", "Keep of campaigns what fits need, in one file", Summarise);
+  summarise->remove_option(summarise->get_option("--json"));  // it has no output but its file
   runs(summarise);
   summarise->add_option("--out", a->out, "summary file to write (*.runs.json)")->required();
   CLI::App* profiles = add("profiles", "Stresses on the rim, DEM beside physics", Profiles);

@@ -4,7 +4,7 @@ namespace grouser::surrogate {
 
 /// What GateChecks judges by; an operator sets them by the names in kGateLimits.
 struct GateLimits {
-  double rmse_factor = 1.1, patch_share = 0.25, coverage_lost = 1, dissipation_slack = 0.01,
+  double rmse_factor = 1.1, patch_share = 0.25, coverage_short = 0, dissipation_slack = 0.01,
          change_intervals = 1, change_share = 0.99, flag_share = 0.01;
 };
 
@@ -20,8 +20,9 @@ inline constexpr GateLimitField kGateLimits[] = {
     {"patch-share",
      "held_out: added to that, of sd_patch (what another placement of grains may do)",
      &GateLimits::patch_share, 100},
-    {"coverage-lost", "coverage: runs held out that intervals may cover fewer than the base's",
-     &GateLimits::coverage_lost, 1e6},
+    {"coverage-short",
+     "coverage: runs held out that intervals may cover fewer than chance leaves of 90 %",
+     &GateLimits::coverage_short, 1e6},
     {"dissipation-slack", "dissipation: power that may come from nowhere, of load times speed",
      &GateLimits::dissipation_slack, 1},
     {"change-intervals",

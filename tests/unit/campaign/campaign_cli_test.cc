@@ -52,6 +52,11 @@ TEST_F(CampaignCli, ChecksThenRunsForAProgramThatFollows) {
   ASSERT_EQ(Run(again), 0) << said_;
   EXPECT_THAT(said_, AllOf(HasSubstr("it is run"), Not(HasSubstr("run before"))));
   EXPECT_GT(Read("a.run.h5").size(), 1000u);
+  EXPECT_EQ(Run(again + "-gone"), 2);
+  EXPECT_THAT(said_, HasSubstr("runs-gone: no folder"));
+  EXPECT_EQ(Run("run " + In("any.yaml") + " --out " + In("b.run.h5") + " --known " + In("c/runs")),
+            2);
+  EXPECT_THAT(said_, HasSubstr("--known: not with an experiment file"));
 }
 
 TEST_F(CampaignCli, DesignRefusesBeforeItMeasures) {

@@ -68,6 +68,14 @@ TEST_F(SweepCli, RunsAllMembersIntoAFolderWithATable) {
   EXPECT_NE(line.find(",training,5,1,DONE,"), std::string::npos) << line;
 }
 
+TEST_F(SweepCli, OptionsOfASingleRunAreTakenOrRefused) {
+  EXPECT_EQ(Run(RunCommand(" --resume")), 2);
+  EXPECT_NE(said_.find("--resume: a file with a sweep goes on by itself"), std::string::npos);
+  EXPECT_FALSE(fs::exists(In("out")));
+  ASSERT_EQ(Run(RunCommand(" --progress-lines")), 0) << said_;
+  EXPECT_NE(said_.find("progress 1.0000 eta=0 3 of 3 runs"), std::string::npos) << said_;
+}
+
 TEST_F(SweepCli, GoesOnWithoutRunningAgainWhatIsThere) {
   ASSERT_EQ(Run(RunCommand(" --jobs 1")), 0) << said_;
   const auto before = Runs();

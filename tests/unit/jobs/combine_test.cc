@@ -1,74 +1,22 @@
 // Several refinements of one model end in one candidate; no run is repeated.
 #include <gmock/gmock.h>
 
-#include "proto/records/model_file.h"
-#include "proto/records/run_file.h"
 #include "server/core/status.h"
-#include "server/jobs/refinement_spec.h"
-#include "tests/unit/jobs/jobs_life.h"
+#include "tests/unit/jobs/combining_life.h"
 
 namespace grouser::server {
 namespace {
 
 using namespace v1alpha1;  // NOLINT: states by name
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::Life;
 using ::testing::Not;
 using testing::Request;
 
-constexpr char kName[] = "cmu-smooth-62.5";
-
-/// Hands out fit.JOB.BASE, of the base that is asked for, once it is there.
-constexpr char kFit[] = R"sh(
-for a in "$@"; do [ "$q" = --base ] && base=${a##*/}; q=$a; done
-job=${out%/*}; [ "$verb" = gate ] && job=$PWD; job=${job##*/}
-echo "$*" >> "$bin/args.$job"
-while [ -e "$bin/hold.$verb" ]; do sleep 0.02; done
-[ "$verb" = gate ] && { cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")"; }
-until [ -e "$bin/fit.$job.$base" ]; do sleep 0.02; done
-cp "$bin/fit.$job.$base" "$out.part" && mv "$out.part" "$out"
-)sh";
-
-class CombineTest : public testing::LivesTest {
+class CombineTest : public testing::CombiningTest {
  protected:
-  CombineTest() {
-    FakeCarefully();
-    Fake("grouser-fit", kFit);
-    std::filesystem::remove(bin_ + "/prepared.run.h5");
-  }
-
-  /// Submits; the fakes will hand out the job's run.
-  std::string Submitted(Life& life, const SubmitRefinementRequest& request,
-                        const std::string& run_id) {
-    const std::string id = life.Submit(request);
-    records::RunFile run;
-    *run.record.mutable_spec() = BuildSpec(testing::BaseModel(), request);
-    run.record.set_run_id(run_id);
-    run.record.set_status(RUN_STATUS_STEADY);
-    records::WriteRunFile(bin_ + "/made.h5", run);
-    hashes_[run_id] = records::Sha256OfFile(bin_ + "/made.h5");
-    std::filesystem::rename(bin_ + "/made.h5", bin_ + "/prepared." + id + ".run.h5");
-    return id;
-  }
-
-  /// What the fakes fit for a job from a base from now on; returns its digest.
-  std::string WillFit(const std::string& id, const std::string& base,
-                      const std::vector<std::string>& run_ids) {
-    Model candidate = testing::BaseModel();
-    candidate.mutable_provenance()->set_base_digest(base);
-    candidate.mutable_provenance()->set_reason(id);
-    for (const std::string& run_id : run_ids) {
-      RunSummary* run = candidate.mutable_provenance()->add_runs();
-      run->set_role(RUN_ROLE_TRAIN);
-      run->set_run_id(run_id);
-      run->set_seed(7);  // the base's, which later jobs are to have as well
-      run->set_sha256(hashes_.at(run_id));
-    }
-    const std::string digest = records::WriteModelFile(bin_ + "/made.model", candidate);
-    const std::string of_base = base == base_digest_ ? "base" : base;
-    std::filesystem::rename(bin_ + "/made.model", bin_ + "/fit." + id + "." + of_base + ".model");
-    return digest;
-  }
+  CombineTest() { FakeCombining(); }
 
   /// The job, awaiting promotion with that candidate.
   static Job Offered(Life& life, const std::string& id, const std::string& digest) {
@@ -113,9 +61,6 @@ class CombineTest : public testing::LivesTest {
     in_b_ = WillFit(b_, base_digest_, {"aaaa", "bbbb"});
     Offered(life, b_, in_b_);
   }
-
-  std::map<std::string, std::string> hashes_;
-  std::string a_, b_, in_a_, in_b_;
 };
 
 TEST_F(CombineTest, TheLaterCandidateHasTheRunsOfTheEarlierAndItsPromotionEndsBoth) {
@@ -123,13 +68,18 @@ TEST_F(CombineTest, TheLaterCandidateHasTheRunsOfTheEarlierAndItsPromotionEndsBo
   Two(life);
   EXPECT_THAT(Args(a_, "refit"), Not(HasSubstr("--with")));
   EXPECT_THAT(Args(b_, "refit"), HasSubstr("--with " + FileOf(in_a_)));
-  life.Promote(b_);
-  ExpectDone(life, b_, in_b_);
-  ExpectDone(life, a_, in_b_);
-  EXPECT_THAT(life.Get(a_).message(), HasSubstr(in_b_ + " is fitted to its run"));
+  const std::string c = Submitted(life, Request("c", 0.1), "cccc");
+  const std::string in_c = WillFit(c, base_digest_, {"aaaa", "bbbb", "cccc"});
+  Offered(life, c, in_c);
+  EXPECT_THAT(Args(c, "refit"), AllOf(HasSubstr("--with " + FileOf(in_b_)), Not(HasSubstr(in_a_))))
+      << "the later has the run of the earlier";
+  life.Promote(c);
+  ExpectDone(life, b_, in_c);
+  ExpectDone(life, a_, in_c);
+  EXPECT_THAT(life.Get(a_).message(), HasSubstr(in_c + " is fitted to its run"));
   life.Promote(a_);  // is what was asked for already
-  EXPECT_EQ(Stable(), in_b_);
-  EXPECT_EQ(DemStarts().size(), 2u);
+  EXPECT_EQ(Stable(), in_c);
+  EXPECT_EQ(DemStarts().size(), 3u);
   EXPECT_EQ(Wrong(), "");
 }
 

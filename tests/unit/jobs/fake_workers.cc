@@ -36,9 +36,12 @@ done
 echo $$ >> "$bin/pids.$job"
 echo "$*" >> "$bin/args.$job"
 own() { file="$bin/prepared.$job.$1"; [ -e "$file" ] || file="$bin/prepared.$1"; [ -e "$file" ]; }
+leave() {
+  cp "$file" "$out.part" && sync "$out.part" && mv "$out.part" "$out" && sync "${out%/*}" || exit 1
+}
 give() {
   until own "$1"; do sleep 0.02; done
-  cp "$file" "$out.part" && sync "$out.part" && mv "$out.part" "$out" && sync "${out%/*}" || exit 1
+  leave
 }
 )sh";
 
@@ -61,6 +64,33 @@ case $verb in
   gate) cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")" ;;
   *) exit 2 ;;
 esac
+)sh";
+
+constexpr char kCombiningDem[] = R"sh(
+known=; q=
+for a in "$@"; do [ "$q" = --known ] && known=$a; q=$a; done
+until [ -e "$bin/id.$job" ]; do sleep 0.02; done
+id=$(cat "$bin/id.$job")
+if [ -e "$known/$id.run.h5" ]; then
+  file="$known/$id.run.h5"; leave
+else
+  [ -e "$bin/run.$id" ] && echo "$job: $id run again" >> "$bin/wrong"
+  echo $$ >> "$bin/dem.started"
+  while [ ! -e "$bin/dem.go" ] || [ -e "$bin/hold.run" ]; do sleep 0.02; done
+  give run.h5
+  echo > "$bin/run.$id"
+fi
+echo '{}'
+)sh";
+
+constexpr char kCombiningFit[] = R"sh(
+while [ -e "$bin/hold.$verb" ]; do sleep 0.02; done
+[ "$verb" = gate ] && { cat "$bin/gate.json"; exit "$(cat "$bin/gate.exit")"; }
+q=
+for a in "$@"; do [ "$q" = --base ] && base=${a##*/}; q=$a; done
+file="$bin/fit.$job.$base"
+until [ -e "$file" ]; do sleep 0.02; done
+leave
 )sh";
 
 }  // namespace
@@ -107,6 +137,12 @@ void FakeWorkers::Prepare(const v1alpha1::SubmitRefinementRequest& request,
 void FakeWorkers::FakeCarefully() {
   Fake("grouser-dem", std::string(kBegin) + kCarefulDem);
   Fake("grouser-fit", std::string(kBegin) + kCarefulFit);
+}
+
+void FakeWorkers::FakeCombining() {
+  Fake("grouser-dem", std::string(kBegin) + kCombiningDem);
+  Fake("grouser-fit", std::string(kBegin) + kCombiningFit);
+  std::filesystem::remove(bin_ + "/prepared.run.h5");
 }
 
 std::string FakeWorkers::Wrong() const { return ReadText(bin_ + "/wrong"); }

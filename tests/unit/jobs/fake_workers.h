@@ -36,6 +36,11 @@ class FakeWorkers {
   ///   hold.ran      while there, a worker whose run is on disk waits;  fail.run: it refuses the
   ///   spec wrong         a run that is repeated, two workers at a job
   void FakeCarefully();
+  /// As FakeCarefully, for several refinements of one model. Of a job
+  ///   id.JOB   its run's id: one of that id in the folder of --known is taken, and not run again
+  ///   fit.JOB.BASE.model   its candidate from the model file BASE.model
+  /// and run.ID instead of run.JOB.
+  void FakeCombining();
   std::string Wrong() const;
   /// Waits until no worker that these fakes know of lives.
   bool AwaitNoWorkers() const;

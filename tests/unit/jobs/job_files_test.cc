@@ -90,6 +90,21 @@ TEST_F(JobFilesTest, PublishedRunsAreImmutableButDamagedOnesAreReplaced) {
   EXPECT_EQ(PublishRun(files_, row_).record.numerics().wall_s(), 2);
 }
 
+TEST_F(JobFilesTest, AFailedRunThatIsRunAgainAnswersNoMore) {
+  WriteRun(v1alpha1::RUN_STATUS_FAILED);
+  const std::string file = PublishRun(files_, row_).file;
+  EXPECT_EQ(PublishRun(files_, row_).file, file) << "the next start finds it published";
+  const std::string aside = files_.Run(file) + ".damaged";
+  EXPECT_FALSE(std::filesystem::exists(aside));
+  WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, 2);  // of another reason, it may be
+  EXPECT_EQ(PublishRun(files_, row_).record.numerics().wall_s(), 2);
+  EXPECT_TRUE(std::filesystem::exists(aside)) << "nothing is lost";
+  WriteRun(v1alpha1::RUN_STATUS_STEADY, 24, 3);
+  EXPECT_EQ(PublishRun(files_, row_).record.status(), v1alpha1::RUN_STATUS_STEADY);
+  WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, 4);
+  EXPECT_EQ(PublishRun(files_, row_).record.status(), v1alpha1::RUN_STATUS_STEADY) << "stays";
+}
+
 TEST_F(JobFilesTest, ARunIdThatIsNoFileNameIsRefused) {
   WriteRun(v1alpha1::RUN_STATUS_STEADY);
   auto run = records::ReadRunFile(files_.WorkerRun("job-1"));

@@ -2,13 +2,13 @@
 // write), the next start carries every job on to its end.
 #include <gmock/gmock.h>
 #include <signal.h>
-#include <sqlite3.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <functional>
 
 #include "server/core/status.h"
+#include "tests/unit/jobs/commit_faults.h"
 #include "tests/unit/jobs/jobs_life.h"
 
 namespace grouser::server {
@@ -19,45 +19,14 @@ using ::testing::HasSubstr;
 using testing::Life;
 using testing::Request;
 
-enum class Fault { kNone, kKillBefore, kKillAfter, kRefuse };
-
-/// What happens to the store's commits of this process; counted from 1.
-struct Plan {
-  Fault fault = Fault::kNone;
-  int at = 0;
-  int seen = 0;
-};
-Plan plan;  // NOLINT: SQLite's automatic extensions take no context
-
-int OnCommit(void*) {
-  if (++plan.seen != plan.at) return 0;
-  if (plan.fault == Fault::kKillBefore) ::kill(::getpid(), SIGKILL);
-  return plan.fault == Fault::kRefuse ? 1 : 0;
-}
-
-int OnStatementEnd(unsigned, void*, void* statement, void*) {
-  const std::string sql = sqlite3_sql(static_cast<sqlite3_stmt*>(statement));
-  if (plan.fault == Fault::kKillAfter && plan.seen == plan.at && sql.starts_with("COMMIT")) {
-    ::kill(::getpid(), SIGKILL);
-  }
-  return 0;
-}
-
-int OnOpen(sqlite3* db, const char**, const sqlite3_api_routines*) {
-  sqlite3_commit_hook(db, OnCommit, nullptr);
-  return sqlite3_trace_v2(db, SQLITE_TRACE_PROFILE, OnStatementEnd, nullptr);
-}
+using Fault = testing::CommitFault;
 
 class RestartTest : public testing::LivesTest {
  protected:
   int InProcess(Fault fault, int at, const std::function<void(Life&)>& live) {
     return LivesTest::InProcess(
-        live,
-        [&] {
-          plan = {fault, at};
-          sqlite3_auto_extension(reinterpret_cast<void (*)()>(OnOpen));
-        },
-        [] { return plan.fault != Fault::kNone && plan.seen < plan.at ? kNotReached : 0; });
+        live, [&] { testing::PlanCommitFault(fault, at); },
+        [] { return testing::CommitFaultIsStillToCome() ? kNotReached : 0; });
   }
 
   /// A life that ends while the candidate is validated.
@@ -182,6 +151,29 @@ TEST_F(RestartTest, WhatStandsInAJobFilesPlaceStopsNoOtherJob) {
       Clear();
     }
   }
+}
+
+// What was counted stays, as a counter's must, where the job itself is pruned.
+TEST_F(RestartTest, EndedJobsAreCountedFromTheStart) {
+  workers_ = 0;
+  Life life(Options());
+  CancelJobRequest cancel;
+  cancel.set_job_id(life.Submit());
+  cancel.set_request_id("a");
+  life.Ask([&](JobsApp& app) { return app.Cancel(cancel); });
+  PruneRequest prune;
+  prune.set_keep_days(1e-9);
+  const auto pruned = life.Ask([&](JobsApp& app) { return app.Prune(prune); });
+  EXPECT_GT(pruned.items_count(), 0u);
+  std::promise<std::string> page;
+  life.Ask([&](JobsApp& app) {
+    app.TellMetrics([&](const MetricPage& told) { page.set_value(told.Text()); });
+    return 0;
+  });
+  const std::string text = page.get_future().get();
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs{state=\"CANCELLED\"} 0\n"));
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs_ended_total{state=\"CANCELLED\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("\ngrouser_jobs_ended_total{state=\"FAILED\"} 0\n"));
 }
 
 TEST_F(RestartTest, ADamagedAliasFileDelaysTheMoveAlone) {

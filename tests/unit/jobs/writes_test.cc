@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "server/core/status.h"
-#include "tests/unit/jobs/jobs_life.h"
+#include "tests/unit/jobs/combining_life.h"
 #include "tests/unit/jobs/write_faults.h"
 
 namespace grouser::server {
@@ -25,7 +25,7 @@ bool SaysFull(const std::string& text) {
   return text.find("No space left") != text.npos || text.find("disk is full") != text.npos;
 }
 
-class WritesTest : public testing::LivesTest {
+class WritesTest : public testing::CombiningTest {
  protected:
   WritesTest() { FakeCarefully(); }
 
@@ -67,33 +67,61 @@ class WritesTest : public testing::LivesTest {
     EXPECT_TRUE(!promoted || stable == row->job.candidate_digest());
   }
 
-  void PowerCutAtEveryCall(WriteFaults::Left left) {
+  /// A power cut at each `stride`-th call of a life, then what must hold, and all back for the
+  /// next.
+  void PowerCutAt(WriteFaults::Left left, long stride, long least,
+                  const std::function<void(Life&)>& live, const std::function<void()>& expect,
+                  const std::function<void()>& back) {
     std::mt19937 random(1);
-    for (long at = 1;; at += Stride()) {
+    for (long at = 1;; at += stride) {
       SCOPED_TRACE(at);
       faults_.Plan(WriteFault::kKill, at);
-      const int status = LiveWithFaults([this](Life& life) {
-        const std::string id = life.Submit();
-        testing::WriteText(bin_ + "/told.job", id);
-        life.Await(id, JOB_STATE_AWAITING_PROMOTION);
-        life.Promote(id);
-        testing::WriteText(bin_ + "/told.promoted", "");
-      });
+      const int status = LiveWithFaults(live);
       ASSERT_TRUE(AwaitNoWorkers());
       faults_.CutPower(left, random);
-      ASSERT_NO_FATAL_FAILURE(ExpectWhatWasTold());
-      ASSERT_NO_FATAL_FAILURE(ExpectTheNextLifeEndsIt());
+      ASSERT_NO_FATAL_FAILURE(expect());
       EXPECT_EQ(Wrong(), "");
       if (HasFailure()) return;
-      Clear();
+      back();
       if (WIFEXITED(status)) {
         EXPECT_EQ(WEXITSTATUS(status), kNotReached);
-        std::printf("power cut at %ld of %ld calls\n", (at - 1) / Stride(), faults_.seen());
-        EXPECT_GT(faults_.seen(), kCallsOfALife);
+        std::printf("power cut at %ld of %ld calls\n", (at - 1) / stride, faults_.seen());
+        EXPECT_GT(faults_.seen(), least);
         return;
       }
       ASSERT_EQ(WTERMSIG(status), SIGKILL);
     }
+  }
+
+  void PowerCutAtEveryCall(WriteFaults::Left left) {
+    PowerCutAt(
+        left, Stride(), kCallsOfALife,
+        [this](Life& life) {
+          const std::string id = life.Submit();
+          testing::WriteText(bin_ + "/told.job", id);
+          life.Await(id, JOB_STATE_AWAITING_PROMOTION);
+          life.Promote(id);
+          testing::WriteText(bin_ + "/told.promoted", "");
+        },
+        [this] {
+          ASSERT_NO_FATAL_FAILURE(ExpectWhatWasTold());
+          ExpectTheNextLifeEndsIt();
+        },
+        [this] { Clear(); });
+  }
+
+  void PowerCutAmongRefits(WriteFaults::Left left) {
+    FakeCombining();
+    ASSERT_EQ(InProcess([this](Life& life) { ToOneOffered(life); }), 0);
+    Keep();
+    const auto back = [this] {
+      BringBack();
+      faults_.Settle();
+    };
+    back();
+    PowerCutAt(
+        left, std::min(23L, Stride()), 2 * kCallsOfALife,
+        [this](Life& life) { ToBothPromoted(life); }, [this] { ExpectTheNextLifeEndsAll(); }, back);
   }
 
   /// A client that frees space and asks again when it is told that there is none.
@@ -149,6 +177,14 @@ TEST_F(WritesTest, PowerCutThatLeavesNothingUnsynced) {
 
 TEST_F(WritesTest, PowerCutThatLeavesSomeOfIt) { PowerCutAtEveryCall(WriteFaults::Left::kSome); }
 
+// Refits that are combined, from the second one on (restart: combine_kills_test.cc).
+TEST_F(WritesTest, SlowPowerCutAmongRefitsThatLeavesNothingUnsynced) {
+  PowerCutAmongRefits(WriteFaults::Left::kNothing);
+}
+TEST_F(WritesTest, SlowPowerCutAmongRefitsThatLeavesSomeOfIt) {
+  PowerCutAmongRefits(WriteFaults::Left::kSome);
+}
+
 TEST_F(WritesTest, DiskFullAtAnyCall) { FullAtEveryCall("", kCallsOfALife); }
 
 // Also where the store says that it failed, and has it all the same.
@@ -203,6 +239,37 @@ TEST_F(WritesTest, RetriesDoNotMultiply) {
   faults_.Clear();
   std::filesystem::remove(bin_ + "/hold.run");
   ExpectTheNextLifeEndsIt();
+}
+
+// However often stable moves, its candidates that cannot follow are looked at again once at a time.
+TEST_F(WritesTest, CandidatesThatFollowStableAreTriedOnceAtATime) {
+  constexpr int kMoves = 10;
+  FakeCombining();
+  ::testing::internal::CaptureStdout();
+  const int status = LiveWithFaults([&](Life& life) {
+    ToOneOffered(life);
+    b_ = Submitted(life, Request("b", 0.2), "bbbb");
+    WillFit(b_, base_digest_, {"aaaa", "bbbb"});
+    life.AwaitEnd(b_);
+    PromoteRequest canary;
+    canary.set_job_id(a_);
+    canary.set_alias("canary");
+    life.Ask([&](JobsApp& app) { return app.Promote(canary, "a tester"); });
+    faults_.Plan(WriteFault::kFull, 1, kMayFindNoSpace, "/jobs.sqlite");
+    MoveAliasRequest move;
+    move.set_model(std::string(kName) + "@canary");
+    move.set_alias("stable");
+    for (int i = 0; i < kMoves; ++i) {
+      life.Ask([&](JobsApp& app) { return app.Move(move, "a tester"); });
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  });
+  const std::string log = ::testing::internal::GetCapturedStdout();
+  ASSERT_EQ(status, 0) << log;
+  int tries = 0;
+  for (std::size_t at = 0; (at = log.find("do not follow stable", at)) != log.npos; ++at) ++tries;
+  EXPECT_GT(tries, kMoves) << log;
+  EXPECT_LE(tries, 2 * kMoves + 3) << log;  // once a move, then after 10, 20, 40 ... ms
 }
 
 // A name that a killed program did not sync is there after a kill, but not after a power cut.

@@ -75,6 +75,27 @@ TEST_F(SnapshotTest, FollowsTheRepository) {
   EXPECT_EQ(previous->digest, a);
 }
 
+// Who counts answers by model must know a model before it gives its first.
+TEST_F(SnapshotTest, ASnapshotIsToldBeforeItAnswers) {
+  std::vector<std::string> told, live;
+  const SnapshotStore* self = nullptr;
+  SnapshotStore store(repository_, testing::MakeFakeModel, std::chrono::hours(1), nullptr,
+                      [&](const Snapshot& next) {
+                        for (const auto& model : next.models()) told.push_back(model->digest);
+                        live.push_back(DigestOf(*self, "sand"));
+                      });
+  self = &store;
+  const auto a = MakeStable(0.1);
+  store.Refresh();
+  store.Refresh();  // nothing has changed
+  std::filesystem::remove(dir_ / ("models/" + a + ".model"));
+  const auto b = MakeStable(0.2);
+  store.Refresh();
+  EXPECT_THAT(told, ElementsAre(a, b));
+  EXPECT_THAT(live, ElementsAre("none", a));
+  EXPECT_EQ(DigestOf(store, "sand"), b);
+}
+
 // State folders outlive releases; an alias of before still finds its model.
 TEST_F(SnapshotTest, ServesAModelFileOfAnEarlierVersionUnderItsOwnDigest) {
   const std::string digest = repository_.Publish(GROUSER_EARLIER "/bekker.model");

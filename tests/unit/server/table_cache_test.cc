@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
@@ -35,8 +37,9 @@ class TableCacheTest : public ::testing::Test {
   }
   std::size_t Count() const {
     if (!fs::exists(folder_)) return 0;
-    const auto files = std::distance(fs::directory_iterator(folder_), {});
-    return files - (fs::exists(folder_ + "/.lock") ? 1 : 0);
+    return static_cast<std::size_t>(std::count_if(
+        fs::directory_iterator(folder_), fs::directory_iterator(),
+        [](const auto& entry) { return entry.path().filename().string().front() != '.'; }));
   }
   static void Age(const std::string& path, int seconds) {
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
@@ -165,6 +168,21 @@ TEST_F(TableCacheTest, TwoServersLeaveEachOthersTables) {
   EXPECT_FALSE(fs::exists(FileOf("b"))) << "once the other has ended";
   TableCache third(folder_, kPlenty);
   EXPECT_EQ(third.Of("a").read(Key('1'), numbers_.size()).size(), numbers_.size());
+}
+
+TEST_F(TableCacheTest, TwoServersThatPruneInTheSameInstantLeaveEachOthersTables) {
+  constexpr int kTimes = 20'000;
+  TableCache one(folder_, kPlenty), other(folder_, kPlenty);
+  one.Of("a").keep(Key('1'), numbers_);
+  other.Of("b").keep(Key('1'), numbers_);
+  {
+    const std::jthread thread([&] {
+      for (int i = 0; i < kTimes; ++i) other.Prune({"b"});
+    });
+    for (int i = 0; i < kTimes; ++i) one.Prune({"a"});
+  }
+  EXPECT_TRUE(fs::exists(FileOf("a")));
+  EXPECT_TRUE(fs::exists(FileOf("b")));
 }
 
 // The whole way: repository, model file, table.
