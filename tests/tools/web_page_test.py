@@ -15,6 +15,8 @@ import tempfile
 import time
 
 import chromium
+import web_page_jobs
+import web_page_parts
 
 NO_CHROMIUM = 77
 NUMBERS = """Object.fromEntries(Array.from(document.querySelectorAll('#answer article:nth-child(%d) data'),
@@ -108,7 +110,7 @@ def check_comparison(page, bin_dir, grpc):
 def check_keyboard(page, bin_dir, grpc):
     page.run("document.activeElement.blur()")
     reached = []
-    for _ in range(40):
+    for _ in range(80):
         page.press("Tab", 9)
         reached.append(page.run("""(({id, type, name, className}) => id || className || name || type)(document.activeElement)"""))
     for wanted in ("name", "model-a", "model-b", "state-slip", "state-load", "target", "range", "command"):
@@ -148,6 +150,10 @@ def take_picture(page, file, top, height):
     pathlib.Path(file).write_bytes(base64.b64decode(shot["data"]))
 
 
+def shooter(page, pictures):
+    return lambda name, top, height: take_picture(page, f"{pictures}/{name}.webp", top, height)
+
+
 def check_server_gone(page, process):
     process.send_signal(signal.SIGTERM)
     process.wait(60)
@@ -169,6 +175,7 @@ def check_server(page, bin_dir, root, pictures):
             check_state(page, bin_dir, grpc)
             check_curves(page, bin_dir, grpc)
             check_comparison(page, bin_dir, grpc)
+            web_page_parts.check(page, lambda *asked: client(bin_dir, grpc, *asked), bin_dir, root, folder, pictures and shooter(page, pictures))
             check_keyboard(page, bin_dir, grpc)
             check_looks(page, pictures)
             # What stands behind '#' brings the same state again.
@@ -214,8 +221,6 @@ def check_jobs(page, bin_dir, root, pictures):
             text = page.run("document.querySelector('.job').textContent")
             assert "slip 0.35, attack angle 20 deg, load 24 N" in text, text
             page.wait("document.querySelector('.job progress') !== null")
-            if pictures:
-                take_picture(page, f"{pictures}/jobs.webp", "h1", 500)
             page.view(380, 900)
             assert page.run(FITS), "wider than the window"
 
@@ -234,6 +239,7 @@ def main():
             page.errors.clear()
             check_jobs(page, bin_dir, root, pictures)
             assert not page.errors, page.errors
+            web_page_jobs.check(page, serving, bin_dir, root, pictures and shooter(page, pictures))
             check_rights(page, bin_dir, root)
         finally:
             page.close()
