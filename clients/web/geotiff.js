@@ -83,38 +83,42 @@ async function inflate(bytes, expected, fail) {
   return out;
 }
 
-/** Undoes predictor 2 (differences along a row) or 3 (of the bytes of floating numbers, which become little-endian). */
-function undoPredictor(bytes, { predictor, rows, columns, samples, size, little }) {
-  const rowBytes = columns * samples * size;
-  const view = new DataView(bytes.buffer);
-  const count = columns * samples;
+/**
+ * The numbers of one sample of a tile, one after the other. Predictors hold differences along a row, from the same sample: 2 of
+ * whole numbers, 3 of bytes, the highest ones of a row's floating numbers first (they become little-endian).
+ */
+function sampleOf(bytes, { predictor, rows, columns, samples, size, little }, sample) {
+  const out = new Uint8Array(rows * columns * size);
+  const view = new DataView(out.buffer);
+  const [get, set] = ['get', 'set'].map((verb) => view[`${verb}Uint${8 * size}`]?.bind(view));
   for (let row = 0; row < rows; ++row) {
-    const from = row * rowBytes;
-    if (predictor === 2) {
-      const whole = { 1: 'Uint8', 2: 'Uint16', 4: 'Uint32' }[size];
-      for (let i = samples; i < count; ++i) {
-        const at = from + i * size;
-        view[`set${whole}`](at, view[`get${whole}`](at, little) + view[`get${whole}`](at - samples * size, little), little);
-      }
-    } else {
-      const planes = bytes.slice(from, from + rowBytes);
-      for (let i = samples; i < rowBytes; ++i) planes[i] += planes[i - samples];
-      for (let i = 0; i < count; ++i) {
-        for (let b = 0; b < size; ++b) bytes[from + size * i + b] = planes[(size - b - 1) * count + i];
+    const [from, to] = [row * columns * samples * size, row * columns * size];
+    let sum = 0;
+    for (let plane = 0; predictor === 3 && plane < size; ++plane) {
+      for (let column = 0; column < columns; ++column) {
+        sum = (sum + bytes[from + (plane * columns + column) * samples + sample]) & 255;
+        out[to + column * size + size - 1 - plane] = sum;
       }
     }
+    for (let column = 0; predictor !== 3 && column < columns; ++column) {
+      const [at, end] = [from + (column * samples + sample) * size, to + column * size];
+      for (let b = 0; b < size; ++b) out[end + b] = bytes[at + b];
+      if (predictor === 2 && column > 0) set(end, get(end, little) + get(end - size, little), little);
+    }
   }
-  return predictor === 3 || little;
+  return { view, little: predictor === 3 || little };
 }
 
 const ENTITIES = { '&lt;': '<', '&gt;': '>', '&quot;': '"', '&apos;': "'", '&amp;': '&' };
+const plainText = (text) => text.replace(/&(lt|gt|quot|apos|amp);/g, (entity) => ENTITIES[entity]);
+
 /** GDAL's metadata: {items: by name, bands: [{description, unittype}]}. */
-function readMetadata(xml, count) {
+export function readMetadata(xml, count) {
   const bands = Array.from({ length: count }, () => ({}));
   const items = {};
   for (const [, attributes, text] of xml.matchAll(/<Item\s([^>]*)>([^<]*)<\/Item>/g)) {
     const of = (name) => new RegExp(`${name}="([^"]*)"`).exec(attributes)?.[1];
-    const value = text.replace(/&(lt|gt|quot|apos|amp);/g, (entity) => ENTITIES[entity]);
+    const value = plainText(plainText(text));  // GDAL writes them so twice
     if (of('role') !== undefined && bands[of('sample')] !== undefined) bands[of('sample')][of('role')] = value;
     else if (of('sample') === undefined && of('name') !== undefined) items[of('name')] = value;
   }
@@ -181,17 +185,15 @@ export async function openGeotiff(blob, name) {
   };
 }
 
-async function tileBytes({ reader }, level, index, rows) {
-  const samples = level.isPlanar ? 1 : level.samples;
+async function tileOf({ reader }, level, index, rows, band) {
+  const [samples, sample] = level.isPlanar ? [1, 0] : [level.samples, band];
   const expected = rows * level.tileWidth * samples * level.size;
   const packed = await reader.view(level.offsets[index], level.bytes[index]);
   const bytes = new Uint8Array(packed.buffer, packed.byteOffset, packed.byteLength);
   const fail = (what) => reader.fail(`tile ${index}: ${what}`);
   if (level.compression === 'none' && bytes.length < expected) fail(`${bytes.length} bytes, expected ${expected}`);
   const plain = level.compression === 'none' ? bytes : await inflate(bytes, expected, fail);
-  const order = level.predictor === 1 ? reader.little :
-    undoPredictor(plain, { ...level, rows, columns: level.tileWidth, samples, little: reader.little });
-  return { view: new DataView(plain.buffer, plain.byteOffset), samples, little: order };
+  return sampleOf(plain, { ...level, rows, columns: level.tileWidth, samples, little: reader.little }, sample);
 }
 
 /** The cells of one band of a level, row by row from the north-west; NaN: no data. */
@@ -203,12 +205,11 @@ export async function readBand(file, level, band) {
     const [left, top] = [(t % level.across) * level.tileWidth, Math.floor(t / level.across) * level.tileHeight];
     const [columns, rows] = [Math.min(level.tileWidth, level.width - left), Math.min(level.tileHeight, level.height - top)];
     if (level.bytes[index] === 0) continue;  // a tile that was never written
-    const { view, samples, little } = await tileBytes(file, level, index, level.isTiled ? level.tileHeight : rows);
+    const { view, little } = await tileOf(file, level, index, level.isTiled ? level.tileHeight : rows, band);
     const read = view[`get${level.kind}`].bind(view);
     for (let row = 0; row < rows; ++row) {
       for (let column = 0; column < columns; ++column) {
-        const at = ((row * level.tileWidth + column) * samples + (level.isPlanar ? 0 : band)) * level.size;
-        const value = read(at, little);
+        const value = read((row * level.tileWidth + column) * level.size, little);
         if (value !== file.nodata) cells[(top + row) * level.width + left + column] = value;
       }
     }

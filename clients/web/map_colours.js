@@ -46,7 +46,9 @@ export function scaleOf(cells, classes) {
 export function pixelsOf(cells, scale) {
   const pixels = new Uint8ClampedArray(4 * cells.length);
   cells.forEach((value, i) => {
-    if (!Number.isNaN(value)) pixels.set([...scale.colourOf(value), 255], 4 * i);
+    if (Number.isNaN(value)) return;
+    [pixels[4 * i], pixels[4 * i + 1], pixels[4 * i + 2]] = scale.colourOf(value);
+    pixels[4 * i + 3] = 255;
   });
   return pixels;
 }

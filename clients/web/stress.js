@@ -51,5 +51,5 @@ export function stressFigures(explanation) {
   const line = (style) => svgElement('svg', { viewBox: '0 0 28 14', 'aria-hidden': 'true' }, svgElement('path', { class: style, d: 'M1 7H27' }));
   return element('div', {},
     element('div', { class: 'legend' }, drawn.map(({ name, style }) => element('span', {}, line(style), name))),
-    element('div', { class: 'plots' }, plotOf(0, 'Normal stress on the rim', drawn), plotOf(1, 'Shear stress along the rim', drawn)));
+    element('div', { class: 'plots pair' }, plotOf(0, 'Normal stress on the rim', drawn), plotOf(1, 'Shear stress along the rim', drawn)));
 }

@@ -7,7 +7,7 @@ import { latestMoves } from './aliases.js';
 import { nearRows, nearRuns } from './curves.js';
 import { allRuns, isCovered, stressText, varianceShares } from './explain_parts.js';
 import { OUTPUTS } from './format.js';
-import { openGeotiff, readBand } from './geotiff.js';
+import { openGeotiff, readBand, readMetadata } from './geotiff.js';
 import { jobsPeriodMs, readCheck } from './jobs.js';
 import { pixelsOf, scaleOf } from './map_colours.js';
 import { compareWithRows, parseMeasured, statesOfRows } from './measured.js';
@@ -129,6 +129,12 @@ test('rasters of libtiff are read bit for bit', async () => {
       assert.ok(cells.every((cell, i) => same(cell, wanted[i])), `${file}, band ${band}`);
     }
   }
+});
+
+test('names in GDAL metadata are read as GDAL 3.6 writes them', () => {
+  const { items, bands } = readMetadata('<GDALMetadata>\n  <Item name="BINDING_2">R &amp;amp; D</Item>\n  <Item name="DESCRIPTION" sample="1" ' +
+    'role="description">&amp;lt;c&amp;gt;</Item>\n  <Item name="UNITTYPE" sample="0" role="unittype">m/s</Item>\n</GDALMetadata>', 2);
+  assert.deepEqual([items, bands], [{ BINDING_2: 'R & D' }, [{ unittype: 'm/s' }, { description: '<c>' }]]);
 });
 
 test('a raster that is cut short, damaged or of another kind is refused by name', async () => {
