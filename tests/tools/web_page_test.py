@@ -29,7 +29,7 @@ FIRST_ANSWER = "document.querySelector('#answer data') !== null"
 @contextlib.contextmanager
 def serving(program, folder, *options):
     """A program with HTTP on a free port; its addresses (gRPC, HTTP) and its process."""
-    port = pathlib.Path(folder, f"{program}.port")
+    port = pathlib.Path(folder, f"{pathlib.Path(program).name}.port")
     port.unlink(missing_ok=True)
     process = subprocess.Popen(
         [program, "--grpc", "127.0.0.1:0", "--http", "127.0.0.1:0", "--port-file", port, *options],
@@ -175,7 +175,8 @@ def check_server(page, bin_dir, root, pictures):
             check_state(page, bin_dir, grpc)
             check_curves(page, bin_dir, grpc)
             check_comparison(page, bin_dir, grpc)
-            web_page_parts.check(page, lambda *asked: client(bin_dir, grpc, *asked), bin_dir, root, folder, pictures and shooter(page, pictures))
+            web_page_parts.check(page, lambda *asked: client(bin_dir, grpc, *asked), bin_dir, root, folder,
+                                 pictures and shooter(page, pictures))
             check_keyboard(page, bin_dir, grpc)
             check_looks(page, pictures)
             # What stands behind '#' brings the same state again.
