@@ -114,7 +114,8 @@ def check(page, serving, bin_dir, root, shoot):
             wanted = [("canary", candidate, who, "to be tried", False)]
             assert moves(bin_dir, grpc, token)[:1] == wanted, moves(bin_dir, grpc, token)
             if shoot:
-                shoot("jobs", "h1", 1850)
+                shoot("jobs", "h1", 830)
+                shoot("aliases", ".job:last-child", 840)
             fill_in(page, "#aliases [data-stable$=canary]", "a week without complaint")
             page.wait("document.querySelector('#aliases [data-rollback$=stable]') !== null")
             fill_in(page, "#aliases [data-rollback$=stable]", "worse on the slope")
@@ -127,7 +128,7 @@ def check(page, serving, bin_dir, root, shoot):
             page.view(380, 900)
             assert page.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
             if shoot:
-                shoot("jobs-phone", "h1", 1100)
+                shoot("aliases-phone", ".job:last-child", 1400)
 
 
 def fill_in_refused(page):

@@ -126,12 +126,13 @@ def check_looks(page, pictures):
       const light = (css) => { const [r, g, b] = css.match(/[\\d.]+/g).map((v) => { v /= 255;
         return v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; }); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
       const back = light(getComputedStyle(document.body).backgroundColor);
-      return Math.min(...Array.from(document.querySelectorAll('body, .note, th, h3, button, a, summary, .flags b, .ready'), (one) => {
+      return Math.min(...Array.from(document.querySelectorAll('body, .note, th, h3, h4, button, a, summary, .flags b, .ready, .failed'), (one) => {
         const text = light(getComputedStyle(one).color);
         return (Math.max(text, back) + 0.05) / (Math.min(text, back) + 0.05); })); })()"""
     page.run("document.activeElement.blur()")
     for name, width, scheme, top, height in (("desktop", 1280, "light", "h1", 1340), ("phone", 380, "light", "#response-title", 1500),
-                                             ("dark", 1280, "dark", "#response-title", 720)):
+                                             ("dark", 1280, "dark", "#response-title", 720),
+                                             ("explain-phone", 380, "dark", "#why", 1750)):
         page.view(width, 900, scheme)
         page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         assert page.run(contrast) >= 4.5, f"{name}: contrast {page.run(contrast)}"
