@@ -41,20 +41,22 @@ export class Aliases {
     if (text === this.text) return;  // a button that has the focus stays
     this.text = text;
     const latest = latestMoves(answer.moves);
-    byId('aliases').replaceChildren(latest.length === 0 ? element('p', {}, 'No move is recorded: every name means its shipped model.') :
-      scrolled('Aliases', table(['alias', 'model', 'since', 'by', 'why', ''],
-        latest.map((move) => this.#row(move, latest)), { class: 'words' })));
+    byId('aliases').replaceChildren(...(latest.length === 0 ? [element('p', {}, 'No move is recorded: every name means its shipped model.')] :
+      latest.map((move) => this.#article(move, latest))));
     byId('moves').replaceChildren(movesTable(answer.moves), ...(answer.next_page_token === '' ? [] :
       [element('p', { class: 'note' }, `The latest ${answer.moves.length}; all: ./grouser jobs history.`)]));
   }
 
-  #row(move, latest) {
+  #article(move, latest) {
     const name = `${move.model}@${move.alias}`;
     const stable = latest.find((one) => one.model === move.model && one.alias === 'stable');
     const back = element('button', { type: 'button', 'data-rollback': name, click: () => this.#rollback(move, name) }, 'Roll back ...');
     const up = move.alias === 'canary' && stable?.to_digest !== move.to_digest ?
       element('button', { type: 'button', 'data-stable': name, click: () => this.#makeStable(move, name) }, 'Make it stable ...') : null;
-    return [name, code(move.to_digest), moment(move.time), move.who, move.why, element('span', {}, ...(up === null ? [] : [up, ' ']), back)];
+    return element('article', { class: 'job' },
+      element('h3', {}, `${name} `, code(move.to_digest)),
+      table([], [[move.rollback ? 'rolled back' : 'since', `${moment(move.time)}, by ${move.who}`], ['why', move.why]], { class: 'facts' }),
+      element('p', {}, ...(up === null ? [] : [up, ' ']), back));
   }
 
   #rollback(move, name) {

@@ -100,14 +100,14 @@ def check(page, serving, bin_dir, root, shoot):
             page.wait("!document.getElementById('access').hidden")
             page.type_into("#token", "reader")
             page.press("Enter", 13, "\r")
-            page.wait("document.querySelectorAll('.job').length === 3")
+            page.wait("document.querySelectorAll('#job-list .job').length === 3")
             page.posted.clear()
-            shown = page.run("Array.from(document.querySelectorAll('.job:first-child .gate tbody tr'), (row) => "
+            shown = page.run("Array.from(document.querySelectorAll('#job-list .job:first-child .gate tbody tr'), (row) => "
                              "Array.from(row.cells, (cell) => cell.textContent))")
             assert [(name, result != "FAILED", f"{number}, {limit}: {words}") for name, result, number, limit, words in shown] == [
                 (check["name"], check["passed"], check["detail"]) for check in gate], shown
-            assert page.run("document.querySelector('.job:first-child').textContent").count("--override-gate") == 1
-            assert page.run("document.querySelectorAll('.job:first-child button').length") == 0
+            assert page.run("document.querySelector('#job-list .job:first-child').textContent").count("--override-gate") == 1
+            assert page.run("document.querySelectorAll('#job-list .job:first-child button').length") == 0
             fill_in(page, ".job [data-promote=canary]", "to be tried", token="release")
             page.wait("document.querySelector('#aliases [data-stable$=canary]') !== null")
             who = "release (says: night shift)"
@@ -115,7 +115,7 @@ def check(page, serving, bin_dir, root, shoot):
             assert moves(bin_dir, grpc, token)[:1] == wanted, moves(bin_dir, grpc, token)
             if shoot:
                 shoot("jobs", "h1", 830)
-                shoot("aliases", ".job:last-child", 840)
+                shoot("aliases", "#job-list .job:last-child", 880)
             fill_in(page, "#aliases [data-stable$=canary]", "a week without complaint")
             page.wait("document.querySelector('#aliases [data-rollback$=stable]') !== null")
             fill_in(page, "#aliases [data-rollback$=stable]", "worse on the slope")
@@ -128,7 +128,7 @@ def check(page, serving, bin_dir, root, shoot):
             page.view(380, 900)
             assert page.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
             if shoot:
-                shoot("aliases-phone", ".job:last-child", 1400)
+                shoot("aliases-phone", "#job-list .job:last-child", 1400)
 
 
 def fill_in_refused(page):
