@@ -45,7 +45,7 @@ function promotionPart(job, changed) {
   const name = job.model.replace(/@.*/, '');
   if (job.gate.length === 0 || !job.gate.every((check) => check.passed)) {
     return element('p', {}, 'The gate stops this candidate. By hand all the same, with the role admin: ',
-      element('code', {}, `./grouser jobs promote ${job.job_id} --override-gate`), '.');
+      element('code', {}, `./grouser jobs promote ${job.job_id} --override-gate --who WHO --why WHY`), '.');
   }
   const button = (alias) => element('button', {
     type: 'button', 'data-promote': alias, click: () => decide({
