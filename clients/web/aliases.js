@@ -62,14 +62,17 @@ export class Aliases {
   #rollback(move, name) {
     const to = move.rollback || move.from_digest === '' ? '' : `, ${shortDigest(move.from_digest)}`;
     decide({
-      title: `Roll ${name} back`, text: `It is ${shortDigest(move.to_digest)} now, and will be what it named before${to}. Query servers of this state folder follow at once.`,
+      title: `Roll ${name} back`,
+      text: `It is ${shortDigest(move.to_digest)} now, and will be what it named before${to}. ` +
+        'Query servers of this state folder follow at once.',
       method: 'RollbackAlias', message: { model: name }, done: this.changed,
     });
   }
 
   #makeStable(move, name) {
     decide({
-      title: `Make ${name} stable`, text: `${move.model}@stable will be ${shortDigest(move.to_digest)}. Query servers of this state folder follow at once.`,
+      title: `Make ${name} stable`,
+      text: `${move.model}@stable will be ${shortDigest(move.to_digest)}. Query servers of this state folder follow at once.`,
       method: 'MoveAlias', message: { model: name, alias: 'stable' }, done: this.changed,
     });
   }

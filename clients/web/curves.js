@@ -60,8 +60,10 @@ export function nearRows(points, answers, key, state) {
     Number.isFinite(point.value[key]) && isNear(point.load, point.angleDeg, state)).map(({ point, i }) => {
     const sign = mirrored && point.angleDeg * state.angleDeg < 0 ? -1 : 1;
     return {
-      line: point.line, x: point.slip, value: sign * point.value[key], sd: point.sd[key], beside: answers.map((answer) => sign * toNumber(answer[key].value[i])),
-      title: `measured at ${rowText(point)}: ${format(point.value[key], 4)} ${unit}${Number.isNaN(point.sd[key]) ? '' : `, sd ${format(point.sd[key], 2)}`}`,
+      line: point.line, x: point.slip, value: sign * point.value[key], sd: point.sd[key],
+      beside: answers.map((answer) => sign * toNumber(answer[key].value[i])),
+      title: `measured at ${rowText(point)}: ${format(point.value[key], 4)} ${unit}` +
+        (Number.isNaN(point.sd[key]) ? '' : `, sd ${format(point.sd[key], 2)}`),
     };
   });
 }

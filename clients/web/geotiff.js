@@ -130,16 +130,21 @@ function levelOf(reader, tags) {
   const isTiled = tags[TAG.tiles] !== undefined;
   const [width, height] = [one(TAG.width), one(TAG.height)];
   const level = {
-    width, height, samples: one(TAG.bands, 1), size: one(TAG.bits, 1) / 8, isPlanar: one(TAG.planar, 1) === 2, predictor: one(TAG.predictor, 1),
-    compression: COMPRESSIONS[one(TAG.compression, 1)] ?? `number ${one(TAG.compression)}`, kind: NUMBERS[`${one(TAG.format, 1)},${one(TAG.bits, 1)}`],
-    tileWidth: isTiled ? one(TAG.tileWidth) : width, tileHeight: isTiled ? one(TAG.tileHeight) : Math.min(one(TAG.stripRows, height), height),
+    width, height, samples: one(TAG.bands, 1), size: one(TAG.bits, 1) / 8, isPlanar: one(TAG.planar, 1) === 2,
+    predictor: one(TAG.predictor, 1), compression: COMPRESSIONS[one(TAG.compression, 1)] ?? `number ${one(TAG.compression)}`,
+    kind: NUMBERS[`${one(TAG.format, 1)},${one(TAG.bits, 1)}`],
+    tileWidth: isTiled ? one(TAG.tileWidth) : width,
+    tileHeight: isTiled ? one(TAG.tileHeight) : Math.min(one(TAG.stripRows, height), height),
     offsets: tags[isTiled ? TAG.tiles : TAG.strips], bytes: tags[isTiled ? TAG.tileBytes : TAG.stripBytes], isTiled,
   };
-  if (!(width > 0 && height > 0 && level.tileWidth > 0 && level.tileHeight > 0) || !level.offsets || !level.bytes) reader.fail('no raster in it');
+  if (!(width > 0 && height > 0 && level.tileWidth > 0 && level.tileHeight > 0) ||
+      !level.offsets || !level.bytes) reader.fail('no raster in it');
   if (!['none', 'deflate'].includes(level.compression)) reader.fail(`compressed by ${level.compression}, expected deflate or none`);
   if (level.kind === undefined) reader.fail(`numbers of ${tags[TAG.bits]?.[0]} bits, expected 8 to 32, or floating ones of 32 or 64`);
   if (![1, 2, 3].includes(level.predictor) || (level.predictor === 2 && level.size > 4) ||
-      (level.predictor === 3 && !level.kind.startsWith('Float'))) reader.fail(`predictor ${level.predictor}, for ${level.kind}, expected 1, 2 of whole numbers or 3 of floating ones`);
+      (level.predictor === 3 && !level.kind.startsWith('Float'))) {
+    reader.fail(`predictor ${level.predictor} for ${level.kind}, expected 1, 2 of whole numbers or 3 of floating ones`);
+  }
   const across = Math.ceil(width / level.tileWidth);
   const tiles = across * Math.ceil(height / level.tileHeight) * (level.isPlanar ? level.samples : 1);
   if (level.offsets.length < tiles || level.bytes.length < tiles) reader.fail(`${level.offsets.length} tiles, expected ${tiles}`);

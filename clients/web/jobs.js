@@ -50,7 +50,8 @@ function promotionPart(job, changed) {
   const button = (alias) => element('button', {
     type: 'button', 'data-promote': alias, click: () => decide({
       title: `Promote to ${name}@${alias}`,
-      text: `${name}@${alias} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. Query servers of this state folder follow at once.`,
+      text: `${name}@${alias} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. ` +
+        'Query servers of this state folder follow at once.',
       method: 'Promote', message: { job_id: job.job_id, alias }, done: changed,
     }),
   }, `Promote to ${alias} ...`);

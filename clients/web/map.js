@@ -46,7 +46,9 @@ export class MapView {
       const raster = await openGeotiff(file, file.name);
       if (file !== this.file) return;  // another was chosen meanwhile
       const level = raster.levels.find(({ width, height }) => width * height <= MOST_CELLS);
-      if (level === undefined) throw new Error(`${file.name}: ${raster.width} x ${raster.height} cells and no smaller overview, expected at most ${MOST_CELLS}`);
+      if (level === undefined) {
+        throw new Error(`${file.name}: ${raster.width} x ${raster.height} cells and no smaller overview, expected at most ${MOST_CELLS}`);
+      }
       Object.assign(this, { raster, level, isNew: true });
       this.bands.replaceChildren(...raster.bands.map(({ name }, i) => element('option', { value: String(i) }, name)));
       await this.#readBand();

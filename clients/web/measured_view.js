@@ -78,8 +78,10 @@ export class MeasuredTable {
     return element('article', {},
       element('h3', { class: name }, `${model.title} beside ${this.table.name}`),
       scrolled(`${model.title} beside measured rows`, table(head, rows, { class: 'wrap' })),
-      element('p', { class: 'note' }, `Over all rows, each at its own slip, attack angle and load, at the ${format(model.domain.speed_m_per_s, 3)} m/s of the ` +
-        `training runs: ${outside} of ${points.length} lie outside of the training domain. Whether the table is of this wheel ` +
-        'and soil, and which of its rows the model was fitted to, the page does not know. With regions: ./grouser model compare MODEL_FILE --measured TABLE.'));
+      element('p', { class: 'note' }, 'Over all rows, each at its own slip, attack angle and load, at the ' +
+        `${format(model.domain.speed_m_per_s, 3)} m/s of the training runs: ${outside} of ${points.length} lie outside of the ` +
+        'training domain. Whether the table is of this wheel ' +
+        'and soil, and which of its rows the model was fitted to, the page does not know. ' +
+        'With regions: ./grouser model compare MODEL_FILE --measured TABLE.'));
   }
 }

@@ -147,7 +147,8 @@ def check_calls(page):
     """Jobs come by one call that has all that is shown; whoever comes back to the page sees it at once."""
     asked = [json.loads(body) for url, body in page.posted if url.endswith("/ListJobs")]
     assert asked and all(one == {"page_size": 25} for one in asked), asked
-    hidden = "Object.defineProperty(document, 'visibilityState', {get: () => '%s', configurable: true}); document.dispatchEvent(new Event('visibilitychange'))"
+    hidden = ("Object.defineProperty(document, 'visibilityState', {get: () => '%s', configurable: true}); "
+              "document.dispatchEvent(new Event('visibilitychange'))")
     page.run(hidden % "hidden")
     page.posted.clear()
     page.run(hidden % "visible")

@@ -18,7 +18,7 @@ def check_explain(page, ask, shoot):
     page.run("document.querySelector('#why > summary').focus()")
     page.press("Enter", 13, "\r")
     page.type_into("#state-load", "40")
-    shown = page.wait(f"({WHY % 2}?.querySelector('.command')?.textContent ?? '').includes('--load 40') && {WHY % 2}.querySelector('.command').textContent")
+    page.wait(f"({WHY % 2}?.querySelector('.command')?.textContent ?? '').includes('--load 40')")
     for article in (1, 2):
         shown = page.run(f"{WHY % article}.querySelector('.command').textContent")
         told = ask(*shlex.split(shown)[1:])["explanation"]
