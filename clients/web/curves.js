@@ -2,22 +2,17 @@
 
 import { call } from './api.js';
 import { element, svgElement } from './dom.js';
-import { format, isExtrapolated, OUTPUTS, outputOf, toDegrees, toNumber, toRadians } from './format.js';
-import { drawPlot } from './plot.js';
+import { format, isExtrapolated, OUTPUTS, outputOf, possibleSlips, toDegrees, toNumber, toRadians } from './format.js';
+import { rowText } from './measured.js';
+import { drawBeside, drawPlot, drawRow } from './plot.js';
 
 const POINTS = 81;
 const SHOWN = ['f_x', 'f_y', 'torque', 'm_z', 'sinkage'];  // f_z is the load
-// DEM runs of the provenance that are drawn beside a curve.
-const RUN_LOAD_SHARE = 0.2;
-const RUN_ANGLE_DEG = 5;
+// DEM runs of the provenance, and measured rows, that are drawn beside a curve.
+const NEAR_LOAD_SHARE = 0.2;
+const NEAR_ANGLE_DEG = 5;
 // Ends of the interval by what it covers.
 const ENDS = { dem: ['low', 'high'], measured: ['measured_low', 'measured_high'] };
-
-/** Slips that a motion at this attack angle can have (SlipForm in state.proto). */
-export function possibleSlips(angleDeg) {
-  const c = Math.cos(toRadians(angleDeg));
-  return [-1 - Math.max(c, 0), 1 + Math.max(-c, 0)];
-}
 
 /** The slips of a plot: those of the training domains, as far as a motion can have them. */
 export function slipRange(models, angleDeg) {
@@ -48,11 +43,29 @@ export async function askCurve(model, state, [low, high]) {
   return { slips, responses: answer.responses };
 }
 
+const isNear = (load, angleDeg, state) => Math.abs(load - state.load) <= NEAR_LOAD_SHARE * state.load &&
+  Math.abs(Math.abs(angleDeg) - Math.abs(state.angleDeg)) <= NEAR_ANGLE_DEG;
+
 /** The runs near a load and attack angle; at an angle to the other side: mirrored. */
-export function nearRuns(runs, { angleDeg, load }) {
-  return runs.filter((run) => run.status === 'RUN_STATUS_STEADY' &&
-    Math.abs(run.load_n - load) <= RUN_LOAD_SHARE * load &&
-    Math.abs(toDegrees(run.attack_angle_rad) - Math.abs(angleDeg)) <= RUN_ANGLE_DEG);
+export const nearRuns = (runs, state) => runs.filter((run) => run.status === 'RUN_STATUS_STEADY' &&
+  isNear(run.load_n, toDegrees(run.attack_angle_rad), state));
+
+/**
+ * The measured rows near a load and attack angle of which this output was measured, mirrored to the state's side where
+ * they are of the other: [{line, x, value, sd, title, beside: what each answer says at the row's own state}].
+ */
+export function nearRows(points, answers, key, state) {
+  const { unit, mirrored } = outputOf(key);
+  return points.map((point, i) => ({ point, i })).filter(({ point }) =>
+    Number.isFinite(point.value[key]) && isNear(point.load, point.angleDeg, state)).map(({ point, i }) => {
+    const sign = mirrored && point.angleDeg * state.angleDeg < 0 ? -1 : 1;
+    return {
+      line: point.line, x: point.slip, value: sign * point.value[key], sd: point.sd[key],
+      beside: answers.map((answer) => sign * toNumber(answer[key].value[i])),
+      title: `measured at ${rowText(point)}: ${format(point.value[key], 4)} ${unit}` +
+        (Number.isNaN(point.sd[key]) ? '' : `, sd ${format(point.sd[key], 2)}`),
+    };
+  });
 }
 
 function seriesOf(key, name, curve, runs, state, target) {
@@ -103,43 +116,50 @@ export class Curves {
     this.place = place;
   }
 
-  /** parts: [{model, curve, runs}], one or two. */
-  show(parts, state, target, xRange) {
-    this.shown = { parts, state, target, xRange };
+  /** parts: [{model, curve, runs, rows: responses at the measured rows}], one or two; measured: of parseMeasured, or null. */
+  show(parts, state, target, xRange, measured) {
+    this.shown = { parts, state, target, xRange, measured };
     this.redraw();
   }
 
   redraw() {
     if (this.shown === undefined) return;
-    const { parts, state, target, xRange } = this.shown;
+    const { parts, state, target, xRange, measured } = this.shown;
     this.width = this.place.clientWidth;
     let bands = 0;
     let dots = 0;
+    const drawn = new Set();  // lines of the table
     for (const plot of this.plots) {
       const series = parts.map(({ curve, runs }, i) => seriesOf(plot.key, 'ab'[i], curve, runs, state, target));
       bands += series.filter((s) => s.low.some(Number.isFinite)).length;
       dots += series.reduce((sum, s) => sum + s.runs.length, 0);
+      const rows = measured === null ? [] : nearRows(measured.points, parts.map((part) => part.rows), plot.key, state);
+      rows.forEach((row) => drawn.add(row.line));
       plot.toSlip = drawPlot(plot.svg, {
-        series, xRange, xLabel: 'slip [-]', asked: state.slip,
-        label: describe(plot.output, parts.map((part) => part.model), series),
+        series, rows, xRange, xLabel: 'slip [-]', asked: state.slip,
+        label: describe(plot.output, parts.map((part) => part.model), series) + (rows.length > 0 ? `; ${rows.length} measured rows` : ''),
       });
     }
-    this.describeAll(parts, bands > 0, dots > 0);
+    this.describeAll(parts, bands > 0, dots > 0, measured, drawn.size);
   }
 
-  describeAll(parts, hasBands, hasRuns) {
+  describeAll(parts, hasBands, hasRuns, measured, rows) {
     const key = (text, name, ...marks) => element('span', {},
       svgElement('svg', { viewBox: '0 0 28 14', 'aria-hidden': 'true', class: name }, marks), text);
     const line = (kind) => svgElement('path', { class: kind, d: 'M1 7H27' });
     const { responses } = parts[0].curve;
+    const near = `load within ${100 * NEAR_LOAD_SHARE} %, attack angle within ${NEAR_ANGLE_DEG} deg`;
     const level = Math.round(100 * toNumber(responses.interval_level));
     this.legend.replaceChildren(
       ...parts.map(({ model }, i) => key(model.title, 'ab'[i], line('curve'))),
       ...(hasBands ? [key(`${level} % interval`, 'a', svgElement('path', { class: 'band', d: 'M1 2H27V12H1Z' }))] : []),
       key('outside of the training domain', 'a', line('curve outside')),
-      ...(hasRuns ? [key(`DEM run: load within ${100 * RUN_LOAD_SHARE} %, attack angle within ` +
-        `${RUN_ANGLE_DEG} deg`, 'a', svgElement('circle', { class: 'run', cx: 14, cy: 7, r: 3 }))] : []));
+      ...(hasRuns ? [key(`DEM run: ${near}`, 'a', svgElement('circle', { class: 'run', cx: 14, cy: 7, r: 3 }))] : []),
+      ...(rows > 0 ? [key(`measured: ${near}; bar: sd`, '', drawRow({ x: 14, value: 7, sd: NaN }, (x) => x, (y) => y)),
+        ...parts.map((_, i) => key('the model at the measured row’s own load and angle', 'ab'[i], drawBeside(14, 7)))] : []));
     this.note.textContent = (hasBands ? '' : 'The interval that covers a measurement is unknown here. ') +
+      (measured === null ? '' : `${rows} of ${measured.points.length} measured rows are drawn, the others have another load or angle. ` +
+        (rows > 0 ? 'Each has a load of its own: compare a diamond with its cross, not with the curve. ' : '')) +
       'Press a plot, or move the slip, to ask another state.';
   }
 }

@@ -35,6 +35,14 @@ export function table(header, rows, attributes = {}) {
 export const scrolled = (label, content) =>
   element('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': label }, content);
 
+/** Children become `nodes`; those that stay are not touched, so that the focus stays in them. */
+export function replaceInPlace(place, nodes) {
+  [...place.childNodes].filter((node) => !nodes.includes(node)).forEach((node) => node.remove());
+  nodes.forEach((node, i) => {
+    if (place.childNodes[i] !== node) place.insertBefore(node, place.childNodes[i] ?? null);
+  });
+}
+
 export const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 /** Runs `work` once at a time; what is asked meanwhile is run once more, `restMs` afterwards. */

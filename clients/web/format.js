@@ -14,6 +14,12 @@ export const outputOf = (key) => OUTPUTS.find((output) => output.key === key);
 export const toRadians = (deg) => deg * (Math.PI / 180);
 export const toDegrees = (rad) => rad * (180 / Math.PI);
 
+/** Slips that a motion at this attack angle can have (SlipForm in state.proto). */
+export function possibleSlips(angleDeg) {
+  const c = Math.cos(toRadians(angleDeg));
+  return [-1 - Math.max(c, 0), 1 + Math.max(-c, 0)];
+}
+
 /** protobuf's JSON has NaN and infinities as strings. */
 export const toNumber = (value) => (value === undefined || value === null ? NaN : Number(value));
 
@@ -79,4 +85,12 @@ export const ERROR_SETS = {
 
 /** "JOB_STATE_RUNNING" becomes "running". */
 export const enumWord = (prefix, text) => (text || '').replace(prefix, '').replaceAll('_', ' ').toLowerCase();
+export const KINDS_OF_RUNS = {
+  nearest: 'fitted', held_out: 'held out: the fit never saw it', overloads: 'overload: ended because the wheel sank too deep',
+};
+/** Axes of what the training runs covered: name, unit, factor to that unit. */
+export const AXES = {
+  slip: ['slip', '-', 1], attack_angle_rad: ['|attack angle|', 'deg', 180 / Math.PI], load_n: ['load', 'N', 1],
+  speed_m_per_s: ['speed', 'm/s', 1],
+};
 export const shortDigest = (digest) => digest.slice(0, 12);

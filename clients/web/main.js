@@ -6,8 +6,8 @@ import { Jobs } from './jobs.js';
 import { Terrain } from './terrain.js';
 
 const PARTS = {
-  'grouser-server': { place: 'terrain', make: (onError) => new Terrain(onError), everyMs: 5000 },
-  'grouser-jobs': { place: 'jobs', make: (onError) => new Jobs(onError), everyMs: 2000 },
+  'grouser-server': { place: 'terrain', make: (onError) => new Terrain(onError) },
+  'grouser-jobs': { place: 'jobs', make: (onError) => new Jobs(onError) },
 };
 
 // What to do, by the code of gRPC.
@@ -21,8 +21,12 @@ const ADVICE = {
 
 const REFUSED = ['UNAUTHENTICATED', 'PERMISSION_DENIED'];
 
-let part = null;
-let everyMs = 5000;
+const FIRST_WAIT_MS = 5000;
+const LONGEST_WAIT_MS = 20000;  // where nothing answers
+
+let part = null;  // has everyMs: how often it wants to be refreshed
+let waitMs = FIRST_WAIT_MS;
+let isLost = false;  // nothing answers
 let isRefused = false;  // asked again with another token alone
 let hasNewToken = false;
 
@@ -51,10 +55,9 @@ function showState(program, { ready, reasons }) {
 
 async function open() {
   const build = await buildInfo();
-  const { place, make, everyMs: period } = PARTS[build.program];
+  const { place, make } = PARTS[build.program];
   part = make(showProblem);
   part.program = build.program;
-  everyMs = period;
   byId(place).hidden = false;
   byId('access').hidden = true;
   document.title = build.program;
@@ -65,6 +68,7 @@ async function open() {
 const look = latest(async () => {
   try {
     const told = await readiness();
+    isLost = false;
     showState(part?.program ?? 'This program', told);
     if (hasNewToken) {
       hasNewToken = isRefused = false;
@@ -75,7 +79,8 @@ const look = latest(async () => {
     await part.refresh();
     showState(part.program, told);
   } catch (error) {
-    if (error.code === 'UNREACHABLE') showState(part?.program ?? 'This program', { ready: false, reasons: ['no answer'] });
+    isLost = error.code === 'UNREACHABLE';
+    if (isLost) showState(part?.program ?? 'This program', { ready: false, reasons: ['no answer'] });
     showProblem(error);
   }
 });
@@ -88,8 +93,14 @@ byId('access').addEventListener('submit', (event) => {
   look();
 });
 
+let timer;
 async function watch() {
-  if (document.visibilityState === 'visible') await look();
-  setTimeout(watch, everyMs);
+  clearTimeout(timer);
+  if (document.visibilityState !== 'visible') return;  // nobody looks: nothing is asked
+  await look();
+  waitMs = isLost ? Math.min(2 * waitMs, LONGEST_WAIT_MS) : part?.everyMs ?? FIRST_WAIT_MS;
+  clearTimeout(timer);
+  timer = setTimeout(watch, waitMs);
 }
+document.addEventListener('visibilitychange', watch);
 watch();

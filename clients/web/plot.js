@@ -3,7 +3,7 @@
 import { svgElement } from './dom.js';
 import { format } from './format.js';
 
-const MARGIN = { left: 50, right: 12, top: 10, bottom: 32 };
+export const MARGIN = { left: 50, right: 12, top: 10, bottom: 32 };
 const HEIGHT_SHARE = 0.56;  // of the width
 const RADIUS = 3;
 
@@ -29,18 +29,23 @@ function stretches(count, keep, least) {
   return found.filter((stretch) => stretch.length >= least);
 }
 
-const path = (points) => points.map(([x, y], i) => `${i === 0 ? 'M' : 'L'}${x.toFixed(1)} ${y.toFixed(1)}`).join('');
+export const path = (points) => points.map(([x, y], i) => `${i === 0 ? 'M' : 'L'}${x.toFixed(1)} ${y.toFixed(1)}`).join('');
 
 /**
  * From lowest to highest of what is drawn and 0, with room around; bands outside of the training domain, which
  * may be many times wider than all else, are cut.
  */
-function valueRange(series) {
-  const values = series.flatMap((s) => {
+function valueRange(series, rows) {
+  const values = rows.flatMap((row) => [row.value, row.value - row.sd, row.value + row.sd, ...row.beside]).concat(series.flatMap((s) => {
     const isAllOutside = s.outside.every(Boolean);
     const inside = (ends) => ends.filter((_, i) => isAllOutside || !s.outside[i]);
     return [...s.value, ...inside(s.low), ...inside(s.high), ...s.runs.map((run) => run.value)];
-  }).filter(Number.isFinite);
+  })).filter(Number.isFinite);
+  return withRoom(values);
+}
+
+/** From lowest to highest of these and 0, with room around. */
+export function withRoom(values) {
   const low = Math.min(0, ...values);
   const high = Math.max(0, ...values);
   const room = 0.06 * (high - low || 1);
@@ -79,7 +84,23 @@ function drawSeries({ name, x, value, low, high, outside, runs }, toX, toY, [bot
   return svgElement('g', { class: name }, bands, curves, circles);
 }
 
-function drawAxes([xLow, xHigh], [yLow, yHigh], toX, toY, xLabel, width, height) {
+/** A measured row: a diamond with a bar of +- sd. */
+export function drawRow({ x, value, sd, title }, toX, toY) {
+  const [at, middle] = [toX(x), toY(value)];
+  const r = RADIUS + 1;
+  return svgElement('g', { class: 'measured' },
+    title === undefined ? null : svgElement('title', {}, title),
+    Number.isFinite(sd) ? svgElement('line', { x1: at, x2: at, y1: toY(value - sd), y2: toY(value + sd) }) : null,
+    svgElement('path', { d: `M${at - r} ${middle}L${at} ${middle - r}L${at + r} ${middle}L${at} ${middle + r}Z` }));
+}
+
+/** What a model says at the state of a measured row: a cross. */
+export const drawBeside = (x, y) =>
+  svgElement('path', { class: 'beside', d: `M${x - RADIUS} ${y - RADIUS}l${2 * RADIUS} ${2 * RADIUS}m0 ${-2 * RADIUS}l${-2 * RADIUS} ${2 * RADIUS}` });
+
+export const scale = ([low, high], from, to) => (at) => from + ((at - low) / (high - low)) * (to - from);
+
+export function drawAxes([xLow, xHigh], [yLow, yHigh], toX, toY, xLabel, width, height) {
   const [left, right] = [toX(xLow), toX(xHigh)];
   const [bottom, top] = [toY(yLow), toY(yHigh)];
   const line = (kind, x1, y1, x2, y2) => svgElement('line', { class: kind, x1, y1, x2, y2 });
@@ -100,14 +121,14 @@ function drawAxes([xLow, xHigh], [yLow, yHigh], toX, toY, xLabel, width, height)
 
 /**
  * Draws into an empty or drawn <svg>. series: {name (a CSS class), x, value, low, high, outside (of the
- * training domain), runs: [{x, value}]}; asked: the x of the state that is asked. Returns the function from
- * a place in the window to x.
+ * training domain), runs: [{x, value}]}; rows: measured, [{x, value, sd, title, beside: a value of each series}]; asked:
+ * the x of the state that is asked. Returns the function from a place in the window to x.
  */
-export function drawPlot(svg, { series, xRange, xLabel, asked, label }) {
+export function drawPlot(svg, { series, rows, xRange, xLabel, asked, label }) {
   const width = Math.max(260, svg.getBoundingClientRect().width || 400);
   const height = Math.round(Math.max(190, HEIGHT_SHARE * width));
-  const yRange = valueRange(series);
-  const scale = ([low, high], from, to) => (at) => from + ((at - low) / (high - low)) * (to - from);
+  const shownRows = rows.filter(({ x }) => x >= xRange[0] && x <= xRange[1]);
+  const yRange = valueRange(series, shownRows);
   const toX = scale(xRange, MARGIN.left, width - MARGIN.right);
   const toY = scale(yRange, height - MARGIN.bottom, MARGIN.top);
   svg.setAttribute('viewBox', `0 0 ${width} ${height}`);
@@ -118,6 +139,9 @@ export function drawPlot(svg, { series, xRange, xLabel, asked, label }) {
   svg.replaceChildren(
     ...drawAxes(xRange, yRange, toX, toY, xLabel, width, height).filter((node) => node !== null),
     ...series.map((s) => drawSeries(s, toX, toY, [height - MARGIN.bottom, MARGIN.top])),
+    ...shownRows.map((row) => svgElement('g', {},
+      drawRow(row, toX, toY), row.beside.map((value, i) => (Number.isFinite(value) ?
+        svgElement('g', { class: series[i].name }, drawBeside(toX(row.x), toY(value))) : null)))),
     ...(isShown ? [svgElement('line', {
       class: 'asked', x1: toX(asked), x2: toX(asked), y1: MARGIN.top, y2: height - MARGIN.bottom,
     })] : []),

@@ -4,9 +4,13 @@ import { answerArticle } from './answer.js';
 import { call, listAll } from './api.js';
 import { askCurve, Curves, slipRange, statesOf } from './curves.js';
 import { byId, element, latest } from './dom.js';
+import { Why } from './explain.js';
+import { MapView } from './map.js';
+import { MeasuredTable } from './measured_view.js';
 import { card, modelTable, readModel } from './models.js';
 import { chosenTarget, WheelState } from './state.js';
 
+const LIST_EVERY_MS = 5000;
 const ASK_REST_MS = 60;  // while a slider moves: planners share the server
 const HASH_REST_MS = 500;  // Safari throws at more than 100 addresses in 30 s (newer: 10 s)
 const HASH_STATE = ['slip', 'angleDeg', 'load', 'speed'];
@@ -16,13 +20,17 @@ export class Terrain {
   constructor(onError) {
     this.onError = onError;
     this.models = [];
+    this.everyMs = LIST_EVERY_MS;
     this.details = new Map();  // of GetModel, by digest: models never change
     this.wheelState = new WheelState(byId('wheel-state'), () => this.ask());
     this.curves = new Curves(byId('plots'), byId('legend'), byId('plots-note'), (slip) => {
       this.wheelState.set({ slip });
       this.ask();
     });
-    this.problems = { refresh: null, ask: null };
+    this.measured = new MeasuredTable(() => this.ask());
+    this.problems = { refresh: null, ask: null, why: null };
+    this.why = new Why(byId('why'), byId('why-answer'), (error) => this.#say('why', error));
+    new MapView(byId('map'));
     this.ask = latest(() => this.#guarded('ask', () => this.#ask()), ASK_REST_MS);
     this.refresh = latest(async () => {
       await this.#guarded('refresh', () => this.#refresh());
@@ -36,11 +44,15 @@ export class Terrain {
   async #guarded(name, work) {
     try {
       await work();
-      this.problems[name] = null;
+      this.#say(name, null);
     } catch (error) {
-      this.problems[name] = error;
+      this.#say(name, error);
     }
-    this.onError(this.problems.refresh ?? this.problems.ask);
+  }
+
+  #say(name, error) {
+    this.problems[name] = error;
+    this.onError(this.problems.refresh ?? this.problems.ask ?? this.problems.why);
   }
 
   get chosen() {
@@ -89,6 +101,7 @@ export class Terrain {
     if (models.length === 0 || !this.wheelState.isComplete) return;
     const state = { ...this.wheelState.values };
     const target = chosenTarget();
+    const measured = this.measured.table;
     this.#writeHash(models, state);
     const xRange = slipRange(models, state.angleDeg);
     const parts = [];
@@ -98,9 +111,12 @@ export class Terrain {
       const curve = await askCurve(model, state, xRange);
       const drawn = new Set(parts.flatMap((part) => part.runs.map((run) => run.sha256)));
       const runs = details.provenance.runs.filter((run) => !drawn.has(run.sha256));
-      parts.push({ model, details, answer, curve, runs });
+      parts.push({ model, details, answer, curve, runs, rows: await this.measured.ask(model) });
     }
-    this.curves.show(parts, state, target, xRange);
+    if (measured !== this.measured.table) return this.#ask();  // chosen meanwhile
+    this.curves.show(parts, state, target, xRange, measured);
+    this.measured.show(parts);
+    this.why.show(models, state);
     const articles = (make) => parts.map((part, i) => make('ab'[i], part));
     byId('answer').replaceChildren(...articles((name, part) => answerArticle(name, part.model, state, part.answer)));
     const shown = parts.map((part) => part.model.digest).join();

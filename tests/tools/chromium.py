@@ -22,7 +22,7 @@ class Page:
         command_read, self._to_browser = os.pipe()
         self._from_browser, answer_write = os.pipe()
         self._buffer, self._next_id = b"", 0
-        self.errors, self.loaded = [], []
+        self.errors, self.loaded, self.posted = [], [], []
         # The browser reads descriptor 3 and writes 4. No sandbox: it needs what containers lack, and shows our page alone.
         self._process = subprocess.Popen(
             ["bash", "-c", f'exec "$@" 3<&{command_read} 4>&{answer_write}', "bash", program, "--headless",
@@ -76,6 +76,7 @@ class Page:
             self.errors.append(f"{params['entry']['text']} {params['entry'].get('url', '')}")
         elif event == "Network.requestWillBeSent":
             self.loaded.append(params["request"]["url"])
+            self.posted.append((params["request"]["url"], params["request"].get("postData", "")))
 
     def open(self, url):
         self.call("Page.navigate", url="about:blank")  # else only what stands behind '#' would change
@@ -109,6 +110,11 @@ class Page:
         """As from a keyboard, over what stands there."""
         self.run(f"document.querySelector('{selector}').focus(); document.querySelector('{selector}').select()")
         self.call("Input.insertText", text=text)
+
+    def choose_file(self, selector, path):
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
 
     def view(self, width, height, scheme="light"):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 600)

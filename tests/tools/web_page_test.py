@@ -15,6 +15,8 @@ import tempfile
 import time
 
 import chromium
+import web_page_jobs
+import web_page_parts
 
 NO_CHROMIUM = 77
 NUMBERS = """Object.fromEntries(Array.from(document.querySelectorAll('#answer article:nth-child(%d) data'),
@@ -27,7 +29,7 @@ FIRST_ANSWER = "document.querySelector('#answer data') !== null"
 @contextlib.contextmanager
 def serving(program, folder, *options):
     """A program with HTTP on a free port; its addresses (gRPC, HTTP) and its process."""
-    port = pathlib.Path(folder, f"{program}.port")
+    port = pathlib.Path(folder, f"{pathlib.Path(program).name}.port")
     port.unlink(missing_ok=True)
     process = subprocess.Popen(
         [program, "--grpc", "127.0.0.1:0", "--http", "127.0.0.1:0", "--port-file", port, *options],
@@ -108,7 +110,7 @@ def check_comparison(page, bin_dir, grpc):
 def check_keyboard(page, bin_dir, grpc):
     page.run("document.activeElement.blur()")
     reached = []
-    for _ in range(40):
+    for _ in range(80):
         page.press("Tab", 9)
         reached.append(page.run("""(({id, type, name, className}) => id || className || name || type)(document.activeElement)"""))
     for wanted in ("name", "model-a", "model-b", "state-slip", "state-load", "target", "range", "command"):
@@ -124,12 +126,13 @@ def check_looks(page, pictures):
       const light = (css) => { const [r, g, b] = css.match(/[\\d.]+/g).map((v) => { v /= 255;
         return v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; }); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
       const back = light(getComputedStyle(document.body).backgroundColor);
-      return Math.min(...Array.from(document.querySelectorAll('body, .note, th, h3, button, a, summary, .flags b, .ready'), (one) => {
+      return Math.min(...Array.from(document.querySelectorAll('body, .note, th, h3, h4, button, a, summary, .flags b, .ready, .failed'), (one) => {
         const text = light(getComputedStyle(one).color);
         return (Math.max(text, back) + 0.05) / (Math.min(text, back) + 0.05); })); })()"""
     page.run("document.activeElement.blur()")
     for name, width, scheme, top, height in (("desktop", 1280, "light", "h1", 1340), ("phone", 380, "light", "#response-title", 1500),
-                                             ("dark", 1280, "dark", "#response-title", 720)):
+                                             ("dark", 1280, "dark", "#response-title", 720),
+                                             ("explain-phone", 380, "dark", "#why", 1750)):
         page.view(width, 900, scheme)
         page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         assert page.run(contrast) >= 4.5, f"{name}: contrast {page.run(contrast)}"
@@ -146,6 +149,10 @@ def take_picture(page, file, top, height):
         f"({{x: 0, y: Math.max(0, document.querySelector('{top}').getBoundingClientRect().top + scrollY - 16), "
         f"width: innerWidth, height: {height}, scale: 1}})"))
     pathlib.Path(file).write_bytes(base64.b64decode(shot["data"]))
+
+
+def shooter(page, pictures):
+    return lambda name, top, height: take_picture(page, f"{pictures}/{name}.webp", top, height)
 
 
 def check_server_gone(page, process):
@@ -169,6 +176,8 @@ def check_server(page, bin_dir, root, pictures):
             check_state(page, bin_dir, grpc)
             check_curves(page, bin_dir, grpc)
             check_comparison(page, bin_dir, grpc)
+            web_page_parts.check(page, lambda *asked: client(bin_dir, grpc, *asked), bin_dir, root, folder,
+                                 pictures and shooter(page, pictures))
             check_keyboard(page, bin_dir, grpc)
             check_looks(page, pictures)
             # What stands behind '#' brings the same state again.
@@ -214,8 +223,6 @@ def check_jobs(page, bin_dir, root, pictures):
             text = page.run("document.querySelector('.job').textContent")
             assert "slip 0.35, attack angle 20 deg, load 24 N" in text, text
             page.wait("document.querySelector('.job progress') !== null")
-            if pictures:
-                take_picture(page, f"{pictures}/jobs.webp", "h1", 500)
             page.view(380, 900)
             assert page.run(FITS), "wider than the window"
 
@@ -234,6 +241,7 @@ def main():
             page.errors.clear()
             check_jobs(page, bin_dir, root, pictures)
             assert not page.errors, page.errors
+            web_page_jobs.check(page, serving, bin_dir, root, pictures and shooter(page, pictures))
             check_rights(page, bin_dir, root)
         finally:
             page.close()
