@@ -22,8 +22,8 @@ MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>&
                         std::uint8_t soil) {
   const CsvTable table = ReadCsv(file);
   CheckColumns(table, kLogColumns,
-                    "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
-                    "grade_deg, bank_deg, soil, each once");
+               "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
+               "grade_deg, bank_deg, soil, each once");
   if (table.lines.empty()) throw yaml::InputError(file + ": got no row, expected a drive");
   if (!HasColumn(table, "speed_m_per_s")) {
     throw yaml::InputError(table.at + "no column speed_m_per_s");
