@@ -5,7 +5,8 @@
 #include "surrogate/models/hard_ground_kernel.h"
 #include "surrogate/models/response_kernel.h"
 
-/// Under ASan the baseline, the same source, alone: watching the wide ones takes g++ ten times as long.
+/// Under ASan the baseline, the same source, alone: watching the wide ones takes g++ ten times as
+/// long.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
 #define GROUSER_WIDE_KERNELS 1
 #endif

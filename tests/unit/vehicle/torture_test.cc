@@ -305,7 +305,8 @@ TEST(VehicleTorture, AStepOfSoilUnderOneWheelIsContinuousInItsFriction) {
 }
 
 // Where the mean ground balances, so do neighbouring grounds, and the ends of the interval go along
-// with the radius. (A search from afar found no balance on the worse ground at three of these radii.)
+// with the radius. (A search from afar found no balance on the worse ground at three of these
+// radii.)
 TEST(VehicleTorture, IntervalsOfPowerHaveNoHolesAlongTheRadius) {
   for (const auto& [name, most_step] : {std::pair{"atv", 0.05}, std::pair{"husky", 0.2}}) {
     const VehicleFile file = Shipped(name);
