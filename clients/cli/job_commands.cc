@@ -194,10 +194,11 @@ void AddJobCommands(CLI::App& app, std::shared_ptr<Common> common, Action* actio
   auto* watch = app.add_subcommand(
       "watch",
       "Follows a job until it ends or awaits promotion; without one, the latest jobs as a "
-      "table until none is at work");
-  watch->add_option("job", *id, "Job");
+      "table until none is at work (exit code 0, however they ended)");
+  auto* one = watch->add_option("job", *id, "Job");
   watch->add_option("--limit", *limit, "How many jobs")
-      ->check(CLI::Range(1, 1000))
+      ->excludes(one)
+      ->check(CLI::Range(1, 500))
       ->capture_default_str();
   watch->footer("Examples:\n  grouser-client watch\n  grouser-client watch JOB");
   watch->callback([=] {

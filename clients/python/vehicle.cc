@@ -170,7 +170,7 @@ Of one soil, speed and radius of path. With rim speeds l, r of the sides and the
 
     separation_multiplier = (r - l)/(b yaw rate),  radius_multiplier = 2 v_x/(l + r)
 
-low and high: ends of the ground's 90 % interval. NaN: no balance there.)")
+low and high: ends of the ground's 90 % interval; both NaN: no balance at one.)")
       .def_readonly("soil", &C::soil)
       .def_readonly("speed", &C::speed, "[m/s]")
       .def_readonly("radius", &C::radius, "[m]")

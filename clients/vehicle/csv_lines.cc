@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "proto/records/durable_file.h"
 #include "surrogate/vehicle/yaml.h"
 
 namespace grouser::cli {
@@ -22,10 +23,19 @@ std::vector<std::string> Cells(const std::string& line) {
   return cells;
 }
 
+std::string TextOf(const std::string& file) {
+  constexpr std::uint64_t kMostBytes = 64 << 20;
+  try {
+    return records::ReadFileBytes(file, kMostBytes);
+  } catch (const std::exception& error) {
+    throw yaml::InputError(error.what());
+  }
+}
+
 }  // namespace
 
 CsvTable ReadCsv(const std::string& file) {
-  std::istringstream in(yaml::ReadYamlText(file));
+  std::istringstream in(TextOf(file));
   CsvTable table;
   int number = 0;
   for (std::string line; std::getline(in, line);) {

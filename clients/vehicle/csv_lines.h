@@ -17,7 +17,8 @@ struct CsvTable {
   std::vector<Line> lines;           ///< with as many cells as there are columns
 };
 
-/// Throws InputError: a file that cannot be read, a line of another number of cells.
+/// Throws InputError: a file that cannot be read or has more than 64 MiB, a line of another number
+/// of cells.
 CsvTable ReadCsv(const std::string& file);
 
 /// Throws InputError where a column is none of `known` or stands twice; `expected` is what is said.

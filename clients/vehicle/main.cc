@@ -249,7 +249,7 @@ int main(int argc, char** argv) {
       ->add_option(
           "--drive", a.drive,
           "Instead of one motion a drive, CSV: speed_m_per_s[, time_s, yaw_rate_rad_per_s, "
-          "acceleration_m_per_s2, grade_deg, bank_deg, soil]; CSV to stdout")
+          "acceleration_m_per_s2, grade_deg, bank_deg, soil (before --soil)]; CSV to stdout")
       ->excludes("--speed", "--yaw-rate", "--curvature", "--radius", "--rim", "--steer-deg",
                  "--acceleration", "--grade-deg", "--bank-deg", "--soils");
   auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");

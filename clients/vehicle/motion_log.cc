@@ -12,6 +12,7 @@ namespace {
 using namespace vehicle;
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kMostRows = 200000;  // a power with its solution takes more than 1 kB
 const std::vector<std::string> kLogColumns = {
     "speed_m_per_s", "time_s", "yaw_rate_rad_per_s", "acceleration_m_per_s2", "grade_deg",
     "bank_deg",      "soil"};
@@ -25,6 +26,10 @@ MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>&
                "speed_m_per_s and at most time_s, yaw_rate_rad_per_s, acceleration_m_per_s2, "
                "grade_deg, bank_deg, soil, each once");
   if (table.lines.empty()) throw yaml::InputError(file + ": got no row, expected a drive");
+  if (table.lines.size() > kMostRows) {
+    throw yaml::InputError(file + ": got " + std::to_string(table.lines.size()) +
+                           " rows, expected at most " + std::to_string(kMostRows));
+  }
   if (!HasColumn(table, "speed_m_per_s")) {
     throw yaml::InputError(table.at + "no column speed_m_per_s");
   }
@@ -72,7 +77,9 @@ LogEnergy EnergyOf(const MotionLog& log, std::span<const PowerInterval> powers) 
     sum.low += p.electric_low * seconds;
     sum.high += p.electric_high * seconds;
     sum.seconds += seconds;
-    sum.metres += std::hypot(p.solution.v_x_m_per_s, p.solution.v_y_m_per_s) * seconds;
+    // Of the centre of gravity, as J/m are.
+    const double speed = p.mean.electric / p.joules_per_metre;
+    if (std::isfinite(speed)) sum.metres += speed * seconds;
   }
   return sum;
 }

@@ -74,11 +74,10 @@ def line(axes, places, rows, keys, color, label):
 
 
 def parts_panel(axes, speeds, rows, soil):
-    metres = ("joules_per_metre", "electric_w")
     below = [0.0] * len(rows)
     for i, (key, label) in enumerate(PARTS):
-        share = [number(r[key]) * number(r[metres[0]]) / number(r[metres[1]]) for r in rows]
-        above = [b + max(s, 0) if math.isfinite(s) else math.nan for b, s in zip(below, share)]
+        share = [number(r[key]) / v if r["balanced"] else math.nan for r, v in zip(rows, speeds)]
+        above = [b + max(s, 0) for b, s in zip(below, share)]
         axes.fill_between(speeds, below, above, color=f"C{i + 4}", alpha=0.6, linewidth=0, label=label)
         below = above
     axes.set_title(f"where it goes, straight on {soil} [J/m]", fontsize=9)
@@ -135,7 +134,11 @@ def main():
     options = parser.parse_args()
     if options.out.suffix not in SUFFIXES:
         parser.error(f"--out: {options.out}, expected a name that ends with {', '.join(SUFFIXES)}")
-    soils = options.soil or soils_of(options)
+    soils = soils_of(options)
+    for soil in options.soil or []:
+        if soil not in soils:
+            raise Refused(f"--soil {soil}: expected one of {', '.join(soils)}")
+    soils = options.soil or soils
     sweeps = sweeps_of(options)
     found = {name: answers(options, soils, motions) for name, (_, motions) in sweeps.items()}
     picture(options, soils, sweeps, found)

@@ -289,9 +289,7 @@ std::string CsvOf(const MotionLog& log, std::span<const PowerInterval> powers) {
           m.rolling, m.slip, m.scrub, m.grade, m.acceleration}) {
       out += fmt::format("{:.6g},", p.solution.balanced ? value : NAN);
     }
-    std::string reasons = NamesOf(p.solution.reasons);
-    std::replace(reasons.begin(), reasons.end(), ',', '|');
-    out += reasons + "\n";
+    out += NamesOf(p.solution.reasons) + "\n";
   }
   return out;
 }

@@ -187,7 +187,7 @@ Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   list      models of a running server, their aliases and domain
   served    one model of a running server, its error table and provenance
   show      what a model file holds: domain, errors, provenance
-  eval      one state, answered from a file
+  eval      states, answered from a file
   plot      curves over slip with intervals, of one model or several, measured points beside them
   explain   why a state is answered so: flags, parts of the interval, the runs behind it; --plot
   make      a model of a wheel on a known soil or hard ground at once, nothing fitted

@@ -29,6 +29,7 @@ import yaml  # noqa: E402
 from experiment_runs import Refused, lock_of, run_or_refuse  # noqa: E402
 from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
+STATE = ("slip", "attack_angle_deg", "load_n", "speed_m_per_s")
 OUTPUTS = ("f_x", "f_y", "torque", "sinkage")
 UNITS = {"f_x": ("N", 1), "f_y": ("N", 1), "torque": ("N m", 1), "sinkage": ("mm", 1000)}
 PLACES = {"f_x": 0, "f_y": 1, "torque": 3, "sinkage": 5}  # in a summary's mean
@@ -40,14 +41,23 @@ def say(text):
 
 
 def state_of(text):
-    names = ("slip", "attack_angle_deg", "load_n", "speed_m_per_s")
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
     if len(values) not in (3, 4) or not all(map(math.isfinite, values)):
         raise argparse.ArgumentTypeError(f"got {text!r}, expected SLIP,ANGLE_DEG,LOAD_N[,SPEED]")
-    return dict(zip(names, values))
+    return dict(zip(STATE, values))
+
+
+def number_of(path, key, text):
+    try:
+        value = float(text)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise Refused(f"{path}: {key}: got {text!r}, expected a number")
+    return value
 
 
 def parse_arguments():
@@ -56,7 +66,7 @@ def parse_arguments():
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
     parser.add_argument("--out", required=True, help="folder of all results")
     parser.add_argument("--at", action="append", type=state_of, metavar="SLIP,ANGLE_DEG,LOAD_N[,SPEED]",
-                        help="a state, once each (default: the first three driven ones of the campaign)")
+                        help="a state, once each, braked ones as --at=-0.2,0,600 (default: the first three driven ones of the campaign)")
     parser.add_argument("--beds", type=int, default=2, metavar="N", help="beds of each (default: 2)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
     parser.add_argument("--json", action="store_true", help="converge.json on stdout instead of the table")
@@ -69,9 +79,10 @@ def parse_arguments():
 
 
 def read_yaml(path, expected):
+    """All of it as text: the engine's reader has words for switches, and numbers, that PyYAML has not."""
     try:
         with open(path, encoding="utf-8") as file:
-            read = yaml.safe_load(file)
+            read = yaml.load(file, Loader=yaml.BaseLoader)
     except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
         raise Refused(f"{path}: {' '.join(str(error).split())}") from None
     if not isinstance(read, dict):
@@ -85,8 +96,9 @@ class Convergence:
         self.out = os.path.abspath(arguments.out)
         self.dem, self.fit = (os.path.join(arguments.bin, name) for name in ("grouser-dem", "grouser-fit"))
         campaign = read_yaml(arguments.campaign, "a campaign file")
-        if not isinstance(campaign.get("scene"), str):
-            raise Refused(f"{arguments.campaign}: expected a scene, as in dem_offline/campaigns/demo.campaign.yaml")
+        if not isinstance(campaign.get("scene"), str) or not campaign["scene"]:
+            raise Refused(f"{arguments.campaign}: scene: expected the name of a file, as in "
+                          "dem_offline/campaigns/demo.campaign.yaml")
         folder = os.path.dirname(os.path.abspath(arguments.campaign))
         self.scene_path = os.path.join(folder, campaign["scene"])
         self.scene = read_yaml(self.scene_path, "a scene file")
@@ -97,10 +109,15 @@ class Convergence:
         self.states = arguments.at or self._first_states(campaign)
 
     def _first_states(self, campaign):
-        driven = [one for one in campaign.get("extra") or [] if isinstance(one, dict) and "slip" in one]
+        extra = campaign.get("extra") or []
+        if not isinstance(extra, list):
+            raise Refused(f"{self.arguments.campaign}: extra: expected a list")
+        driven = [one for one in extra if isinstance(one, dict) and "slip" in one]
         if len(driven) < 3:
             raise Refused(f"{self.arguments.campaign}: {len(driven)} driven states in `extra`, expected 3, or --at")
-        return [{k: v for k, v in one.items() if k not in ("seed", "seeds")} for one in driven[:3]]
+        path = self.arguments.campaign
+        return [{key: number_of(path, f"extra: {key}", one.get(key)) for key in STATE if key in one or key != STATE[-1]}
+                for one in driven[:3]]
 
     def run(self, name, scene):
         """[[mean, own standard error by output] a bed] by state, of the campaign of one variant."""
@@ -143,7 +160,7 @@ class Convergence:
         if isinstance(half["rig"].get("scene"), dict):
             half["rig"]["scene"].pop("largest_step", None)
         for key in ("bed_length_m", "bed_width_m"):
-            box["rig"][key] = 2 * box["rig"][key]
+            box["rig"][key] = 2 * number_of(self.scene_path, f"rig: {key}", box["rig"].get(key))
         found = {"half_step": half, "double_box": box}
         window = self.scene["rig"].get("scene")
         if isinstance(window, dict) and window.get("bed") == "window":
@@ -173,7 +190,7 @@ class Convergence:
 
 
 def is_of(run, state):
-    return (abs(run["slip"] - state["slip"]) < 1e-6 and abs(run["load_n"] - state["load_n"]) < 1e-6
+    return (abs(run.get("slip", 0) - state["slip"]) < 1e-6 and abs(run.get("load_n", 0) - state["load_n"]) < 1e-6
             and abs(math.degrees(run.get("attack_angle_rad", 0)) - state["attack_angle_deg"]) < 1e-6
             and abs(run["speed_m_per_s"] - state.get("speed_m_per_s", run["speed_m_per_s"])) < 1e-9)
 

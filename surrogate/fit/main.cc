@@ -261,14 +261,18 @@ int Eval(const Arguments& a) {
     errors = Scaled(errors, by);
     trained *= by.Speed();
   }
-  for (const Query& query :
-       GridOf(a, {0, 0, 0, a.speed > 0 ? a.speed : trained, radius, gravity})) {
+  const std::vector<Query> states =
+      GridOf(a, {0, 0, 0, a.speed > 0 ? a.speed : trained, radius, gravity});
+  for (const Query& query : states) {
     const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
     if (!(v.v_x == v.v_x)) {
-      throw CLI::ValidationError("--slip",
-                                 fmt::format("no motion has slip {} at {} degrees", query.slip,
-                                             query.attack_angle_rad / kRadPerDeg));
+      throw CLI::ValidationError(
+          "--slip", fmt::format("no motion has slip {:.6g} at {:.6g} degrees", query.slip,
+                                query.attack_angle_rad / kRadPerDeg));
     }
+  }
+  for (const Query& query : states) {
+    const VelocityState v = FromSlip(query.slip, query.attack_angle_rad, query.speed_m_per_s);
     WheelAnswer answer = AnswerOf(*model, v, query.load_n);
     const FormAnswer form = FormOf(errors, v, query.load_n, &answer);
     Print(a.json ? AnswerJson(query, answer, form, Reference(loaded))

@@ -52,10 +52,11 @@ class Curves:
         low = max(low, -1.0)  # which every attack angle has a motion of
         slips = [low + (high - low) * i / (SLIPS - 1) for i in range(SLIPS)]
         loads = [number(domain.get(k, 0)) for k in ("load_min_n", "load_max_n")]
-        self.load = options.load or (like.load if like else float(f"{math.sqrt(loads[0] * loads[1]):.3g}"))
+        middle = like.load if like else float(f"{math.sqrt(loads[0] * loads[1]):.3g}")
+        self.load = middle if options.load is None else options.load
         if not self.load > 0:
             raise Refused(f"{file}: no training loads in it; expected --load")
-        speed = ["--speed", str(options.speed)] if options.speed else []
+        speed = [] if options.speed is None else ["--speed", str(options.speed)]
         kind = shown.get("kind", "").removeprefix("MODEL_KIND_").lower()
         self.name = shown["name"] if shown["name"].endswith(kind) else f"{shown['name']} {kind}"
         self.answers = {}
@@ -97,13 +98,13 @@ def picture(curves, options):
             for i, (angle, answers) in enumerate(model.answers.items()):
                 draw(axes, answers, output, unit, f"C{i}", style, f"{model.name}, {angle:g} deg")
         for i, angle in enumerate(curves[0].answers):
-            for row in points:
+            for place, row in enumerate(points):
                 near = abs(row["attack_angle_deg"] - angle) <= NEAR_ANGLE
                 value = number(row["measured"].get(output, {}).get("value", math.nan))
                 if near and not math.isnan(value):
                     axes.plot(row["slip"], unit * value, "o", color=f"C{i}", markersize=4,
                               markeredgecolor="black", markeredgewidth=0.5)
-                    drawn.add((row["slip"], angle))
+                    drawn.add(place)
         axes.set_title(title, fontsize=9)
         axes.set_xlabel("slip", fontsize=8)
     note_panel(panels.flat[-1], panels.flat[0], curves, len(drawn), of)
@@ -125,15 +126,22 @@ def degrees(text):
     return [float(part) for part in text.split(",")]
 
 
+def positive(text):
+    value = float(text)
+    if not (value > 0 and math.isfinite(value)):
+        raise argparse.ArgumentTypeError(f"got {text}, expected a number above 0")
+    return value
+
+
 def main():
     parser = argparse.ArgumentParser(prog="grouser model plot", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("models", nargs="+", type=pathlib.Path, metavar="MODEL", help="model files, 3 at most")
     parser.add_argument("--program", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=pathlib.Path, required=True, help="picture: .png, .svg or .pdf")
-    parser.add_argument("--load", type=float, help="[N]; the middle of the training loads if not given")
-    parser.add_argument("--angle-deg", type=degrees, default=[0.0, 30.0, 60.0], help="attack angles, 0,30,60")
-    parser.add_argument("--speed", type=float, help="[m/s]; the training speed if not given")
+    parser.add_argument("--load", type=positive, help="[N]; the middle of the training loads if not given")
+    parser.add_argument("--angle-deg", type=degrees, default=[0.0, 30.0, 60.0], help="attack angles, 0,30,60 if not given; negative ones as --angle-deg=-30,0")
+    parser.add_argument("--speed", type=positive, help="[m/s]; the training speed if not given")
     parser.add_argument("--measured", type=pathlib.Path, help="CSV of measured tests")
     options = parser.parse_args()
     if options.out.suffix not in SUFFIXES:

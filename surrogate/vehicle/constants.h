@@ -29,7 +29,7 @@ struct SkidConstants {
 };
 
 /// For each soil of `grounds` and each speed and radius. Throws std::invalid_argument where the
-/// vehicle is no skid-steered one, or a number is not above 0; Stopped, at most three solves after
+/// vehicle is no skid-steered one, or a number is not above 0; Stopped, at most eleven solves after
 /// `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,

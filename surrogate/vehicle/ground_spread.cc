@@ -16,7 +16,10 @@ std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double
   motions[2].worse_by_sd = at(2, 1);
   solver->Solve(motions, solutions);
   for (std::size_t end = 1; end < 3; ++end) {
-    if (solutions[end].balanced || !solutions[0].balanced) continue;
+    if (solutions[end].balanced || !solutions[0].balanced ||
+        motion.given == Motion::Given::kControls) {
+      continue;
+    }
     Motion between = motion;
     Solution from = solutions[0];
     for (int k = 1; k <= kSteps && from.balanced; ++k) {

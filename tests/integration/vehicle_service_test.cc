@@ -208,6 +208,9 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
           << (i < 30 ? "asphalt" : "ice") << "\n";
     }
   }
+  const std::string drive = dir_->path() + "/drive.csv";
+  std::ofstream(drive)
+      << "time_s,speed_m_per_s,yaw_rate_rad_per_s\n0,0.5,0.3\n1,0.4,0\n3,0,0.5\n4,0,0\n";
   const std::string bare_path = dir_->path() + "/bare_path.csv";
   std::ofstream(bare_path) << "s_m,curvature_per_m\n0,0.1\n1,0.3\n2,-0.2\n3,0\n";
   const std::vector<std::vector<std::string>> calls = {
@@ -217,6 +220,8 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       {"solve", "cart", "--rim", "1.5", "--steer-deg", "10"},
       {"energy", "husky", "--soil", "asphalt", "--speed", "0.5", "--radius", "1", "--json"},
       {"energy", "cart", "--speed", "2"},
+      {"energy", "husky", "--drive", drive},
+      {"energy", "husky", "--drive", drive, "--soil", "ice", "--json"},
       {"solve", "husky", "--soil", "floor", "--speed", "0.3", "--grade-deg", "28", "--draws", "60"},
       {"solve", "cart", "--speed", "2", "--radius", "6", "--draws", "30", "--json"},
       {"climb", "husky", "--json"},

@@ -110,7 +110,7 @@ struct Powers {
   std::span<double> residual{};        ///< as of Solutions
   std::span<double> electric{}, shaft{}, drive{}, rolling{}, slip{}, scrub{}, grade{},
       acceleration{}, imbalance{};
-  /// On ground better and worse by the standard deviations asked for; NaN: no balance there.
+  /// On ground better and worse by the standard deviations asked for; both NaN: no balance at one.
   std::span<double> electric_low{}, electric_high{};
   /// Electric energy by way of the centre [J/m]; NaN where it does not move.
   std::span<double> joules_per_metre{}, joules_per_metre_low{}, joules_per_metre_high{};
@@ -180,7 +180,7 @@ struct GradeRange {
 /// What a differential-drive controller asks for, of one soil, speed and radius of path. With rim
 /// speeds l, r of the sides and their distance b:
 ///   separation_multiplier = (r - l)/(b yaw rate),  radius_multiplier = 2 v_x/(l + r)
-/// low and high: ends of the ground's 90 % interval. NaN: no balance there.
+/// low and high: ends of the ground's 90 % interval; both NaN: no balance at one.
 struct SkidConstants {
   std::string soil;
   double speed, radius;  ///< [m/s], [m]

@@ -335,7 +335,7 @@ class Powers:
     grade: Optional[Floats] = None
     acceleration: Optional[Floats] = None
     imbalance: Optional[Floats] = None
-    electric_low: Optional[Floats] = None  #: on ground better by `sds`; NaN: no balance there
+    electric_low: Optional[Floats] = None  #: on ground better by `sds`; both ends NaN: no balance at one
     electric_high: Optional[Floats] = None  #: on ground worse by `sds`
     joules_per_metre: Optional[Floats] = None  #: electric, by way of the centre [J/m]; NaN at rest
     joules_per_metre_low: Optional[Floats] = None

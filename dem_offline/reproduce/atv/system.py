@@ -21,7 +21,7 @@ STEADY_FROM_M = 0.12  # towed, before means are taken
 STILL_FROM_S, DROP_S = 0.3, 0.7
 PUBLISHED_DIAMETER = 0.0035
 
-TRIED = ("tried against the skidding (-0.6 in dem_offline/campaigns/atv.*, which was not run again): one bed each of "
+TRIED = ("tried against the skidding (-0.6 in an earlier campaign, whose files are gone): one bed each of "
          "20 mm grains in the published box, slip at 0 degrees and sinkage: -0.65 at 50 mm (as it falls, solid "
          "fraction 0.55), -0.2 at 23 mm (0.60), -0.15 at 17 mm (0.62), -0.08 at 13 mm (0.60, rolling friction "
          "twice as large), +0.03 at 9 mm (0.62 and that, chosen; 0.00 at 8 mm with 15 mm grains). Slip goes with "
