@@ -46,7 +46,7 @@ def main():
         draw(axis, [r for r in found["observations"] if (r["kind"], r["measured"]) == group], *panel)
     for p in reversed(found["parameters"]):
         axes.flat[3].barh(p["name"], 100 * p["share_left"], color="C2" if p["identified"] else "0.7")
-    axes.flat[3].set(xlabel="left of what was uncertain before the data [%]; green: told by them")
+    axes.flat[3].set(xlabel="uncertainty that the data leave [%]; green: identified")
     next_test = found["next_tests"][0]["test"]
     figure.suptitle(f"{found['soil']}: {found['why_form']}\nthe next test: {next_test}", fontsize=10)
     figure.savefig(asked.out, dpi=90)
