@@ -6,6 +6,7 @@
 #include <exception>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "clients/in_process/parts.h"
@@ -23,6 +24,13 @@ static_assert(kOutputs == surrogate::kOutputs);
 static_assert(int{kFx} == surrogate::kFx && int{kFy} == surrogate::kFy &&
               int{kFz} == surrogate::kFz && int{kTorque} == surrogate::kTorque &&
               int{kMz} == surrogate::kMz && int{kSinkage} == surrogate::kSinkage);
+constexpr bool SameNames() {
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    if (std::string_view(kOutputNames[o]) != surrogate::kOutputFields[o].name) return false;
+  }
+  return true;
+}
+static_assert(SameNames());
 constexpr bool SameBit(Flag ours, surrogate::Flag theirs) {
   return static_cast<std::uint32_t>(ours) == static_cast<std::uint32_t>(theirs);
 }
@@ -90,7 +98,7 @@ bool Model::Parts::FillsGradients() const noexcept {
   bool filled = true;
   for (const OutputSpans& o : out.output) {
     for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
-      filled &= !std::isnan((o.*kSpanFields[f].member)[0]);
+      filled &= !std::isnan((o.*kOutputSpanFields[f].member)[0]);
     }
   }
   return filled;
@@ -188,7 +196,7 @@ std::string Model::SizeProblem(const States& in, const Answers& out) {
     return problem("attack_angle", out.attack_angle.size(), " or none");
   }
   for (std::size_t o = 0; o < kOutputs; ++o) {
-    for (const SpanField& field : kSpanFields) {
+    for (const OutputSpanField& field : kOutputSpanFields) {
       const std::span<double> span = out.output[o].*field.member;
       if (Fits(span, n)) continue;
       return problem("output[" + std::to_string(o) + "]." + field.name, span.size(), " or none");

@@ -28,7 +28,7 @@ surrogate::AccuracyRequest ToOurs(const AccuracyRequest& accuracy) noexcept {
 Answers WithoutGradients(Answers out) noexcept {
   for (OutputSpans& o : out.output) {
     for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
-      o.*kSpanFields[f].member = {};
+      o.*kOutputSpanFields[f].member = {};
     }
   }
   return out;

@@ -19,25 +19,11 @@ class Model;
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-struct SpanField {
-  const char* name;
-  std::span<double> OutputSpans::*member;
-};
-/// In the order of surrogate::Part; then what FormView has; then sd_soil.
-inline constexpr std::array<SpanField, surrogate::kParts + 4> kSpanFields = {
-    {{"value", &OutputSpans::value},
-     {"sd_fit", &OutputSpans::sd_fit},
-     {"sd_patch", &OutputSpans::sd_patch},
-     {"low", &OutputSpans::low},
-     {"high", &OutputSpans::high},
-     {"d_v_x", &OutputSpans::d_v_x},
-     {"d_v_y", &OutputSpans::d_v_y},
-     {"d_rim_speed", &OutputSpans::d_rim_speed},
-     {"d_load", &OutputSpans::d_load},
-     {"sd_form", &OutputSpans::sd_form},
-     {"measured_low", &OutputSpans::measured_low},
-     {"measured_high", &OutputSpans::measured_high},
-     {"sd_soil", &OutputSpans::sd_soil}}};
+// kOutputSpanFields: in the order of surrogate::Part; then what FormView has; then sd_soil.
+static_assert(kOutputSpanFields.size() == surrogate::kParts + 4 &&
+              kOutputSpanFields[surrogate::kDvX].member == &OutputSpans::d_v_x &&
+              kOutputSpanFields[surrogate::kDLoad].member == &OutputSpans::d_load &&
+              kOutputSpanFields[surrogate::kParts].member == &OutputSpans::sd_form);
 inline constexpr std::size_t kFirstGradient = surrogate::kDvX;
 inline constexpr std::size_t kGradientsEnd = surrogate::kParts;
 
@@ -51,7 +37,7 @@ inline bool SizesFit(const States& in, const Answers& out) noexcept {
   bool fit = in.v_x.size() == n && in.v_y.size() == n && in.rim_speed.size() == n &&
              out.flags.size() == n && Fits(out.slip, n) && Fits(out.attack_angle, n);
   for (const OutputSpans& o : out.output) {
-    for (const SpanField& field : kSpanFields) fit &= Fits(o.*field.member, n);
+    for (const OutputSpanField& field : kOutputSpanFields) fit &= Fits(o.*field.member, n);
   }
   return fit;
 }
@@ -64,7 +50,7 @@ inline surrogate::ResponsesView ToView(const Answers& out) noexcept {
   surrogate::ResponsesView view;
   for (std::size_t o = 0; o < kOutputs; ++o) {
     for (std::size_t p = 0; p < surrogate::kParts; ++p) {
-      view.output[o].*surrogate::kPartMembers[p] = out.output[o].*kSpanFields[p].member;
+      view.output[o].*surrogate::kPartMembers[p] = out.output[o].*kOutputSpanFields[p].member;
     }
     view.output[o].sd_soil = out.output[o].sd_soil;
   }
@@ -86,7 +72,7 @@ inline surrogate::FormView FormViewOf(const Answers& out) noexcept {
 inline void FillGradients(const Answers& out, double with) noexcept {
   for (const OutputSpans& o : out.output) {
     for (std::size_t f = kFirstGradient; f < kGradientsEnd; ++f) {
-      const std::span<double> span = o.*kSpanFields[f].member;
+      const std::span<double> span = o.*kOutputSpanFields[f].member;
       std::fill(span.begin(), span.end(), with);
     }
   }

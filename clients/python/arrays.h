@@ -35,6 +35,7 @@ inline Shape With(Shape shape, std::size_t last) {
 /// Name of a span of the struct S. T: const where it is read.
 template <class S, class T>
 struct Field {
+  using Value = T;
   const char* name;
   std::span<T> S::*member;
   mutable PyObject* key = nullptr;  ///< the name as Python's, made once and kept
@@ -60,10 +61,12 @@ class Arrays {
     auto* data = static_cast<T*>(const_cast<void*>(array.data()));
     return {data, static_cast<std::size_t>(array.size())};
   }
-  template <class S, class T, std::size_t N>
-  void Read(py::handle object, const Field<S, T> (&fields)[N], const Shape& shape, S* into,
+  /// fields: an array of Field<S, ...>.
+  template <class S, class Fields>
+  void Read(py::handle object, const Fields& fields, const Shape& shape, S* into,
             const std::string& prefix = "") {
-    for (const Field<S, T>& field : fields) {
+    using T = typename std::remove_cvref_t<decltype(fields[0])>::Value;
+    for (const auto& field : fields) {
       if (field.key == nullptr) field.key = PyUnicode_InternFromString(field.name);
       const py::object value = ValueOf(object, field.name, field.key);
       if (!value.is_none()) into->*field.member = SpanOf<T>(value, prefix + field.name, shape);

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,25 +15,17 @@
 namespace grouser::python {
 namespace {
 
-constexpr const char* kOutputNames[kOutputs] = {"f_x", "f_y", "f_z", "torque", "m_z", "sinkage"};
-
 const Field<States, const double> kStateFields[] = {{"v_x", &States::v_x},
                                                     {"v_y", &States::v_y},
                                                     {"rim_speed", &States::rim_speed},
                                                     {"load", &States::load}};
-const Field<OutputSpans, double> kOutputFields[] = {{"value", &OutputSpans::value},
-                                                    {"sd_fit", &OutputSpans::sd_fit},
-                                                    {"sd_patch", &OutputSpans::sd_patch},
-                                                    {"low", &OutputSpans::low},
-                                                    {"high", &OutputSpans::high},
-                                                    {"d_v_x", &OutputSpans::d_v_x},
-                                                    {"d_v_y", &OutputSpans::d_v_y},
-                                                    {"d_rim_speed", &OutputSpans::d_rim_speed},
-                                                    {"d_load", &OutputSpans::d_load},
-                                                    {"sd_form", &OutputSpans::sd_form},
-                                                    {"measured_low", &OutputSpans::measured_low},
-                                                    {"measured_high", &OutputSpans::measured_high},
-                                                    {"sd_soil", &OutputSpans::sd_soil}};
+const auto kOutputFields = [] {
+  std::array<Field<OutputSpans, double>, kOutputSpanFields.size()> fields;
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    fields[k] = {kOutputSpanFields[k].name, kOutputSpanFields[k].member};
+  }
+  return fields;
+}();
 const Field<Answers, double> kEchoFields[] = {{"slip", &Answers::slip},
                                               {"attack_angle", &Answers::attack_angle}};
 const Field<Answers, std::uint32_t> kFlagFields[] = {{"flags", &Answers::flags}};
@@ -126,6 +119,14 @@ AccuracyRequest RequestOf(const std::map<std::string, double>& tolerance, double
   return request;
 }
 
+std::map<std::string, double> ToleranceOf(const AccuracyRequest& request) {
+  std::map<std::string, double> tolerance;
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    if (request.tolerance[o] != 0) tolerance[kOutputNames[o]] = request.tolerance[o];
+  }
+  return tolerance;
+}
+
 std::string DescriptionOf(const Model& m) {
   return "<grouser.Model " + m.name() + ": " + m.kind() + ", wheel " + m.wheel() + ", soil " +
          m.soil() + ">";
@@ -146,6 +147,11 @@ void BindDomain(py::module_& m) {
 }  // namespace
 
 void BindModel(py::module_& m) {
+  py::tuple outputs(kOutputs), parts(kOutputSpanFields.size());
+  for (std::size_t o = 0; o < kOutputs; ++o) outputs[o] = kOutputNames[o];
+  for (std::size_t k = 0; k < parts.size(); ++k) parts[k] = kOutputSpanFields[k].name;
+  m.attr("OUTPUTS") = outputs;
+  m.attr("OUTPUT_ARRAYS") = parts;
   BindDomain(m);
   py::class_<Draws>(m, "Draws",
                     R"(K coherent draws of what models do not know of one soil.
@@ -224,7 +230,17 @@ stands for is added in squares to what a model claims, and states where it is un
 What is 0 or not named asks for nothing. Raises Error for an output or a target that there is none of.)")
       .def(py::init(&RequestOf), py::kw_only(),
            py::arg("tolerance") = std::map<std::string, double>{}, py::arg("share_of_load") = 0.0,
-           py::arg("budget_us") = 0.0, py::arg("target") = "dem");
+           py::arg("budget_us") = 0.0, py::arg("target") = "dem")
+      .def_property_readonly("tolerance", &ToleranceOf,
+                             "By output; what asks for nothing is not in it.")
+      .def_readonly("share_of_load", &AccuracyRequest::share_of_load, "[-]")
+      .def_readonly("budget_us", &AccuracyRequest::budget_us, "[us]")
+      .def_property_readonly(
+          "target",
+          [](const AccuracyRequest& r) {
+            return r.target == IntervalTarget::kDem ? "dem" : "measured";
+          },
+          "'dem' or 'measured'.");
 
   py::class_<ModelSelector>(m, "ModelSelector",
                             R"(Several models of one wheel on one soil, the cheapest first.

@@ -27,7 +27,8 @@ check_packages() {
   [ -z "$missing" ] || finding absent maps "not installed: $missing" "no ./grouser map" \
     "./grouser setup installs it and builds with it"
   missing="$(missing_packages python | tr '\n' ' ')"
-  [ -z "$missing" ] || finding absent python "not installed: ${missing% }" "no Python package grouser" \
+  [ -z "$missing" ] || finding absent python "not installed: ${missing% }" \
+    "no Python package grouser, or none of its clients of servers and no wheel" \
     "./grouser setup installs them and builds with them"
   missing="$(missing_packages docs | tr '\n' ' ')"
   [ -z "$missing" ] || finding absent docs "not installed: ${missing% }" "no ./grouser docs (the documents are Markdown)" \

@@ -33,6 +33,9 @@ enum Output : int {
   kSinkage,  ///< undisturbed plane to the lowest rim point [m]
 };
 inline constexpr std::size_t kOutputs = 6;
+/// In files, JSON and Python, by Output.
+inline constexpr std::array<const char*, kOutputs> kOutputNames = {"f_x",    "f_y", "f_z",
+                                                                   "torque", "m_z", "sinkage"};
 
 /// Bits of a state's flags. 0: nothing to say.
 enum Flag : std::uint32_t {
@@ -78,6 +81,26 @@ struct OutputSpans {
   std::span<double> measured_low, measured_high;
   std::span<double> sd_soil;  ///< which soil it is (Model::Mixture); 0 for one soil that is known
 };
+
+/// All spans of OutputSpans with their names, for code that goes through them.
+struct OutputSpanField {
+  const char* name;
+  std::span<double> OutputSpans::*member;
+};
+inline constexpr std::array<OutputSpanField, 13> kOutputSpanFields = {
+    {{"value", &OutputSpans::value},
+     {"sd_fit", &OutputSpans::sd_fit},
+     {"sd_patch", &OutputSpans::sd_patch},
+     {"low", &OutputSpans::low},
+     {"high", &OutputSpans::high},
+     {"d_v_x", &OutputSpans::d_v_x},
+     {"d_v_y", &OutputSpans::d_v_y},
+     {"d_rim_speed", &OutputSpans::d_rim_speed},
+     {"d_load", &OutputSpans::d_load},
+     {"sd_form", &OutputSpans::sd_form},
+     {"measured_low", &OutputSpans::measured_low},
+     {"measured_high", &OutputSpans::measured_high},
+     {"sd_soil", &OutputSpans::sd_soil}}};
 
 /// Where the answers of n states go. No span may overlap another or the states.
 struct Answers {

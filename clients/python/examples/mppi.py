@@ -1,15 +1,16 @@
 #!/usr/bin/python3
-"""MPPI for a skid-steered rover, from beside a line onto it: the wheels of all rollouts are one call of the model.
-Usage: mppi.py OUT.png"""
+"""MPPI for a skid-steered rover, from beside a line onto it: the wheels of all rollouts are one call of the model."""
 
-import sys
+import argparse
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import grouser
 
-OUT = sys.argv[1] if len(sys.argv) == 2 else sys.exit(__doc__)
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("out", metavar="OUT.png")
+OUT = parser.parse_args().out
 ROLLOUTS, STEPS, CYCLES, DT = 256, 15, 60, 0.2
 MODEL = grouser.Model.open(grouser.MODEL_DIR / "cmu-smooth-62.5.model")
 CRUISE, R = MODEL.domain.speed_m_per_s, MODEL.radius_m
@@ -56,4 +57,4 @@ axes[1].plot(DT * np.arange(1, len(x) + 1), np.transpose(rim_speed), label=["lef
 axes[1].legend()
 axes[1].set(xlabel="time [s]", ylabel="rim speed [m/s]")
 figure.savefig(OUT, dpi=90)
-sys.exit(0 if abs(y[-1]) < 0.05 else f"{y[-1]:.3f} m beside the line")
+raise SystemExit(f"{y[-1]:.3f} m beside the line" if abs(y[-1]) >= 0.05 else 0)

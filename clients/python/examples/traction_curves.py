@@ -1,8 +1,7 @@
 #!/usr/bin/python3
-"""Drawbar pull, drive torque and sinkage of a wheel by slip, with their intervals, at three attack angles.
-Usage: traction_curves.py OUT.png [MODEL]"""
+"""Drawbar pull, drive torque and sinkage of a wheel by slip, with their intervals, at three attack angles."""
 
-import sys
+import argparse
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,8 +11,12 @@ import grouser
 PANELS = (("f_x", "drawbar pull [N]", 1), ("torque", "drive torque [N m]", 1), ("sinkage", "sinkage [mm]", 1000))
 
 
-def main(out, file=grouser.MODEL_DIR / "cmu-smooth-62.5.model"):
-    model = grouser.Model.open(file)
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", metavar="OUT.png")
+    parser.add_argument("model", nargs="?", default=grouser.MODEL_DIR / "cmu-smooth-62.5.model")
+    asked = parser.parse_args()
+    model = grouser.Model.open(asked.model)
     domain = model.domain
     load = (domain.load_min_n * domain.load_max_n) ** 0.5
     slip = np.linspace(-0.6, 0.8, 141)
@@ -30,9 +33,8 @@ def main(out, file=grouser.MODEL_DIR / "cmu-smooth-62.5.model"):
     axes[0].legend(title="attack angle")
     figure.suptitle(f"{model.wheel} on {model.soil}, {load:.0f} N; bands: {100 * model.interval_level:.0f} % for DEM; "
                     "dotted: outside of the training runs")
-    figure.savefig(out, dpi=90)
-    return 0
+    figure.savefig(asked.out, dpi=90)
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]) if 2 <= len(sys.argv) <= 3 else print(__doc__, file=sys.stderr) or 2)
+    main()

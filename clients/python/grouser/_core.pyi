@@ -15,6 +15,8 @@ _File = Union[str, os.PathLike[str]]
 
 BALANCED_RESIDUAL: float
 WORSE_BY_SD: float
+OUTPUTS: tuple[str, ...]
+OUTPUT_ARRAYS: tuple[str, ...]
 FLAGS: dict[str, int]
 REASONS: dict[str, int]
 BINDINGS: dict[str, int]
@@ -74,6 +76,14 @@ class Model:
 class AccuracyRequest:
     def __init__(self, *, tolerance: Mapping[str, float] = ..., share_of_load: float = 0.0, budget_us: float = 0.0,
                  target: str = "dem") -> None: ...
+    @property
+    def tolerance(self) -> dict[str, float]: ...
+    @property
+    def share_of_load(self) -> float: ...
+    @property
+    def budget_us(self) -> float: ...
+    @property
+    def target(self) -> str: ...
 
 class ModelSelector:
     @staticmethod

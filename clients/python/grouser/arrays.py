@@ -76,6 +76,11 @@ def _wanted(fields: Fields, default: tuple[str, ...]) -> tuple[str, ...]:
     return (fields,) if isinstance(fields, str) else tuple(fields)
 
 
+def chosen(known: tuple[str, ...], fields: Fields, default: tuple[str, ...] = ("*",)) -> tuple[str, ...]:
+    """Those of the known names that `fields` asks for, in their order. Raises Error for one that is not there."""
+    return _chosen(known, _wanted(fields, default))
+
+
 def _shape(shape: Shape) -> tuple[int, ...]:
     return (shape,) if isinstance(shape, int) else tuple(shape)
 
@@ -162,6 +167,8 @@ class OutputArrays:
     sd_soil: Optional[Floats] = None  #: which soil it is (Model.mixture); else 0
 
 
+#: What Answers.empty makes where nothing else is asked.
+DEFAULT_ANSWERS = ("*.value", "*.low", "*.high", "slip", "attack_angle")
 _ANSWER_NAMES = tuple(f"{o}.{f}" for o in OUTPUTS for f in _names(OutputArrays)) + ("slip", "attack_angle")
 
 
@@ -195,7 +202,7 @@ class Answers:
         outputs), 'slip', 'attack_angle'; by default '*.value', '*.low', '*.high', 'slip' and
         'attack_angle'. They share one piece of memory: copy what is kept for long. Raises Error for a
         name that there is none of."""
-        wanted = _wanted(fields, ("*.value", "*.low", "*.high", "slip", "attack_angle"))
+        wanted = _wanted(fields, DEFAULT_ANSWERS)
         parts, echoes = _answer_parts(wanted)
         rows = _rows(sum(map(len, parts.values())) + len(echoes), _shape(shape))
         made: dict[str, Any] = {output: OutputArrays(**dict(zip(names, rows))) for output, names in parts.items()}
@@ -304,12 +311,15 @@ class Solutions:
         """New arrays, not yet written. fields: 'v_x', 'wheel.load', 'wheel' (all of it); by default
         all. Raises Error for a name that there is none of."""
         s = _shape(shape)
-        known = _names(cls, "reasons", "wheel") + tuple(f"wheel.{f}" for f in _names(WheelArrays))
 
         def shape_of(name: str) -> tuple[int, ...]:
             return s + (wheels,) if name.startswith("wheel.") else s + (drives,) if name == "rim_speed" else s
 
-        return _filled(cls(np.empty(s, np.uint32)), known, fields, shape_of, {"flags": np.uint32})
+        return _filled(cls(np.empty(s, np.uint32)), SOLUTION_NAMES, fields, shape_of, {"flags": np.uint32})
+
+
+#: What Solutions.empty knows.
+SOLUTION_NAMES = _names(Solutions, "reasons", "wheel") + tuple(f"wheel.{f}" for f in _names(WheelArrays))
 
 
 @dataclasses.dataclass(eq=False)
@@ -350,7 +360,11 @@ class Powers:
         def shape_of(name: str) -> tuple[int, ...]:
             return s + (wheels,) if name == "wheel_shaft" else s
 
-        return _filled(cls(np.empty(s, np.uint32)), _names(cls, "reasons"), fields, shape_of, {})
+        return _filled(cls(np.empty(s, np.uint32)), POWER_NAMES, fields, shape_of, {})
+
+
+#: What Powers.empty knows.
+POWER_NAMES = _names(Powers, "reasons")
 
 
 @dataclasses.dataclass(eq=False)

@@ -6,7 +6,7 @@ from . import _core
 
 #: What is answered, in this order everywhere: drawbar pull, lateral and vertical force [N], drive
 #: torque, moment about the vertical [N m], sinkage [m].
-OUTPUTS = ("f_x", "f_y", "f_z", "torque", "m_z", "sinkage")
+OUTPUTS = _core.OUTPUTS
 
 
 class Flag(enum.IntFlag):

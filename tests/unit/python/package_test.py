@@ -2,6 +2,7 @@
 """The Python package as it is installed, and its type stubs beside what is there."""
 
 import ast
+import dataclasses
 import inspect
 import os
 import pathlib
@@ -14,7 +15,8 @@ import unittest
 import grouser
 from grouser import _core
 
-STUB = pathlib.Path(os.environ["GROUSER_SOURCE"], "clients/python/grouser/_core.pyi")
+SOURCE = os.environ["GROUSER_SOURCE"]
+STUB = pathlib.Path(SOURCE, "clients/python/grouser/_core.pyi")
 USE = """
 import grouser, pathlib
 model = grouser.Model.open(grouser.MODEL_DIR / "cmu-smooth-62.5.model")
@@ -59,18 +61,30 @@ class PackageTest(unittest.TestCase):
                     self.assertTrue(inspect.getdoc(value) or member.startswith("_"), f"{name}.{member}")
 
     def test_names_are_the_library_s(self):
+        self.assertEqual(tuple(f.name for f in dataclasses.fields(grouser.OutputArrays)), _core.OUTPUT_ARRAYS)
+        named = [f.name for f in dataclasses.fields(grouser.Answers) if f.type is grouser.OutputArrays]
+        self.assertEqual(tuple(named), grouser.OUTPUTS)
         for enum, numbers in ((grouser.Flag, _core.FLAGS), (grouser.Reason, _core.REASONS),
                               (grouser.Binding, _core.BINDINGS)):
             self.assertEqual({m.name: m.value for m in enum}, numbers)
 
     def test_code_of_the_page(self):
-        page = pathlib.Path(os.environ["GROUSER_SOURCE"], "docs/python.md").read_text()
-        blocks = re.findall(r"```python\n(.*?)```", page, re.S)
-        self.assertGreaterEqual(len(blocks), 3)
-        text = subprocess.run([sys.executable, "-c", "".join(blocks)], check=True, text=True,
+        page = pathlib.Path(SOURCE, "docs/python.md").read_text()
+        blocks = [b for b in re.findall(r"```python\n(.*?)```", page, re.S) if "grouser.client" not in b]
+        self.assertGreaterEqual(len(blocks), 4)
+        text = subprocess.run([sys.executable, "-c", "".join(blocks)], check=True, text=True, cwd=SOURCE,
                               stdout=subprocess.PIPE).stdout
         self.assertIn("Flag.FORM_UNKNOWN", text)
-        self.assertRegex(text, r"\] [A-Z_]+ 0\n$")
+        self.assertRegex(text, r"\] [A-Z_]+ 0\n")
+        self.assertRegex(text, r"\nn 1\.\d+ \S+ \S+ True\n$")
+
+    def test_help_of_the_examples(self):
+        for example in sorted(pathlib.Path(SOURCE, "clients/python/examples").glob("*.py")):
+            with tempfile.TemporaryDirectory() as folder:
+                done = subprocess.run([sys.executable, example, "--help"], check=False, text=True, cwd=folder,
+                                      stdout=subprocess.PIPE)
+                self.assertEqual((done.returncode, os.listdir(folder)), (0, []), example)
+                self.assertIn(f"usage: {example.name} [-h] OUT.png", done.stdout)
 
     def test_installed_it_needs_nothing_of_the_build(self):
         with tempfile.TemporaryDirectory() as prefix:

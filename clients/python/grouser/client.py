@@ -1,0 +1,187 @@
+"""Running servers by gRPC: NumPy arrays in and out, the bits of Model and VehicleSolver.
+
+Client asks grouser-server (wheels and vehicles), JobsClient grouser-jobs. Needs python3-grpcio; the
+rest of the package does not. Messages that are handed out as they are, as ModelInfo and Job, are
+those of proto/grouser/v1alpha1, in grouser.v1alpha1. How: docs/python.md.
+"""
+
+import dataclasses
+from typing import Any, Optional
+
+import numpy as np
+
+from . import arrays, messages
+from ._core import AccuracyRequest, Margins, SpeedOptions
+from .arrays import Answers, Bits, Fields, Floats, Motions, Path, Powers, Solutions, SpeedPlan, States
+from .channel import ABOUT, Connection, ServerError
+from .jobs import JobsClient, Submitted
+from .v1alpha1 import (
+    explanation_pb2,
+    operator_service_pb2,
+    operator_service_pb2_grpc,
+    terrain_service_pb2,
+    terrain_service_pb2_grpc,
+    vehicle_pb2,
+    vehicle_service_pb2,
+    vehicle_service_pb2_grpc,
+)
+
+__all__ = ["Client", "JobsClient", "ServedAnswers", "ServedPlan", "ServerError", "Submitted"]
+
+
+@dataclasses.dataclass(eq=False)
+class ServedAnswers(Answers):
+    """Answers of a server. sd_soil is None: served models are of one soil."""
+
+    model: str = ""  #: which answered, 'name@sha256:HEX'; with an accuracy request: which was named
+    generation: int = 0  #: of the server's models
+    interval_level: float = 0.0  #: of low and high, e.g. 0.9
+    averaging_length: float = 0.0  #: that sd_patch is stated for [m]
+    latency: float = 0.0  #: in the server, decode and transport excluded [s]
+    selectable_models: tuple[str, ...] = ()  #: with an accuracy request: the cheapest first
+    answered_by: Optional[Bits] = None  #: the same: index into them, by state
+
+
+@dataclasses.dataclass(eq=False)
+class ServedPlan(SpeedPlan):
+    """A speed plan of a server."""
+
+    hold_probability: Optional[float] = None  #: share of the draws on which all points hold; None: no draws
+    point_hold_probability: Optional[Floats] = None  #: the same by point
+
+
+class Client(Connection):
+    __doc__ = f"""Queries to grouser-server: wheels (1 to 10,000 states a call), vehicles.
+
+    {ABOUT}
+    """
+
+    def __init__(self, address: str = "127.0.0.1:50151", **options: Any) -> None:
+        super().__init__(address, **options)
+        self._terrain = terrain_service_pb2_grpc.TerrainServiceStub(self._channel)
+        self._vehicle = vehicle_service_pb2_grpc.VehicleServiceStub(self._channel)
+        self._operator = operator_service_pb2_grpc.OperatorServiceStub(self._channel)
+
+    def evaluate(self, states: States, model: str = "", *, accuracy: Optional[AccuracyRequest] = None,
+                 fields: Fields = None, deadline: Optional[float] = None) -> ServedAnswers:
+        """Answers n wheel states, of any shape; the bits of Model.evaluate.
+
+        model: 'name' (its stable), 'name@alias', 'name@sha256:HEX'; empty: the only one, if there is one.
+        accuracy: the cheapest model of that wheel and soil that is good enough answers each state.
+        fields: what is answered, as of Answers.empty; what is not asked is not sent.
+        """
+        wanted = arrays.chosen(messages.ANSWERED, fields, arrays.DEFAULT_ANSWERS)
+        message, shape = messages.wheel_states(states)
+        request = terrain_service_pb2.EvaluateWheelsRequest(
+            model=model, states=message, fields=messages.fields_of(wanted),
+            with_gradients=any(name.partition(".")[2].startswith("d_") for name in wanted))
+        if accuracy is not None:
+            request.accuracy.CopyFrom(messages.accuracy_message(accuracy))
+        response = self._call(self._terrain.EvaluateWheels, request, deadline)
+        r = response.responses
+        out = ServedAnswers(messages.array_of(r.flags, "flags", shape, np.uint32), model=response.model,
+                            generation=response.generation, interval_level=r.interval_level,
+                            averaging_length=r.averaging_length_m,
+                            latency=response.latency.ToNanoseconds() / 1e9,
+                            selectable_models=tuple(response.selectable_models))
+        if out.selectable_models:
+            out.answered_by = messages.array_of(response.answered_by, "answered_by", shape, np.uint32)
+        messages.fill_answers(r, wanted, shape, out)
+        return out
+
+    def explain(self, state: States, model: str = "", *, max_runs: int = 0,
+                deadline: Optional[float] = None) -> explanation_pb2.Explanation:
+        """Why a model answers one state as it does: flags with reasons, parts of the intervals, nearest runs.
+
+        max_runs: at most so many of each list of runs, up to 20; 0: 5.
+        """
+        request = terrain_service_pb2.ExplainRequest(model=model, state=messages.wheel_states(state)[0],
+                                                     max_runs=max_runs)
+        return self._call(self._terrain.Explain, request, deadline).explanation
+
+    def models(self, *, deadline: Optional[float] = None) -> list[terrain_service_pb2.ModelInfo]:
+        """The served models by name, then digest. deadline: of each page."""
+        return self._all_pages(self._terrain.ListModels, terrain_service_pb2.ListModelsRequest(), "models", deadline)
+
+    def model(self, model: str = "", *, deadline: Optional[float] = None) -> terrain_service_pb2.GetModelResponse:
+        """One model with its error table and provenance."""
+        return self._call(self._terrain.GetModel, terrain_service_pb2.GetModelRequest(model=model), deadline)
+
+    def solve(self, motions: Motions, vehicle: str = "", *, fields: Fields = None,
+              deadline: Optional[float] = None) -> Solutions:
+        """Loads, slips, forces, power and margins of 1 to 3,000 motions; the bits of VehicleSolver.solve.
+
+        vehicle: its name; empty: the only one, if there is one. Indices of soils: vehicle(name).soils.
+        """
+        message, shape = messages.motions_message(motions)
+        request = vehicle_service_pb2.SolveRequest(vehicle=vehicle, motions=message)
+        s = self._call(self._vehicle.Solve, request, deadline).solutions
+        wanted = arrays.chosen(arrays.SOLUTION_NAMES, fields)
+        out = Solutions(messages.array_of(s.reasons, "reasons", shape, np.uint32))
+        own = [name for name in wanted if "." not in name]
+        of_wheels = [name.partition(".")[2] for name in wanted if "." in name]
+        messages.fill_named(s, shape, own, ("rim_speed",), out)
+        messages.fill_named(s.wheels, shape, of_wheels, of_wheels, out.wheel, {"flags": np.uint32})
+        return out
+
+    def probability_to_go(self, motions: Motions, margins: Optional[Margins] = None, vehicle: str = "", *,
+                          deadline: Optional[float] = None) -> tuple[Floats, Floats]:
+        """As VehicleSolver.probability_to_go, of at most 120 motions: (least, most)."""
+        message, shape = messages.motions_message(motions)
+        request = vehicle_service_pb2.SolveRequest(vehicle=vehicle, motions=message, with_go_probability=True,
+                                                   margins=messages.margins_message(margins or Margins()))
+        response = self._call(self._vehicle.Solve, request, deadline)
+        return (messages.array_of(response.go_probability_least, "go_probability_least", shape),
+                messages.array_of(response.go_probability_most, "go_probability_most", shape))
+
+    def energy(self, motions: Motions, vehicle: str = "", *, sds: Optional[float] = None, fields: Fields = None,
+               deadline: Optional[float] = None) -> Powers:
+        """Power of 1 to 3,000 motions, where it goes, with an interval; the bits of VehicleSolver.energy.
+
+        sds: standard deviations of the ground to both ends of the interval; by default 1.645 (90 %).
+        """
+        message, shape = messages.motions_message(motions)
+        request = vehicle_service_pb2.EnergyRequest(vehicle=vehicle, motions=message, interval_sds=sds)
+        p = self._call(self._vehicle.Energy, request, deadline).powers
+        wanted = arrays.chosen(arrays.POWER_NAMES, fields)
+        out = Powers(messages.array_of(p.reasons, "reasons", shape, np.uint32))
+        messages.fill_named(p, shape, wanted, ("wheel_shaft",), out)
+        return out
+
+    def plan_speed(self, path: Path, options: SpeedOptions, vehicle: str = "", *, draws: int = 0,
+                   deadline: Optional[float] = None) -> ServedPlan:
+        """Safe speeds and a speed plan along a path of 2 to 10,000 points; the bits of SpeedPlanner.plan.
+
+        draws: also the share of so many coherent draws of the ground on which the plan holds.
+        """
+        message, shape = messages.path_message(path)
+        request = vehicle_service_pb2.PlanSpeedRequest(
+            vehicle=vehicle, path=message, speed_limit_m_per_s=options.speed_limit, worse_by_sd=options.worse_by_sd,
+            margins=messages.margins_message(options.margins), acceleration_m_per_s2=options.acceleration,
+            braking_m_per_s2=options.braking, start_m_per_s=options.start, end_m_per_s=options.end, draws=draws)
+        response = self._call(self._vehicle.PlanSpeed, request, deadline)
+        plan = response.plan
+        out = ServedPlan(messages.array_of(plan.speed_m_per_s, "speed", shape), not_held=response.not_held)
+        messages.fill_named(plan, shape, ("acceleration", "safe", "shortfall", "holds"), (), out, {"holds": np.bool_})
+        for name in ("safe_binding", "binding"):
+            numbers = [messages.binding_of(number) for number in getattr(plan, name)]
+            setattr(out, name, messages.array_of(numbers, name, shape, np.uint8))
+        if draws:
+            out.hold_probability = response.hold_probability
+            out.point_hold_probability = messages.array_of(response.point_hold_probability, "point_hold_probability",
+                                                           shape)
+        return out
+
+    def vehicles(self, *, deadline: Optional[float] = None) -> list[vehicle_service_pb2.VehicleInfo]:
+        """The vehicles by name. deadline: of each page."""
+        return self._all_pages(self._vehicle.ListVehicles, vehicle_service_pb2.ListVehiclesRequest(), "vehicles",
+                               deadline)
+
+    def vehicle(self, vehicle: str = "", *, deadline: Optional[float] = None) -> vehicle_pb2.Vehicle:
+        """One vehicle, with its wheels and the names of its soils."""
+        request = vehicle_service_pb2.GetVehicleRequest(vehicle=vehicle)
+        return self._call(self._vehicle.GetVehicle, request, deadline).vehicle
+
+    def build_info(self, *, deadline: Optional[float] = None) -> operator_service_pb2.GetBuildInfoResponse:
+        """What program runs there, in which version."""
+        return self._call(self._operator.GetBuildInfo, operator_service_pb2.GetBuildInfoRequest(), deadline)

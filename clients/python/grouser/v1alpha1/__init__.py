@@ -1,0 +1,1 @@
+"""Messages and stubs of the services, made by protoc from proto/grouser/v1alpha1 when Grouser is built."""

@@ -1,0 +1,81 @@
+#!/usr/bin/python3
+"""Jobs by grouser.client with the real grouser-jobs and its programs. Exit code 77: there is no grpcio."""
+
+import json
+import tempfile
+import unittest
+
+from servers import JobsClient, ServerError, serving  # first: exits where there is no grpcio
+
+import grpc
+from common import SOURCE
+
+import grouser
+from grouser.v1alpha1 import jobs_service_pb2 as v1
+
+PLATES = SOURCE / "surrogate/calibrate/measured/cmu_plates.yaml"
+SMOKE = SOURCE / "dem_offline/campaigns/smoke.campaign.yaml"
+
+
+class JobsClientTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        address = cls.enterClassContext(serving(
+            "grouser-jobs", folder, "--shipped", str(SOURCE / "surrogate/shipped"), "--scripts", str(SOURCE),
+            "--workers", "1"))
+        cls.jobs = cls.enterClassContext(JobsClient(address, deadline=60))
+
+    def test_calibration_to_its_files(self):
+        seen = []
+        job, joined, _ = self.jobs.submit_soil_calibration(PLATES, time_limit=300)
+        self.assertFalse(joined)
+        self.assertEqual(job.time_limit.seconds, 300)
+        with self.assertRaises(ServerError) as caught:
+            self.jobs.wait(job.job_id, deadline=1e-3)
+        self.assertEqual(caught.exception.code, grpc.StatusCode.DEADLINE_EXCEEDED)
+        job = self.jobs.wait(job.job_id, seen.append, deadline=300)
+        self.assertEqual(job.job_state, v1.JOB_STATE_DONE, job.message)
+        self.assertEqual(seen[-1], job)
+        self.assertEqual({r.name for r in job.results}, {"soil.csv", "calibration.json"})
+        content = self.jobs.read_file(job.job_id, "calibration.json")
+        self.assertEqual([len(content)], [r.bytes for r in job.results if r.name == "calibration.json"])
+        self.assertEqual(json.loads(content)["parameters"], grouser.calibrate_soil(PLATES)["parameters"])
+
+    def test_refinements_and_campaigns_are_joined_cancelled_and_listed(self):
+        first = self.jobs.submit_refinement(load=24, slip=0.2, attack_angle=0.3, priority=-5, max_time=0.5)
+        again = self.jobs.submit_refinement(load=24, slip=0.2, attack_angle=0.3, priority=-5, max_time=0.5)
+        self.assertEqual((again.joined, again.job.job_id), (True, first.job.job_id))
+        campaign = self.jobs.submit_campaign(SMOKE)  # its scene and soil come along
+        self.assertEqual(campaign.job.campaign.runs, 8)
+        self.assertEqual(campaign.job.campaign.file, SMOKE.name)
+        listed = self.jobs.jobs(limit=2)
+        self.assertEqual(listed[0].job_id, campaign.job.job_id)
+        pages = self.jobs._all_pages(self.jobs._jobs.ListJobs, v1.ListJobsRequest(page_size=1), "jobs", None)
+        self.assertEqual([j.job_id for j in pages][:2], [j.job_id for j in listed])
+        self.assertEqual(len(self.jobs.jobs(limit=1)), 1)
+        self.assertNotEqual(self.jobs.cancel(first.job.job_id, again.request_id).job_state, v1.JOB_STATE_CANCELLED)
+        for submitted in (first, campaign):
+            self.jobs.cancel(submitted.job.job_id, submitted.request_id)
+            job = self.jobs.wait(submitted.job.job_id, deadline=60)
+            self.assertEqual(self.jobs.job(job.job_id).job_state, v1.JOB_STATE_CANCELLED)
+
+    def test_refusals(self):
+        for code, text, call, arguments, named in (
+                (grpc.StatusCode.NOT_FOUND, "no-such", self.jobs.job, ["no-such"], {}),
+                (grpc.StatusCode.NOT_FOUND, "no-such", self.jobs.wait, ["no-such"], {}),
+                (grpc.StatusCode.INVALID_ARGUMENT, "load", self.jobs.submit_refinement, [], {"load": -1}),
+                (grpc.StatusCode.INVALID_ARGUMENT, "smoke", self.jobs.submit_soil_calibration, [SMOKE], {})):
+            with self.assertRaisesRegex(ServerError, text) as caught:
+                call(*arguments, **named)
+            self.assertEqual(caught.exception.code, code)
+        with self.assertRaisesRegex(grouser.Error, "mode: 'flying', expected rim_speed, towed, free_slip"):
+            self.jobs.submit_refinement(load=24, mode="flying")
+        with self.assertRaisesRegex(grouser.Error, "/nobody.yaml: No such file"):
+            self.jobs.submit_campaign("/nobody.yaml")
+        with self.assertRaisesRegex(grouser.Error, "limit: 0"):
+            self.jobs.jobs(0)
+
+
+if __name__ == "__main__":
+    unittest.main()
