@@ -37,7 +37,7 @@ word_package() {
   [[ "$release" =~ ^[0-9][A-Za-z0-9.+~]*$ ]] ||
     usage_error "package: --release '$release': expected a number, and letters, digits, . + ~ after it"
   install_missing build libraries run package
-  build_preset release
+  build_preset release packaged
   mkdir -p "$out"
   : >"$log"
   say "man pages and completions from the programs' command lines"

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Manual pages and completions for bash of all programs and of ./grouser, from what they tell of their command
-lines. Usage: write.py --build BUILD --out OUT    (OUT/man1/NAME.1.gz, OUT/completions/NAME)"""
+lines. Usage: write.py --build BUILD --out OUT [--programs]    (OUT/man1/NAME.1.gz, OUT/completions/NAME)"""
 
 import argparse
 import concurrent.futures
@@ -30,19 +30,19 @@ def install(build, prefix):
     return [name for name in names if (build / "bin" / name).exists()]
 
 
-def commands(build):
+def commands(build, programs_alone):
     """All command lines, and the version."""
     with tempfile.TemporaryDirectory() as folder:
         prefix, home = pathlib.Path(folder, "prefix"), pathlib.Path(folder, "home")
         home.mkdir()
         names = install(build, prefix)
         collector = collect.Collector(prefix, home)
-        words = collector.words()
+        words = [] if programs_alone else [collector.words()]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             found = list(pool.map(collector.program, names))
         version = subprocess.run([prefix / "bin" / "grouser", "--version"], check=True, capture_output=True,
                                  text=True).stdout.split()[1]
-        return [words, *found], version
+        return [*words, *found], version
 
 
 def write(path, text, packed=False):
@@ -55,8 +55,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", required=True, type=pathlib.Path, help="folder of a build, such as build/release")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="folder to write, anew")
+    parser.add_argument("--programs", action="store_true", help="not of ./grouser")
     arguments = parser.parse_args()
-    found, version = commands(arguments.build.resolve())
+    found, version = commands(arguments.build.resolve(), arguments.programs)
     names = [command["name"] for command in found]
     shutil.rmtree(arguments.out, ignore_errors=True)
     for command in found:
