@@ -3,9 +3,10 @@
 # then installs, uses, upgrades, removes and purges them in a Debian 12 folder of its own. Programs are run there
 # with no network but loopback.
 #
-#   tests/tools/packages_check.sh [--folder DIR]
+#   tests/tools/packages_check.sh [--folder DIR [--made DIR]]
 #
-# DIR (default: a new one under $TMPDIR, removed at the end) is kept, and used again if it is such a folder.
+# --folder (default: a new one under $TMPDIR, removed at the end) is kept, and used again if it is such a
+# folder; --made has packages in 1/ and 2/, which are made where they are not.
 # Exit codes: 0 all held, 1 something did not, 77 it cannot be run here (it says why).
 set -euo pipefail
 ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
@@ -14,12 +15,15 @@ fail() { say "FAILED: $*"; exit 1; }
 # shellcheck source=tests/tools/debian_folder.sh
 . "$ROOT/tests/tools/debian_folder.sh"
 
-folder='' keep=''
-case "${1:-}" in
-  '') ;;
-  --folder) folder="$(realpath -m "$2")"; keep=1 ;;
-  *) sed -n '2,10s/^# \{0,1\}//p' "$0" >&2; [ "$1" = --help ]; exit ;;
-esac
+folder='' keep='' packed=''
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --folder) folder="$(realpath -m "$2")"; keep=1 ;;
+    --made) packed="$(realpath -m "$2")" ;;
+    *) sed -n '2,11s/^# \{0,1\}//p' "$0" >&2; [ "$1" = --help ]; exit ;;
+  esac
+  shift 2
+done
 why="$(why_no_folder)" || { say "skipped: $why"; exit 77; }
 [ -n "$folder" ] || folder="$(mktemp -d "${TMPDIR:-/tmp}/grouser-packages.XXXXXX")"
 made="$(mktemp -d "${TMPDIR:-/tmp}/grouser-packages-made.XXXXXX")"
@@ -35,10 +39,10 @@ step() {
 quietly() { "$@" >"$made/log" 2>&1 || { tail -n 40 "$made/log" >&2; return 1; }; }
 install_release() {
   rm -rf "$folder/root/packages"
-  cp -r "$made/$1" "$folder/root/packages"
+  cp -r "$packed/$1" "$folder/root/packages"
   quietly in_folder sh -c 'apt-get install -qy --no-install-recommends /root/packages/*.deb'
 }
-names() { local file; for file in "$made"/1/*.deb; do dpkg-deb -f "$file" Package; done; }
+names() { local file; for file in "$packed"/1/*.deb; do dpkg-deb -f "$file" Package; done; }
 # Everything of Grouser that is there, but for what this script put there.
 left() {
   find "$folder" -xdev \( -path "$folder/root" -o -path "$folder/var/cache" -o -path "$folder/var/log" \
@@ -86,8 +90,10 @@ check_left() {
   [ "$found" = "$expected" ] || { diff <(echo "$expected") <(echo "$found") >&2; return 1; }
 }
 
+[ -n "$packed" ] || packed="$made/packages"
 for release in 1 2; do
-  step "packages of release $release" quietly "$ROOT/grouser" package --release "$release" --out "$made/$release"
+  ! compgen -G "$packed/$release/*.deb" >/dev/null || continue
+  step "packages of release $release" quietly "$ROOT/grouser" package --release "$release" --out "$packed/$release"
 done
 step "a Debian 12" make_folder
 step "its lists" quietly in_folder apt-get -q update
