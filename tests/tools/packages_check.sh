@@ -53,16 +53,11 @@ left() {
 compile_planner() {
   cat >"$made/planner.cc" <<'SOURCE'
 #include <cstdio>
-#include <vector>
 #include "grouser/model.h"
 int main(int, char** arguments) {
   const grouser::Model model = grouser::Model::Open(arguments[1]);
-  const std::vector<double> v_x = {0.08}, v_y = {0}, rim = {0.1}, load = {24};
-  std::vector<double> pull(1);
-  grouser::Answers out;
-  out.output[grouser::kFx].value = pull;
-  if (!model.Evaluate({v_x, v_y, rim, load}, out)) return 1;
-  std::printf("pull %.2f N\n", pull[0]);
+  const grouser::Answer answer = model.Evaluate({.v_x = 0.08, .v_y = 0, .rim_speed = 0.1, .load = 24});
+  std::printf("pull %.2f N\n", answer.output[grouser::kFx].value);
 }
 SOURCE
   cat >"$made/CMakeLists.txt" <<'SOURCE'

@@ -57,7 +57,7 @@ done
 printf 'radius_m: 0.13\nwidth_m: 0.10\n' >/tmp/wheel.yaml
 chmod 644 /tmp/wheel.yaml
 out="$(as_nobody mktemp -d)"
-as_nobody grouser model make --wheel /tmp/wheel.yaml --soil 'Sandy loam 15 %' --out "$out/loam.model"
+as_nobody grouser model make --wheel /tmp/wheel.yaml --soil 'Sandy loam 15 %' --out "$out/loam.model" >/dev/null
 as_nobody grouser dem check /usr/share/grouser/dem_offline/experiments/plate.yaml >/dev/null
 expect 'pull .* N' "$(as_nobody python3 -c '
 import grouser
