@@ -73,8 +73,9 @@ for name in grouser grouser-server grouser-jobs grouser-client grouser-dem; do
 done
 # A model of one's own: it outlives upgrade and purge.
 if [ "$what" = fresh ]; then
-  install -D -o grouser -g grouser -m 640 /usr/share/grouser/surrogate/pairs/cmu-smooth-62.5-8mm/hybrid.model \
-    /var/lib/grouser/models/mine.model
+  model=/usr/share/grouser/surrogate/pairs/cmu-smooth-62.5-8mm/hybrid.model
+  digest="$(grouser model show "$model" | sed -n '1s/.*@sha256://p')"  # names a model of the state folder
+  install -D -o grouser -g grouser -m 640 "$model" "/var/lib/grouser/models/$digest.model"
 fi
 kill -TERM "${services[@]}"
 for service in "${services[@]}"; do wait "$service" || fail "a service ended with $?"; done
