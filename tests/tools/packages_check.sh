@@ -78,7 +78,7 @@ use() {
 }
 
 # shellcheck disable=SC2046  # one word a package
-purge() { quietly in_folder apt-get purge -qy $(names); }
+purge() { quietly in_folder dpkg --purge $(names); }
 check_left() {
   local found expected="$1"
   found="$(left)"
