@@ -124,8 +124,8 @@ def word_lines(word):
 
 def words_page(command, version, others):
     """Of ./grouser: its words, and the help of those that are no program's."""
-    lines = head("grouser", command["text"], version) + ["\\fBgrouser\\fR \\fIWORD\\fR [arguments]", ".SH DESCRIPTION",
-                                                          escaped(command["text"]), ".SH WORDS"]
+    lines = head("grouser", command["text"].removeprefix("Grouser: "), version)
+    lines += ["\\fBgrouser\\fR \\fIWORD\\fR [arguments]", ".SH DESCRIPTION", escaped(command["text"]), ".SH WORDS"]
     for word in command["subcommands"]:
         lines += [".TP", f"\\fB{escaped(word['name'])}\\fR", escaped(sentence(word["text"]))]
     lines.append(".SH EACH WORD")
