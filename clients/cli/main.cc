@@ -3,6 +3,7 @@
 
 #include "clients/cli/commands.h"
 #include "clients/cpp/access_options.h"
+#include "proto/records/command_line.h"
 
 namespace {
 
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
   AddJobCommands(app, common, &action);
   AddWorkCommands(app, common, &action);
   AddAliasCommands(app, common, &action);
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     common->server_alone = *server && !*jobs;

@@ -8,6 +8,7 @@
 #include "clients/vehicle/motion_options.h"
 #include "clients/vehicle/path_file.h"
 #include "clients/vehicle/print.h"
+#include "proto/records/command_line.h"
 #include "surrogate/vehicle/vehicle_file.h"
 #include "surrogate/vehicle/yaml.h"
 
@@ -261,6 +262,7 @@ int main(int argc, char** argv) {
   auto* list = app.add_subcommand("list", "The vehicles of a server");
   AddServer(list, &a);
   auto* schema = app.add_subcommand("schema", "The JSON schema of vehicle files");
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     if (*schema) std::cout << VehicleSchema();

@@ -5,7 +5,16 @@
 # shellcheck disable=SC2034  # used by other parts
 PYTHON=/usr/bin/python3
 
-say() { printf 'grouser: %s\n' "$*" >&2; }
+# Whether this is a checkout, and no installation.
+is_checkout() { [ -e "$GROUSER_ROOT/CMakeLists.txt" ]; }
+# Help texts call it ./grouser; an installed one is on the path.
+help_text() { if is_checkout; then cat; else sed 's#\./grouser\b#grouser#g'; fi; }
+
+say() {
+  local text="$*"
+  is_checkout || text="${text//.\/grouser/grouser}"
+  printf 'grouser: %s\n' "$text" >&2
+}
 fail() { say "$*"; exit 1; }
 usage_error() { say "$*"; exit 2; }
 
@@ -25,7 +34,12 @@ state_dir() {
 shipped_dir() { printf '%s\n' "$GROUSER_ROOT/surrogate/shipped"; }
 # Model files of the given folders; a folder that is not there has none.
 model_files() { find "$@" -maxdepth 1 -name '*.model' 2>/dev/null || true; }
-program_path() { printf '%s\n' "$GROUSER_ROOT/build/release/bin/$1"; }
+program_dir() {
+  if is_checkout; then printf '%s\n' "$GROUSER_ROOT/build/release/bin"; else realpath -m "$GROUSER_ROOT/../../bin"; fi
+}
+program_path() { printf '%s/%s\n' "$(program_dir)" "$1"; }
+# Programs of an installation, and the package that has each.
+installed_programs() { grep -v '^#' "$GROUSER_ROOT/cmake/programs"; }
 
 # Path of the CUDA compiler; fails where there is none.
 find_nvcc() {
@@ -166,8 +180,13 @@ set_up() {
 require_packages() {
   command -v dpkg-query >/dev/null || return 0
   local missing
-  mapfile -t missing < <(missing_packages "$@")
-  [ ${#missing[@]} -eq 0 ] && return 0
+  if is_checkout; then
+    mapfile -t missing < <(missing_packages "$@")
+  else  # its own are there; Python's modules are recommended
+    mapfile -t missing < <(missing_packages run | grep '^python3-' || true)
+  fi
+  [ ${#missing[@]} -gt 0 ] || return 0
+  is_checkout || fail "missing packages: ${missing[*]}; as root: apt-get install ${missing[*]}"
   case "$*" in
     *docs* | *lint*)  # which no word installs but test --full
       fail "missing packages; as root: apt-get install --no-install-recommends ${missing[*]}" ;;
@@ -175,11 +194,16 @@ require_packages() {
   esac
 }
 
+# installed_out NAME: where an installed word writes, which cannot beside its script.
+installed_out() { is_checkout || printf -- '--out\n%s\n' "$PWD/out/$1"; }
+
 # build_if_missing PROGRAM...: builds where a program is missing and all packages are there.
 build_if_missing() {
   local program
   for program in "$@"; do
     [ -x "$(program_path "$program")" ] && continue
+    is_checkout || fail "$program is not installed: the package" \
+      "$(installed_programs | awk -v p="$program" '$1 == p {print $2}') has it"
     require_packages build libraries run
     build_preset release
     [ -x "$(program_path "$program")" ] || fail "$program was not built; see build/release.log"

@@ -12,6 +12,13 @@ check_packages() {
       "install what cmake/packages.debian names"
     return
   fi
+  if ! is_checkout; then
+    missing="$(missing_packages run | grep '^python3-' | tr '\n' ' ' || true)"
+    if [ -z "$missing" ]; then finding ok packages "all that are recommended"; else
+      finding absent packages "not installed: ${missing% }" "no pictures, pages and words in Python" \
+        "apt-get install ${missing% }"; fi
+    return
+  fi
   missing="$(missing_packages build libraries run | tr '\n' ' ')"
   if [ -z "$missing" ]; then
     finding ok packages "all $(package_list build libraries run | wc -l) of cmake/packages.debian"
@@ -36,7 +43,14 @@ check_packages() {
 }
 
 check_build() {
-  local program absent=()
+  local program package absent=()
+  if ! is_checkout; then
+    while read -r program package; do
+      if [ -x "$(program_path "$program")" ]; then finding ok program "$program"; else
+        finding absent program "not installed: $program" "no words that need it" "apt-get install $package"; fi
+    done < <(installed_programs)
+    return
+  fi
   for program in grouser-{dem,fit,server,jobs,client,bench}; do
     [ -x "$(program_path "$program")" ] || absent+=("$program")
   done
@@ -73,10 +87,12 @@ check_machine() {
   disk="$(df -Pk "$GROUSER_ROOT" | awk 'NR == 2 {print int($4 / 1048576)}')"
   if [ "$cores" -ge 2 ]; then finding ok cores "$cores"; else
     finding absent cores "$cores" "the demo takes about twice its 12 minutes"; fi
-  if [ "$memory" -ge 4 ]; then finding ok memory "$memory GiB"; else
-    finding missing memory "$memory GiB" "compilers run out of it" "4 GiB or more"; fi
-  if [ "$disk" -ge 6 ]; then finding ok disk "$disk GiB free"; else
-    finding missing disk "$disk GiB free" "no room for the builds of all presets" "6 GiB or more"; fi
+  if is_checkout; then  # compilers need them
+    if [ "$memory" -ge 4 ]; then finding ok memory "$memory GiB"; else
+      finding missing memory "$memory GiB" "compilers run out of it" "4 GiB or more"; fi
+    if [ "$disk" -ge 6 ]; then finding ok disk "$disk GiB free"; else
+      finding missing disk "$disk GiB free" "no room for the builds of all presets" "6 GiB or more"; fi
+  fi
   if grep -qw avx2 /proc/cpuinfo; then
     finding ok avx "$(grep -owE -m 1 'avx2|avx512f' /proc/cpuinfo | sort -u | paste -sd ' ')"
   else
@@ -122,7 +138,7 @@ print_findings() {
 
 word_doctor() {
   if wants_help "$@"; then
-    cat <<'HELP'
+    help_text <<'HELP'
 Usage: ./grouser doctor [--json]
 Says what this machine lacks, which features are unavailable or slow, and what to do about it.
   ok       there
@@ -136,8 +152,8 @@ HELP
   local json='' ok=true
   case "$*" in '') ;; --json) json=1 ;; *) usage_error "doctor: unknown argument in '$*'" ;; esac
   FINDINGS=()
-  check_packages; check_build; check_gpu; check_multicast; check_machine; check_models
+  check_packages; check_build; if is_checkout; then check_gpu; fi; check_multicast; check_machine; check_models
   [[ " ${FINDINGS[*]%%|*} " != *" missing "* ]] || ok=false
-  if [ -n "$json" ]; then print_findings_json $ok; else print_findings; fi
+  if [ -n "$json" ]; then print_findings_json $ok; else print_findings; fi | help_text
   $ok
 }

@@ -2,7 +2,7 @@
 # `./grouser lint`: formatting and static checks, as a contributor runs them before a commit.
 
 lint_help() {
-  cat <<'HELP'
+  help_text <<'HELP'
 Usage: ./grouser lint [--fix] [--tidy REV]
 Checks formatting (clang-format), shell scripts (shellcheck), who includes whom, the words
 of identifiers, and that documents cite only what is in the repository.

@@ -2,7 +2,7 @@
 # `./grouser serve`: grouser-server and grouser-jobs as one service.
 
 serve_help() {
-  cat <<'HELP'
+  help_text <<'HELP'
 Usage: ./grouser serve [options]
 Starts grouser-server (queries) and grouser-jobs (refinements, campaigns, calibrations) on the shipped
 models and those of the state folder, and ends both together on Ctrl-C or
@@ -139,7 +139,7 @@ word_serve() {
 }
 
 config_help() {
-  cat <<'HELP'
+  help_text <<'HELP'
 Usage: ./grouser config check FILE          whether both programs take it
        ./grouser config show [FILE]         all settings, and where each comes from
        ./grouser config schema server|jobs  the JSON schema, for editors

@@ -2,7 +2,7 @@
 # `./grouser test`: release tests, and under ASan those of what an outsider can send; more under --full.
 
 test_help() {
-  cat <<'HELP'
+  help_text <<'HELP'
 Usage: ./grouser test [--full] [--label LABEL]
 Installs what is missing, builds, and runs:
   release   every test but those labelled "slow"

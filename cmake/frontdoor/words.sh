@@ -2,7 +2,7 @@
 # The smaller words of ./grouser.
 
 word_help() {
-  cat <<'HELP'
+  help_text <<'HELP'
 Grouser: what will this wheel do on this soil? In microseconds, with the error
 bar of the DEM simulation behind it.
 
@@ -10,28 +10,35 @@ Usage: ./grouser WORD [arguments]      ./grouser WORD --help
 
 HELP
   awk -F' *[|] *' 'NF == 3 { printf "  %-9s %s\n", $1, $3 }' <<<"$WORDS"
-  cat <<'HELP'
+  help_text <<'HELP'
 
-On a fresh Debian 12 start with ./grouser setup. Only setup, build, demo and
-test install packages (sudo where not root; GROUSER_NO_INSTALL=1 forbids it);
-the other words say what is missing. Data on stdout, all else on stderr. Exit
+Words say which package they lack. Data on stdout, all else on stderr. Exit
 codes: 0 ok, 1 failed, 2 bad usage or input.
+HELP
+  ! is_checkout || cat <<'HELP'
+
+On a fresh Debian 12 start with ./grouser setup. Only setup, build, demo, test
+and package install packages (sudo where not root; GROUSER_NO_INSTALL=1 forbids it).
+HELP
+  help_text <<'HELP'
 
 Examples:
-  ./grouser setup
-  ./grouser demo
   ./grouser serve &
   ./grouser query --slip 0.2 --angle-deg 30 --load 24
 HELP
 }
 
 word_version() {
+  if ! is_checkout; then
+    "$(program_path grouser-client)" --version | sed 's/^grouser-client/grouser/'
+    return
+  fi
   sed -n 's/^project(grouser VERSION \([0-9.]*\).*/grouser \1/p' "$GROUSER_ROOT/CMakeLists.txt"
 }
 
 word_setup() {
   if wants_help "$@"; then
-    cat <<'HELP'
+    help_text <<'HELP'
 Usage: ./grouser setup
 Installs what is missing of cmake/packages.debian and builds all programs in
 build/release: about ten minutes on two cores. A second call repeats nothing.
@@ -45,7 +52,7 @@ HELP
 
 word_build() {
   if wants_help "$@"; then
-    cat <<'HELP'
+    help_text <<'HELP'
 Usage: ./grouser build [PRESET]
 Installs what is missing of cmake/packages.debian, configures and builds a
 preset of CMakePresets.json (release) in build/PRESET; a second call repeats
@@ -68,7 +75,7 @@ word_demo() {
     return
   fi
   set_up
-  local demo=("$PYTHON" "$GROUSER_ROOT/clients/demo/demo.py" --bin "$GROUSER_ROOT/build/release/bin" "$@")
+  local demo=("$PYTHON" "$GROUSER_ROOT/clients/demo/demo.py" --bin "$(program_dir)" "$@")
   if has_multicast_route; then exec "${demo[@]}"; fi
   say "no multicast route by lo here: running in a network namespace that has one"
   local unshare=(unshare --net)
@@ -81,24 +88,27 @@ word_demo() {
 }
 
 word_reproduce() {
-  local script="$GROUSER_ROOT/dem_offline/reproduce/reproduce.py"
+  local script="$GROUSER_ROOT/dem_offline/reproduce/reproduce.py" out
   require_packages run
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem
-  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  mapfile -t out < <(installed_out reproduce)
+  exec "$PYTHON" "$script" --bin "$(program_dir)" "${out[@]}" "$@"
 }
 
 word_validate() {
-  local script="$GROUSER_ROOT/dem_offline/validate/validate.py"
+  local script="$GROUSER_ROOT/dem_offline/validate/validate.py" out
   require_packages run
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit grouser-calibrate
-  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  mapfile -t out < <(installed_out validate)
+  exec "$PYTHON" "$script" --bin "$(program_dir)" "${out[@]}" "$@"
 }
 
 word_bevameter() {
-  local script="$GROUSER_ROOT/dem_offline/bevameter/bevameter.py"
+  local script="$GROUSER_ROOT/dem_offline/bevameter/bevameter.py" out
   require_packages run
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-calibrate
-  exec "$PYTHON" "$script" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  mapfile -t out < <(installed_out bevameter)
+  exec "$PYTHON" "$script" --bin "$(program_dir)" "${out[@]}" "$@"
 }
 
 word_campaign() {
@@ -111,7 +121,7 @@ word_campaign() {
     shift
     require_packages run
     wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-fit
-    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/$driver" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+    exec "$PYTHON" "$GROUSER_ROOT/dem_offline/$driver" --bin "$(program_dir)" "$@"
   fi
   build_if_missing grouser-dem
   case "${1:-}" in
@@ -128,17 +138,19 @@ word_campaign() {
 word_calibrate() {
   require_packages run
   if [ "${1:-}" = grains ]; then
+    local out
+    mapfile -t out < <(installed_out grains)
     shift
     wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-dem grouser-calibrate
     exec "$PYTHON" "$GROUSER_ROOT/dem_offline/calibrate_grains/calibrate_grains.py" \
-      --bin "$GROUSER_ROOT/build/release/bin" "$@"
+      --bin "$(program_dir)" "${out[@]}" "$@"
   fi
   wants_help "$@" || [ $# -eq 0 ] || build_if_missing grouser-calibrate
-  exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$GROUSER_ROOT/build/release/bin" "$@"
+  exec "$PYTHON" "$GROUSER_ROOT/surrogate/calibrate/calibrate.py" --bin "$(program_dir)" "$@"
 }
 
 word_ladder() {
-  if [ "${1:-}" != docs ]; then
+  if [ "${1:-}" != docs ] || ! is_checkout; then
     run_program grouser-ladder "$@"
     return
   fi
@@ -146,7 +158,7 @@ word_ladder() {
   require_packages run
   wants_help "$@" || build_if_missing grouser-ladder
   exec "$PYTHON" "$GROUSER_ROOT/surrogate/accuracy_benchmark/write_docs.py" \
-    --bin "$GROUSER_ROOT/build/release/bin" "$@"
+    --bin "$(program_dir)" "$@"
 }
 
 # run_explained PROGRAM ARGUMENT...: runs the program; with --plot FILE among its arguments, one
@@ -182,7 +194,7 @@ word_model() {
   local verb="${1:-}"
   case "$verb" in
     '' | -h | --help)
-      cat <<'HELP'
+      help_text <<'HELP'
 Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   list      models of a running server, their aliases and domain
   served    one model of a running server, its error table and provenance
@@ -241,7 +253,7 @@ word_jobs() {
   local verb="${1:-}"
   case "$verb" in
     '' | -h | --help)
-      cat <<'HELP'
+      help_text <<'HELP'
 Usage: ./grouser jobs VERB [arguments]      ./grouser jobs VERB --help
 Work in the background of a running ./grouser serve. Refinements: a fresh DEM run
 at one state, a refit, a candidate model; campaigns; calibrations.

@@ -8,6 +8,7 @@
 #include "dem_offline/campaign/commands.h"
 #include "dem_offline/campaign/progress.h"
 #include "dem_offline/scenes/yaml_section.h"
+#include "proto/records/command_line.h"
 
 namespace grouser::campaign {
 
@@ -40,6 +41,7 @@ int Main(int argc, char** argv) {
   AddVerifyCommands(app, &action);
   AddBenchCommand(app, &action);
   AddExperimentCommands(app, &action);
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

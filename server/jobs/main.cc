@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "proto/records/command_line.h"
+#include "proto/records/os/root_folder.h"
 #include "server/core/config.h"
 #include "server/core/model_reference.h"
 #include "server/jobs/jobs_service.h"
@@ -97,9 +99,10 @@ void Describe(CLI::App& app, Settings& s) {
       ->capture_default_str();
   app.add_option("--campaigns", work.campaigns_dir,
                  "Folder of campaigns, scenes and soils that clients may name (default: none)");
-  app.add_option("--scripts", work.scripts_dir,
-                 "Checkout of Grouser, which calibrations need: its table of soils, and its Python "
-                 "programs (default: that of the build, where this program lies in one)");
+  app.add_option(
+      "--scripts", work.scripts_dir,
+      "Checkout of Grouser, or share/grouser of an installation, which calibrations need: its "
+      "table of soils, and its Python programs (default: where this program is of one)");
   app.add_option("--work-parallel", work.parallel,
                  "Runs of a campaign, or points of a calibration of grains, at a time")
       ->check(CLI::Range(1, 4096))
@@ -178,8 +181,7 @@ int Serve(Settings settings) {
   work.max_job_bytes = settings.max_job_mb * kMegabyte;
   if (!work.campaigns_dir.empty()) work.campaigns_dir = fs::absolute(work.campaigns_dir).string();
   if (work.scripts_dir.empty()) {
-    const fs::path checkout = here.parent_path().parent_path().parent_path();
-    if (fs::exists(checkout / "dem_offline/calibrate_grains")) work.scripts_dir = checkout.string();
+    work.scripts_dir = os::RootOfProgram().string();
   } else {
     work.scripts_dir = fs::absolute(work.scripts_dir).string();
   }
@@ -250,6 +252,7 @@ int main(int argc, char** argv) {
   Describe(cli, settings);
   ConfigFile file("jobs");
   file.AddTo(cli);
+  grouser::records::DescribeOnDemand(cli);
   try {
     cli.parse(argc, argv);
     settings.http.Validate();

@@ -18,11 +18,11 @@ namespace {
 constexpr const char* kBoth = "both";
 constexpr const char* kSections[] = {kBoth, "server", "jobs"};
 
-/// Options that a file may give: not those that ask for something and end.
+/// Options that a file may give: not those that ask for something and end, nor hidden ones.
 std::vector<const CLI::Option*> Settings(const CLI::App& app) {
   std::vector<const CLI::Option*> settings;
   for (const CLI::Option* option : app.get_options()) {
-    if (option->get_lnames().empty()) continue;
+    if (option->get_lnames().empty() || option->get_group().empty()) continue;
     const std::string& name = option->get_lnames().front();
     const bool asks = name == "help" || name == "version" || name.starts_with("config");
     if (!asks) settings.push_back(option);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <thread>
 
+#include "proto/records/command_line.h"
 #include "server/net/config_file.h"
 #include "server/net/http/operator_endpoint.h"
 #include "server/net/log_settings.h"
@@ -195,6 +196,7 @@ int main(int argc, char** argv) {
   ConfigFile file("server");
   file.AddTo(app);
   std::string settings;
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     config.lcm = !no_lcm || LcmWanted(app, file);

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <stdexcept>
 
+#include "proto/records/command_line.h"
 #include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/benchmark.h"
 #include "surrogate/accuracy_benchmark/promise.h"
@@ -84,6 +85,7 @@ int main(int argc, char** argv) {
   promise->add_flag("--training-only", asked.without_held_out,
                     "leave the held-out rows of the models' error tables out");
   promise->add_flag("--json", asked_for.json, "machine-readable rows on stdout");
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     if (promise->parsed()) {

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/records/command_line.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "proto/records/yaml/yaml_section.h"
@@ -102,6 +103,7 @@ int main(int argc, char** argv) {
   CLI::App* rows = app.add_subcommand("rows", "what the files say, as JSON in SI, without a fit");
   AddInputOptions(rows, &request);
   rows->add_option("--within", request.within, "folder that the files named may not leave");
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     if (rows->parsed()) {

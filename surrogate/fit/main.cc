@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/command_line.h"
 #include "proto/records/message_json.h"
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/compare.h"
@@ -526,6 +527,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) arguments.command += std::string(" ") + argv[i];
   int (*chosen)(const Arguments&) = nullptr;
   AddCommands(&app, &arguments, &chosen);
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     return chosen(arguments);

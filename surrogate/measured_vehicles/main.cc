@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "proto/records/command_line.h"
 #include "proto/records/yaml/yaml_section.h"
 #include "surrogate/measured_vehicles/ways.h"
 
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
                "How long ways to answer take, from one factor to the median of all soils, beside "
                "how far off they are; a table in Markdown, or with --json under 'ways'");
   app.add_flag("--json", json, "JSON on stdout");
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     const measured::Comparison comparison = measured::Compare(tables);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "proto/records/command_line.h"
 #include "surrogate/soils/soil_library.h"
 
 namespace {
@@ -91,6 +92,7 @@ int main(int argc, char** argv) {
   CLI::App* suggest = add("suggest", "Soils like a description, the likest first");
   suggest->add_option("--like", request.like, "words such as 'sandy loam'")->required();
   suggest->add_option("--moisture", request.moisture, "[%]")->check(CLI::Range(0.0, 100.0));
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     if (list->parsed()) List(request);

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/records/os/root_folder.h"
 #include "surrogate/soils/csv_cells.h"
 
 namespace grouser::surrogate {
@@ -198,8 +199,10 @@ std::string WriteSoils(const std::vector<Soil>& soils) {
 }
 
 std::string SurrogateFile(const std::string& path) {
-  const char* root = std::getenv("GROUSER_ROOT");
-  return std::string(root ? root : ".") + "/surrogate/" + path;
+  if (const char* root = std::getenv("GROUSER_ROOT"))
+    return std::string(root) + "/surrogate/" + path;
+  const std::string root = os::RootOfProgram().string();
+  return (root.empty() ? "." : root) + "/surrogate/" + path;
 }
 
 std::string PublishedSoilsFile() { return SurrogateFile("soils/bekker_soils.csv"); }

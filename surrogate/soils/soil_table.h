@@ -33,7 +33,8 @@ struct Soil {
 std::vector<Soil> ReadSoils(std::istream& table, const std::string& name,
                             bool accept_unusual = false);
 
-/// surrogate/soils/bekker_soils.csv of the checkout ($GROUSER_ROOT, else the working folder).
+/// surrogate/soils/bekker_soils.csv of $GROUSER_ROOT, else of the installation or checkout that
+/// this program is in (os::RootOfProgram), else of the working folder.
 std::string PublishedSoilsFile();
 /// Another file of surrogate/ there.
 std::string SurrogateFile(const std::string& path);

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "proto/records/command_line.h"
 #include "surrogate/terrain_map/map_run.h"
 #include "surrogate/terrain_map/table_check.h"
 #include "surrogate/vehicle/yaml.h"
@@ -179,6 +180,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "grouser-map " GROUSER_VERSION);
   Arguments a;
   AddOptions(&app, &a);
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
     StartGdal();

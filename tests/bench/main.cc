@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "proto/records/command_line.h"
 #include "tests/bench/echo_server.h"
 #include "tests/bench/job_bench.h"
 #include "tests/bench/overload_bench.h"
@@ -239,6 +240,7 @@ int main(int argc, char** argv) {
                      "A client that was refused waits as long as it was told");
   overload->add_option("--seed", load.seed, "Of states and arrivals")->capture_default_str();
   overload->add_flag("--json", json, "JSON on stdout");
+  grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

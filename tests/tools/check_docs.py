@@ -11,7 +11,7 @@ import tempfile
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)|!\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} +(.*)$", re.M)
 FENCE = re.compile(r"^```.*?^```", re.M | re.S)
-TOP = ("server/", "proto/", "dem_offline/", "surrogate/", "clients/", "tests/", "docs/", "cmake/")
+TOP = ("server/", "proto/", "dem_offline/", "surrogate/", "clients/", "tests/", "docs/", "cmake/", "packaging/")
 PATH = re.compile(r"`((?:" + "|".join(TOP) + r")[\w./-]*)`")
 # Notes that only the people who wrote the project have, and numbers of their tasks.
 OUTSIDE = re.compile(r"\bDESIGN(\.md)?\b(?! *=)|\bVALIDATION(\.md)?\b(?!_)|GPU-DEM|RPC-LATENCY|"

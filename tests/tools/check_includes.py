@@ -48,7 +48,7 @@ RULES = {
     "surrogate/vehicle": (r"surrogate/(models|model_io|vehicle)/|proto/records/yaml/"
                           r"|grouser/v1alpha1/(?!\w*service)",
                           HEAVY + "|grpc|lcm/"),
-    "surrogate/terrain_map": (r"surrogate/(models|model_io|vehicle|terrain_map)/|proto/records/sha256\.h",
+    "surrogate/terrain_map": (r"surrogate/(models|model_io|vehicle|terrain_map)/|proto/records/(sha256|command_line)\.h",
                               HEAVY + "|grpc|lcm/|boost/"),
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
                     r"|proto/records/((model|durable)_file\.h|sha256\.h|status_code\.h|os/)|grouser/v1alpha1/(?!\w*service)",
@@ -57,10 +57,10 @@ RULES = {
                    r"|google/rpc/|surrogate/models/isa\.h|grouser/v1alpha1/operator_service", HEAVY + "|lcm/"),
     "server/vehicle": (r"server/(core|net|vehicle)/|surrogate/(models|vehicle)/|grouser/v1alpha1/", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query|vehicle)/|surrogate/(models|model_io|vehicle)/"
-                     r"|proto/records/model_file\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+                     r"|proto/records/(model_file|command_line)\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
-    "clients": (r"clients/|surrogate/(models|vehicle)/|surrogate/model_io/explanation_text\.h|proto/lcm/|proto/records/(message_json|status_code)\.h"
+    "clients": (r"clients/|surrogate/(models|vehicle)/|surrogate/model_io/explanation_text\.h|proto/lcm/|proto/records/(command_line|message_json|status_code)\.h"
                 r"|grouser/v1alpha1/|google/rpc/|grouser_lcm/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|terrain_map|vehicle)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",

@@ -23,44 +23,13 @@ while [[ "${1:-}" == --* ]]; do
 done
 words=("$@")
 [ $# -gt 0 ] || words=(test demo)
-[ "$(id -u)" -eq 0 ] || { say "must be root (debootstrap, chroot)"; exit 2; }
-command -v debootstrap >/dev/null || { say "needs the package debootstrap"; exit 2; }
 [ -n "$folder" ] || folder="$(mktemp -d "${TMPDIR:-/tmp}/grouser-debian12.XXXXXX")"
 [ -n "$keep" ] || trap 'rm -rf --one-file-system "$folder"' EXIT
 
-mirror() {
-  { cat /etc/apt/sources.list /etc/apt/sources.list.d/*.{list,sources} 2>/dev/null || true; } |
-    grep -oE '^(URIs:|deb ).*' | grep -oE '(https?|file)://[^ ]+/debian/?( |$)' | tr -d ' ' | sed -n 1p
-}
-
-make_folder() {
-  [ -x "$folder/usr/bin/apt-get" ] && return
-  local from
-  from="$(mirror)" || { say "no Debian mirror in this machine's apt sources"; exit 1; }
-  say "debootstrap bookworm from $from into $folder"
-  debootstrap --variant=minbase bookworm "$folder" "$from" >"$folder.log" 2>&1 ||
-    { tail -n 20 "$folder.log" >&2; exit 1; }
-  rm -f "$folder.log"
-  # How this machine reaches its mirror holds there too (proxies, dates).
-  apt-config dump | grep -E '^Acquire::(http|https|Check)' >"$folder/etc/apt/apt.conf.d/90host" || true
-}
-
-# Runs a command in the folder, in mount and process namespaces of its own:
-# whatever it mounts or leaves running ends with it.
-in_folder() {
-  # shellcheck disable=SC2016  # expanded inside
-  unshare --mount --pid --fork --kill-child -- /bin/bash -ec '
-    folder="$1"; shift
-    mount --make-rprivate /
-    mount -t proc proc "$folder/proc"
-    mount --rbind /dev "$folder/dev"
-    mount -t sysfs -o ro sysfs "$folder/sys"
-    exec chroot "$folder" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
-      LC_ALL=C.UTF-8 "$@"' sh "$folder" "$@" </dev/null
-}
-
+# shellcheck source=tests/tools/debian_folder.sh
+. "$ROOT/tests/tools/debian_folder.sh"
+why="$(why_no_folder)" || { say "$why"; exit 2; }
 make_folder
-cp -L /etc/resolv.conf /etc/hosts "$folder/etc/"
 rm -rf "${folder:?}$CLONE"
 git clone --quiet --no-hardlinks "$ROOT" "$folder$CLONE"
 say "clone of $(git -C "$ROOT" rev-parse --short HEAD); uncommitted changes are not in it"
