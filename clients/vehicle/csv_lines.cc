@@ -5,7 +5,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "proto/records/durable_file.h"
 #include "surrogate/vehicle/yaml.h"
 
 namespace grouser::cli {
@@ -23,19 +22,12 @@ std::vector<std::string> Cells(const std::string& line) {
   return cells;
 }
 
-std::string TextOf(const std::string& file) {
-  constexpr std::uint64_t kMostBytes = 64 << 20;
-  try {
-    return records::ReadFileBytes(file, kMostBytes);
-  } catch (const std::exception& error) {
-    throw yaml::InputError(error.what());
-  }
-}
+constexpr std::uint64_t kMostBytes = 64 << 20;
 
 }  // namespace
 
 CsvTable ReadCsv(const std::string& file) {
-  std::istringstream in(TextOf(file));
+  std::istringstream in(yaml::ReadInput(file, kMostBytes));
   CsvTable table;
   int number = 0;
   for (std::string line; std::getline(in, line);) {

@@ -5,5 +5,5 @@
 /// The strict reader of people's YAML, under this folder's name for it.
 namespace grouser::vehicle::yaml {
 using records::InputError, records::kNonNegative, records::kPositive, records::NearestOf,
-    records::Range, records::ReadYamlText, records::YamlSection;
+    records::Range, records::ReadInput, records::ReadYamlText, records::YamlSection;
 }  // namespace grouser::vehicle::yaml

@@ -165,15 +165,19 @@ YamlSection::YamlSection(std::string file, std::string path, YAML::Node node)
   }
 }
 
+std::string ReadInput(const std::string& file, std::uint64_t most_bytes) {
+  try {
+    return ReadFileBytes(file, most_bytes);
+  } catch (const std::exception& error) {
+    throw InputError(error.what());
+  }
+}
+
 std::string ReadYamlText(const std::string& file) {
   std::error_code unknown;
   const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
   if (!unknown) CheckTextSize(bytes, file);
-  try {
-    return ReadFileBytes(file, kMostText);
-  } catch (const std::exception& error) {
-    throw InputError(error.what());
-  }
+  return ReadInput(file, kMostText);
 }
 
 YamlSection YamlSection::Load(const std::string& file) { return OfText(ReadYamlText(file), file); }

@@ -29,6 +29,8 @@ struct Range {
 inline constexpr Range kPositive{0.0, std::numeric_limits<double>::max(), true};
 inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max(), false};
 
+/// All of a text that people write. Throws InputError, also beyond `most_bytes`.
+std::string ReadInput(const std::string& file, std::uint64_t most_bytes);
 /// All of a file of YAML, of at most 1 MiB. Throws InputError.
 std::string ReadYamlText(const std::string& file);
 
