@@ -21,28 +21,36 @@ namespace {
 
 constexpr char kDigestMark[] = "@sha256:";
 
+constexpr char kFailedSuffix[] = ".failed";
+
+/// Keeps the FAILED run of a state that is run again, over the one before it: one a state. Whether
+/// or not that can be, the new one is written in its place.
+void KeepFailed(const std::string& target, const std::string& reason) {
+  std::error_code error;
+  std::filesystem::rename(target, target + kFailedSuffix, error);
+  spdlog::warn("{}: FAILED ({}), and was run again; it is {}", target, reason,
+               error ? "replaced: no " + target + kFailedSuffix + ": " + error.message()
+                     : "kept as " + target + kFailedSuffix);
+}
+
 /// The run of that name that answers in place of the one that a worker has made; what stands there
-/// and does not is set aside.
+/// and does not is kept by another name.
 std::optional<FinishedRun> RunThere(const std::string& target, const v1alpha1::WheelTestSpec& spec,
                                     const std::string& made) {
   if (!std::filesystem::exists(target)) return std::nullopt;
-  std::optional<FinishedRun> there;
-  std::string why;
+  FinishedRun there;
   try {
     there = ReadFinishedRun(target, spec);
   } catch (const std::exception& e) {
-    why = e.what();
+    spdlog::warn("{}; it is set aside as {}", e.what(), os::SetAside(target));
+    return std::nullopt;
   }
-  if (there && there->record.status() == v1alpha1::RUN_STATUS_FAILED &&
-      there->sha256 != records::Sha256OfFile(made)) {
-    why = fmt::format("{}: FAILED ({}), and was run again", target, there->record.reason());
-    there.reset();
+  if (there.record.status() == v1alpha1::RUN_STATUS_FAILED &&
+      there.sha256 != records::Sha256OfFile(made)) {
+    KeepFailed(target, there.record.reason());
+    return std::nullopt;
   }
-  if (there) {
-    records::SyncName(target);  // who wrote it may have been killed before this
-  } else {
-    spdlog::warn("{}; it is set aside as {}", why, os::SetAside(target));
-  }
+  records::SyncName(target);  // who wrote it may have been killed before this
   return there;
 }
 

@@ -63,8 +63,8 @@ FinishedRun ReadFinishedRun(const std::string& path, const v1alpha1::WheelTestSp
 /// Gives a worker's run file its lasting name, runs/RUNID.run.h5. Run files
 /// are immutable, for models name them by hash: where a whole one of this id
 /// (same spec, same engine) is there already, that one is the answer. A FAILED
-/// one is none, and no model names it: it is set aside. Throws
-/// std::runtime_error.
+/// one is none, and no model names it: the latest is kept as RUNID.run.h5.failed.
+/// Throws std::runtime_error.
 FinishedRun PublishRun(const JobFiles& files, const JobRow& row);
 
 /// Throws std::runtime_error where the file is no model of that name, refitted

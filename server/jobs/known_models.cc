@@ -9,8 +9,16 @@ namespace grouser::server {
 
 const v1alpha1::Model& KnownModels::Of(const std::string& name, const std::string& digest) {
   if (const auto known = models_.find(digest); known != models_.end()) return known->second;
-  const v1alpha1::Model whole =
-      surrogate::ReadModel(repository_.Resolve(ReferenceOf(name, digest)).path).model;
+  return Read(repository_.Resolve(ReferenceOf(name, digest)).path, digest);
+}
+
+const v1alpha1::Model& KnownModels::Of(const Repository::Entry& entry) {
+  const auto known = models_.find(entry.digest);
+  return known != models_.end() ? known->second : Read(entry.path, entry.digest);
+}
+
+const v1alpha1::Model& KnownModels::Read(const std::string& path, const std::string& digest) {
+  const v1alpha1::Model whole = surrogate::ReadModel(path).model;
   v1alpha1::Model kept;
   kept.set_name(whole.name());
   *kept.mutable_soil() = whole.soil();
@@ -27,7 +35,15 @@ const v1alpha1::Model& KnownModels::Of(const std::string& name, const std::strin
 }
 
 void KnownModels::KeepOnly(const std::set<std::string>& digests) {
-  std::erase_if(models_, [&](const auto& known) { return !digests.contains(known.first); });
+  std::set<std::string> kept;
+  for (const std::string& digest : digests) {
+    auto known = models_.find(digest);
+    for (int step = 0; known != models_.end() && step <= kMostAncestors; ++step) {
+      kept.insert(known->first);
+      known = models_.find(known->second.provenance().base_digest());
+    }
+  }
+  std::erase_if(models_, [&](const auto& known) { return !kept.contains(known.first); });
 }
 
 }  // namespace grouser::server

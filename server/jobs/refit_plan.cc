@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <ranges>
 #include <stdexcept>
+#include <utility>
 
 #include "server/core/model_reference.h"
 #include "server/jobs/job_files.h"
@@ -21,6 +23,17 @@ std::set<std::string> RunIdsOf(const v1alpha1::Model& model) {
   std::set<std::string> ids;
   for (const auto& run : model.provenance().runs()) ids.insert(run.run_id());
   return ids;
+}
+
+using Entries = std::map<std::string, Repository::Entry>;
+
+/// The models of a name that can be read, by digest.
+Entries ReadableModels(const Repository& repository, const std::string& name) {
+  Entries entries;
+  for (Repository::Entry& entry : repository.List(nullptr)) {
+    if (entry.name == name) entries.emplace(entry.digest, std::move(entry));
+  }
+  return entries;
 }
 
 /// Candidates that may have runs for the job's, the first to be looked at first.
@@ -56,11 +69,14 @@ std::set<std::string> FurtherRuns(const v1alpha1::Model& model, const std::set<s
   return more;
 }
 
-/// Whether a model is `from` or was refitted from it, by any steps that are still there.
-bool ComesFrom(KnownModels& models, const std::string& name, std::string digest,
-               const std::string& from) {
-  for (std::size_t step = 0; step < kMostCombined && !digest.empty(); ++step) {
+/// Whether a model is `from` or was refitted from it, by steps that are known or still there.
+bool ComesFrom(KnownModels& models, const Entries& there, const std::string& name,
+               std::string digest, const std::string& from) {
+  if (from.empty()) return false;
+  for (int step = 0; step <= kMostAncestors; ++step) {
     if (digest == from) return true;
+    const bool pruned = !models.Has(digest) && !there.contains(digest);
+    if (digest.empty() || pruned) return false;
     digest = models.Of(name, digest).provenance().base_digest();
   }
   return false;
@@ -87,7 +103,8 @@ bool HasRun(const v1alpha1::Model& model, const std::string& sha256) {
 }
 
 Companions CompanionsOf(const Repository& repository, KnownModels& models,
-                        const std::vector<JobRow>& open, const JobRow& row) {
+                        const std::vector<JobRow>& open, const JobRow& row,
+                        const std::set<std::string>& left_out) {
   Companions found;
   if (!FollowsStable(row)) return found;
   const std::string name = ModelName(row.job), base = ModelDigest(row.job);
@@ -97,18 +114,30 @@ Companions CompanionsOf(const Repository& repository, KnownModels& models,
   models.KeepOnly(named);  // ended jobs' candidates must not add up
   if (digests.empty()) return found;
   const std::set<std::string> known = RunIdsOf(models.Of(name, base));
+  const Entries there = ReadableModels(repository, name);
   std::size_t read = 0;
   for (const std::string& digest : digests) {
-    if (found.models.size() == kMostCombined) break;
-    if (!models.Has(digest) && ++read > kMostCombined) continue;
+    const auto entry = there.find(digest);
+    if (entry == there.end()) {  // it must not take the place of one that is
+      spdlog::warn("{}: model {} is not there or damaged: its runs are left out", row.job.job_id(),
+                   digest);
+      continue;
+    }
+    const bool further = !models.Has(digest);
+    if (left_out.contains(digest) || found.models.size() == kMostCombined ||
+        (further && read == kMostCombined)) {
+      found.passed_over.insert(digest);
+      continue;
+    }
+    read += further;
     try {
-      const v1alpha1::Model& model = models.Of(name, digest);
+      const v1alpha1::Model& model = models.Of(entry->second);
       std::set<std::string> more = FurtherRuns(model, known, found.run_ids);
       if (more.empty() || !IsOfScene(model, row.spec)) continue;
       // What stable was rolled back from stays out.
       const std::string from = model.provenance().base_digest();
-      if (!ComesFrom(models, name, base, from)) continue;
-      found.models.push_back(repository.Resolve(ReferenceOf(name, digest)).path);
+      if (!ComesFrom(models, there, name, base, from)) continue;
+      found.models.push_back(entry->second.path);
       found.run_ids.merge(more);
     } catch (const std::exception& e) {
       spdlog::warn("{}: {}: its runs are left out", row.job.job_id(), e.what());

@@ -24,8 +24,9 @@ std::string BaseNow(const Repository& repository, KnownModels& models, const Job
 /// Whether a model was fitted to a run, by its hash.
 bool HasRun(const v1alpha1::Model& model, const std::string& sha256);
 
-/// Refits of one base that one fit takes runs from, and models that planning it reads: at most so
-/// many; what is left comes with the next fit, which has this one's.
+/// Refits of one base that one fit takes runs from, and candidates that planning it reads: at most
+/// so many; what is left comes with the next fit, which has this one's. Beside these the base is
+/// read, and kMostAncestors of its ancestors for a canary that was not fitted from it: once each.
 inline constexpr std::size_t kMostCombined = 16;
 
 /// Other refits whose training runs go into the job's candidate: of the open jobs that follow
@@ -35,10 +36,14 @@ inline constexpr std::size_t kMostCombined = 16;
 struct Companions {
   std::vector<std::string> models;  ///< files
   std::set<std::string> run_ids;    ///< that the base lacks
+  /// Candidates that were not looked at: `left_out`, or beyond kMostCombined.
+  std::set<std::string> passed_over = {};
 };
-/// `models` keeps what `open` names.
+/// `models` keeps what `open` names and that comes from. Without `left_out`: what planning a fit
+/// has passed over, so that asking again whether it lacks runs finds new candidates alone.
 Companions CompanionsOf(const Repository& repository, KnownModels& models,
-                        const std::vector<JobRow>& open, const JobRow& row);
+                        const std::vector<JobRow>& open, const JobRow& row,
+                        const std::set<std::string>& left_out = {});
 
 /// Whether a candidate was fitted to runs that neither its base has nor its job has made.
 bool HasRunsOfOthers(KnownModels& models, const std::string& model_file, const JobRow& row);

@@ -147,7 +147,9 @@ void Scheduler::LaunchFit(const JobRow& before) {
   const std::string id = before.job.job_id();
   const auto row = OnPresentBase(before);
   if (!row) return;
-  const Companions with = CompanionsFor(*row);
+  const Companions with = CompanionsFor(*row, {});
+  std::erase_if(passed_over_, [&](const auto& of) { return !book_.FindOpen(of.first); });
+  passed_over_[id] = with.passed_over;
   if (CandidateIsThere(files_, *row) && Lacking(files_.Candidate(id), with.run_ids).empty()) {
     spdlog::info("{}: takes over the finished candidate", id);
     AcceptCandidate(*row, "checking the candidate that was fitted before");

@@ -112,7 +112,7 @@ class Scheduler {
   bool FitAgain(const JobRow& row, bool with_others);
   void EndAsContained(const JobRow& row, const std::string& digest);
   void FollowStableNow(const std::string& model, double retry_s);
-  Companions CompanionsFor(const JobRow& row);
+  Companions CompanionsFor(const JobRow& row, const std::set<std::string>& left_out);
   /// Queues a job again for a fit without the runs of others, with which it came to nothing.
   void FitAlone(const JobRow& row, const std::string& why);
   void AcceptCandidate(const JobRow& row, const std::string& message);
@@ -141,6 +141,8 @@ class Scheduler {
   std::map<std::string, Active> active_;
   std::set<std::string>
       waiting_;  ///< jobs with a step to be tried again: each keeps a worker's place
+  /// By job: what planning its latest fit has passed over.
+  std::map<std::string, std::set<std::string>> passed_over_;
   std::set<std::string> following_;  ///< models whose candidates are to be looked at again
   bool stopping_ = false;
   std::function<void()> stopped_;

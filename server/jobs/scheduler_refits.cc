@@ -49,9 +49,9 @@ void Scheduler::EndAsContained(const JobRow& row, const std::string& digest) {
   });
 }
 
-Companions Scheduler::CompanionsFor(const JobRow& row) {
+Companions Scheduler::CompanionsFor(const JobRow& row, const std::set<std::string>& left_out) {
   if (std::filesystem::exists(files_.Alone(row.job.job_id()))) return {};
-  return CompanionsOf(repository_, models_, book_.Open(), row);
+  return CompanionsOf(repository_, models_, book_.Open(), row, left_out);
 }
 
 void Scheduler::FitAlone(const JobRow& row, const std::string& why) {
@@ -73,7 +73,8 @@ bool Scheduler::FitAgain(const JobRow& row, bool with_others) {
     const std::string base = BaseNow(repository_, models_, row);
     if (base != ModelDigest(row.job)) return again("stable is now " + base);
     if (!with_others) return false;
-    const auto lacking = Lacking(files_.Candidate(id), CompanionsFor(row).run_ids);
+    const Companions with = CompanionsFor(row, passed_over_[id]);
+    const auto lacking = Lacking(files_.Candidate(id), with.run_ids);
     return !lacking.empty() && again("with the runs of other candidates");
   } catch (const SqliteError&) {
     throw;

@@ -1,7 +1,10 @@
 // Several refinements of one model end in one candidate; no run is repeated.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include "server/core/status.h"
+#include "server/jobs/refinement_spec.h"
+#include "server/jobs/request_checks.h"
 #include "tests/unit/jobs/combining_life.h"
 
 namespace grouser::server {
@@ -242,6 +245,40 @@ TEST_F(CombineTest, AFitterThatLeavesRunsOutIsNotBelieved) {
   ASSERT_TRUE(testing::Eventually([&] { return HasEnded(life.Get(b_).job_state()); }));
   EXPECT_EQ(ShortName(life.Get(b_).job_state()), "FAILED");
   EXPECT_THAT(life.Get(b_).message(), HasSubstr("does not name the runs aaaa"));
+}
+
+TEST_F(CombineTest, AFitThatHasPassedCandidatesOverIsNotMadeAgainForThem) {
+  hashes_ = {{"old", std::string(64, '0')}, {"new", std::string(64, '1')}};
+  {  // Of an earlier life: one more than planning a fit reads, the oldest with a run of its own.
+    const JobFiles files(state_);
+    JobStore store(files.Database());
+    double now = 1;
+    JobBook book(
+        store, 64, [&] { return now++; }, [](const Job&) {});
+    Repository repository(state_, shipped_);
+    for (std::size_t i = 0; i <= kMostCombined; ++i) {
+      const auto request =
+          Request(fmt::format("earlier{}", i), 0.2 + 0.01 * static_cast<double>(i));
+      const auto row =
+          RowOf(request, kName, base_digest_, BuildSpec(testing::BaseModel(), request));
+      const std::string id =
+          book.Submit(request.request_id(), ContentOf(request), row, "a tester").job().job_id();
+      for (const auto state : {JOB_STATE_RUNNING, JOB_STATE_FITTING, JOB_STATE_VALIDATING}) {
+        book.Change(id, 1, [&](JobRow& changed) { changed.job.set_job_state(state); });
+      }
+      WillFit(id, base_digest_, {i == 0 ? "old" : "new"});
+      const std::string digest = repository.Publish(bin_ + "/fit." + id + ".base.model");
+      book.Change(id, 1, [&](JobRow& changed) {
+        changed.job.add_gate()->set_passed(true);
+        changed.job.set_candidate_digest(digest);
+        changed.job.set_job_state(JOB_STATE_AWAITING_PROMOTION);
+      });
+    }
+  }
+  Life life(Options());
+  const std::string id = Submitted(life, Request("c", 0.1), "cccc");
+  Offered(life, id, WillFit(id, base_digest_, {"cccc", "new"}));
+  EXPECT_EQ(life.Get(id).lease_epoch(), 1);
 }
 
 }  // namespace

@@ -14,8 +14,10 @@ namespace grouser::server {
 namespace {
 
 using testing::BaseModel;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::Request;
+using ::testing::UnorderedElementsAre;
 
 class JobFilesTest : public ::testing::Test {
  protected:
@@ -43,6 +45,14 @@ class JobFilesTest : public ::testing::Test {
     auto* run = model.mutable_provenance()->add_runs();
     run->set_sha256(row_.job.run_sha256());
     return model;
+  }
+
+  std::vector<std::string> NamesInRuns() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(files_.Run(""))) {
+      names.push_back(entry.path().filename());
+    }
+    return names;
   }
 
   bool CandidateAccepted(const v1alpha1::Model& model) {
@@ -94,15 +104,27 @@ TEST_F(JobFilesTest, AFailedRunThatIsRunAgainAnswersNoMore) {
   WriteRun(v1alpha1::RUN_STATUS_FAILED);
   const std::string file = PublishRun(files_, row_).file;
   EXPECT_EQ(PublishRun(files_, row_).file, file) << "the next start finds it published";
-  const std::string aside = files_.Run(file) + ".damaged";
-  EXPECT_FALSE(std::filesystem::exists(aside));
-  WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, 2);  // of another reason, it may be
-  EXPECT_EQ(PublishRun(files_, row_).record.numerics().wall_s(), 2);
-  EXPECT_TRUE(std::filesystem::exists(aside)) << "nothing is lost";
-  WriteRun(v1alpha1::RUN_STATUS_STEADY, 24, 3);
+  EXPECT_THAT(NamesInRuns(), ElementsAre(file));
+  for (const double wall_s : {2, 3, 4}) {
+    WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, wall_s);  // of another reason, it may be
+    EXPECT_EQ(PublishRun(files_, row_).record.numerics().wall_s(), wall_s);
+  }
+  EXPECT_THAT(NamesInRuns(), UnorderedElementsAre(file, file + ".failed")) << "one, as it is whole";
+  WriteRun(v1alpha1::RUN_STATUS_STEADY, 24, 5);
   EXPECT_EQ(PublishRun(files_, row_).record.status(), v1alpha1::RUN_STATUS_STEADY);
-  WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, 4);
+  const auto kept = records::ReadRunFile(files_.Run(file + ".failed")).record;
+  EXPECT_EQ(kept.numerics().wall_s(), 4) << "the latest";
+  WriteRun(v1alpha1::RUN_STATUS_FAILED, 24, 6);
   EXPECT_EQ(PublishRun(files_, row_).record.status(), v1alpha1::RUN_STATUS_STEADY) << "stays";
+}
+
+TEST_F(JobFilesTest, AFailedRunThatCannotBeKeptStopsNoOther) {
+  WriteRun(v1alpha1::RUN_STATUS_FAILED);
+  const std::string file = PublishRun(files_, row_).file;
+  std::filesystem::create_directory(files_.Run(file + ".failed"));
+  WriteRun(v1alpha1::RUN_STATUS_STEADY, 24, 2);
+  EXPECT_EQ(PublishRun(files_, row_).record.status(), v1alpha1::RUN_STATUS_STEADY);
+  EXPECT_TRUE(std::filesystem::is_directory(files_.Run(file + ".failed")));
 }
 
 TEST_F(JobFilesTest, ARunIdThatIsNoFileNameIsRefused) {

@@ -3,6 +3,12 @@
 
 #include <fmt/core.h>
 #include <gmock/gmock.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <sstream>
 
 #include "proto/records/model_file.h"
 #include "server/jobs/job_files.h"
@@ -12,8 +18,11 @@
 namespace grouser::server {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::SizeIs;
 
 class RefitPlanTest : public ::testing::Test {
@@ -56,6 +65,21 @@ class RefitPlanTest : public ::testing::Test {
     open_.push_back(std::move(row));
   }
 
+  std::size_t CandidatesKnown() const {
+    return std::ranges::count_if(
+        open_, [this](const JobRow& row) { return models_.Has(row.job.candidate_digest()); });
+  }
+  void SetCanary(const std::string& digest) {
+    repository_.SetAlias(testing::BaseModel().name(), "canary", digest, "test", "");
+  }
+  /// A model with this run, refitted from `from`, which becomes the base that the job is of.
+  std::string Next(const std::string& from, const std::string& run_id) {
+    base_ = from;
+    base_ = Candidate({run_id});
+    row_.job.set_model(ReferenceOf(testing::BaseModel().name(), base_));
+    return base_;
+  }
+
   Companions Plan() { return CompanionsOf(repository_, models_, open_, row_); }
   std::string FileOf(const std::string& digest) const {
     return dir_ / ("models/" + digest + ".model");
@@ -77,18 +101,39 @@ TEST_F(RefitPlanTest, TakesTheLatestThatHasAllAndReadsTheOthersInTurn) {
     Offer(Candidate(runs));
   }
   const std::string latest = FileOf(open_.back().job.candidate_digest());
-  std::vector<std::size_t> kept;
+  std::vector<std::size_t> known;
   for (int fit = 0; fit < 4; ++fit) {
     const Companions found = Plan();
     EXPECT_THAT(found.models, ElementsAre(latest));
     EXPECT_THAT(found.run_ids, SizeIs(kMany));
-    kept.push_back(models_.size());
+    known.push_back(CandidatesKnown());
   }
-  EXPECT_THAT(kept, ElementsAre(1 + kMostCombined, 1 + 2 * kMostCombined, 1 + kMany, 1 + kMany))
-      << "with the base, which is read once as well";
+  EXPECT_THAT(known, ElementsAre(kMostCombined, 2 * kMostCombined, kMany, kMany));
+  const std::string ended = open_.back().job.candidate_digest();
+  EXPECT_TRUE(models_.Has(ended));
   open_.resize(3);
   EXPECT_THAT(Plan().run_ids, SizeIs(3));
-  EXPECT_EQ(models_.size(), 4u) << "what no open job names is forgotten";
+  EXPECT_FALSE(models_.Has(ended)) << "what no open job names is forgotten";
+}
+
+TEST_F(RefitPlanTest, WhatAFitHasPassedOverIsNoReasonToFitItAgain) {
+  const std::string old = Candidate({"old"});
+  Offer(old);
+  std::vector<std::string> runs;
+  for (std::size_t i = 0; i < kMostCombined; ++i) {
+    runs.push_back(fmt::format("run{}", i));
+    Offer(Candidate(runs));
+  }
+  const Companions fit = Plan();
+  EXPECT_THAT(fit.run_ids, SizeIs(kMostCombined));
+  EXPECT_THAT(fit.passed_over, ElementsAre(old));
+  const auto after = [&] {
+    return CompanionsOf(repository_, models_, open_, row_, fit.passed_over);
+  };
+  EXPECT_EQ(after().run_ids, fit.run_ids);
+  Offer(Candidate({"offered meanwhile"}));
+  EXPECT_THAT(after().run_ids, Contains("offered meanwhile"));
+  EXPECT_THAT(Plan().run_ids, IsSupersetOf({"old", "offered meanwhile"})) << "of the next fit";
 }
 
 TEST_F(RefitPlanTest, WhatIsTooManyForOneFitComesWithTheNext) {
@@ -115,14 +160,64 @@ TEST_F(RefitPlanTest, ADamagedOrRemovedCandidateIsLeftOut) {
   EXPECT_THAT(Plan().run_ids, ElementsAre("there"));
 }
 
+TEST_F(RefitPlanTest, DamagedCandidatesHideNoOthers) {
+  Offer(Candidate({"there"}));
+  for (std::size_t i = 0; i <= kMostCombined; ++i) {
+    Offer(Candidate({fmt::format("run{}", i)}));
+    std::filesystem::resize_file(FileOf(open_.back().job.candidate_digest()), 100);
+  }
+  EXPECT_THAT(Plan().run_ids, ElementsAre("there"));
+}
+
+TEST_F(RefitPlanTest, AncestorsAreReadOnceAndOnlyForACanaryThatWasRefitted) {
+  const std::string zeroth = base_, first = Next(zeroth, "1"), second = Next(first, "2");
+  base_ = "";
+  SetCanary(Candidate({"of no refit"}));
+  base_ = second;
+  EXPECT_THAT(Plan().run_ids, IsEmpty());
+  EXPECT_FALSE(models_.Has(first)) << "none can be what it was fitted from";
+  base_ = "elsewhere";
+  SetCanary(Candidate({"of another line"}));
+  base_ = second;
+  Offer(Candidate({"2", "of a job"}));
+  EXPECT_THAT(Plan().run_ids, ElementsAre("of a job"));
+  for (const std::string& ancestor : {zeroth, first}) {
+    EXPECT_TRUE(models_.Has(ancestor));
+    std::filesystem::remove(FileOf(ancestor));
+  }
+  base_ = zeroth;
+  SetCanary(Candidate({"of the first base"}));
+  base_ = second;
+  EXPECT_THAT(Plan().run_ids, ElementsAre("of a job", "of the first base"));
+}
+
+TEST_F(RefitPlanTest, APrunedAncestorEndsTheLineWithoutAWarning) {
+  const std::string zeroth = base_, first = Next(zeroth, "1"), second = Next(first, "2");
+  base_ = zeroth;
+  SetCanary(Candidate({"of canary"}));
+  base_ = second;
+  std::filesystem::remove(FileOf(first));
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  EXPECT_THAT(Plan().run_ids, IsEmpty());
+  EXPECT_EQ(log.str(), "");
+  std::filesystem::remove(
+      FileOf(repository_.ReadAliases().Find(testing::BaseModel().name(), "canary")));
+  Plan();
+  EXPECT_THAT(log.str(), HasSubstr("its runs are left out")) << "of a candidate it is said";
+  spdlog::set_default_logger(before);
+}
+
 TEST_F(RefitPlanTest, TheCanaryOfWhatStableComesFromCountsAndOfWhatItWasRolledBackFromNot) {
-  const std::string name = testing::BaseModel().name();
   const std::string first = base_, canary = Candidate({"of canary"}), second = Candidate({"new"});
-  repository_.SetAlias(name, "canary", canary, "test", "");
+  const std::string name = testing::BaseModel().name();
+  SetCanary(canary);
   row_.job.set_model(ReferenceOf(name, second));
   EXPECT_THAT(Plan().run_ids, ElementsAre("of canary"));
   base_ = second;
-  repository_.SetAlias(name, "canary", Candidate({"new", "newer"}), "test", "");
+  SetCanary(Candidate({"new", "newer"}));
   EXPECT_THAT(Plan().run_ids, ElementsAre("newer"));
   row_.job.set_model(ReferenceOf(name, first));
   EXPECT_THAT(Plan().run_ids, IsEmpty()) << "would bring back what was rolled back";
