@@ -39,21 +39,26 @@ function gateTable(gate) {
   }), { class: 'gate' });
 }
 
+/** What is asked before the candidate of a job is promoted. */
+export function promoteQuestion(job, alias) {
+  const name = `${job.model.replace(/@.*/, '')}@${alias}`;
+  return {
+    title: `Promote to ${name}`,
+    text: `${name} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. The call names the job alone: were it to have ` +
+      'another candidate by then, it would be that one. Query servers of this state folder follow at once.',
+    method: 'Promote', message: { job_id: job.job_id, alias },
+  };
+}
+
 /** Buttons where a candidate waits; words where its gate stops it. */
 function promotionPart(job, changed) {
   if (job.job_state !== 'JOB_STATE_AWAITING_PROMOTION') return null;
-  const name = job.model.replace(/@.*/, '');
   if (job.gate.length === 0 || !job.gate.every((check) => check.passed)) {
     return element('p', {}, 'The gate stops this candidate. By hand all the same, with the role admin: ',
       element('code', {}, `./grouser jobs promote ${job.job_id} --override-gate --who WHO --why WHY`), '.');
   }
   const button = (alias) => element('button', {
-    type: 'button', 'data-promote': alias, click: () => decide({
-      title: `Promote to ${name}@${alias}`,
-      text: `${name}@${alias} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. ` +
-        'Query servers of this state folder follow at once.',
-      method: 'Promote', message: { job_id: job.job_id, alias }, done: changed,
-    }),
+    type: 'button', 'data-promote': alias, click: () => decide({ ...promoteQuestion(job, alias), done: changed }),
   }, `Promote to ${alias} ...`);
   return element('p', {}, button('canary'), ' ', button('stable'));
 }

@@ -88,6 +88,7 @@ const look = latest(async () => {
 byId('access').addEventListener('submit', (event) => {
   event.preventDefault();
   setToken(byId('token').value);
+  byId('token').value = '';
   byId('access').hidden = true;
   hasNewToken = true;
   look();

@@ -2,24 +2,36 @@
 
 import { element } from './dom.js';
 import { format } from './format.js';
-import { openGeotiff, readBand } from './geotiff.js';
 import { pixelsOf, scaleOf } from './map_colours.js';
 import { mapLegend } from './map_legend.js';
+import { ShownRaster } from './map_read.js';
 
-const MOST_CELLS = 12e6;  // on a canvas; finer files are shown by an overview
-const MOST_ZOOM = 60;  // pixels a cell
+const MOST_ZOOM = 60;  // pixels a cell, but for a raster of a few cells
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+/** Pixels a cell, from the whole raster (`least`) to the nearest. */
+export const boundedZoom = (zoom, least) => Math.min(Math.max(MOST_ZOOM, least), Math.max(least, zoom));
+
+/** What is drawn of a band that was read. */
+function drawn({ raster, level, band, cells }) {
+  const scale = scaleOf(cells, raster.classes);
+  const image = document.createElement('canvas');
+  Object.assign(image, { width: level.width, height: level.height });
+  image.getContext('2d').putImageData(new ImageData(pixelsOf(cells, scale), level.width), 0, 0);
+  return { raster, level, cells, scale, image, index: band, band: raster.bands[band] };
+}
 
 export class MapView {
   constructor(place) {
+    this.chosen = new ShownRaster(drawn);
     this.note = element('p', { class: 'note', role: 'status' });
-    this.bands = element('select', { id: 'map-band', change: () => this.#readBand() });
+    this.bands = element('select', { id: 'map-band', change: () => this.#openBand() });
     this.canvas = element('canvas', { id: 'map-canvas', tabindex: '0', role: 'img', 'aria-describedby': 'map-keys' });
     this.value = element('output', { id: 'map-value' });
     this.legend = element('div', { class: 'legend' });
     const button = (text, label, factor) => element('button', {
       type: 'button', 'aria-label': label, click: () => (factor === 0 ? this.#fit() : this.#zoom(factor)) }, text);
-    this.shown = element('div', { hidden: true },
+    this.frame = element('div', { hidden: true },
       element('div', { class: 'choice' }, element('label', {}, 'Band ', this.bands),
         element('span', {}, button('+', 'nearer', 1.5), ' ', button('−', 'farther', 1 / 1.5), ' ', button('Whole', 'the whole map', 0))),
       this.canvas, element('p', {}, this.value), this.legend,
@@ -28,7 +40,7 @@ export class MapView {
     place.append(element('label', {}, 'GeoTIFF ', element('input', {
       type: 'file', id: 'map-file', accept: '.tif,.tiff,image/tiff', change: (event) => this.#open(event.target.files[0]),
       click: (event) => { event.target.value = ''; },  // the same file may be chosen again
-    })), this.note, this.shown);
+    })), this.note, this.frame);
     this.pointers = new Map();
     this.canvas.addEventListener('pointerdown', (event) => this.#press(event));
     this.canvas.addEventListener('pointermove', (event) => this.#move(event));
@@ -40,46 +52,36 @@ export class MapView {
 
   async #open(file) {
     if (file === undefined) return;
-    this.file = file;
     this.#say(`Reading ${file.name} ...`);
-    try {
-      const raster = await openGeotiff(file, file.name);
-      if (file !== this.file) return;  // another was chosen meanwhile
-      const level = raster.levels.find(({ width, height }) => width * height <= MOST_CELLS);
-      if (level === undefined) {
-        throw new Error(`${file.name}: ${raster.width} x ${raster.height} cells and no smaller overview, expected at most ${MOST_CELLS}`);
-      }
-      Object.assign(this, { raster, level, isNew: true });
-      this.bands.replaceChildren(...raster.bands.map(({ name }, i) => element('option', { value: String(i) }, name)));
-      await this.#readBand();
-    } catch (error) {
-      this.#say(error.message, true);
-    }
+    await this.#show(this.chosen.openFile(file, file.name));
   }
 
-  async #readBand() {
-    const { raster, level } = this;
-    const band = Number(this.bands.value);
+  async #openBand() {
+    this.#say(`Reading ${this.raster.name} ...`);
+    await this.#show(this.chosen.openBand(Number(this.bands.value)));
+  }
+
+  /** Once it is read; what cannot be read leaves what is shown. */
+  async #show(opening) {
     try {
-      const cells = await readBand(raster, level, band);
-      if (raster !== this.raster || band !== Number(this.bands.value)) return;
-      const scale = scaleOf(cells, raster.classes);
-      const image = document.createElement('canvas');
-      Object.assign(image, { width: level.width, height: level.height });
-      image.getContext('2d').putImageData(new ImageData(pixelsOf(cells, scale), level.width), 0, 0);
-      Object.assign(this, { cells, scale, image, band: raster.bands[band] });
-      this.shown.hidden = false;
-      const step = Math.round(raster.width / level.width);
-      this.#say(`${raster.name}: ${raster.width} × ${raster.height} cells` +
-        (step > 1 ? `, shown by its overview of every ${step}th cell.` : raster.place === null ? '.' : ` of ${format(raster.place.dx, 4)} m.`));
-      this.legend.replaceChildren(...mapLegend(scale, raster.classes, this.band.unit));
-      if (this.isNew) this.#fit();
-      this.isNew = false;
-      this.#draw();
+      if (!await opening) return;
     } catch (error) {
-      this.shown.hidden = true;
-      this.#say(error.message, true);
+      if (this.raster !== undefined) this.bands.value = String(this.index);
+      this.#say(`${error.message}${this.raster === undefined ? '' : `. Still shown: ${this.raster.name}.`}`, true);
+      return;
     }
+    const isNew = this.raster !== this.chosen.shown.raster;
+    Object.assign(this, this.chosen.shown);
+    const { raster, level, scale, band, index } = this;
+    this.frame.hidden = false;
+    if (isNew) this.bands.replaceChildren(...raster.bands.map(({ name }, i) => element('option', { value: String(i) }, name)));
+    this.bands.value = String(index);
+    const step = Math.round(raster.width / level.width);
+    this.#say(`${raster.name}: ${raster.width} × ${raster.height} cells` +
+      (step > 1 ? `, shown by its overview of every ${step}th cell.` : raster.place === null ? '.' : ` of ${format(raster.place.dx, 4)} m.`));
+    this.legend.replaceChildren(...mapLegend(scale, band.unit));
+    if (isNew) this.#fit();
+    else this.#draw();
   }
 
   #say(text, isError = false) {
@@ -101,7 +103,7 @@ export class MapView {
   }
 
   #zoom(factor, about = this.centre) {
-    const zoom = Math.min(MOST_ZOOM, Math.max(this.least, this.zoom * factor));
+    const zoom = boundedZoom(this.zoom * factor, this.least);
     this.centre = this.centre.map((at, i) => about[i] + (at - about[i]) * (this.zoom / zoom));
     this.zoom = zoom;
     this.#draw();
@@ -181,10 +183,10 @@ export class MapView {
   }
 
   #tell() {
-    const { raster, level, band, cells, cursor: [column, row] } = this;
+    const { raster, level, band, cells, scale, cursor: [column, row] } = this;
     const value = cells[row * level.width + column];
     const [stepX, stepY] = [raster.width / level.width, raster.height / level.height];
-    const text = Number.isNaN(value) ? 'no data' : raster.classes?.[value] ?? `${format(value, 4)} ${band.unit}`.trim();
+    const text = Number.isNaN(value) ? 'no data' : scale.classes?.get(value) ?? `${format(value, 4)} ${band.unit}`.trim();
     const { place } = raster;
     const where = place === null ? '' : `; east ${format(place.x + (column + 0.5) * stepX * place.dx, 9)} m, ` +
       `north ${format(place.y + (row + 0.5) * stepY * place.dy, 9)} m`;

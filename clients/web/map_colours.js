@@ -4,6 +4,7 @@
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 const ZERO = [150, 40, 40];  // speed, P(GO): not driven
 // Okabe and Ito, told apart by most people; then greys.
+const MOST_CLASSES = 256;  // that are there; more are shown as numbers
 const CLASSES = [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66], [90, 90, 90],
   [130, 130, 130], [170, 170, 170]];
 
@@ -16,15 +17,16 @@ export function rampColour(share) {
 }
 
 /**
- * {low, high: of the cells but zeros where hasZero, hasZero: some are exactly 0 and none below, values: which whole numbers there
- * are, where the raster has classes, colourOf(value): [r, g, b]}. classes: names by number, or null.
+ * {low, high: of the cells but zeros where hasZero, hasZero: some are exactly 0 and none below, classes: those given, or null
+ * where there are too many values for them, values: which there are, where they are classes, colourOf(value): [r, g, b]}.
+ * classes: a Map of names by number, or null.
  */
 export function scaleOf(cells, classes) {
   let [low, high, zeros, least] = [Infinity, -Infinity, 0, Infinity];
   const values = new Set();
   for (const value of cells) {
     if (Number.isNaN(value)) continue;
-    if (classes !== null) values.add(value);
+    if (classes !== null && values.size <= MOST_CLASSES) values.add(value);
     least = Math.min(least, value);
     if (value === 0) {
       ++zeros;
@@ -35,11 +37,12 @@ export function scaleOf(cells, classes) {
   }
   const hasZero = zeros > 0 && least === 0;
   if (!hasZero && zeros > 0) [low, high] = [Math.min(low, 0), Math.max(high, 0)];
-  const there = [...values].sort((a, b) => a - b);
   const span = high > low ? high - low : 1;
-  const colourOf = classes !== null ? (value) => CLASSES[there.indexOf(value) % CLASSES.length] :
-    (value) => (hasZero && value === 0 ? ZERO : rampColour((value - low) / span));
-  return { low, high, hasZero, values: there, colourOf };
+  const ofNumber = (value) => (hasZero && value === 0 ? ZERO : rampColour((value - low) / span));
+  if (classes === null || values.size > MOST_CLASSES) return { low, high, hasZero, classes: null, values: [], colourOf: ofNumber };
+  const there = [...values].sort((a, b) => a - b);
+  const colours = new Map(there.map((value, i) => [value, CLASSES[i % CLASSES.length]]));
+  return { low, high, hasZero, classes, values: there, colourOf: (value) => colours.get(value) };
 }
 
 /** RGBA of cells; no data is transparent. */

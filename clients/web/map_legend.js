@@ -11,10 +11,10 @@ function key(text, fills, width = 28) {
   return element('span', {}, svgElement('svg', { viewBox: `0 0 ${width} 14`, class: 'swatch', 'aria-hidden': 'true' }, rects), text);
 }
 
-/** scale: of scaleOf; classes: names by number, or null. */
-export function mapLegend({ low, high, hasZero, values, colourOf }, classes, unit) {
+/** Of a scale of scaleOf. */
+export function mapLegend({ low, high, hasZero, classes, values, colourOf }, unit) {
   const holes = element('span', {}, 'no colour: no data');
-  if (classes !== null) return [...values.map((value) => key(classes[value] ?? String(value), [cssOf(colourOf(value))])), holes];
+  if (classes !== null) return [...values.map((value) => key(classes.get(value) ?? String(value), [cssOf(colourOf(value))])), holes];
   const ramp = Array.from({ length: STEPS }, (_, i) => cssOf(rampColour(i / (STEPS - 1))));
   return [...(high >= low ? [key(`${format(low, 3)} to ${format(high, 3)} ${unit}`, ramp, 120)] : []),
     ...(hasZero ? [key('exactly 0', [cssOf(colourOf(0))])] : []), holes];

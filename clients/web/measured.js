@@ -10,6 +10,7 @@ const SD_COLUMNS = { f_x_sd: 'f_x', f_y_sd: 'f_y', torque_sd: 'torque', sinkage_
 const OTHER_COLUMNS = ['slip', 'attack_angle_deg', 'load_n', 'load_sd', 'rim_speed_m_per_s', 'speed_m_per_s', 'repeats'];
 const NEEDED = ['slip', 'attack_angle_deg', 'load_n'];
 const MOST_ROWS = 5000;  // one query
+const MOST_COLUMNS = 64;
 const LEAST_FORCE = 1e-3;  // of the load, in a whole table
 
 /** Cells of a line; double quotes keep commas together. */
@@ -26,6 +27,7 @@ function cellsOf(line) {
 }
 
 function checkHeader(header) {
+  if (header.length > MOST_COLUMNS) throw new Error(`${header.length} columns, expected at most ${MOST_COLUMNS}`);
   for (const [i, name] of header.entries()) {
     if (header.indexOf(name) !== i) throw new Error(`${name}: the column stands here twice, expected each once`);
   }
@@ -33,7 +35,8 @@ function checkHeader(header) {
     if (!header.includes(name)) throw new Error(`no column ${name}, expected slip,attack_angle_deg,load_n,...`);
   }
   for (const name of header) {
-    if (!(name in VALUE_COLUMNS) && !(name in SD_COLUMNS) && !OTHER_COLUMNS.includes(name)) throw new Error(`${name}: unknown column`);
+    const isKnown = Object.hasOwn(VALUE_COLUMNS, name) || Object.hasOwn(SD_COLUMNS, name) || OTHER_COLUMNS.includes(name);
+    if (!isKnown) throw new Error(`${name}: unknown column`);
   }
 }
 

@@ -2,14 +2,17 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
+import { deflateSync } from 'node:zlib';
 
-import { latestMoves } from './aliases.js';
+import { latestMoves, olderText, rollbackQuestion, stableQuestion } from './aliases.js';
 import { nearRows, nearRuns } from './curves.js';
 import { allRuns, isCovered, stressText, varianceShares } from './explain_parts.js';
 import { OUTPUTS } from './format.js';
-import { openGeotiff, readBand, readMetadata } from './geotiff.js';
-import { jobsPeriodMs, readCheck } from './jobs.js';
+import { excessOf, openGeotiff, readBand, readMetadata } from './geotiff.js';
+import { jobsPeriodMs, promoteQuestion, readCheck } from './jobs.js';
+import { boundedZoom } from './map.js';
 import { pixelsOf, scaleOf } from './map_colours.js';
+import { levelToShow, ShownRaster } from './map_read.js';
 import { compareWithRows, parseMeasured, statesOfRows } from './measured.js';
 import { stressesOf } from './stress.js';
 
@@ -75,6 +78,7 @@ test('a table that cannot be read is refused in the words of the programs', () =
     });
   }
   assert.throws(() => parseMeasured(`slip,attack_angle_deg,load_n\n${'0,0,1\n'.repeat(5001)}`, 'm.csv'), /m\.csv:5002: more than 5000 rows/);
+  assert.throws(() => parseMeasured(`slip,attack_angle_deg,load_n${',x'.repeat(800000)}\n`, 'm.csv'), /m\.csv:1: 800003 columns, expected at most 64/);
 });
 
 test('measured rows are drawn near the load and angle that are asked alone, and mirrored to their side', () => {
@@ -113,6 +117,25 @@ test('jobs are asked soon while one runs; of aliases the latest move counts', ()
   const moves = [move('b', 'stable', 9), move('a', 'mine', 8), move('a', 'canary', 7), move('a', 'candidate', 6), move('a', 'stable', 5),
     move('a', 'canary', 4), move('a', 'previous', 3)];
   assert.deepEqual(latestMoves(moves).map(({ generation }) => generation), [5, 7, 8, 9]);
+  assert.equal(olderText({ moves, next_page_token: '' }), '');
+  assert.match(olderText({ moves, next_page_token: '3' }), /By the latest 7 moves: an alias whose last move is older is not shown/);
+});
+
+test('a call names the digest that its question names', () => {
+  const [from, to] = ['a'.repeat(64), 'b'.repeat(64)];
+  const move = { model: 'm', alias: 'canary', from_digest: from, to_digest: to, rollback: false };
+  const back = rollbackQuestion(move);
+  assert.deepEqual(back.message, { model: 'm@canary', to: from });
+  assert.match(back.text, /aaaaaaaa/);
+  for (const unknown of [{ ...move, rollback: true }, { ...move, from_digest: '' }]) {  // the server knows what was before
+    assert.deepEqual(rollbackQuestion(unknown).message, { model: 'm@canary', to: '' });
+    assert.doesNotMatch(rollbackQuestion(unknown).text, /aaaaaaaa/);
+  }
+  assert.deepEqual(stableQuestion(move).message, { model: `m@sha256:${to}`, alias: 'stable' });
+  assert.match(stableQuestion(move).text, /m@stable will be bbbbbbbb/);
+  const promote = promoteQuestion({ job_id: 'job-1', model: `m@sha256:${from}`, candidate_digest: to }, 'canary');
+  assert.deepEqual(promote.message, { job_id: 'job-1', alias: 'canary' });  // has no field for a digest
+  assert.match(promote.text, /m@canary will be the candidate bbbbbbbb.* The call names the job alone/);
 });
 
 const same = (a, b) => a === b || (Number.isNaN(a) && Number.isNaN(b));
@@ -134,7 +157,161 @@ test('rasters of libtiff are read bit for bit', async () => {
 test('names in GDAL metadata are read as GDAL 3.6 writes them', () => {
   const { items, bands } = readMetadata('<GDALMetadata>\n  <Item name="BINDING_2">R &amp;amp; D</Item>\n  <Item name="DESCRIPTION" sample="1" ' +
     'role="description">&amp;lt;c&amp;gt;</Item>\n  <Item name="UNITTYPE" sample="0" role="unittype">m/s</Item>\n</GDALMetadata>', 2);
-  assert.deepEqual([items, bands], [{ BINDING_2: 'R & D' }, [{ unittype: 'm/s' }, { description: '<c>' }]]);
+  assert.deepEqual([[...items], bands], [[['BINDING_2', 'R & D']], [{ unittype: 'm/s' }, { description: '<c>' }]]);
+});
+
+test('metadata sets names and units of bands alone', () => {
+  const item = (attributes) => `<Item ${attributes}>bad</Item>`;
+  const { items, bands } = readMetadata(['name="a" sample="__proto__" role="map"', 'name="b" sample="length" role="description"',
+    'sample="0" role="__proto__"', 'sample="0" role="map"', 'sample="2" role="description"', 'sample="-1" role="unittype"',
+    'name="__proto__"', 'name="constructor"'].map(item).join(''), 2);
+  assert.equal(typeof [].map, 'function');
+  assert.equal(bands.length, 2);
+  assert.ok(bands.every((band) => Reflect.ownKeys(band).length === 0 && Object.getPrototypeOf(band) === Object.prototype));
+  assert.deepEqual([...items.keys()], ['__proto__', 'constructor']);
+  // A tag ends before the next begins: else each of those that are not closed is looked for to the end, 150,000 times 0.9 MB.
+  assert.deepEqual([...readMetadata('<Item name="a" <Item name="b">text</Item>', 1).items.keys()], ['b']);
+  assert.equal(readMetadata('<Item '.repeat(150000), 1).items.size, 0);
+});
+
+/**
+ * A TIFF of directories [[tag, type 2, 3, 4 or 12, values], ...], the first 4096 bytes as data of tiles at byte 8; next: the
+ * number of the directory that follows the last one.
+ */
+function tiffOf(directories, { data = Buffer.alloc(0), next = null } = {}) {
+  const blocks = [Buffer.from([0x49, 0x49, 42, 0, 0, 0, 0, 0]), data, Buffer.alloc(Math.max(0, 4096 - data.length))];
+  const end = () => blocks.reduce((sum, block) => sum + block.length, 0);
+  const places = [];
+  for (const entries of directories) {
+    const fields = entries.map(([tag, type, values]) => {
+      const bytes = type === 2 ? Buffer.from(`${values}\0`) : Buffer.from(new { 3: Uint16Array, 4: Uint32Array, 12: Float64Array }[type](values).buffer);
+      const field = Buffer.alloc(12);
+      field.writeUInt16LE(tag, 0);
+      field.writeUInt16LE(type, 2);
+      field.writeUInt32LE(type === 2 ? bytes.length : values.length, 4);
+      if (bytes.length <= 4) bytes.copy(field, 8);
+      else {
+        field.writeUInt32LE(end(), 8);
+        blocks.push(bytes);
+      }
+      return field;
+    });
+    places.push(end());
+    const count = Buffer.alloc(2);
+    count.writeUInt16LE(fields.length);
+    blocks.push(count, ...fields, Buffer.alloc(4));
+  }
+  const bytes = Buffer.concat(blocks);
+  bytes.writeUInt32LE(places[0], 4);
+  for (const [i, entries] of directories.entries()) {
+    bytes.writeUInt32LE(i + 1 < places.length ? places[i + 1] : next === null ? 0 : places[next], places[i] + 2 + 12 * entries.length);
+  }
+  return new Blob([bytes]);
+}
+
+/** A directory of one byte a cell in square tiles, all at byte 8. */
+function tiled(width, height, tile, { bands = 1, compression = 1, bytes = tile * tile * bands, more = [] } = {}) {
+  const count = Math.ceil(width / tile) * Math.ceil(height / tile);
+  return [[256, 4, [width]], [257, 4, [height]], [258, 3, [8]], [259, 3, [compression]], [277, 4, [bands]], [322, 4, [tile]], [323, 4, [tile]],
+    [324, 4, Array(count).fill(8)], [325, 4, Array(count).fill(bytes)], ...more];
+}
+const openTiff = (...made) => openGeotiff(tiffOf(...made), 'x.tif');
+
+test('what a raster may cost is bounded, and said by name', async () => {
+  const plain = await openTiff([tiled(20, 17, 16)], { data: Buffer.from(Array.from({ length: 256 }, (_, i) => i)) });
+  assert.deepEqual([...(await readBand(plain, plain.levels[0], 0)).subarray(16, 22)], [0, 1, 2, 3, 16, 17]);
+  await assert.rejects(openTiff([tiled(16, 16, 16, { bands: 5e8 })]), /^Error: x\.tif: 500000000 bands, expected 1 to 1000$/);
+  await assert.rejects(openTiff([tiled(16, 16, 16, { bands: 1001 })]), /x\.tif: 1001 bands/);
+  await assert.rejects(openTiff([tiled(16, 16, 16384)]), /x\.tif: a tile of 268435456 bytes, expected at most 67108864/);
+  await assert.rejects(openTiff([tiled(16, 16, 16)], { next: 0 }), /x\.tif: the directory at byte 4104 comes again/);
+  await assert.rejects(openTiff([tiled(16, 16, 16), tiled(8, 8, 16)], { next: 0 }), /x\.tif: the directory at byte 4104 comes again/);
+  await assert.rejects(openTiff([tiled(16, 16, 16, { more: [[256, 4, [16]]] })]), /x\.tif: tag 256 twice in the directory at byte 4104/);
+  const metadata = (length) => tiled(16, 16, 16, { more: [[42112, 2, 'x'.repeat(length)]] });
+  await openTiff([metadata(900000)]);
+  await assert.rejects(openTiff([metadata(1100000)]), /x\.tif: 1100001 bytes of metadata, expected at most 1000000/);
+  const many = tiled(16, 16, 16).map((entry) => (entry[0] === 324 ? [324, 4, Array(2.1e6).fill(8)] : entry));
+  await assert.rejects(openTiff([many, many, many, many]), /x\.tif: more than 32000000 bytes of tags, with tag 324/);
+  await assert.rejects(openTiff([tiled(16, 16, 16).map((entry) => (entry[0] === 256 ? [256, 2, '16'] : entry))]), /x\.tif: no raster in it/);
+});
+
+test('tiles that a level does not explain are not read', async () => {
+  const wide = await openTiff([tiled(4000, 2, 4096, { bytes: 16 })]);
+  assert.equal(excessOf(wide.levels[0]), null);  // one tile of 16 MB is whole
+  const long = await openTiff([tiled(81920, 2, 8192, { bytes: 16 })]);
+  assert.match(excessOf(long.levels[0]), /^81920 x 2 cells in tiles of 671088640 bytes in all, expected at most 269090816$/);
+  await assert.rejects(readBand(long, long.levels[0], 0), /x\.tif: 81920 x 2 cells in tiles of/);
+  const small = await openTiff([tiled(300, 300, 1)]);
+  await assert.rejects(readBand(small, small.levels[0], 0), /x\.tif: 90000 tiles for a band, expected at most 65536/);
+  const padded = await openTiff([tiled(16, 16, 16, { compression: 8, bytes: 100000 })]);
+  await assert.rejects(readBand(padded, padded.levels[0], 0), /x\.tif: tile 0: 100000 bytes, expected at most 4377 for 256 inflated ones/);
+  const bomb = await openTiff([tiled(16, 16, 16, { compression: 8, bytes: 4000 })], { data: deflateSync(Buffer.alloc(3e6)) });
+  await assert.rejects(readBand(bomb, bomb.levels[0], 0), /x\.tif: tile 0: damaged: inflates to more than 256 bytes/);
+  const fewer = await openTiff([tiled(32, 32, 16, { bands: 2 }), tiled(16, 16, 16)]);
+  await assert.rejects(readBand(fewer, fewer.levels[1], 1), /x\.tif: 1 bands in an overview, expected 2/);
+});
+
+test('rows below the level are not kept, but checked', async () => {
+  const packed = deflateSync(Buffer.from(Array.from({ length: 256 }, (_, i) => i)));
+  const of = (data) => openTiff([tiled(3, 2, 16, { compression: 8, bytes: packed.length })], { data });
+  const raster = await of(packed);
+  assert.deepEqual([...await readBand(raster, raster.levels[0], 0)], [0, 1, 2, 16, 17, 18]);
+  const damaged = Buffer.from(packed);
+  damaged[damaged.length - 1] ^= 1;
+  const bad = await of(damaged);
+  await assert.rejects(readBand(bad, bad.levels[0], 0), /x\.tif: tile 0: damaged/);
+});
+
+test('between tiles it is asked whether they are still wanted', async () => {
+  const raster = await openTiff([tiled(64, 64, 16)]);
+  let asked = 0;
+  assert.equal(await readBand(raster, raster.levels[0], 0, () => ++asked < 4), null);
+  assert.equal(asked, 4);
+});
+
+test('the finest level that a canvas takes is shown, by cells and by sides', async () => {
+  const level = (width, height) => ({ width, height, perBand: 1, tileWidth: width, tileHeight: height, cellBytes: 1 });
+  const widths = (...levels) => levelToShow({ name: 'x.tif', levels, width: levels[0].width, height: levels[0].height }).width;
+  assert.equal(widths(level(4000, 3000), level(2000, 1500)), 4000);
+  assert.equal(widths(level(4001, 3000), level(2000, 1500)), 2000);
+  assert.equal(widths(level(16385, 100), level(8193, 50)), 8193);
+  assert.equal(widths({ ...level(300, 300), perBand: 90000 }, level(150, 150)), 150);
+  assert.throws(() => widths(level(100, 16385)), /^Error: x\.tif: 100 x 16385 cells and no smaller overview, expected at most 12000000 cells and 16384 on a side$/);
+  assert.throws(() => widths({ ...level(300, 300), perBand: 90000 }), /^Error: x\.tif: 90000 tiles for a band/);
+});
+
+test('what was chosen last is shown; reads before it neither show nor fail', async () => {
+  const two = (value) => tiffOf([tiled(4, 4, 16, { bands: 2 })], { data: Buffer.alloc(512, value) });
+  const chosen = new ShownRaster((read) => read);
+  /** A file whose bytes come when it is let go. */
+  const slow = (blob) => {
+    let go;
+    const held = new Promise((done) => { go = done; });
+    return { go, blob: { size: blob.size, slice: (...part) => ({ arrayBuffer: async () => { await held; return blob.slice(...part).arrayBuffer(); } }) } };
+  };
+  assert.equal(await chosen.openFile(two(1), 'one.tif'), true);
+  assert.deepEqual([chosen.shown.raster.name, chosen.shown.cells[5], chosen.shown.band], ['one.tif', 1, 0]);
+  for (const late of [two(2), new Blob([Buffer.alloc(40)])]) {
+    const { go, blob } = slow(late);
+    const first = chosen.openFile(blob, 'late.tif');
+    assert.equal(await chosen.openFile(two(3), 'three.tif'), true);
+    const { shown } = chosen;
+    go();
+    assert.equal(await first, false);
+    assert.equal(chosen.shown, shown);
+    assert.equal(shown.raster.name, 'three.tif');
+  }
+  const { shown } = chosen;
+  await assert.rejects(chosen.openFile(new Blob([Buffer.alloc(40)]), 'bad.tif'), /^Error: bad\.tif: no TIFF file/);
+  assert.equal(chosen.shown, shown);
+  const [first, second] = [chosen.openBand(1), chosen.openBand(0)];
+  assert.deepEqual([await first, await second, chosen.shown.band], [false, true, 0]);
+});
+
+test('a raster of a few cells is seen whole', () => {
+  assert.equal(boundedZoom(300, 200), 200);
+  assert.equal(boundedZoom(100, 200), 200);
+  assert.equal(boundedZoom(100, 2), 60);
+  assert.equal(boundedZoom(1, 2), 2);
 });
 
 test('a raster that is cut short, damaged or of another kind is refused by name', async () => {
@@ -169,7 +346,7 @@ test('a map of grouser-map has the bands, names and counts that its map.json has
   assert.equal([...cells].filter((i) => headings.every((band) => band[i] === 0)).length, json.cells.driven_on_none);
   const binding = await read('binding.tif');
   const names = Object.fromEntries(Object.entries(json.binding).filter(([value]) => value !== '255'));
-  assert.deepEqual(Object.fromEntries(Object.entries(binding.classes).filter(([value]) => value !== '255')), names);
+  assert.deepEqual(Object.fromEntries([...binding.classes].filter(([value]) => value !== 255)), names);
   const bound = await readBand(binding, binding.levels[0], 0);
   assert.ok(bound.every((value) => Number.isNaN(value) || names[value] !== undefined));
 });
@@ -181,5 +358,17 @@ test('colours: exact zeros apart, holes transparent', () => {
   assert.deepEqual([...pixels.filter((_, i) => i % 4 === 3)], [255, 255, 255, 0]);
   assert.notDeepEqual([...pixels.slice(0, 3)], [...pixels.slice(4, 7)]);
   assert.deepEqual([scaleOf(Float32Array.of(-1, 0, 2), null).hasZero, scaleOf(Float32Array.of(-1, 0, 2), null).low], [false, -1]);
-  assert.deepEqual(scaleOf(Float32Array.of(7, 2, 2, NaN), { 2: 'A', 7: 'B' }).values, [2, 7]);
+  assert.deepEqual(scaleOf(Float32Array.of(7, 2, 2, NaN), new Map([[2, 'A'], [7, 'B']])).values, [2, 7]);
+});
+
+test('colours: as many classes as a legend holds, else numbers', () => {
+  const names = new Map([[0, 'none']]);
+  const [few, many] = [256, 257].map((count) => Float32Array.from({ length: count }, (_, i) => i));
+  const scale = scaleOf(few, names);
+  assert.deepEqual([scale.values.length, scale.classes], [256, names]);
+  assert.deepEqual(scale.colourOf(3), scale.colourOf(13));
+  const { colourOf, ...without } = scaleOf(many, null);
+  const { colourOf: ofClasses, ...of } = scaleOf(many, names);
+  assert.deepEqual(of, without);
+  assert.deepEqual([...many].map(ofClasses), [...many].map(colourOf));
 });

@@ -23,7 +23,7 @@ BAD_TABLES = (
     "slip,load_n\n", "slip,attack_angle_deg,load_n,fx\n", "slip,attack_angle_deg,load_n,load_n\n", HEAD, "# nothing\n",
     HEAD + "0.1,0,24,abc,\n", HEAD + "0.1,0,24\n", HEAD + "0.1,0,-4,1,\n", HEAD + "1.7,0,24,1,\n", HEAD + "0.1,0,24,1,-1\n",
     HEAD + '"0.1,0,24,1,1\n', HEAD + "0.1,0,24,5,\n0.1,0.5236,24,5,\n", HEAD + "0.1,30,24,0.005,\n0.2,30,24,0.006,\n",
-    HEAD + "0.1,,24,5,\n", HEAD + "0.1,0,24,inf,\n")
+    HEAD + "0.1,,24,5,\n", HEAD + "0.1,0,24,inf,\n", "slip,attack_angle_deg,load_n,toString\n")
 
 
 def fit(*arguments):

@@ -136,11 +136,20 @@ def fill_in_refused(page):
     page.run("document.querySelector('#aliases [data-rollback$=stable]').click()")
     page.wait(f"{DIALOG}.open")
     page.type_into("#decide-why", "again")
+    # While the call runs nothing closes the question.
+    page.run("window.sent = window.fetch; window.held = new Promise((go) => { window.letGo = go; }); "
+             "window.fetch = async (...asked) => { await window.held; return window.sent(...asked); }")
     page.press("Enter", 13, "\r")
+    page.wait("document.getElementById('decide-go').disabled")
+    for _ in range(3):
+        page.press("Escape", 27)
+    assert page.run(f"{DIALOG}.open && {DIALOG}.querySelector('button[type=button]').disabled"), "closed while its call runs"
+    page.run("window.fetch = window.sent; window.letGo()")
     refusal = page.wait(f"!{DIALOG}.querySelector('[role=alert]').hidden && {DIALOG}.querySelector('[role=alert]').textContent")
     assert refusal.startswith("NOT_FOUND"), refusal
     page.press("Escape", 27)
-    page.wait(f"!{DIALOG}.open")
+    page.wait(f"!{DIALOG}.open && {DIALOG}.childNodes.length === 0")
+    assert page.run("Array.from(document.querySelectorAll('input[type=password]')).every((input) => input.value === '')"), "a token stays"
 
 
 def check_calls(page):

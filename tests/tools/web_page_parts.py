@@ -101,6 +101,8 @@ def check_map(page, folder):
     short.write_bytes(path.read_bytes()[:400])
     page.choose_file("#map-file", short)
     page.wait("document.querySelector('#map [role=status]').textContent.startsWith('short.tif: ends at byte 400')")
+    assert page.run("document.querySelector('#map [role=status]').textContent").endswith(". Still shown: cells.tif.")
+    page.wait(f"{value} === 'band 1: 1520 at column 20, row 15' && document.getElementById('map-canvas').clientWidth > 0")
 
 
 def picture_map(page, bin_dir, root, folder, shoot):
