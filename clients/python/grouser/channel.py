@@ -125,21 +125,22 @@ class _TlsProbe:
         self._address, self._ca = address, ca
         self._lock = threading.Lock()
         self._thread: Optional[threading.Thread] = None
-        self._next, self._problem = -math.inf, ""
+        self._next, self._over, self._problem = -math.inf, -math.inf, ""
 
     def problem(self, seconds: float) -> str:
-        """Waits so long at most. Empty: nothing is known."""
+        """Waits so long at most, and no longer than 2 s for one look. Empty: nothing is known."""
         if seconds <= 0:
             return ""
         with self._lock:
-            if time.monotonic() >= self._next and not (self._thread and self._thread.is_alive()):
-                self._next, self._problem = time.monotonic() + _PROBE_EVERY_S, ""
+            now = time.monotonic()
+            if now >= self._next and not (self._thread and self._thread.is_alive()):
+                self._next, self._over, self._problem = now + _PROBE_EVERY_S, now + _PROBE_S, ""
                 # By a thread, as looking up a name takes as long as it takes.
                 self._thread = threading.Thread(target=self._look, daemon=True)
                 self._thread.start()
-            thread = self._thread
-        if thread is not None:
-            thread.join(seconds)
+            thread, left = self._thread, min(seconds, self._over - now)
+        if thread is not None and left > 0:
+            thread.join(left)
         return self._problem
 
     def _look(self) -> None:
@@ -262,7 +263,7 @@ class Connection:
             text += f" (server {self._address}"
             # Where a connection stood, TLS is well, and the server's own words say why.
             if "received from peer" not in (error.debug_error_string() or ""):
-                problem = self._probe.problem(min(until - time.monotonic(), _PROBE_S))
+                problem = self._probe.problem(until - time.monotonic())
                 text += f"; {problem or 'is it running? ./grouser serve starts it'}"
             text += ")"
         if code == grpc.StatusCode.UNAUTHENTICATED:

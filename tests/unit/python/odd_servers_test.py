@@ -13,7 +13,6 @@ from servers import Client, JobsClient, ServerError  # first: exits where there 
 
 import grpc
 
-import grouser
 from grouser import Error, channel
 from grouser.v1alpha1 import jobs_service_pb2 as v1
 from grouser.v1alpha1 import jobs_service_pb2_grpc
