@@ -16,13 +16,14 @@ try:
 except ImportError:
     sys.exit("make_wheel.py: needs the Python module wheel (Debian: python3-wheel)")
 
+# numpy: pybind11 2.10 of Debian 12 finds no arrays in NumPy 2.
 METADATA = """Metadata-Version: 2.1
 Name: grouser
 Version: {version}
 Summary: What will this wheel do on this soil? Terramechanics in microseconds, with the error bar of DEM
 License: Apache-2.0
 Requires-Python: =={python}.*
-Requires-Dist: numpy
+Requires-Dist: numpy<2
 Provides-Extra: client
 Requires-Dist: grpcio; extra == 'client'
 Requires-Dist: protobuf (>=4.21); extra == 'client'

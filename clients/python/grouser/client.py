@@ -15,6 +15,7 @@ from ._core import AccuracyRequest, Margins, SpeedOptions
 from .arrays import Answers, Bits, Fields, Floats, Motions, Path, Powers, Solutions, SpeedPlan, States
 from .channel import ABOUT, Connection, ServerError
 from .jobs import JobsClient, Submitted
+from .messages import make
 from .v1alpha1 import (
     explanation_pb2,
     operator_service_pb2,
@@ -72,8 +73,8 @@ class Client(Connection):
         """
         wanted = arrays.chosen(messages.ANSWERED, fields, arrays.DEFAULT_ANSWERS)
         message, shape = messages.wheel_states(states)
-        request = terrain_service_pb2.EvaluateWheelsRequest(
-            model=model, states=message, fields=messages.fields_of(wanted),
+        request = make(
+            terrain_service_pb2.EvaluateWheelsRequest, model=model, states=message, fields=messages.fields_of(wanted),
             with_gradients=any(name.partition(".")[2].startswith("d_") for name in wanted))
         if accuracy is not None:
             request.accuracy.CopyFrom(messages.accuracy_message(accuracy))
@@ -95,8 +96,8 @@ class Client(Connection):
 
         max_runs: at most so many of each list of runs, up to 20; 0: 5.
         """
-        request = terrain_service_pb2.ExplainRequest(model=model, state=messages.wheel_states(state)[0],
-                                                     max_runs=max_runs)
+        request = make(terrain_service_pb2.ExplainRequest, model=model, state=messages.wheel_states(state)[0],
+                       max_runs=max_runs)
         return self._call(self._terrain.Explain, request, deadline).explanation
 
     def models(self, *, deadline: Optional[float] = None) -> list[terrain_service_pb2.ModelInfo]:
@@ -105,7 +106,7 @@ class Client(Connection):
 
     def model(self, model: str = "", *, deadline: Optional[float] = None) -> terrain_service_pb2.GetModelResponse:
         """One model with its error table and provenance."""
-        return self._call(self._terrain.GetModel, terrain_service_pb2.GetModelRequest(model=model), deadline)
+        return self._call(self._terrain.GetModel, make(terrain_service_pb2.GetModelRequest, model=model), deadline)
 
     def solve(self, motions: Motions, vehicle: str = "", *, fields: Fields = None,
               deadline: Optional[float] = None) -> Solutions:
@@ -114,7 +115,7 @@ class Client(Connection):
         vehicle: its name; empty: the only one, if there is one. Indices of soils: vehicle(name).soils.
         """
         message, shape = messages.motions_message(motions)
-        request = vehicle_service_pb2.SolveRequest(vehicle=vehicle, motions=message)
+        request = make(vehicle_service_pb2.SolveRequest, vehicle=vehicle, motions=message)
         s = self._call(self._vehicle.Solve, request, deadline).solutions
         wanted = arrays.chosen(arrays.SOLUTION_NAMES, fields)
         out = Solutions(messages.array_of(s.reasons, "reasons", shape, np.uint32))
@@ -128,8 +129,8 @@ class Client(Connection):
                           deadline: Optional[float] = None) -> tuple[Floats, Floats]:
         """As VehicleSolver.probability_to_go, of at most 120 motions: (least, most)."""
         message, shape = messages.motions_message(motions)
-        request = vehicle_service_pb2.SolveRequest(vehicle=vehicle, motions=message, with_go_probability=True,
-                                                   margins=messages.margins_message(margins or Margins()))
+        request = make(vehicle_service_pb2.SolveRequest, vehicle=vehicle, motions=message, with_go_probability=True,
+                       margins=messages.margins_message(margins or Margins()))
         response = self._call(self._vehicle.Solve, request, deadline)
         return (messages.array_of(response.go_probability_least, "go_probability_least", shape),
                 messages.array_of(response.go_probability_most, "go_probability_most", shape))
@@ -141,7 +142,7 @@ class Client(Connection):
         sds: standard deviations of the ground to both ends of the interval; by default 1.645 (90 %).
         """
         message, shape = messages.motions_message(motions)
-        request = vehicle_service_pb2.EnergyRequest(vehicle=vehicle, motions=message, interval_sds=sds)
+        request = make(vehicle_service_pb2.EnergyRequest, vehicle=vehicle, motions=message, interval_sds=sds)
         p = self._call(self._vehicle.Energy, request, deadline).powers
         wanted = arrays.chosen(arrays.POWER_NAMES, fields)
         out = Powers(messages.array_of(p.reasons, "reasons", shape, np.uint32))
@@ -155,8 +156,9 @@ class Client(Connection):
         draws: also the share of so many coherent draws of the ground on which the plan holds.
         """
         message, shape = messages.path_message(path)
-        request = vehicle_service_pb2.PlanSpeedRequest(
-            vehicle=vehicle, path=message, speed_limit_m_per_s=options.speed_limit, worse_by_sd=options.worse_by_sd,
+        request = make(
+            vehicle_service_pb2.PlanSpeedRequest, vehicle=vehicle, path=message,
+            speed_limit_m_per_s=options.speed_limit, worse_by_sd=options.worse_by_sd,
             margins=messages.margins_message(options.margins), acceleration_m_per_s2=options.acceleration,
             braking_m_per_s2=options.braking, start_m_per_s=options.start, end_m_per_s=options.end, draws=draws)
         response = self._call(self._vehicle.PlanSpeed, request, deadline)
@@ -179,7 +181,7 @@ class Client(Connection):
 
     def vehicle(self, vehicle: str = "", *, deadline: Optional[float] = None) -> vehicle_pb2.Vehicle:
         """One vehicle, with its wheels and the names of its soils."""
-        request = vehicle_service_pb2.GetVehicleRequest(vehicle=vehicle)
+        request = make(vehicle_service_pb2.GetVehicleRequest, vehicle=vehicle)
         return self._call(self._vehicle.GetVehicle, request, deadline).vehicle
 
     def build_info(self, *, deadline: Optional[float] = None) -> operator_service_pb2.GetBuildInfoResponse:

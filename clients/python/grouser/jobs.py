@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Optional, Union
 
 from ._core import Error
 from .channel import ABOUT, Connection
+from .messages import make
 from .v1alpha1 import jobs_service_pb2, jobs_service_pb2_grpc, run_pb2
 
 File = Union[str, os.PathLike[str]]
@@ -67,9 +68,12 @@ class JobsClient(Connection):
 
     def _submit(self, method: Any, request: Any, time_limit: Optional[float], request_id: Optional[str],
                 deadline: Optional[float], default: Optional[float]) -> Submitted:
-        request.request_id = request_id or f"python-{uuid.uuid4().hex}"
+        request.MergeFrom(make(type(request), request_id=request_id or f"python-{uuid.uuid4().hex}"))
         if time_limit is not None:
-            request.time_limit.FromMilliseconds(round(1000 * time_limit))
+            try:
+                request.time_limit.FromMilliseconds(round(1000 * time_limit))
+            except (ValueError, OverflowError):
+                raise Error(f"time_limit: {time_limit:g} s, expected 1 s or more, and finite") from None
         response = self._call(method, request, deadline, default)
         return Submitted(response.job, response.joined, request.request_id)
 
@@ -86,10 +90,10 @@ class JobsClient(Connection):
         modes = [name.removeprefix("RIG_MODE_").lower() for name, number in run_pb2.RigMode.items() if number != 0]
         if mode not in modes:
             raise Error(f"mode: '{mode}', expected {', '.join(modes)}")
-        state = run_pb2.TestState(mode=f"RIG_MODE_{mode.upper()}", slip=slip, attack_angle_rad=attack_angle,
-                                  load_n=load, drawbar_n=drawbar, speed_m_per_s=speed)
-        request = jobs_service_pb2.SubmitRefinementRequest(model=model, state=state, seed=seed, max_time_s=max_time,
-                                                           priority=priority)
+        state = make(run_pb2.TestState, mode=f"RIG_MODE_{mode.upper()}", slip=slip, attack_angle_rad=attack_angle,
+                     load_n=load, drawbar_n=drawbar, speed_m_per_s=speed)
+        request = make(jobs_service_pb2.SubmitRefinementRequest, model=model, state=state, seed=seed,
+                       max_time_s=max_time, priority=priority)
         return self._submit(self._jobs.SubmitRefinement, request, time_limit, request_id, deadline, None)
 
     def submit_campaign(self, file: File, *, more: Iterable[File] = (), from_server: bool = False,
@@ -100,19 +104,17 @@ class JobsClient(Connection):
         file: a campaign file; the .yaml and .csv files that it names go along, and `more`. from_server: it is
         instead one of the folder that the operator allows; server_files: scenes and soils of that folder.
         """
-        request = jobs_service_pb2.SubmitCampaignRequest(priority=priority)
-        if from_server:
-            request.campaign.file, request.campaign.from_server = os.fspath(file), True
-        else:
-            request.campaign.file = self._add_files(request, [file, *more])[os.fspath(file)]
-            request.campaign.server_files.extend(server_files)
+        request = make(jobs_service_pb2.SubmitCampaignRequest, priority=priority)
+        work = {"file": os.fspath(file), "from_server": True} if from_server else {
+            "file": self._add_files(request, [file, *more])[os.fspath(file)], "server_files": server_files}
+        request.campaign.CopyFrom(make(jobs_service_pb2.CampaignWork, **work))
         return self._submit(self._jobs.SubmitCampaign, request, time_limit, request_id, deadline, _CHECK_S)
 
     def submit_soil_calibration(self, data: File, *, report: bool = False, more: Iterable[File] = (),
                                 priority: int = 0, time_limit: Optional[float] = None,
                                 request_id: Optional[str] = None, deadline: Optional[float] = None) -> Submitted:
         """Parameters of a soil from the measured tests of a measurement file; report: report.html as well."""
-        request = jobs_service_pb2.SubmitCalibrationRequest(priority=priority)
+        request = make(jobs_service_pb2.SubmitCalibrationRequest, priority=priority)
         names = self._add_files(request, [data, *more])
         request.calibration.kind = jobs_service_pb2.CALIBRATION_KIND_SOIL
         request.calibration.data, request.calibration.report = names[os.fspath(data)], report
@@ -127,26 +129,25 @@ class JobsClient(Connection):
         soil: file of grains to begin with; scene: of the measured wheel; vary: parameters and their ranges;
         points: that fill the space, 0: ten for each parameter.
         """
-        request = jobs_service_pb2.SubmitCalibrationRequest(priority=priority)
+        request = make(jobs_service_pb2.SubmitCalibrationRequest, priority=priority)
         of = {"data": data, "soil": soil, "scene": scene} | ({"vary": vary} if vary is not None else {})
         names = self._add_files(request, [*of.values(), *more])
-        work = request.calibration
-        work.kind = jobs_service_pb2.CALIBRATION_KIND_GRAINS
-        for field, file in of.items():
-            setattr(work, field, names[os.fspath(file)])
-        work.budget_hours, work.points = budget_hours, points
+        work = {field: names[os.fspath(file)] for field, file in of.items()}
+        request.calibration.CopyFrom(make(
+            jobs_service_pb2.CalibrationWork, kind=jobs_service_pb2.CALIBRATION_KIND_GRAINS,
+            budget_hours=budget_hours, points=points, **work))
         return self._submit(self._jobs.SubmitCalibration, request, time_limit, request_id, deadline, _CHECK_S)
 
     @staticmethod
     def _add_files(request: Any, files: Iterable[File]) -> Mapping[str, str]:
         contents, names = _bundle(files)
         for name, content in contents.items():
-            request.files.add(name=name, content=content)
+            request.files.append(make(jobs_service_pb2.NamedFile, name=name, content=content))
         return names
 
     def job(self, job_id: str, *, deadline: Optional[float] = None) -> jobs_service_pb2.Job:
         """One job as it stands."""
-        return self._call(self._jobs.GetJob, jobs_service_pb2.GetJobRequest(job_id=job_id), deadline).job
+        return self._call(self._jobs.GetJob, make(jobs_service_pb2.GetJobRequest, job_id=job_id), deadline).job
 
     def jobs(self, limit: int = 100, *, deadline: Optional[float] = None) -> list[jobs_service_pb2.Job]:
         """The newest jobs, at most `limit`, without stress and surface of their runs. deadline: of each page."""
@@ -163,7 +164,7 @@ class JobsClient(Connection):
         DEADLINE_EXCEEDED after `deadline` [s]; the job goes on.
         """
         job = None
-        request = jobs_service_pb2.WatchJobRequest(job_id=job_id)
+        request = make(jobs_service_pb2.WatchJobRequest, job_id=job_id)
         for response in self._stream(self._jobs.WatchJob, request, deadline):
             job = response.job
             if on_change is not None:
@@ -176,15 +177,21 @@ class JobsClient(Connection):
 
     def cancel(self, job_id: str, request_id: str, *, deadline: Optional[float] = None) -> jobs_service_pb2.Job:
         """Withdraws one subscriber, Submitted.request_id; work stops when none is left."""
-        request = jobs_service_pb2.CancelJobRequest(job_id=job_id, request_id=request_id)
+        request = make(jobs_service_pb2.CancelJobRequest, job_id=job_id, request_id=request_id)
         return self._call(self._jobs.CancelJob, request, deadline).job
 
     def read_file(self, job_id: str, name: str, *, deadline: Optional[float] = None) -> bytes:
-        """One of a job's results, whole. deadline: of each part of 512 KiB."""
-        content = b""
-        while True:
-            request = jobs_service_pb2.ReadJobFileRequest(job_id=job_id, name=name, offset=len(content))
+        """One of a job's results, whole. deadline: of each part of 512 KiB.
+
+        Raises Error where the server gives more or less than the size that it said first.
+        """
+        content, size = bytearray(), None
+        while size is None or len(content) < size:
+            request = make(jobs_service_pb2.ReadJobFileRequest, job_id=job_id, name=name, offset=len(content))
             part = self._call(self._jobs.ReadJobFile, request, deadline)
+            size = part.bytes if size is None else size
             content += part.data
-            if not part.data or len(content) >= part.bytes:
-                return content
+            if part.bytes != size or len(content) > size or (not part.data and len(content) < size):
+                raise Error(f"job {job_id}: {name}: the server {self.address} gave {len(content)} bytes of "
+                            f"{part.bytes}, expected {size}, which it said first")
+        return bytes(content)

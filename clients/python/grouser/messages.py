@@ -1,6 +1,7 @@
 """NumPy arrays to the messages of the services, and back. Numbers keep their bits."""
 
 import re
+import reprlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -22,6 +23,19 @@ _MAY_LACK = ("measured_low", "measured_high")
 def wire_names(message: Any) -> dict[str, str]:
     """Names without units, as in grouser.arrays, to those of the fields of a message."""
     return {_UNIT.sub("", f.name): f.name for f in message.DESCRIPTOR.fields}
+
+
+def make(kind: Any, /, **fields: Any) -> Any:
+    """A message of these fields. Raises Error, with the field's name, for a value that it cannot hold."""
+    try:
+        return kind(**fields)
+    except (ValueError, OverflowError):  # protobuf's text does not say which it is
+        for name, value in fields.items():
+            try:
+                kind(**{name: value})
+            except (ValueError, OverflowError) as error:
+                raise Error(f"{name}: {reprlib.repr(value)}: {error}") from None
+        raise
 
 
 def extend(field: Any, name: str, value: Any, shape: tuple[int, ...]) -> None:

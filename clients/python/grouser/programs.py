@@ -6,6 +6,7 @@ ends early, by an exception of a callback or Ctrl-C, ends its program too.
 """
 
 import json
+import numbers
 import os
 import pathlib
 import re
@@ -25,6 +26,7 @@ Progress = Optional[Callable[[float, Optional[float], str], object]]
 _BUILT = pathlib.Path(__file__).absolute().parents[2] / "bin"
 _PROGRESS = re.compile(r"progress ([\d.]+)(?: eta=([\d.]+))? ?(.*)")
 _LINES_OF_ERROR = 15
+_END_S = 10.0
 
 
 class ProgramError(Error):
@@ -34,6 +36,9 @@ class ProgramError(Error):
         super().__init__(text)
         self.exit_code = exit_code
 
+    def __reduce__(self) -> tuple[Any, ...]:  # by default unpickled with the text alone
+        return type(self), (str(self), self.exit_code), self.__dict__
+
 
 def _program(name: str, programs: Optional[File]) -> str:
     places = [os.fspath(programs)] if programs is not None else [str(_BUILT), os.environ.get("PATH", "")]
@@ -42,6 +47,19 @@ def _program(name: str, programs: Optional[File]) -> str:
         raise Error(f"{name}: not in {programs if programs is not None else 'the PATH'}; "
                     "expected Grouser's programs there, or their folder as programs=")
     return found
+
+
+def _end(child: "subprocess.Popen[str]") -> None:
+    """Ends a program and its own children; it is gone when this returns or raises."""
+    try:
+        os.killpg(child.pid, signal.SIGTERM)
+        child.wait(_END_S)
+    except subprocess.TimeoutExpired:
+        pass
+    finally:  # also where Ctrl-C is pressed again
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
 
 
 def _run(argv: list[str], say: Callable[[str], object]) -> str:
@@ -58,12 +76,19 @@ def _run(argv: list[str], say: Callable[[str], object]) -> str:
                 child.wait()
             finally:
                 if child.poll() is None:
-                    os.killpg(child.pid, signal.SIGTERM)  # its own children too
+                    _end(child)
         if child.returncode != 0:
             raise ProgramError("\n".join([f"{' '.join(argv)}: ended with {child.returncode}:", *last]),
                                child.returncode)
         out.seek(0)
         return out.read()
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    # repr of NumPy's own numbers is np.float64(0.5) in its later versions.
+    return repr(int(value)) if isinstance(value, numbers.Integral) else repr(float(value))
 
 
 def _options(**options: Any) -> list[str]:
@@ -75,8 +100,7 @@ def _options(**options: Any) -> list[str]:
             argv.append(flag)
         elif value is not None and value is not False:
             several = value if isinstance(value, (list, tuple)) else [value]
-            argv += [f"{flag}={v if isinstance(v, str) else os.fspath(v) if isinstance(v, os.PathLike) else repr(v)}"
-                     for v in several]
+            argv += [f"{flag}={_word(v)}" for v in several]
     return argv
 
 

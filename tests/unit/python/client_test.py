@@ -207,7 +207,12 @@ class ClientTest(unittest.TestCase):
                 (r"s: shape \(2, 2\)", client.plan_speed, Path(np.zeros((2, 2))), OPTIONS, "husky")):
             with self.assertRaisesRegex(Error, text):
                 call(*arguments)
-        for deadline in (0, -1, np.nan, np.inf):
+        for text, call in (("max_runs: -1: ", lambda: client.explain(states, name, max_runs=-1)),
+                           ("draws: -1: ", lambda: client.plan_speed(Path.of([0, 1.0]), OPTIONS, "husky", draws=-1)),
+                           ("model: .*surrogates", lambda: client.evaluate(states, "\ud800"))):
+            with self.assertRaisesRegex(Error, text):
+                call()
+        for deadline in (0, -1, np.nan, np.inf, 1e10):
             with self.assertRaisesRegex(Error, "deadline: .*above 0"):
                 client.evaluate(states, name, deadline=deadline)
 
@@ -219,6 +224,10 @@ class ClientTest(unittest.TestCase):
                 Client("127.0.0.1:%d" % silent.getsockname()[1], deadline=0.2) as client:
             self.refuses(grpc.StatusCode.DEADLINE_EXCEEDED, "", client.evaluate, states)
             self.refuses(grpc.StatusCode.DEADLINE_EXCEEDED, "", client.models)
+        with Client("unix:/nobody/here") as client:
+            pass
+        with self.assertRaisesRegex(Error, "unix:/nobody/here: .*closed"):
+            client.models()
         for address in ("robot", "robot:x", ""):
             with self.assertRaisesRegex(Error, "expected HOST:PORT or unix:PATH"):
                 Client(address)
@@ -229,7 +238,8 @@ class ClientTest(unittest.TestCase):
             with serving("grouser-server", folder, *options, grpc=socket_path) as address:
                 client = self.enterContext(Client(address))
                 models = client.models()
-            self.refuses(grpc.StatusCode.UNAVAILABLE, "is it running", client.models)
+            # (The first call may find the connection closed, which then stood.)
+            self.refuses(grpc.StatusCode.UNAVAILABLE, r"\(server unix:", client.models)
             with serving("grouser-server", folder, *options, grpc=socket_path):
                 for _ in range(100):  # it is tried again every second
                     try:
@@ -294,6 +304,11 @@ class AccessTest(unittest.TestCase):
         for text, access in (
                 ("tls_cert: expected with tls_key", {"tls_cert": "a"}),
                 ("tls_cert: expected with tls_ca", self.mutual),
+                *((f"{name}: an empty path, expected", {name: ""}) for name in ("tls_ca", "token_file")),
+                ("tls_key: an empty path", {"tls_ca": self.at("ca.pem"), "tls_cert": "", "tls_key": ""}),
+                ("tls_cert: expected with tls_key", {"tls_ca": self.at("ca.pem"), "tls_cert": ""}),
+                ("tls_cert: expected with tls_ca", {"tls_cert": "", "tls_key": ""}),
+                ("tls_ca: .*null byte", {"tls_ca": "a\0b"}),
                 ("tls_ca: /nobody: No such file", {"tls_ca": "/nobody"}),
                 ("tls_ca: .*is empty, expected PEM", {"tls_ca": self.at("empty")}),
                 ("token_file: .*is empty, expected a token", {"token_file": self.at("empty")}),

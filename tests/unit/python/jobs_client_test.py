@@ -1,11 +1,10 @@
 #!/usr/bin/python3
 """Jobs by grouser.client with the real grouser-jobs and its programs. Exit code 77: there is no grpcio."""
 
-import json
 import tempfile
 import unittest
 
-from servers import JobsClient, ServerError, serving  # first: exits where there is no grpcio
+from servers import JobsClient, ServerError, serving_jobs  # first: exits where there is no grpcio
 
 import grpc
 from common import SOURCE
@@ -13,7 +12,6 @@ from common import SOURCE
 import grouser
 from grouser.v1alpha1 import jobs_service_pb2 as v1
 
-PLATES = SOURCE / "surrogate/calibrate/measured/cmu_plates.yaml"
 SMOKE = SOURCE / "dem_offline/campaigns/smoke.campaign.yaml"
 
 
@@ -21,26 +19,7 @@ class JobsClientTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         folder = cls.enterClassContext(tempfile.TemporaryDirectory())
-        address = cls.enterClassContext(serving(
-            "grouser-jobs", folder, "--shipped", str(SOURCE / "surrogate/shipped"), "--scripts", str(SOURCE),
-            "--workers", "1"))
-        cls.jobs = cls.enterClassContext(JobsClient(address, deadline=60))
-
-    def test_calibration_to_its_files(self):
-        seen = []
-        job, joined, _ = self.jobs.submit_soil_calibration(PLATES, time_limit=300)
-        self.assertFalse(joined)
-        self.assertEqual(job.time_limit.seconds, 300)
-        with self.assertRaises(ServerError) as caught:
-            self.jobs.wait(job.job_id, deadline=1e-3)
-        self.assertEqual(caught.exception.code, grpc.StatusCode.DEADLINE_EXCEEDED)
-        job = self.jobs.wait(job.job_id, seen.append, deadline=300)
-        self.assertEqual(job.job_state, v1.JOB_STATE_DONE, job.message)
-        self.assertEqual(seen[-1], job)
-        self.assertEqual({r.name for r in job.results}, {"soil.csv", "calibration.json"})
-        content = self.jobs.read_file(job.job_id, "calibration.json")
-        self.assertEqual([len(content)], [r.bytes for r in job.results if r.name == "calibration.json"])
-        self.assertEqual(json.loads(content)["parameters"], grouser.calibrate_soil(PLATES)["parameters"])
+        cls.jobs = cls.enterClassContext(JobsClient(cls.enterClassContext(serving_jobs(folder)), deadline=60))
 
     def test_refinements_and_campaigns_are_joined_cancelled_and_listed(self):
         first = self.jobs.submit_refinement(load=24, slip=0.2, attack_angle=0.3, priority=-5, max_time=0.5)
@@ -75,6 +54,24 @@ class JobsClientTest(unittest.TestCase):
             self.jobs.submit_campaign("/nobody.yaml")
         with self.assertRaisesRegex(grouser.Error, "limit: 0"):
             self.jobs.jobs(0)
+
+    def test_arguments_that_make_no_message(self):
+        submit = self.jobs.submit_refinement
+        for text, call, named in (
+                ("priority: 1099511627776: ", submit, {"load": 24, "priority": 2**40}),
+                ("seed: -1: ", submit, {"load": 24, "seed": -1}),
+                ("model: ", submit, {"load": 24, "model": "\ud800"}),
+                ("request_id: ", submit, {"load": 24, "request_id": "\ud800"}),
+                *(("time_limit: ", submit, {"load": 24, "time_limit": limit})
+                  for limit in (float("nan"), float("inf"), -float("inf"), 1e300)),
+                ("priority: ", self.jobs.submit_campaign, {"file": SMOKE, "priority": -2**40}),
+                ("file: ", self.jobs.submit_campaign, {"file": "\ud800", "from_server": True}),
+                ("points: -1: ", self.jobs.submit_grain_calibration,
+                 {"data": SMOKE, "soil": SMOKE, "scene": SMOKE, "budget_hours": 1, "points": -1}),
+                ("job_id: ", self.jobs.wait, {"job_id": "\ud800"})):
+            with self.subTest(text, **named), self.assertRaisesRegex(grouser.Error, "^" + text) as caught:
+                call(**named)
+            self.assertNotIsInstance(caught.exception, ServerError)
 
 
 if __name__ == "__main__":

@@ -36,6 +36,13 @@ def serving(program, folder, *options, grpc="127.0.0.1:0"):
         process.wait(60)
 
 
+def serving_jobs(folder):
+    """grouser-jobs with the shipped models and one worker."""
+    source = os.environ["GROUSER_SOURCE"]
+    return serving("grouser-jobs", folder, "--shipped", f"{source}/surrogate/shipped", "--scripts", source,
+                   "--workers", "1")
+
+
 def make_certificates(folder):
     """ca, other, server (of this machine) and caller: NAME.pem, NAME.key."""
     config = pathlib.Path(folder, "c.cnf")

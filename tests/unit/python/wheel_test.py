@@ -41,11 +41,14 @@ def main():
         script = SOURCE / "clients/python/make_wheel.py"
         wheel = pathlib.Path(run(sys.executable, script, os.environ["GROUSER_BUILD"], f"{folder}/wheels").strip())
         assert [f.name for f in wheel.parent.iterdir()] == [wheel.name], "more than the wheel is left"
-        names = zipfile.ZipFile(wheel).namelist()
+        archive = zipfile.ZipFile(wheel)
+        names = archive.namelist()
         for wanted in ("grouser/client.py", "grouser/v1alpha1/state_pb2.py", "grouser/google/rpc/status_pb2.py",
                        "grouser/py.typed", "grouser/vehicles/husky.vehicle.yaml"):
             assert wanted in names, f"{wanted}: not in {names}"
         assert not [n for n in names if "__pycache__" in n]
+        metadata = archive.read(next(n for n in names if n.endswith(".dist-info/METADATA"))).decode()
+        assert "\nRequires-Dist: numpy<2\n" in metadata, metadata  # pybind11 2.10 knows no other
 
         environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PIP"))}
         run(sys.executable, "-m", "venv", "--without-pip", "--system-site-packages", f"{folder}/venv")
