@@ -8,7 +8,7 @@ Builds the preset release and makes Debian packages of it by CPack: grouser-serv
 grouser-map, grouser-data, libgrouser-dev, python3-grouser; grouser-map and python3-grouser where they were
 built (./grouser setup installs what they need). Prints their paths. What is in them: docs/packages.md.
   --release N   after the hyphen of the version (default: 1); a higher one upgrades
-  --out DIR     folder of the packages, of which older ones go (default: build/package)
+  --out DIR     folder of the packages, of which older ones go once the new are made (default: build/package)
 Examples:
   ./grouser package
   sudo apt-get install $(./grouser package | grep -E '/(grouser|grouser-(server|workers|data))_')
@@ -22,7 +22,7 @@ describe_package() {
 }
 
 word_package() {
-  local release=1 out="$GROUSER_ROOT/build/package" log="$GROUSER_ROOT/build/package.log" dir file packages
+  local release=1 out="$GROUSER_ROOT/build/package" log="$GROUSER_ROOT/build/package.log" dir aside file packages
   dir="$GROUSER_ROOT/build/release"
   if wants_help "$@"; then package_help; return; fi
   while [ $# -gt 0 ]; do
@@ -44,12 +44,19 @@ word_package() {
   "$PYTHON" "$GROUSER_ROOT/packaging/command_lines/write.py" --build "$dir" --out "$dir/command_lines" >>"$log" 2>&1 ||
     { tail -n 25 "$log" >&2; fail "they failed; all output is in $log"; }
   say "packing (log: build/package.log)"
-  rm -rf "$out/_CPack_Packages"
-  find "$out" -maxdepth 1 -name '*grouser*_*.deb' -delete
-  cpack --config "$dir/CPackConfig.cmake" -G DEB -B "$out" -D "CPACK_DEBIAN_PACKAGE_RELEASE=$release" >>"$log" 2>&1 ||
+  aside="$out/.making"  # on the same file system; the packages of before stay until all new ones are there
+  rm -rf "$aside"
+  cpack --config "$dir/CPackConfig.cmake" -G DEB -B "$aside" -D "CPACK_DEBIAN_PACKAGE_RELEASE=$release" >>"$log" 2>&1 ||
     { tail -n 25 "$log" >&2; fail "cpack failed; all output is in $log"; }
-  rm -rf "$out/_CPack_Packages"
-  mapfile -t packages < <(find "$out" -maxdepth 1 -name '*.deb' | sort)
+  mapfile -t packages < <(find "$aside" -maxdepth 1 -name '*.deb' -printf '%f\n' | sort)
+  [ ${#packages[@]} -gt 0 ] || fail "cpack made no package; all output is in $log"
+  mv -t "$out" -- "${packages[@]/#/$aside/}"
+  find "$out" -maxdepth 1 \( -name 'grouser*_*.deb' -o -name 'libgrouser-dev_*.deb' -o -name 'python3-grouser_*.deb' \) \
+    -printf '%f\n' | while read -r file; do
+    [[ " ${packages[*]} " == *" $file "* ]] || rm "$out/$file"
+  done
+  rm -rf "$aside"
+  packages=("${packages[@]/#/$out/}")
   for file in "${packages[@]}"; do describe_package "$file"; done
   printf '%s\n' "${packages[@]}"
 }

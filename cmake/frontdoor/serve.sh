@@ -146,7 +146,7 @@ Usage: ./grouser config check FILE          whether both programs take it
 One YAML file for the settings of grouser-server and grouser-jobs, by the names
 of their options (see their --help). The command line goes before the file, a
 program's own section before "both". Unknown keys are refused:
-  both:   {state: /var/lib/grouser, shipped: /usr/share/grouser, log-format: json}
+  both:   {state: /var/lib/grouser, shipped: /usr/share/grouser/surrogate/shipped, log-format: json}
   server: {http: 127.0.0.1:50161, no-lcm: true}
   jobs:   {http: 127.0.0.1:50162, workers: 2}
 Exit codes: 0 ok, 1 failed, 2 bad file.

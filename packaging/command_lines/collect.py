@@ -10,8 +10,11 @@ import re
 import subprocess
 
 VERB = re.compile(r"^ {2,4}([a-z][a-z-]+)(?: [a-z|]+)? {2,}\S", re.M)
-OPTION = re.compile(r"^ +(?:(-\w)(?: [A-Z.]+)?, )?(--[a-z][a-z0-9-]*)(?:[ =]([A-Z{][^\s,]*))?", re.M)
-FURTHER = re.compile(r"^ +--[^\s,]+ \S+, (--[a-z-]+) \S+", re.M)  # a line of help with two options
+# An option with its short name and its value, wherever it stands in a line; not --jobs-NAME, a family of them.
+OPTION = re.compile(r"(?:(?<![\w-])(-\w)(?: [A-Z.]+)?, )?(?<![\w-])(--[a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?![\w-])"
+                    r"(?:[ =]([A-Z][A-Z_]*(?:[.=:|][\w.]+)*(?![\w])|\{[^}\s]+\}|[a-z]+(?:\|[a-z]+)+))?")
+EXAMPLES = re.compile(r"^ *Examples?:.*?(?=\n\n|\Z)", re.M | re.S)  # they name options of other commands too
+CASE = re.compile(r'^( *)case "\$\{1:-\}" in\n(.*?)^\1esac', re.M | re.S)
 SAID = re.compile(r"^grouser: (--[a-z-]+) (\S+): (.*)", re.M)  # an option that the front door adds to a program's
 WORD = re.compile(r"^  ([a-z]+) +(\S.*)$")
 
@@ -71,7 +74,11 @@ class Collector:
         for part in sorted((self.root / "cmake" / "frontdoor").glob("*.sh")):
             body = re.search(rf"^word_{word}\(\) \{{.*?^\}}", part.read_text(), re.M | re.S)
             if body:
-                return re.findall(r'"\$\{1:-\}" !?= (\w+)', body[0])
+                verbs = re.findall(r'"\$\{1:-\}" !?= (\w+)', body[0])
+                for indent, arms in CASE.findall(body[0]):
+                    for arm in re.findall(rf"^{indent}  ([a-z][a-z-]*(?: \| [a-z][a-z-]*)*)\)", arms, re.M):
+                        verbs += arm.split(" | ")
+                return list(dict.fromkeys(verbs))
         return []
 
     def verb(self, words, above=None):
@@ -81,7 +88,9 @@ class Collector:
             command = json.loads(text)
             return command | {"name": words[-1], "added": added, "options": command["options"] + added}
         command = {"name": words[-1], "program": "", "path": [], "above": [], "text": "", "footer": "", "help": text,
-                   "falls_through": False, "options": options_of(text) + added, "subcommands": []}
+                   "falls_through": False, "options": added, "subcommands": []}
+        if words != ["help"]:  # which tells of the words, not of itself
+            command["options"] = options_of(text) + added
         if text == above:  # the whole word's, again
             return command | {"help": "", "options": []}
         if len(words) == 1 and words != ["help"]:
@@ -101,8 +110,12 @@ def option(names, value, text=""):
 def options_of(text):
     """The options that stand in a help text, each once."""
     found = {}
-    for short, name, value in OPTION.findall(text):
-        found.setdefault(name, option([name, short] if short else [name], value))
-    for name in FURTHER.findall(text):
-        found.setdefault(name, option([name], "VALUE"))
+    for short, name, value in OPTION.findall(EXAMPLES.sub("", text)):
+        if value.startswith("{") or value[:1].islower():  # one of these words
+            value = ":{" + value.strip("{}").replace("|", ",") + "}"
+        one = found.setdefault(name, option([name], value))
+        if value and not one["values"]:
+            one |= {"type": value, "values": 1}
+        if short and short not in one["names"]:
+            one["names"].append(short)
     return list(found.values())

@@ -2,7 +2,7 @@
 
 import shlex
 
-FILE_TYPES = ("TEXT", "FILE", "DIR", "PATH", "FOLDER")
+FILE_TYPES = ("TEXT", "FILE", "DIR", "PATH", "FOLDER", "OUT", "MODEL")
 NUMBER, FILE = "@nothing", "@file"
 
 BODY = """\

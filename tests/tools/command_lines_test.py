@@ -79,18 +79,42 @@ def check_programs(build, out):
     print(f"{len(programs)} commands, {len(queries)} with options: {sum(map(len, expected))} options")
 
 
+def check_word_options(out, prefix):
+    """What the front door's own help texts name, but for their examples, is completed, and nothing else."""
+    env = {"PATH": "/usr/bin:/bin", "HOME": str(prefix), "MPLCONFIGDIR": str(prefix)}
+    words = [line.split() for line in ("serve", "config", "doctor", "reproduce", "bevameter", "validate", "calibrate",
+                                       "calibrate grains", "campaign adapt", "campaign converge", "dem view",
+                                       "model plot", "vehicle plot")]
+    count = 0
+    completed = complete(out / "completions", [["grouser", *path, "--"] for path in words])
+    for path, offered in zip(words, completed, strict=True):
+        done = run(prefix / "bin" / "grouser", *path, "--help", cwd="/", env=env)
+        assert done.returncode == 0, f"{path}: {done.stderr}"
+        text = re.sub(r"^ *Examples?:\n(?:.+\n)*", "", done.stdout, flags=re.M)
+        named = {name for name in re.findall(r"(?<![\w-])--[a-z][\w-]*", text) if name == name.lower()}
+        assert set(offered) == named, f"grouser {' '.join(path)}: completed or named, not both: {set(offered) ^ named}"
+        count += len(named)
+    assert {"--jobs-http", "--idle-s", "--rights"} <= set(completed[0]), completed[0]
+    print(f"{len(words)} words of ./grouser: {count} options")
+
+
 def check_words(out):
     page = plain(gzip.decompress((out / "man1" / "grouser.1.gz").read_bytes()).decode())
     for wanted in ("grouser query is grouser-client query", "grouser jobs get is grouser-client job"):
         assert wanted in " ".join(page.split()), f"grouser(1) lacks: {wanted}"
-    words, model, plot, kinds, added, campaign = complete(out / "completions", [
+    words, model, plot, kinds, added, campaign, formats, folder = complete(out / "completions", [
         ["grouser", "@"], ["grouser", "model", "@"], ["grouser", "query", "--"], ["grouser", "dem", "run", "--device", "@"],
-        ["grouser", "model", "explain", "--pl"], ["grouser", "campaign", "a"]])
+        ["grouser", "model", "explain", "--pl"], ["grouser", "campaign", "@"],
+        ["grouser", "serve", "--log-format", "@"], ["grouser", "validate", "--out", "@"]])
     assert {"serve", "query", "model", "doctor"} <= set(words) and not {"setup", "build", "test"} & set(words), words
     assert {"list", "eval", "explain", "gate"} <= set(model), model
     assert {"--slip", "--server", "--plot"} <= set(plot), plot
     assert "cpu" in kinds, kinds
-    assert added == ["--plot"] and campaign == ["adapt"], (added, campaign)
+    assert added == ["--plot"] and {"run", "adapt", "converge"} <= set(campaign), (added, campaign)
+    assert formats == ["text", "json"] and not folder, (formats, folder)
+    table = (out / "completions" / "grouser").read_text()
+    for option in ("validate --out", "validate --model"):
+        assert f"['. {option}']=@file" in table, f"{option}: expected files"
 
 
 def check_texts(root, build, out):
@@ -146,6 +170,7 @@ def main(root, build, words=False):
         if words:
             check_words(out)
             write.install(build, prefix)
+            check_word_options(out, prefix)
             check_installed(build, prefix)
 
 

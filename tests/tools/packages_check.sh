@@ -40,7 +40,7 @@ quietly() { "$@" >"$made/log" 2>&1 || { tail -n 40 "$made/log" >&2; return 1; };
 install_release() {
   rm -rf "$folder/root/packages"
   cp -r "$packed/$1" "$folder/root/packages"
-  quietly in_folder sh -c 'apt-get install -qy --no-install-recommends /root/packages/*.deb'
+  quietly in_folder sh -c 'apt-get install -qy --no-install-recommends /root/packages/*.deb python3-grpcio'
 }
 names() { local file; for file in "$packed"/1/*.deb; do dpkg-deb -f "$file" Package; done; }
 # Everything of Grouser that is there, but for what this script put there.
@@ -106,8 +106,11 @@ grep -q '^  http:' "$folder/etc/grouser/grouser.yaml" || fail "remove: the setti
 step "purge" purge
 grep -q '/var/lib/grouser still has models' "$made/log" || fail "purge: does not say that models are left"
 step "what a purge leaves: models alone" check_left /var/lib/grouser
-[ "$(find "$folder/var/lib/grouser" -type f | wc -l)" -ge 1 ] || fail "purge: a model went"
-find "$folder/var/lib/grouser" -type f ! -path '*/tables/*' -delete
+model="$folder/var/lib/grouser/models/$(cat "$folder/root/digest").model"
+[ -s "$model" ] || fail "purge: a model went: ${model#"$folder"}"
+rm -rf "$folder/var/lib/grouser"  # what the message says to do
 step "install again" install_release 2
+step "use, with nothing done" use idle
+[ -e "$folder/var/lib/grouser/jobs/jobs.sqlite" ] || fail "grouser-jobs made no database"
 step "purge again" purge
 step "which leaves nothing, where no models were" check_left ''

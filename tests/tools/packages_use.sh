@@ -1,5 +1,5 @@
 #!/bin/bash
-# By tests/tools/packages_check.sh, in a folder where the packages were installed: packages_use.sh fresh|upgraded
+# By tests/tools/packages_check.sh, in a folder where the packages were installed: packages_use.sh fresh|upgraded|idle
 set -euo pipefail
 cd /tmp
 what="$1"
@@ -45,6 +45,12 @@ if [ "$what" = upgraded ]; then
   expect 'http=127.0.0.1:50161' "$(cat /root/grouser-server.log)"
   expect 'cmu-smooth-62.5-8mm' "$(as_nobody grouser model list)"
 fi
+# By Python, with grpcio.
+expect 'client [-0-9]' "$(as_nobody python3 -c '
+import grouser
+import grouser.client
+with grouser.client.Client("127.0.0.1:50151") as client:
+    print("client", client.evaluate(grouser.States.of(0.08, 0, 0.1, 24), "cmu-smooth-62.5").f_x.value[0])')"
 # What words and programs look up, from any folder, and Python.
 expect 'LETE sand' "$(as_nobody grouser soil list)"
 expect 'LETE sand' "$(as_nobody grouser-soil list)"
@@ -75,6 +81,7 @@ done
 if [ "$what" = fresh ]; then
   model=/usr/share/grouser/surrogate/pairs/cmu-smooth-62.5-8mm/hybrid.model
   digest="$(grouser model show "$model" | sed -n '1s/.*@sha256://p')"  # names a model of the state folder
+  echo "$digest" >/root/digest
   install -D -o grouser -g grouser -m 640 "$model" "/var/lib/grouser/models/$digest.model"
 fi
 kill -TERM "${services[@]}"
