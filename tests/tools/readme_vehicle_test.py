@@ -14,7 +14,7 @@ import tempfile
 SECTION = re.compile(r"^## A vehicle: .*?(?=^## )", re.M | re.S)
 BLOCK = re.compile(r"^```\n(.*?)^```$", re.M | re.S)
 # As git has them, and copied, as it finds the root by its own place: the front door.
-LINKED = ("clients", "cmake", "surrogate")
+LINKED = ("CMakeLists.txt", "clients", "cmake", "surrogate")
 
 
 def checkout(root, programs, folder):
