@@ -39,8 +39,9 @@ word_docs() {
   cd "$GROUSER_ROOT" || return
   { cat docs/site/Doxyfile; printf 'OUTPUT_DIRECTORY = "%s"\n' "$work/doxygen"; } | doxygen - ||
     fail "doxygen failed"
+  # -E: the references change where no document has.
   GROUSER_SITE_XML="$work/doxygen" GROUSER_SITE_PYTHON="$(built_python)" \
-    "$PYTHON" -m sphinx -q "${strict[@]}" -b html -d "$work/doctrees" -c docs/site . "$out" ||
+    "$PYTHON" -m sphinx -q -E "${strict[@]}" -b html -d "$work/doctrees" -c docs/site . "$out" ||
     fail "sphinx failed"
   say "documents: $out/index.html"
 }

@@ -132,6 +132,11 @@ def read_source(app, name, source):
     source[0] = re.sub(r"\[([^\]]+)\]\((validation/[\w.-]+\.html)\)", r'<a href="\2">\1</a>', text)
 
 
+def plain_docstring(app, what, name, object_, options, lines):
+    """Docstrings are plain text, not reStructuredText: lines that are kept as they stand."""
+    lines[:] = ["| " + re.sub(r"([\\\\|*`_])", r"\\\1", line) for line in lines] + [""]
+
+
 def finish(app, problem):
     if problem or app.builder.format != "html":
         return
@@ -147,4 +152,5 @@ def finish(app, problem):
 
 def setup(app):
     app.connect("source-read", read_source)
+    app.connect("autodoc-process-docstring", plain_docstring)
     app.connect("build-finished", finish)
