@@ -40,6 +40,7 @@ suppress_warnings = ["myst.header"]  # tables that a command writes below a titl
 if PYTHON_PACKAGE:
     sys.path.insert(0, PYTHON_PACKAGE)
 autodoc_member_order = "bysource"
+autodoc_default_options = {"no-value": True}  # paths of the machine that made this, say
 
 REFERENCES = ["site/commands", "site/cpp", "site/python", "site/messages"]
 LINK = re.compile(r"\[([^\]]+)\]\(([^)#\s]+\.md)\)")
@@ -133,8 +134,13 @@ def read_source(app, name, source):
 
 
 def plain_docstring(app, what, name, object_, options, lines):
-    """Docstrings are plain text, not reStructuredText: lines that are kept as they stand."""
-    lines[:] = ["| " + re.sub(r"([\\\\|*`_])", r"\\\1", line) for line in lines] + [""]
+    """Docstrings are plain text, not reStructuredText: paragraphs, and lists of "name: text" kept as they stand."""
+    paragraphs = re.split(r"\n\s*\n", "\n".join(re.sub(r"([\\|*`_])", r"\\\1", line) for line in lines).strip("\n"))
+    lines.clear()
+    for paragraph in paragraphs:
+        kept = re.search(r"^( +\S|[\w, \\]+: )", paragraph, re.M)
+        lines.extend([*("| " + line for line in paragraph.split("\n"))] if kept else paragraph.split("\n"))
+        lines.append("")
 
 
 def finish(app, problem):
