@@ -19,14 +19,10 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "common"))
 import html_page  # noqa: E402
+from picture_options import Refused, check_picture, positive  # noqa: E402
 
 POINTS = 24
-SUFFIXES = (".png", ".svg", ".pdf")
 PARTS = (("drive_w", "drive losses"), ("rolling_w", "rolling"), ("slip_w", "slip"), ("scrub_w", "lateral scrub"))
-
-
-class Refused(Exception):
-    """The reason in its text, or nothing where the program has said it."""
 
 
 def number(value):
@@ -113,13 +109,6 @@ def picture(options, soils, sweeps, found):
     figure.savefig(options.out, dpi=130)
 
 
-def positive(text):
-    value = float(text)
-    if not (value > 0 and math.isfinite(value)):
-        raise argparse.ArgumentTypeError(f"got {text}, expected a number above 0")
-    return value
-
-
 def main():
     parser = argparse.ArgumentParser(prog="grouser vehicle plot", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -132,8 +121,7 @@ def main():
     parser.add_argument("--least-radius", type=positive, default=0.5, help="[m] (default: 0.5, to 20 times that)")
     parser.add_argument("--most-yaw-rate", type=positive, default=1.5, help="[rad/s] (default: 1.5)")
     options = parser.parse_args()
-    if options.out.suffix not in SUFFIXES:
-        parser.error(f"--out: {options.out}, expected a name that ends with {', '.join(SUFFIXES)}")
+    check_picture(parser, options.out)
     soils = soils_of(options)
     for soil in options.soil or []:
         if soil not in soils:

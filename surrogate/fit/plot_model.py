@@ -16,18 +16,14 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "common"))
 import html_page  # noqa: E402
+from picture_options import Refused, check_picture, positive  # noqa: E402
 
 DEGREE = math.pi / 180
 SLIPS = 81
 STYLES = ("-", "--", "-.")
-SUFFIXES = (".png", ".svg", ".pdf")
 OUTPUTS = (("f_x", "drawbar pull [N]", 1), ("f_y", "lateral force [N]", 1), ("torque", "drive torque [N m]", 1),
            ("m_z", "moment about the vertical [N m]", 1), ("sinkage", "sinkage [mm]", 1000))
 NEAR_ANGLE, NEAR_LOAD = 2.0, 0.1
-
-
-class Refused(Exception):
-    """The reason in its text, or nothing where the program has said it."""
 
 
 def number(value):
@@ -126,13 +122,6 @@ def degrees(text):
     return [float(part) for part in text.split(",")]
 
 
-def positive(text):
-    value = float(text)
-    if not (value > 0 and math.isfinite(value)):
-        raise argparse.ArgumentTypeError(f"got {text}, expected a number above 0")
-    return value
-
-
 def main():
     parser = argparse.ArgumentParser(prog="grouser model plot", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -144,8 +133,7 @@ def main():
     parser.add_argument("--speed", type=positive, help="[m/s]; the training speed if not given")
     parser.add_argument("--measured", type=pathlib.Path, help="CSV of measured tests")
     options = parser.parse_args()
-    if options.out.suffix not in SUFFIXES:
-        parser.error(f"--out: {options.out}, expected a name that ends with {', '.join(SUFFIXES)}")
+    check_picture(parser, options.out)
     if len(options.models) > len(STYLES):
         parser.error(f"got {len(options.models)} models, expected {len(STYLES)} at most")
     curves = []
