@@ -66,7 +66,8 @@ def parse_arguments():
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
     parser.add_argument("--out", required=True, help="folder of all results")
     parser.add_argument("--at", action="append", type=state_of, metavar="SLIP,ANGLE_DEG,LOAD_N[,SPEED]",
-                        help="a state, once each, braked ones as --at=-0.2,0,600 (default: the first three driven ones of the campaign)")
+                        help="a state, once each, braked ones as --at=-0.2,0,600 (default: the first three driven ones of "
+                        "the campaign)")
     parser.add_argument("--beds", type=int, default=2, metavar="N", help="beds of each (default: 2)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at once (default: cores)")
     parser.add_argument("--json", action="store_true", help="converge.json on stdout instead of the table")

@@ -129,7 +129,8 @@ def main():
     parser.add_argument("--program", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=pathlib.Path, required=True, help="picture: .png, .svg or .pdf")
     parser.add_argument("--load", type=positive, help="[N]; the middle of the training loads if not given")
-    parser.add_argument("--angle-deg", type=degrees, default=[0.0, 30.0, 60.0], help="attack angles, 0,30,60 if not given; negative ones as --angle-deg=-30,0")
+    parser.add_argument("--angle-deg", type=degrees, default=[0.0, 30.0, 60.0],
+                        help="attack angles, 0,30,60 if not given; negative ones as --angle-deg=-30,0")
     parser.add_argument("--speed", type=positive, help="[m/s]; the training speed if not given")
     parser.add_argument("--measured", type=pathlib.Path, help="CSV of measured tests")
     options = parser.parse_args()

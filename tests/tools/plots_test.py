@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""`grouser-fit eval` of several states at once, ./grouser model plot and ./grouser vehicle plot: pictures with what they show as text
-in them; clear refusals. Usage: plot_model_test.py ROOT FOLDER-OF-PROGRAMS"""
+"""`grouser-fit eval` of several states at once, ./grouser model plot and ./grouser vehicle plot: pictures with what
+they show as text in them; clear refusals. Usage: plots_test.py ROOT FOLDER-OF-PROGRAMS"""
 
 import json
 import pathlib
@@ -69,15 +69,17 @@ def check_refusals(folder):
 
 
 def check_vehicle(folder):
+    husky = ROOT / "surrogate" / "vehicle" / "shipped" / "husky.vehicle.yaml"
     program = [sys.executable, str(ROOT / "clients" / "vehicle" / "plot_vehicle.py"), "--program",
-               str(BIN / "grouser-vehicle"), str(ROOT / "surrogate" / "vehicle" / "shipped" / "husky.vehicle.yaml"), "--out"]
+               str(BIN / "grouser-vehicle"), str(husky), "--out"]
     picture = folder / "energy.svg"
     done = run(*program, str(picture))
     expect(done.returncode == 0, done.stderr)
     shown = "\n".join(re.findall(r"<!-- (.*?) -->", picture.read_text(), re.S))
     for text in ("asphalt", "ice", "turning in place [W]", "where it goes, straight on asphalt [J/m]"):
         expect(text in shown, f"{text!r} in the picture")
-    for more, what in {("--soil", "mud"): "--soil mud: expected one of asphalt", ("--speed", "0"): "got 0, expected a"}.items():
+    for more, what in {("--soil", "mud"): "--soil mud: expected one of asphalt",
+                       ("--speed", "0"): "got 0, expected a"}.items():
         done = run(*program, str(folder / "a.svg"), *more)
         expect(done.returncode == 2 and what in done.stderr and "Traceback" not in done.stderr, done.stderr)
 
