@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import sys
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -22,3 +23,16 @@ def check_picture(parser, path):
     """Ends with the parser's error where no picture can have that name."""
     if path.suffix not in SUFFIXES:
         parser.error(f"--out: {path}, expected a name that ends with {', '.join(SUFFIXES)}")
+
+
+def end_with(main):
+    """Ends the program with main's exit code; 2 for Refused, 1 for a file that cannot be read or written."""
+    try:
+        sys.exit(main())
+    except Refused as refused:
+        if str(refused):
+            print(f"grouser: {refused}", file=sys.stderr)
+        sys.exit(2)
+    except OSError as error:
+        print(f"grouser: {error.filename}: {error.strerror}", file=sys.stderr)
+        sys.exit(1)

@@ -19,7 +19,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "common"))
 import html_page  # noqa: E402
-from picture_options import Refused, check_picture, positive  # noqa: E402
+from picture_options import Refused, check_picture, end_with, positive  # noqa: E402
 
 POINTS = 24
 PARTS = (("drive_w", "drive losses"), ("rolling_w", "rolling"), ("slip_w", "slip"), ("scrub_w", "lateral scrub"))
@@ -143,12 +143,4 @@ def soils_of(options):
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except Refused as refused:
-        if str(refused):
-            print(f"grouser: {refused}", file=sys.stderr)
-        sys.exit(2)
-    except OSError as error:
-        print(f"grouser: {error.filename}: {error.strerror}", file=sys.stderr)
-        sys.exit(1)
+    end_with(main)

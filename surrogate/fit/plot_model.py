@@ -16,7 +16,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "common"))
 import html_page  # noqa: E402
-from picture_options import Refused, check_picture, positive  # noqa: E402
+from picture_options import Refused, check_picture, end_with, positive  # noqa: E402
 
 DEGREE = math.pi / 180
 SLIPS = 81
@@ -146,12 +146,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except Refused as refused:
-        if str(refused):
-            print(f"grouser: {refused}", file=sys.stderr)
-        sys.exit(2)
-    except OSError as error:
-        print(f"grouser: {error.filename}: {error.strerror}", file=sys.stderr)
-        sys.exit(1)
+    end_with(main)

@@ -16,7 +16,7 @@ import grouser
 from grouser import _core
 
 SOURCE = os.environ["GROUSER_SOURCE"]
-STUB = pathlib.Path(SOURCE, "clients/python/grouser/_core.pyi")
+TYPES_FILE = pathlib.Path(SOURCE, "clients/python/grouser/_core.pyi")
 USE = """
 import grouser, pathlib
 model = grouser.Model.open(grouser.MODEL_DIR / "cmu-smooth-62.5.model")
@@ -34,7 +34,7 @@ def parameters(node):
 
 class PackageTest(unittest.TestCase):
     def test_stub_says_what_is_there(self):
-        body = ast.parse(STUB.read_text()).body
+        body = ast.parse(TYPES_FILE.read_text()).body
         classes = {c.name: c for c in body if isinstance(c, ast.ClassDef)}
         named = set(classes) | {a.target.id for a in body if isinstance(a, ast.AnnAssign)}
         self.assertEqual({n for n in vars(_core) if not n.startswith("_")}, named)
