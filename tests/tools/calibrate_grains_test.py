@@ -9,12 +9,10 @@ import math
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import threading
 import time
-import traceback
 import types
 import unittest
 
@@ -29,6 +27,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 
 import calibrate_grains  # noqa: E402
 import design  # noqa: E402
+import forked  # noqa: E402
 import point as points  # noqa: E402
 import table_check  # noqa: E402
 import targets as measured  # noqa: E402
@@ -54,35 +53,7 @@ f_x: f_x_n, sinkage: sinkage_mm}, constants: {radius: 62.5 mm, width: 50 mm}, he
 
 
 def call(*words):
-    """calibrate_grains.py as a child of this process, which has its imports already: they take longer than most
-    calls."""
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        child = os.fork()
-        if child == 0:
-            code = 70
-            try:
-                os.dup2(out.fileno(), 1)
-                os.dup2(error.fileno(), 2)
-                sys.argv = ["calibrate_grains.py", *words]
-                code = calibrate_grains.main()
-            except SystemExit as stop:
-                code = stop.code
-            except BaseException:  # as an interpreter would end
-                traceback.print_exc()
-                code = 1
-            finally:
-                if code is not None and not isinstance(code, int):  # sys.exit("why")
-                    print(code, file=sys.stderr)
-                    code = 1
-                sys.stdout.flush()
-                sys.stderr.flush()
-                os._exit(code or 0)
-        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        out.seek(0)
-        error.seek(0)
-        return subprocess.CompletedProcess(words, status, out.read(), error.read())
+    return forked.call(calibrate_grains.main, "calibrate_grains.py", *words)
 
 
 class InFolder(unittest.TestCase):
