@@ -28,6 +28,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 import calibrate_grains  # noqa: E402
 import design  # noqa: E402
 import forked  # noqa: E402
+import plain_yaml  # noqa: E402
 import point as points  # noqa: E402
 import table_check  # noqa: E402
 import targets as measured  # noqa: E402
@@ -121,14 +122,14 @@ class Vary(InFolder):
 
 class Made(unittest.TestCase):
     def setUp(self):
-        self.start = varied.Start(varied.load(SOIL), varied.load(SCENE))
+        self.start = varied.Start(plain_yaml.load(SOIL), plain_yaml.load(SCENE))
 
     def test_the_start_is_untouched_and_the_bulk_stays(self):
-        before = varied.text_of(self.start.soil), varied.text_of(self.start.scene)
+        before = plain_yaml.text_of(self.start.soil), plain_yaml.text_of(self.start.scene)
         values = {"friction": 0.4, "rolling_friction": 0.2, "wheel_friction": 0.6, "solid_fraction": 0.55,
                   "grain_diameter_m": 0.006, "surface_energy_j_per_m2": 0.5}
         soil, scene, tool, wheel = self.start.made(values, "one")
-        self.assertEqual((varied.text_of(self.start.soil), varied.text_of(self.start.scene)), before)
+        self.assertEqual((plain_yaml.text_of(self.start.soil), plain_yaml.text_of(self.start.scene)), before)
         grains = soil["grains"]
         self.assertAlmostEqual(grains["grain_density_kg_per_m3"] * 0.55, 1330, delta=0.02)
         self.assertEqual((grains["friction"], scene["wheel"]["friction"], tool, wheel), (0.4, 0.6, None, 0.6))
@@ -150,7 +151,7 @@ class Made(unittest.TestCase):
             self.assertEqual(self.start.made(values, "sized")[0]["grains"].get("top_layer"), layer)
 
     def test_words_of_yaml_come_out_as_they_stood(self):
-        text = varied.text_of(self.start.scene)
+        text = plain_yaml.text_of(self.start.scene)
         self.assertIn("freeze: on", text)
         with open(SCENE, encoding="utf-8") as file:
             self.assertEqual(yaml.safe_load(text), yaml.safe_load(file))

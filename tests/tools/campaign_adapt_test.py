@@ -140,6 +140,15 @@ class Loop(unittest.TestCase):
         states_run = [(one["slip"], one["load_n"]) for one in json.loads(done.stdout)["added"]]
         self.assertEqual(len(states_run), len(set(states_run)))
 
+    def test_what_the_campaign_says_comes_out_as_it_stood(self):
+        self.file("words.yaml", CAMPAIGN.replace("name: small", "name: off") + "note: 6e2\n")
+        self.adapt("--budget", "0", campaign="words.yaml")
+        with open(os.path.join(self.out, "adapted.campaign.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("name: off\n", text)
+        self.assertIn("note: 6e2\n", text)
+        self.assertIn("slip: -0.4\n", text)
+
     def test_refuses(self):
         for more, words in ((("--budget", "-1"), "--budget -1: expected at least 0"),
                             (("--budget", "nan"), "--budget nan: expected at least 0"),
