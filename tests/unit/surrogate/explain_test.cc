@@ -55,7 +55,7 @@ struct Loaded {
 };
 
 const Loaded& Cmu() {
-  static const Loaded model(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");
+  static const Loaded model(GROUSER_DENSE_PAIR "/hybrid.model");
   return model;
 }
 const Loaded& AtSpeeds() {
@@ -300,9 +300,10 @@ TEST(Explain, FlagsHaveReasonsAndPartsAddUpOnEveryKind) {
           &hard);
   SetGoldenVectors(&hard);
   const Loaded ice(hard);
-  const Loaded bekker(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/bekker.model");
-  const Loaded lookup(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/lookup.model");
-  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped(), &bekker, &lookup, &ice}) {
+  const Loaded calibrated(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");  // knows sd_form
+  const Loaded bekker(GROUSER_DENSE_PAIR "/bekker.model");
+  const Loaded lookup(GROUSER_DENSE_PAIR "/lookup.model");
+  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped(), &calibrated, &bekker, &lookup, &ice}) {
     SCOPED_TRACE(model->message.name());
     Tally tally;
     const StateBatch any = testing::Anywhere(80, 5);
