@@ -10,7 +10,7 @@ constexpr int kSpeedLevels = 256;   // of the safe speed: 0.4 % of the limit
 constexpr int kReachLevels = 32;    // of acceleration and braking
 constexpr std::size_t kStride = 8;  // points between those whose reach is searched
 constexpr double kNoticed = 0.004;  // change of grade, bank and lateral acceleration over gravity
-constexpr double kFarBelow = 0.2;   // a neighbour, of its speed
+constexpr double kFarBelow = 0.15;  // a neighbour, of its speed
 
 // Whether the limit of grip is that of the point before although the motion has changed.
 bool Stays(std::span<const PathPoint> path, std::span<const SpeedPoint> out, std::size_t i,
