@@ -88,7 +88,9 @@ int main(int argc, char** argv) {
       "Evaluate all queries by this model: 12 digits of its digest or more, NAME, NAME@ALIAS "
       "or NAME@sha256:HEX; default: each by the one that answered it");
   app.add_option("--state", state, "State folder; its models/ are used")->capture_default_str();
-  app.add_option("--shipped", shipped, "Folder of shipped models")->capture_default_str();
+  app.add_option("--shipped", shipped,
+                 "Folder of shipped models; default: surrogate/shipped of the installation or "
+                 "checkout");
   app.add_option("--server", server.address,
                  "Ask this grouser-server (HOST:PORT or unix:PATH) instead of evaluating here");
   grouser::client::AddAccessOptions(app, &server.access);
