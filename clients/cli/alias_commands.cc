@@ -11,8 +11,6 @@ namespace {
 
 using google::protobuf::util::TimeUtil;
 
-constexpr std::size_t kShownDigits = 12;  // as many as name a model
-
 std::string Short(const std::string& digest) {
   return digest.empty() ? "none" : digest.substr(0, kShownDigits);
 }

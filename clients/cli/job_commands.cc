@@ -110,7 +110,11 @@ int Promote(const Common& common, const v1alpha1::PromoteRequest& request) {
     PrintJson(response);
     return kExitOk;
   }
-  std::cerr << fmt::format("promoted; generation {}\n", response.generation());
+  std::cerr << fmt::format("promoted; generation {}{}\n", response.generation(),
+                           request.candidate_digest().empty()
+                               ? "; whichever candidate the job had: --candidate names the one "
+                                 "that you looked at"
+                               : "");
   return Print(common, response.job());
 }
 
@@ -162,6 +166,10 @@ void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
   })->required();
   AddField<std::string>(promote, "--alias", "Alias to move; default: stable",
                         [request](const auto& v) { request->set_alias(v); });
+  AddField<std::string>(promote, "--candidate",
+                        "Digest of the candidate that you looked at (12 hex digits or more, as "
+                        "'job' prints it): refused where the job has another by now",
+                        [request](const auto& v) { request->set_candidate_digest(v); });
   AddField<std::string>(promote, "--who", "Who decided, recorded as what the caller says",
                         [request](const auto& v) { request->set_who(v); })
       ->required();
@@ -173,8 +181,9 @@ void AddPromote(CLI::App& app, std::shared_ptr<Common> common, Action* action) {
       "Promote although a gate check failed");
   promote->footer(
       "Examples:\n"
-      "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
-      "  grouser-client promote JOB --alias canary --who me --why 'to be tried'");
+      "  grouser-client promote JOB --candidate DIGEST --who me --why 'held-out error fell'\n"
+      "  grouser-client promote JOB --candidate DIGEST --alias canary --who me --why 'to be "
+      "tried'");
   promote->callback([=] { *action = [=] { return Promote(*common, *request); }; });
 }
 

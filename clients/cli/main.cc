@@ -18,7 +18,7 @@ constexpr const char* kExamples =
     "  grouser-client models\n"
     "  grouser-client submit --slip 0.3 --angle-deg 20 --load 24 --watch\n"
     "  grouser-client calibrate soil my-sand.yaml --watch\n"
-    "  grouser-client promote JOB --who me --why 'held-out error fell'\n"
+    "  grouser-client promote JOB --candidate DIGEST --who me --why 'held-out error fell'\n"
     "  grouser-client model move NAME@canary --to stable --who me --why 'a week without "
     "complaint'\n"
     "  grouser-client model rollback NAME --who me --why 'worse on the slope'\n"

@@ -182,6 +182,13 @@ void PrintJob(const v1alpha1::Job& job) {
     fmt::print("  gate {}: {} {}\n", check.name(), check.passed() ? "passed" : "FAILED",
                check.detail());
   }
+  if (job.job_state() == v1alpha1::JOB_STATE_AWAITING_PROMOTION) {
+    const bool passed = std::ranges::all_of(job.gate(), &v1alpha1::GateCheck::passed);
+    fmt::print(
+        "  to promote it{}: ./grouser jobs promote {} --candidate {}{} --who WHO --why WHY\n",
+        passed ? "" : " all the same", job.job_id(), job.candidate_digest().substr(0, kShownDigits),
+        passed ? "" : " --override-gate");
+  }
 }
 
 }  // namespace grouser::cli

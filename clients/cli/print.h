@@ -12,6 +12,9 @@
 
 namespace grouser::cli {
 
+/// Of a digest, as many as name a model.
+inline constexpr std::size_t kShownDigits = 12;
+
 /// JSON of a message on stdout: proto field names, zeros included.
 void PrintJson(const google::protobuf::Message& message);
 

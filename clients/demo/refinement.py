@@ -71,7 +71,7 @@ def promote(demo, job):
         demo.print(f"gate {check['name']}: {'passed' if check['passed'] else 'FAILED'} ({check['detail']})\n")
     why = "demo: refined where the campaign had no run"
     options = ["--override-gate"] if failed else []
-    demo.client_json("promote", job["job_id"], "--who", "demo", "--why", why, *options)
+    demo.client_json("promote", job["job_id"], "--candidate", job["candidate_digest"], "--who", "demo", "--why", why, *options)
     if failed:
         return f"by hand, overriding the gate, which refused it for {', '.join(failed)}"
     return "by hand, with every gate check passed"

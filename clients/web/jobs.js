@@ -44,9 +44,9 @@ export function promoteQuestion(job, alias) {
   const name = `${job.model.replace(/@.*/, '')}@${alias}`;
   return {
     title: `Promote to ${name}`,
-    text: `${name} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. The call names the job alone: were it to have ` +
-      'another candidate by then, it would be that one. Query servers of this state folder follow at once.',
-    method: 'Promote', message: { job_id: job.job_id, alias },
+    text: `${name} will be the candidate ${shortDigest(job.candidate_digest)} of job ${job.job_id}. Were the job to have another one ` +
+      'by then, the server would refuse. Query servers of this state folder follow at once.',
+    method: 'Promote', message: { job_id: job.job_id, alias, candidate_digest: job.candidate_digest },
   };
 }
 
@@ -55,7 +55,7 @@ function promotionPart(job, changed) {
   if (job.job_state !== 'JOB_STATE_AWAITING_PROMOTION') return null;
   if (job.gate.length === 0 || !job.gate.every((check) => check.passed)) {
     return element('p', {}, 'The gate stops this candidate. By hand all the same, with the role admin: ',
-      element('code', {}, `./grouser jobs promote ${job.job_id} --override-gate --who WHO --why WHY`), '.');
+      element('code', {}, `./grouser jobs promote ${job.job_id} --candidate ${shortDigest(job.candidate_digest)} --override-gate --who WHO --why WHY`), '.');
   }
   const button = (alias) => element('button', {
     type: 'button', 'data-promote': alias, click: () => decide({ ...promoteQuestion(job, alias), done: changed }),

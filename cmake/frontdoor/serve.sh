@@ -25,6 +25,7 @@ SIGTERM.
   --http ADDR        of queries, for the web page, /metrics, /healthz, /readyz, /buildinfo and
                      calls as JSON (default: none); --jobs-http ADDR: of jobs
   --log-format text|json, --log-slow-s S   of both
+  --query-log FILE   logs answered wheel queries for ./grouser replay (default: none)
   --config FILE      YAML file of settings of both (./grouser config --help); options
                      given here go before it, and it before the defaults above
   --max-connections N, --idle-s S, --drain-s S, --probe-s S, --memory-budget-mb N,

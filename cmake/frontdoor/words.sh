@@ -275,7 +275,7 @@ Examples:
   ./grouser jobs calibrate soil surrogate/calibrate/measured/cmu_plates.yaml --watch
   ./grouser jobs fetch JOB_ID --out out/my-soil
   ./grouser jobs watch JOB_ID
-  ./grouser jobs promote JOB_ID --who me --why "held-out error fell"
+  ./grouser jobs promote JOB_ID --candidate DIGEST --who me --why "held-out error fell"
 HELP
       [ -n "$verb" ] || exit 2 ;;
     list) shift; run_program grouser-client jobs "$@" ;;

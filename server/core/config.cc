@@ -32,6 +32,12 @@ void ServerConfig::Validate() const {
   if (table_cache_mb < 0) {
     Fail("table-cache-mb", std::to_string(table_cache_mb), "0 or more");
   }
+  const auto check = [](const char* key, int value, int most) {
+    if (value >= 1 && value <= most) return;
+    Fail(key, std::to_string(value), fmt::format("1 to {}", most).c_str());
+  };
+  check("query-log-limit-mb", query_log_limit_mb, kMostQueryLogMb);
+  check("query-log-files", query_log_files, kMostQueryLogFiles);
   if (poll_period.count() <= 0) {
     Fail("poll_period", fmt::format("{} ms", poll_period.count()), "more than 0 ms");
   }

@@ -28,6 +28,11 @@ std::string Quote(std::string_view text) {
   return quoted;
 }
 
+bool IsDigestPrefix(std::string_view text) {
+  return text.size() >= kMinDigestDigits && text.size() <= kDigestDigits &&
+         std::all_of(text.begin(), text.end(), IsLowerHex);
+}
+
 bool IsAliasName(std::string_view text) {
   return !text.empty() && text.size() <= kMaxAliasLength && text != "sha256" &&
          IsLower(text.front()) && std::all_of(text.begin(), text.end(), IsAliasCharacter);
@@ -56,9 +61,7 @@ std::optional<ModelReference> ParseModelReference(std::string_view text, std::st
     return reference;
   }
   reference.digest_prefix = rest.substr(kDigestMark.size());
-  const auto& digits = reference.digest_prefix;
-  if (digits.size() < kMinDigestDigits || digits.size() > kDigestDigits ||
-      !std::all_of(digits.begin(), digits.end(), IsLowerHex)) {
+  if (!IsDigestPrefix(reference.digest_prefix)) {
     *problem = Quote(text) + ": expected 12 to 64 lower-case hex digits after sha256:";
     return std::nullopt;
   }

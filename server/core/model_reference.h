@@ -29,6 +29,10 @@ struct ModelReference {
 /// reference returns nothing and says why in `problem`.
 std::optional<ModelReference> ParseModelReference(std::string_view text, std::string* problem);
 
+/// A digest, or so many of its first digits that it may stand for it: kMinDigestDigits to 64
+/// lower-case hex digits.
+bool IsDigestPrefix(std::string_view text);
+
 /// Lower-case letter first, then letters, digits, '_' or '-'; at most 64
 /// characters; not "sha256".
 bool IsAliasName(std::string_view text);

@@ -59,6 +59,17 @@ std::string StampOf(const std::string& path) {
   return out.str();
 }
 
+/// Whether all bytes of a file come, whatever they are: then its content is damaged, and stays so
+/// until it changes. What failed for want of descriptors, memory or rights may work the next time.
+bool CanBeRead(const std::string& path) {
+  try {
+    records::ReadFileBytes(path, records::kMaxModelFileBytes);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 double UnixNow() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -103,6 +114,7 @@ struct Repository::Known {
   struct Read {
     std::string stamp;
     Entry entry;
+    std::string problem = {};  ///< not empty: that is all it holds
   };
   std::mutex mutex;
   std::map<std::string, Read> by_path;  // guarded by mutex
@@ -148,6 +160,8 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
       Known::Read& read = now[file.path];
       if (found != before.end() && found->second.stamp == file.stamp) {
         read = found->second;
+        if (!read.problem.empty() && problems != nullptr) problems->push_back(read.problem);
+        if (!read.problem.empty()) continue;
       } else {
         const auto loaded = Read(file);
         read = {file.stamp,
@@ -156,7 +170,11 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
       }
       if (seen.insert(read.entry.digest).second) entries.push_back(read.entry);
     } catch (const std::exception& e) {
-      now.erase(file.path);
+      if (CanBeRead(file.path)) {
+        now[file.path] = {file.stamp, {}, e.what()};
+      } else {
+        now.erase(file.path);
+      }
       if (problems != nullptr) problems->push_back(e.what());
     }
   }

@@ -52,7 +52,8 @@ class Repository {
     bool shipped = false;
   };
   /// Every readable model; unreadable files are reported in `problems`. A file is read
-  /// once, and again when its stamp has changed. Any thread.
+  /// once, a damaged one as well, and again when its stamp has changed. What is known of files that
+  /// are gone is forgotten. Any thread.
   std::vector<Entry> List(std::vector<std::string>* problems) const;
 
   struct Aliases {

@@ -53,6 +53,16 @@ v1alpha1::SubmitRefinementResponse AnswerOf(const v1alpha1::SubmitJobResponse& s
   throw StatusError(StatusCode::kFailedPrecondition, message);
 }
 
+/// A refit may have replaced the candidate since somebody looked at it.
+void CheckIsWhatWasLookedAt(const v1alpha1::Job& job, const std::string& digest) {
+  if (digest.empty() || job.candidate_digest().starts_with(digest)) return;
+  Precondition(fmt::format(
+      "candidate_digest: job '{}' has {} now, expected {}, which was looked at; nothing has moved",
+      job.job_id(),
+      job.candidate_digest().empty() ? "no candidate" : "the candidate " + job.candidate_digest(),
+      digest));
+}
+
 }  // namespace
 
 JobsApp::JobsApp(JobsOptions options, boost::asio::io_context& loop)
@@ -234,6 +244,7 @@ v1alpha1::PromoteResponse JobsApp::Promote(const v1alpha1::PromoteRequest& reque
   RefuseWhenStopping();
   CheckPromote(request);
   const v1alpha1::Job job = book_.Get(request.job_id());
+  CheckIsWhatWasLookedAt(job, request.candidate_digest());
   const std::string alias = request.alias().empty() ? std::string(kDefaultAlias) : request.alias();
   v1alpha1::PromoteResponse response;
   if (job.job_state() == v1alpha1::JOB_STATE_DONE && !job.candidate_digest().empty()) {

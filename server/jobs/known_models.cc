@@ -43,6 +43,7 @@ void KnownModels::KeepOnly(const std::set<std::string>& digests) {
       known = models_.find(known->second.provenance().base_digest());
     }
   }
+  std::erase_if(told_, [&](const std::string& digest) { return !digests.contains(digest); });
   std::erase_if(models_, [&](const auto& known) { return !kept.contains(known.first); });
 }
 

@@ -23,6 +23,10 @@ class KnownModels {
   /// The same of what Repository::List has.
   const v1alpha1::Model& Of(const Repository::Entry& entry);
   bool Has(const std::string& digest) const { return models_.contains(digest); }
+  /// Whether it is said for the first time that this one cannot be read; told again after Found or
+  /// once KeepOnly has left it out.
+  bool TellOnce(const std::string& digest) { return told_.insert(digest).second; }
+  void Found(const std::string& digest) { told_.erase(digest); }
   /// Keeps these, and of each the kMostAncestors that it was refitted from, as far as they are
   /// known.
   void KeepOnly(const std::set<std::string>& digests);
@@ -32,6 +36,7 @@ class KnownModels {
 
   const Repository& repository_;
   std::map<std::string, v1alpha1::Model> models_;
+  std::set<std::string> told_;  ///< digests of models that cannot be read
 };
 
 }  // namespace grouser::server

@@ -119,10 +119,13 @@ Companions CompanionsOf(const Repository& repository, KnownModels& models,
   for (const std::string& digest : digests) {
     const auto entry = there.find(digest);
     if (entry == there.end()) {  // it must not take the place of one that is
-      spdlog::warn("{}: model {} is not there or damaged: its runs are left out", row.job.job_id(),
-                   digest);
+      if (models.TellOnce(digest)) {
+        spdlog::warn("{}: model {} is not there or damaged: its runs are left out",
+                     row.job.job_id(), digest);
+      }
       continue;
     }
+    models.Found(digest);
     const bool further = !models.Has(digest);
     if (left_out.contains(digest) || found.models.size() == kMostCombined ||
         (further && read == kMostCombined)) {

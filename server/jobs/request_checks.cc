@@ -110,6 +110,10 @@ void CheckCancel(const v1alpha1::CancelJobRequest& request) {
 void CheckPromote(const v1alpha1::PromoteRequest& request) {
   CheckJobId(request.job_id());
   if (!request.alias().empty()) CheckMovableAlias(request.alias());
+  if (!request.candidate_digest().empty() && !IsDigestPrefix(request.candidate_digest())) {
+    Refuse("candidate_digest: " + Quote(request.candidate_digest()) +
+           ", expected 12 to 64 lower-case hex digits, or nothing");
+  }
   CheckWhoAndWhy(request.who(), request.why());
 }
 

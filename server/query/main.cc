@@ -43,6 +43,7 @@ constexpr const char* kExamples =
     "  grouser-server --grpc unix:/run/user/1000/grouser\n"
     "  grouser-server --shipped surrogate/shipped --vehicles surrogate/vehicle/shipped\n"
     "  grouser-server --http 127.0.0.1:50161 --log-format json\n"
+    "  grouser-server --query-log /var/log/grouser/queries --query-log-limit-mb 1000\n"
     "Prints 'ready grpc=ADDR lcm=URL generation=G' to stderr once it answers (and http=ADDR).\n"
     "SIGTERM or SIGINT: answers what was sent before, refuses the rest, then exits 0.\n"
     "Exit codes: 0 stopped, 1 failed or unreachable, 2 bad usage.";
@@ -183,6 +184,15 @@ int main(int argc, char** argv) {
   app.add_option("--table-cache-mb", config.table_cache_mb,
                  "Most megabytes of models' tables that are kept in the state folder's tables/ for "
                  "the next start; 0: none")
+      ->capture_default_str();
+  app.add_option("--query-log", config.query_log,
+                 "File that answered wheel queries of gRPC are logged to, for grouser-replay "
+                 "(default: none): what clients asked and were answered");
+  app.add_option("--query-log-limit-mb", config.query_log_limit_mb,
+                 "Most megabytes of the file; then it becomes FILE.1, FILE.1 becomes FILE.2, ...")
+      ->capture_default_str();
+  app.add_option("--query-log-files", config.query_log_files,
+                 "How many files are kept, the one that is written among them")
       ->capture_default_str();
   net.AddTo(app);
   http.AddTo(app);

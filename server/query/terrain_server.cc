@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdint>
+#include <stdexcept>
 #include <utility>
 
 #include "server/net/build_info.h"
@@ -13,6 +15,23 @@ namespace {
 const std::string kTerrain = v1alpha1::TerrainService::service_full_name();
 const std::string kVehicles = v1alpha1::VehicleService::service_full_name();
 const std::string kOperator = v1alpha1::OperatorService::service_full_name();
+
+constexpr char kProgram[] = "grouser-server";
+
+std::unique_ptr<QueryLog> MakeQueryLog(const ServerConfig& config) {
+  if (config.query_log.empty()) return nullptr;
+  v1alpha1::QueryLogHeader header;
+  *header.mutable_server() = MakeBuildInfo(kProgram);
+  *header.mutable_open_time() = header.server().start_time();
+  try {
+    return std::make_unique<QueryLog>(
+        QueryLogOptions{config.query_log, std::uint64_t{1'000'000} * config.query_log_limit_mb,
+                        config.query_log_files},
+        header);
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(std::string("query-log: ") + e.what());
+  }
+}
 
 ServerConfig Checked(ServerConfig config) {
   config.Validate();
@@ -28,10 +47,11 @@ TerrainServer::TerrainServer(ServerConfig config, ModelFactory factory)
       store_(repository_, std::move(factory), SnapshotStore::kUnnamed, &tables_,
              // What a model answers is counted from its first answer on.
              [this](const Snapshot& next) { metrics_.Adopt(next); }),
-      service_(store_, metrics_, gate_),
+      query_log_(MakeQueryLog(config_)),
+      service_({store_, metrics_, query_log_.get()}, gate_),
       fleet_(config_.vehicles),
       vehicle_service_(fleet_, gate_, config_.vehicle_threads),
-      operator_service_(MakeBuildInfo("grouser-server"), gate_) {
+      operator_service_(MakeBuildInfo(kProgram), gate_) {
   for (const std::string& problem : fleet_.problems()) spdlog::error("vehicle: {}", problem);
   if (!config_.vehicles.empty()) spdlog::info("serving {} vehicle(s)", fleet_.vehicles().size());
 }
@@ -127,6 +147,7 @@ MetricPage TerrainServer::Metrics() const {
                 static_cast<double>(fleet_.problems().size()));
   metrics_.AddTo(&page);
   vehicle_service_.AddTo(&page);
+  if (query_log_) query_log_->AddTo(&page);
   if (lcm_) lcm_->AddTo(&page);
   return page;
 }

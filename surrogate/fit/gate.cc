@@ -9,8 +9,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "surrogate/fit/binomial_band.h"
 #include "surrogate/fit/error_table.h"
+#include "surrogate/fit/gate_parts.h"
 #include "surrogate/fit/residual_field.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/run_summary.h"
@@ -18,41 +18,6 @@
 
 namespace grouser::surrogate {
 namespace {
-
-struct ScanState {
-  VelocityState v;
-  double load;
-};
-
-std::vector<ScanState> Scan(const v1alpha1::Domain& d) {
-  std::vector<ScanState> states;
-  const double speed = d.speed_m_per_s() > 0 ? d.speed_m_per_s() : 0.1;
-  for (int i = 0; i <= 20; ++i) {
-    for (int j = 0; j <= 6; ++j) {
-      for (const double share : {0.0, 0.5, 1.0}) {
-        const double slip = d.slip_min() + (d.slip_max() - d.slip_min()) * i / 20;
-        const VelocityState v = FromSlip(slip, d.attack_angle_max_rad() * j / 6, speed);
-        if (!std::isfinite(v.v_x)) continue;  // no motion has this pair
-        states.push_back({v, d.load_min_n() + share * (d.load_max_n() - d.load_min_n())});
-      }
-    }
-  }
-  return states;
-}
-
-WheelAnswer At(const TabulatedModel& model, const VelocityState& v, double load) {
-  return model.EvaluateOne(v.v_x, v.v_y, v.rim_speed, load);
-}
-
-enum class Side { kAtMost, kAtLeast };
-
-/// The result of a check whose number keeps to a limit or not. NaN does not.
-GateResult Judged(const std::string& name, double value, Side side, double limit,
-                  const std::string& more) {
-  const bool most = side == Side::kAtMost;
-  return {name, most ? value <= limit : value >= limit, value, limit,
-          fmt::format("{:.4g}, {} {:.4g}: {}", value, most ? "at most" : "at least", limit, more)};
-}
 
 GateResult SelfTest(const v1alpha1::Model& candidate, const TabulatedModel& model) {
   const std::vector<ScanState> states = Scan(candidate.domain());
@@ -85,32 +50,6 @@ double PatchAt(const TabulatedModel& model, const std::vector<Sample>& rows, int
   return std::sqrt(sum);
 }
 
-/// What both models are judged by: the runs held out, else those that the base was fitted to.
-struct Known {
-  std::vector<Sample> rows;
-  std::string what;
-};
-Known KnownRuns(const v1alpha1::Model& base, const v1alpha1::Model& candidate) {
-  Known known{SamplesOf(candidate, v1alpha1::RUN_ROLE_TEST), "runs held out"};
-  if (known.rows.empty()) {
-    known = {SamplesOf(base, v1alpha1::RUN_ROLE_TRAIN), "runs of the base, as none is held out"};
-  }
-  return known;
-}
-
-/// Runs that the intervals cover.
-int CoveredOf(const v1alpha1::ErrorRow& row) {
-  return static_cast<int>(std::lround(row.covered90() * row.n()));
-}
-
-/// Of n runs the intervals have to cover as many as the binomial band of their level begins with;
-/// where the base covers fewer, as many as that. More than the band has is no fault.
-int FewestCovered(const v1alpha1::ErrorRow& before) {
-  constexpr double kLevel = 0.9;  // of covered90
-  const auto n = static_cast<int>(before.n());
-  return std::min(BinomialBand(n, kLevel).low, CoveredOf(before));
-}
-
 std::vector<GateResult> HeldOut(const Known& known, const TabulatedModel& old_model,
                                 const TabulatedModel& new_model, const GateLimits& limits) {
   const std::vector<Sample>& rows = known.rows;
@@ -134,7 +73,9 @@ std::vector<GateResult> HeldOut(const Known& known, const TabulatedModel& old_mo
     worst = std::fmax(worst, std::isnan(factor) ? INFINITY : factor);
     rmse += fmt::format("; {} {:.4g} -> {:.4g}, at most {:.4g}", output, before[i].rmse(),
                         after[i].rmse(), limits.rmse_factor * before[i].rmse() + patch);
-    const int least = FewestCovered(before[i]), covered = CoveredOf(after[i]);
+    // A base that covers fewer than is honest is not to be made worse.
+    const int least = std::min(LeastHonest(before[i]), CoveredOf(before[i]));
+    const int covered = CoveredOf(after[i]);
     most_short = std::fmax(most_short, least - covered);
     coverage +=
         fmt::format("; {} {} (base {}), at least {}", output, covered, CoveredOf(before[i]), least);
@@ -209,22 +150,6 @@ std::vector<FieldPoint> FreshRuns(const v1alpha1::Model& base, const v1alpha1::M
   return fresh;
 }
 
-/// The largest change of an answer at a state, in half-widths of the base's interval.
-struct Moved {
-  double half_widths = 0;
-  int output = 0;
-};
-Moved MovedAt(const WheelAnswer& before, const WheelAnswer& after) {
-  Moved most;
-  for (int o = 0; o < kOutputs; ++o) {
-    if (Covered(after.value[o], before.value[o], 0)) continue;  // f_z has no interval
-    const double by = std::fabs(after.value[o] - before.value[o]) / before.half_width[o];
-    if (std::isnan(by)) return {INFINITY, o};
-    if (by > most.half_widths) most = {by, o};
-  }
-  return most;
-}
-
 GateResult Change(const v1alpha1::Model& base, const std::vector<FieldPoint>& fresh,
                   const TabulatedModel& old_model, const TabulatedModel& new_model, double limit) {
   int checked = 0;
@@ -243,23 +168,6 @@ GateResult Change(const v1alpha1::Model& base, const std::vector<FieldPoint>& fr
                 fmt::format("half-widths of the base's interval, {} training states away from {} "
                             "new runs{}",
                             checked, fresh.size(), at));
-}
-
-/// Evenly over slip, attack angle and load of a domain: an additive recurrence (Roberts 2018).
-std::vector<ScanState> Drawn(const v1alpha1::Domain& d) {
-  constexpr int kStates = 2000;
-  constexpr double kRoot = 1.2207440846057596;  // x^4 = x + 1
-  const double speed = d.speed_m_per_s() > 0 ? d.speed_m_per_s() : 0.1;
-  std::vector<ScanState> states;
-  std::array<double, 3> at{0.5, 0.5, 0.5};
-  for (int i = 0; i < kStates; ++i) {
-    for (int k = 0; k < 3; ++k) at[k] = std::fmod(at[k] + std::pow(kRoot, -(k + 1)), 1);
-    const double slip = d.slip_min() + (d.slip_max() - d.slip_min()) * at[0];
-    const VelocityState v = FromSlip(slip, d.attack_angle_max_rad() * at[1], speed);
-    if (!std::isfinite(v.v_x)) continue;  // no motion has this pair
-    states.push_back({v, d.load_min_n() + at[2] * (d.load_max_n() - d.load_min_n())});
-  }
-  return states;
 }
 
 constexpr double kLeastAway = 0.1;  // of the domain's states, away from new runs
@@ -313,11 +221,13 @@ std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::
   const auto made_old = MakeScalar(base), made_new = MakeScalar(candidate);
   const TabulatedModel &old_model = *made_old, &new_model = *made_new;
   const std::vector<FieldPoint> fresh = FreshRuns(base, candidate);
-  const auto held_out = HeldOut(KnownRuns(base, candidate), old_model, new_model, limits);
+  const Known known = KnownRuns(base, candidate);
+  const auto held_out = HeldOut(known, old_model, new_model, limits);
   const auto domain = OverDomain(base, fresh, old_model, new_model, limits);
   return {SelfTest(candidate, new_model),
           held_out[0],
           held_out[1],
+          IntervalWidth(base, known, old_model, new_model, limits),
           Symmetry(candidate, new_model),
           Dissipation(candidate, new_model, limits.dissipation_slack),
           Change(base, fresh, old_model, new_model, limits.change_intervals),

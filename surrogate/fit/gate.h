@@ -24,6 +24,10 @@ struct GateResult {
 /// - coverage: of every output the intervals cover at most coverage_short of those runs fewer than
 ///   the least count in the central 95 % of a binomial(n, 0.9), or than the base's where those
 ///   cover fewer. Covering more is no fault;
+/// - interval_width: of every output the mean of half width over the base's, at those runs and over
+///   states drawn evenly from the base's domain, at most width_factor; where that is 0 at most what
+///   chance leaves of the base's training runs (WidthByChance). Not judged where the base covers
+///   fewer of the runs than the band has: its intervals are to grow;
 /// - symmetry: both mirrors exact over a scan;
 /// - dissipation: torque x spin covers pull x speed: T r w/r - F_x v_x - F_y v_y
 ///   >= -dissipation_slack load M over the domain;
@@ -31,9 +35,9 @@ struct GateResult {
 ///   half-widths of the base's interval;
 /// - domain_change: the same on change_share of states drawn evenly from the base's domain;
 /// - new_flags: of these states at most flag_share have a flag that the base does not give.
-/// For both changes states nearer to a new run than 0.3 on the unit sphere and a factor 1.5 in
-/// load are left out.
-/// Throws std::runtime_error when one of the two is no model at all.
+/// For both changes f_z is left out where the soil does not carry the load (MovedAt), and states
+/// nearer to a new run than 0.3 on the unit sphere and a factor 1.5 in load are left out. Throws
+/// std::runtime_error when one of the two is no model at all.
 std::vector<GateResult> GateChecks(const v1alpha1::Model& base, const v1alpha1::Model& candidate,
                                    const GateLimits& limits = {});
 

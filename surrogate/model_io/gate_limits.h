@@ -5,7 +5,7 @@ namespace grouser::surrogate {
 /// What GateChecks judges by; an operator sets them by the names in kGateLimits.
 struct GateLimits {
   double rmse_factor = 1.1, patch_share = 0.25, coverage_short = 0, dissipation_slack = 0.01,
-         change_intervals = 1, change_share = 0.99, flag_share = 0.01;
+         change_intervals = 1, change_share = 0.99, flag_share = 0.01, width_factor = 0;
 };
 
 struct GateLimitField {
@@ -23,6 +23,10 @@ inline constexpr GateLimitField kGateLimits[] = {
     {"coverage-short",
      "coverage: runs held out that intervals may cover fewer than chance leaves of 90 %",
      &GateLimits::coverage_short, 1e6},
+    {"width-factor",
+     "interval_width: mean half width of every output over the base's; 0: what chance leaves of "
+     "the base's training runs",
+     &GateLimits::width_factor, 100},
     {"dissipation-slack", "dissipation: power that may come from nowhere, of load times speed",
      &GateLimits::dissipation_slack, 1},
     {"change-intervals",

@@ -165,6 +165,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   server->add_option("--seed", options.seed, "Of the random states")->capture_default_str();
+  server->add_flag("--query-log", options.query_log,
+                   "Instead of the echo: a server that logs its queries over one that does not");
   server->add_flag("--with-job", with_job,
                    "Instead: a stream at 1 kHz beside DEM runs, by the means that keep them from "
                    "disturbing it");

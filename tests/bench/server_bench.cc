@@ -327,12 +327,20 @@ ServerResult MeasureServer(const ServerOptions& options) {
   const auto server_words = ServerWords(folder, options.program);
   const auto without_lcm = with(server_words, {"--no-lcm"});
   const auto echo_words = EchoWords(folder / "");
+  const auto logging = [&](const std::vector<std::string>& words, const char* name) {
+    return with(words, {"--query-log", folder / name, "--query-log-files", "2"});
+  };
+  const bool lcm = options.lcm && !options.query_log;
   const auto lcm_words = [&](const std::string& url) {
     return std::vector<std::string>{"--lcm-url", url, "--lcm-interface", options.lcm_interface};
   };
-  const ChildProgram server(options.lcm ? with(server_words, lcm_words(urls[0])) : without_lcm,
+  const ChildProgram server(options.query_log ? logging(without_lcm, "tcp.log")
+                            : lcm             ? with(server_words, lcm_words(urls[0]))
+                                              : without_lcm,
                             "127.0.0.1:0", -1);
-  const ChildProgram socket_server(without_lcm, "unix:" + (folder / "server.sock"), -1);
+  const ChildProgram socket_server(
+      options.query_log ? logging(without_lcm, "unix.log") : without_lcm,
+      "unix:" + (folder / "server.sock"), -1);
   std::vector<Request> requests;
   for (const int states : kSmall) {
     requests.push_back(RandomRequest(server.address(), states, options.seed));
@@ -343,9 +351,10 @@ ServerResult MeasureServer(const ServerOptions& options) {
   for (const Request& request : requests) {
     bytes.push_back(SaveAnswer(server.address(), request, folder / ""));
   }
-  const ChildProgram echo(options.lcm ? with(echo_words, lcm_words(urls[1])) : echo_words,
-                          "127.0.0.1:0", -1);
-  const ChildProgram socket_echo(echo_words, "unix:" + (folder / "echo.sock"), -1);
+  const auto peer_words = options.query_log ? without_lcm : echo_words;
+  const ChildProgram echo(lcm ? with(peer_words, lcm_words(urls[1])) : peer_words, "127.0.0.1:0",
+                          -1);
+  const ChildProgram socket_echo(peer_words, "unix:" + (folder / "echo.sock"), -1);
   Connections by_tcp(server, echo), by_socket(socket_server, socket_echo);
   std::vector<Cell> cells;
   for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -353,7 +362,7 @@ ServerResult MeasureServer(const ServerOptions& options) {
     by_socket.AddCells("unix", requests[i], bytes[i], &cells);
   }
   std::unique_ptr<LcmConnections> by_lcm;
-  if (options.lcm) {
+  if (lcm) {
     by_lcm = std::make_unique<LcmConnections>(urls, options.lcm_interface);
     for (std::size_t i = 0; i < std::size(kSmall); ++i) {
       by_lcm->Save(requests[i].states(), folder / "");
@@ -364,7 +373,12 @@ ServerResult MeasureServer(const ServerOptions& options) {
   by_tcp.Finish();
   by_socket.Finish();
   ServerResult result;
+  result.query_log = options.query_log;
   for (const Cell& cell : cells) result.rows.push_back(Summarise(cell));
+  if (options.query_log) {
+    for (ServerRow& row : result.rows) row.p50.target = row.p99.target = 0;
+    return result;
+  }
   const auto usual = std::ranges::find_if(result.rows, [](const ServerRow& row) {
     return row.transport == "tcp unary" && row.states == kMost && row.fields == "all";
   });

@@ -17,14 +17,17 @@ struct ServerOptions {
   double seconds = 60;  ///< about how long to measure
   int starts = 5;       ///< of programs, for the first message
   unsigned seed = 1;    ///< of the random states
+  /// Instead of an echo the server itself; the one that is measured logs its queries. No LCM, no
+  /// targets and no first message then.
+  bool query_log = false;
 };
 
-/// A quantile of the server's round trips beside the echo's.
+/// A quantile of the server's round trips beside the echo's, or those of a server without a log.
 struct LatencyRatio {
   double server_us = 0, echo_us = 0;
   double ratio = 0;
   double least = 0, most = 0;  ///< by fifths of the measurement
-  double target = 0;           ///< at most
+  double target = 0;           ///< at most; 0: none
   bool met() const { return ratio <= target; }
 };
 
@@ -52,6 +55,7 @@ struct FirstMessage {
 struct ServerResult {
   std::vector<ServerRow> rows;
   FirstMessage first;
+  bool query_log = false;  ///< as of the options
 };
 
 /// Starts grouser-server and an echo of the same answers, on TCP, a Unix socket and LCM, and

@@ -8,8 +8,10 @@ namespace {
 const char* Judged(bool met) { return met ? "met" : "missed"; }
 
 std::string Text(const LatencyRatio& r) {
-  return fmt::format("{:>9.1f} {:>9.1f}  {:.2f} ({:.2f} to {:.2f}) {:.2f} {:6}", r.server_us,
-                     r.echo_us, r.ratio, r.least, r.most, r.target, Judged(r.met()));
+  const std::string target =
+      r.target > 0 ? fmt::format("{:.2f} {:6}", r.target, Judged(r.met())) : "";
+  return fmt::format("{:>9.1f} {:>9.1f}  {:.2f} ({:.2f} to {:.2f}) {:11}", r.server_us, r.echo_us,
+                     r.ratio, r.least, r.most, target);
 }
 
 std::string Json(const LatencyRatio& r) {
@@ -23,12 +25,15 @@ std::string Json(const LatencyRatio& r) {
 
 void PrintTable(const ServerResult& result) {
   fmt::print("{:11} {:>6} {:>8} {:>8} {:>7} {:>4}  {:46}  {}\n", "transport", "states", "answered",
-             "bytes", "samples", "lost", "p50 us: server, echo, ratio (fifths), target",
+             "bytes", "samples", "lost",
+             result.query_log ? "p50 us: with a log, without, ratio (fifths)"
+                              : "p50 us: server, echo, ratio (fifths), target",
              "p99 us: likewise");
   for (const auto& row : result.rows) {
     fmt::print("{:11} {:>6} {:>8} {:>8} {:>7} {:>4}  {}  {}\n", row.transport, row.states,
                row.fields, row.answer_bytes, row.samples, row.lost, Text(row.p50), Text(row.p99));
   }
+  if (result.query_log) return;
   const FirstMessage& f = result.first;
   fmt::print(
       "first message of 10,000 states: {:.0f} us ({:.0f} in the server), {:.2f} ({:.2f} to {:.2f}) "
@@ -38,7 +43,7 @@ void PrintTable(const ServerResult& result) {
 }
 
 void PrintJson(const ServerResult& result) {
-  fmt::print("{{\"rows\": [");
+  fmt::print("{{\"query_log\": {}, \"rows\": [", result.query_log);
   const char* separator = "\n";
   for (const auto& row : result.rows) {
     fmt::print(
@@ -47,6 +52,10 @@ void PrintJson(const ServerResult& result) {
         separator, row.transport, row.states, row.fields, row.answer_bytes, row.samples, row.lost,
         Json(row.p50), Json(row.p99));
     separator = ",\n";
+  }
+  if (result.query_log) {
+    fmt::print("\n]}}\n");
+    return;
   }
   const FirstMessage& f = result.first;
   fmt::print(

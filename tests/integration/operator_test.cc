@@ -209,7 +209,10 @@ void ExpectDocumented(const Scraped& page, const std::string& program) {
 }
 
 TEST_F(OperatorTest, TheTablesOfTheDocumentAreWhatTheServerTells) {
-  ExpectDocumented(Scrape(StartWithModel().http()), "grouser-server");
+  ExpectDocumented(Scrape(StartWithModel({"--query-log", dir_ / "queries"}).http()),
+                   "grouser-server");
+  const auto without = Scrape(StartWithModel().http());
+  EXPECT_FALSE(without.types.contains("grouser_query_log_writing")) << "nothing is logged unasked";
 }
 
 TEST_F(OperatorTest, TheTablesOfTheDocumentAreWhatTheJobsTell) {

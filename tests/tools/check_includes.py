@@ -57,11 +57,13 @@ RULES = {
                    r"|google/rpc/|surrogate/models/isa\.h|grouser/v1alpha1/operator_service", HEAVY + "|lcm/"),
     "server/vehicle": (r"server/(core|net|vehicle)/|surrogate/(models|vehicle)/|grouser/v1alpha1/", HEAVY + "|lcm/"),
     "server/query": (r"server/(core|net|query|vehicle)/|surrogate/(models|model_io|vehicle)/"
-                     r"|proto/records/(model_file|command_line)\.h|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
+                     r"|proto/records/((model_file|command_line)\.h|os/)|proto/lcm/|grouser/v1alpha1/|grouser_lcm/", HEAVY),
     "server/jobs": (r"server/(core|net|jobs)/|surrogate/(models|model_io|vehicle)/|proto/records/"
                     r"|grouser/v1alpha1/", r"lcm/|ceres/|openturns|yaml-cpp/"),
     "clients": (r"clients/|surrogate/(models|vehicle)/|surrogate/model_io/explanation_text\.h|proto/lcm/|proto/records/(command_line|message_json|status_code)\.h"
                 r"|grouser/v1alpha1/|google/rpc/|grouser_lcm/", HEAVY),
+    "clients/replay": (r"clients/(cpp|replay)/|server/(core|query)/|surrogate/(models|model_io)/|proto/records/(command_line\.h|os/)"
+                       r"|grouser/v1alpha1/", HEAVY),
     "clients/in_process": (r"clients/in_process/|surrogate/(models|model_io|terrain_map|vehicle)/"
                            r"|proto/records/model_file\.h|grouser/v1alpha1/(?!\w*service)",
                            HEAVY + "|grpc|lcm/"),

@@ -134,8 +134,8 @@ test('a call names the digest that its question names', () => {
   assert.deepEqual(stableQuestion(move).message, { model: `m@sha256:${to}`, alias: 'stable' });
   assert.match(stableQuestion(move).text, /m@stable will be bbbbbbbb/);
   const promote = promoteQuestion({ job_id: 'job-1', model: `m@sha256:${from}`, candidate_digest: to }, 'canary');
-  assert.deepEqual(promote.message, { job_id: 'job-1', alias: 'canary' });  // has no field for a digest
-  assert.match(promote.text, /m@canary will be the candidate bbbbbbbb.* The call names the job alone/);
+  assert.deepEqual(promote.message, { job_id: 'job-1', alias: 'canary', candidate_digest: to });  // what is shown
+  assert.match(promote.text, /m@canary will be the candidate bbbbbbbb.* another one by then, the server would refuse/);
 });
 
 const same = (a, b) => a === b || (Number.isNaN(a) && Number.isNaN(b));

@@ -175,6 +175,20 @@ class JobsClient(Connection):
             raise Error(f"job {job_id}: the server {self.address} told nothing of it")
         return job
 
+    def promote(self, job: jobs_service_pb2.Job, *, who: str, why: str, alias: str = "stable", override_gate: bool = False,
+                deadline: Optional[float] = None) -> jobs_service_pb2.Job:
+        """Points an alias at a job's candidate; returns the job as it is then.
+
+        job: as job(), jobs() or wait() gave it. Its candidate is what is promoted: where the job has another
+        one by now, ServerError with FAILED_PRECONDITION names both, and nothing moves. who, why: recorded;
+        override_gate: although a check failed. Raises Error for a job without a candidate.
+        """
+        if not job.candidate_digest:
+            raise Error(f"job {job.job_id}: has no candidate, expected one that was shown to promote")
+        request = make(jobs_service_pb2.PromoteRequest, job_id=job.job_id, candidate_digest=job.candidate_digest,
+                       alias=alias, who=who, why=why, override_gate=override_gate)
+        return self._call(self._jobs.Promote, request, deadline).job
+
     def cancel(self, job_id: str, request_id: str, *, deadline: Optional[float] = None) -> jobs_service_pb2.Job:
         """Withdraws one subscriber, Submitted.request_id; work stops when none is left."""
         request = make(jobs_service_pb2.CancelJobRequest, job_id=job_id, request_id=request_id)

@@ -31,27 +31,24 @@ void Tell(const Selection& selection, v1alpha1::EvaluateWheelsResponse* response
 
 }  // namespace
 
-Status Answer(const SnapshotStore& store, QueryMetrics& metrics, Transport transport,
-              const v1alpha1::EvaluateWheelsRequest& request,
-              v1alpha1::EvaluateWheelsResponse* response) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto snapshot = store.Current();
-  const ServedModel* model = nullptr;
+Status AnswerFrom(const Snapshot& snapshot, const v1alpha1::EvaluateWheelsRequest& request,
+                  v1alpha1::EvaluateWheelsResponse* response, const ServedModel** model) {
+  *model = nullptr;
   Selection selection;
   selection.answered_by.Swap(response->mutable_answered_by());  // its memory is reused
   AnswerParts parts{!request.values_only(), request.with_gradients()};
   Status status = parts.fields.Read(request.fields());
   if (status.ok()) {
-    status = Evaluate(*snapshot, request.model(), request.states(), parts, &model,
+    status = Evaluate(snapshot, request.model(), request.states(), parts, model,
                       response->mutable_responses(), request.accuracy(), &selection);
   }
   selection.answered_by.Swap(response->mutable_answered_by());
   response->clear_selectable_models();
   response->clear_refinement();
   response->set_sequence(request.sequence());
-  response->set_generation(snapshot->generation());
+  response->set_generation(snapshot.generation());
   if (status.ok()) {
-    response->set_model(model->reference);
+    response->set_model((*model)->reference);
     response->clear_error();
     if (selection.selectable) {
       Tell(selection, response);
@@ -66,16 +63,27 @@ Status Answer(const SnapshotStore& store, QueryMetrics& metrics, Transport trans
     response->mutable_error()->set_code(static_cast<int>(status.code));
     response->mutable_error()->set_message(status.message);
   }
+  return status;
+}
+
+Status Answer(const QueryPath& path, Transport transport,
+              const v1alpha1::EvaluateWheelsRequest& request,
+              v1alpha1::EvaluateWheelsResponse* response) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto snapshot = path.store.Current();
+  const ServedModel* model = nullptr;
+  const Status status = AnswerFrom(*snapshot, request, response, &model);
   const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
   if (status.ok()) {
     const auto& flags = response->responses().flags();
-    metrics.Answered(transport, *model->counters,
-                     {flags.data(), static_cast<std::size_t>(flags.size())}, spent);
+    path.metrics.Answered(transport, *model->counters,
+                          {flags.data(), static_cast<std::size_t>(flags.size())}, spent);
   } else {
-    metrics.Refused(transport, status.code);
+    path.metrics.Refused(transport, status.code);
   }
   response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
   response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
+  if (path.log != nullptr && status.ok()) path.log->Offer(transport, request, *response);
   return status;
 }
 

@@ -1,7 +1,6 @@
 #include "server/query/grpc/terrain_service.h"
 
 #include "server/net/grpc_status.h"
-#include "server/query/grpc/answer.h"
 #include "server/query/grpc/describe_models.h"
 #include "server/query/grpc/explain_state.h"
 
@@ -14,8 +13,8 @@ constexpr std::size_t kIdleMessages = 16;
 
 }  // namespace
 
-TerrainService::TerrainService(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate)
-    : store_(store), metrics_(metrics), gate_(gate), pool_(kIdleMessages) {
+TerrainService::TerrainService(const QueryPath& path, CallGate& gate)
+    : path_(path), gate_(gate), pool_(kIdleMessages) {
   SetMessageAllocatorFor_EvaluateWheels(&pool_);
   gate.load().OnIdle([this] { pool_.Clear(); });
 }
@@ -24,20 +23,20 @@ grpc::ServerUnaryReactor* TerrainService::EvaluateWheels(
     grpc::CallbackServerContext* context, const v1alpha1::EvaluateWheelsRequest* request,
     v1alpha1::EvaluateWheelsResponse* response) {
   return AnswerNow(gate_, *context, "TerrainService/EvaluateWheels", *request, *response, [&] {
-    return ToGrpcStatus(Answer(store_, metrics_, Transport::kUnary, *request, response));
+    return ToGrpcStatus(Answer(path_, Transport::kUnary, *request, response));
   });
 }
 
 grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest, v1alpha1::EvaluateWheelsResponse>*
 TerrainService::StreamWheels(grpc::CallbackServerContext* context) {
-  return new WheelStream(store_, metrics_, gate_, *context, pool_);
+  return new WheelStream(path_, gate_, *context, pool_);
 }
 
 grpc::ServerUnaryReactor* TerrainService::ListModels(grpc::CallbackServerContext* context,
                                                      const v1alpha1::ListModelsRequest* request,
                                                      v1alpha1::ListModelsResponse* response) {
   return AnswerNow(gate_, *context, "TerrainService/ListModels", *request, *response, [&] {
-    return ToGrpcStatus(server::ListModels(*store_.Current(), *request, response));
+    return ToGrpcStatus(server::ListModels(*path_.store.Current(), *request, response));
   });
 }
 
@@ -45,7 +44,7 @@ grpc::ServerUnaryReactor* TerrainService::GetModel(grpc::CallbackServerContext* 
                                                    const v1alpha1::GetModelRequest* request,
                                                    v1alpha1::GetModelResponse* response) {
   return AnswerNow(gate_, *context, "TerrainService/GetModel", *request, *response, [&] {
-    return ToGrpcStatus(server::GetModel(*store_.Current(), *request, response));
+    return ToGrpcStatus(server::GetModel(*path_.store.Current(), *request, response));
   });
 }
 
@@ -53,7 +52,7 @@ grpc::ServerUnaryReactor* TerrainService::Explain(grpc::CallbackServerContext* c
                                                   const v1alpha1::ExplainRequest* request,
                                                   v1alpha1::ExplainResponse* response) {
   return AnswerNow(gate_, *context, "TerrainService/Explain", *request, *response, [&] {
-    return ToGrpcStatus(ExplainState(*store_.Current(), *request, response));
+    return ToGrpcStatus(ExplainState(*path_.store.Current(), *request, response));
   });
 }
 

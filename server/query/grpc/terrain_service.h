@@ -3,19 +3,17 @@
 #include <grpcpp/support/server_callback.h>
 
 #include "grouser/v1alpha1/terrain_service.grpc.pb.h"
-#include "server/core/query_metrics.h"
-#include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
+#include "server/query/grpc/answer.h"
 #include "server/query/grpc/wheel_stream.h"
 
 namespace grouser::server {
 
 /// grouser.v1alpha1.TerrainService on gRPC's callback threads: a thin adapter
-/// around Evaluate(). Nothing here blocks. `store`, `metrics` and `gate` must outlive the
-/// service.
+/// around Evaluate(). Nothing here blocks. What `path` names and `gate` must outlive the service.
 class TerrainService final : public v1alpha1::TerrainService::CallbackService {
  public:
-  TerrainService(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate);
+  TerrainService(const QueryPath& path, CallGate& gate);
 
   grpc::ServerUnaryReactor* EvaluateWheels(grpc::CallbackServerContext* context,
                                            const v1alpha1::EvaluateWheelsRequest* request,
@@ -33,8 +31,7 @@ class TerrainService final : public v1alpha1::TerrainService::CallbackService {
                                     v1alpha1::ExplainResponse* response) override;
 
  private:
-  const SnapshotStore& store_;
-  QueryMetrics& metrics_;
+  const QueryPath path_;
   CallGate& gate_;
   WheelMessages pool_;
 };

@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "server/query/grpc/answer.h"
-
 namespace grouser::server {
 namespace {
 
@@ -12,9 +10,9 @@ constexpr std::size_t kBigBytes = 64 * 1024;
 
 }  // namespace
 
-WheelStream::WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate,
+WheelStream::WheelStream(const QueryPath& path, CallGate& gate,
                          grpc::CallbackServerContext& context, WheelMessages& pool)
-    : store_(store), metrics_(metrics), gate_(gate), context_(context), pool_(pool) {
+    : path_(path), gate_(gate), context_(context), pool_(pool) {
   const bool admitted = gate_.Add(this);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!admitted) draining_ = true;
@@ -43,7 +41,7 @@ void WheelStream::AnswerInto(Slot& slot) {
   const std::size_t bytes = request_.ByteSizeLong();
   const auto verdict = load.Begin(slot.ticket, context_, bytes);
   if (verdict == LoadControl::Verdict::kAdmitted) {
-    Answer(store_, metrics_, Transport::kStream, request_, &response);
+    Answer(path_, Transport::kStream, request_, &response);
     load.Answer(slot.ticket, AnswerBytes(response));
   } else {
     response.Clear();

@@ -6,9 +6,8 @@
 #include <mutex>
 
 #include "grouser/v1alpha1/terrain_service.pb.h"
-#include "server/core/query_metrics.h"
-#include "server/core/snapshot_store.h"
 #include "server/net/call_gate.h"
+#include "server/query/grpc/answer.h"
 #include "server/query/grpc/message_pool.h"
 
 namespace grouser::server {
@@ -19,13 +18,13 @@ using WheelMessages =
 /// One StreamWheels call. A bad message, and one for which there is no memory, is answered in band
 /// and does not end the stream. Bounded: one request is read ahead while one answer is written,
 /// so a client that does not read holds two answers, no more, and an idle stream holds none.
-/// Deletes itself. `pool` outlives it.
+/// Deletes itself. `path` and `pool` outlive it.
 class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheelsRequest,
                                                          v1alpha1::EvaluateWheelsResponse>,
                           public DrainableStream {
  public:
-  WheelStream(const SnapshotStore& store, QueryMetrics& metrics, CallGate& gate,
-              grpc::CallbackServerContext& context, WheelMessages& pool);
+  WheelStream(const QueryPath& path, CallGate& gate, grpc::CallbackServerContext& context,
+              WheelMessages& pool);
   ~WheelStream() override;
 
   void OnReadDone(bool ok) override;
@@ -47,8 +46,7 @@ class WheelStream final : public grpc::ServerBidiReactor<v1alpha1::EvaluateWheel
   void WriteNext();                             // needs mutex_
   void FinishOnce(const grpc::Status& status);  // needs mutex_
 
-  const SnapshotStore& store_;
-  QueryMetrics& metrics_;
+  const QueryPath& path_;
   CallGate& gate_;
   grpc::CallbackServerContext& context_;
   WheelMessages& pool_;

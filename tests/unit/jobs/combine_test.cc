@@ -110,6 +110,31 @@ TEST_F(CombineTest, WhatStableHasLeftIsFittedAgainAndNotRunAgain) {
   EXPECT_EQ(Wrong(), "");
 }
 
+TEST_F(CombineTest, APromotionOfACandidateThatARefitHasReplacedIsRefused) {
+  Life life(Options());
+  Two(life);
+  const std::string again = WillFit(b_, in_a_, {"aaaa", "bbbb"});
+  life.Promote(a_, in_a_.substr(0, 12));
+  Offered(life, b_, again);
+  const auto refusal = [&](const std::string& looked_at) {
+    try {
+      life.Promote(b_, looked_at);
+    } catch (const StatusError& e) {
+      EXPECT_EQ(e.code(), StatusCode::kFailedPrecondition);
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(refusal(in_b_), AllOf(HasSubstr("candidate_digest: job '" + b_ + "'"),
+                                    HasSubstr(again), HasSubstr(in_b_)));
+  EXPECT_EQ(Stable(), in_a_);
+  life.Promote(b_, again);
+  EXPECT_EQ(Stable(), again);
+  life.Promote(b_, again);  // asked again after a lost answer
+  EXPECT_THAT(refusal(in_b_), HasSubstr(in_b_)) << "not what was promoted";
+  EXPECT_EQ(Wrong(), "");
+}
+
 TEST_F(CombineTest, CandidatesThatAreFittedAtOnceEndInOneOfBoth) {
   workers_ = 2;
   testing::WriteText(bin_ + "/hold.gate", "");

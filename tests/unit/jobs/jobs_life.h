@@ -89,9 +89,10 @@ class Life {
     request.set_job_id(job_id);
     return Ask([&](JobsApp& app) { return app.Get(request).job(); });
   }
-  void Promote(const std::string& job_id) {
+  void Promote(const std::string& job_id, const std::string& looked_at = "") {
     v1alpha1::PromoteRequest request;
     request.set_job_id(job_id);
+    request.set_candidate_digest(looked_at);
     Ask([&](JobsApp& app) { return app.Promote(request, "a tester"); });
   }
   /// As SIGTERM.

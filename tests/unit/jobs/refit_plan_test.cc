@@ -7,9 +7,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <fstream>
 #include <memory>
 #include <sstream>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/refinement_spec.h"
@@ -158,6 +160,31 @@ TEST_F(RefitPlanTest, ADamagedOrRemovedCandidateIsLeftOut) {
   Offer(Candidate({"there"}));
   std::filesystem::remove(FileOf(gone));
   EXPECT_THAT(Plan().run_ids, ElementsAre("there"));
+}
+
+TEST_F(RefitPlanTest, ADamagedCandidateIsToldOfOnce) {
+  const std::string damaged = Candidate({"damaged"});
+  const std::string whole = records::ReadFileBytes(FileOf(damaged));
+  Offer(damaged);
+  Offer(Candidate({"there"}));
+  std::filesystem::resize_file(FileOf(damaged), 100);
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  const auto told = [&] {
+    const std::string text = log.str();
+    return std::ranges::count(text, '\n');
+  };
+  for (int plan = 0; plan < 3; ++plan) EXPECT_THAT(Plan().run_ids, ElementsAre("there"));
+  EXPECT_EQ(told(), 1) << log.str();
+  EXPECT_THAT(log.str(), HasSubstr(damaged));
+  std::ofstream(FileOf(damaged), std::ios::binary) << whole;
+  EXPECT_THAT(Plan().run_ids, SizeIs(2));
+  std::filesystem::resize_file(FileOf(damaged), 100);
+  for (int plan = 0; plan < 3; ++plan) Plan();
+  EXPECT_EQ(told(), 2) << "it was mended in between";
+  spdlog::set_default_logger(before);
 }
 
 TEST_F(RefitPlanTest, DamagedCandidatesHideNoOthers) {

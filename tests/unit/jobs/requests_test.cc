@@ -132,6 +132,16 @@ TEST(RequestChecks, CancelAndPromoteNeedTheirIds) {
     promote.set_alias(bad);
     EXPECT_THROW(CheckPromote(promote), StatusError) << bad;
   }
+  promote.set_alias("canary");
+  const std::string digest(64, 'a');
+  for (const std::string& good : {digest, digest.substr(0, 12)}) {
+    promote.set_candidate_digest(good);
+    EXPECT_NO_THROW(CheckPromote(promote)) << good;
+  }
+  for (const std::string& bad : {digest + "a", digest.substr(0, 11), "A" + digest.substr(1)}) {
+    promote.set_candidate_digest(bad);
+    EXPECT_THROW(CheckPromote(promote), StatusError) << bad;
+  }
 }
 
 TEST(RequestChecks, ContentDependsOnWhatIsAskedNotOnWho) {

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Jobs by grouser.client with the real grouser-jobs and its programs. Exit code 77: there is no grpcio."""
 
+import contextlib
+import sqlite3
 import tempfile
 import unittest
 
@@ -54,6 +56,26 @@ class JobsClientTest(unittest.TestCase):
             self.jobs.submit_campaign("/nobody.yaml")
         with self.assertRaisesRegex(grouser.Error, "limit: 0"):
             self.jobs.jobs(0)
+
+    def test_a_promotion_names_the_candidate_that_was_shown(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with serving_jobs(folder):
+                pass  # makes its store
+            here, shown = "a" * 64, "b" * 64
+            stored = v1.Job(job_id="job-1", model="cmu-smooth-62.5@sha256:" + "c" * 64, candidate_digest=here,
+                            job_state=v1.JOB_STATE_AWAITING_PROMOTION, lease_epoch=1)
+            with contextlib.closing(sqlite3.connect(f"{folder}/grouser-jobs/jobs/jobs.sqlite")) as store, store:
+                store.execute("INSERT INTO jobs (job_id, join_key, state, lease_epoch, retries, job, spec, pending) "
+                              "VALUES ('job-1','',5,1,0,?,'','')", (stored.SerializeToString(),))
+            with serving_jobs(folder) as address, JobsClient(address, deadline=60) as jobs:
+                job = jobs.job("job-1")
+                self.assertEqual(job.candidate_digest, here)
+                job.candidate_digest = shown  # a refit has replaced it since
+                with self.assertRaisesRegex(ServerError, f"{here} now, expected {shown}") as caught:
+                    jobs.promote(job, who="me", why="better")
+                self.assertEqual(caught.exception.code, grpc.StatusCode.FAILED_PRECONDITION)
+        with self.assertRaisesRegex(grouser.Error, "job-2: has no candidate"):
+            self.jobs.promote(v1.Job(job_id="job-2"), who="me", why="better")
 
     def test_arguments_that_make_no_message(self):
         submit = self.jobs.submit_refinement

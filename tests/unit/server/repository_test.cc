@@ -3,14 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/inotify.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <set>
 #include <thread>
 
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
+#include "proto/records/os/unique_fd.h"
 #include "tests/unit/records/throws.h"
 #include "tests/unit/server/fake_model.h"
 #include "tests/unit/server/temp_dir.h"
@@ -68,6 +72,50 @@ TEST_F(RepositoryTest, PublishIsContentAddressedAndIdempotent) {
   EXPECT_EQ(entries[0].path, dir_ / ("state/models/" + digest + ".model"));
   EXPECT_EQ(repository_.Resolve("sand@sha256:" + digest.substr(0, 12)).digest, digest);
   EXPECT_THROW(repository_.Resolve("sand"), std::out_of_range);  // no alias yet
+}
+
+/// How often a file is opened from now on.
+class OpenCount {
+ public:
+  explicit OpenCount(const std::string& path) {
+    ::inotify_add_watch(fd_.get(), path.c_str(), IN_OPEN);
+  }
+  int SinceLast() {
+    alignas(inotify_event) std::array<char, 4096> events;
+    const ssize_t n = ::read(fd_.get(), events.data(), events.size());
+    return n < 0 ? 0 : static_cast<int>(n / static_cast<ssize_t>(sizeof(inotify_event)));
+  }
+
+ private:
+  os::UniqueFd fd_{::inotify_init1(IN_NONBLOCK | IN_CLOEXEC)};
+};
+
+TEST_F(RepositoryTest, ADamagedFileIsReadOnceUntilItChanges) {
+  const auto digest = Publish("sand", 0.3), good = Publish("mud", 0.2);
+  const std::string path = dir_ / ("state/models/" + digest + ".model");
+  const std::string whole = records::ReadFileBytes(path);
+  std::filesystem::resize_file(path, 100);
+  OpenCount opened(path);
+  const auto problems = [&] {
+    std::vector<std::string> found;
+    EXPECT_EQ(repository_.List(&found).size(), 1u);
+    return found;
+  };
+  const auto first = problems();
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_GT(opened.SinceLast(), 0);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(problems(), first) << "told all the same";
+  EXPECT_EQ(repository_.Resolve("mud@sha256:" + good).digest, good);
+  EXPECT_EQ(opened.SinceLast(), 0);
+  std::filesystem::resize_file(path, 99);
+  EXPECT_EQ(problems().size(), 1u);
+  EXPECT_GT(opened.SinceLast(), 0) << "it has changed";
+  std::ofstream(path, std::ios::binary) << whole;
+  EXPECT_EQ(repository_.List(nullptr).size(), 2u) << "mended in place";
+  std::filesystem::resize_file(path, 100);
+  EXPECT_EQ(problems().size(), 1u) << "and damaged again";
+  std::filesystem::remove(path);
+  EXPECT_TRUE(problems().empty());
 }
 
 TEST_F(RepositoryTest, PublishReplacesADamagedCopy) {
