@@ -1,0 +1,154 @@
+#include "clients/in_process/contact_load.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clients/in_process/parts.h"
+
+namespace grouser {
+
+LoadSearch::LoadSearch(const Model& model, double tyre_stiffness)
+    : model_(model), compliance_(1 / tyre_stiffness), tolerance_(1e-7 * model.radius_m()) {
+  for (std::size_t j = 0; j < kNodes; ++j) {
+    node_[j] = std::ldexp(4 * model.domain().load_max_n, static_cast<int>(j + 1 - kNodes));
+  }
+}
+
+void LoadSearch::Evaluate(std::span<double> out) {
+  const std::size_t n = load_.size();
+  flags_.resize(n);
+  Answers answers;
+  answers.flags = flags_;
+  answers.output[kSinkage].value = out;
+  (void)model_.Evaluate({v_x_, v_y_, rim_, load_}, answers);  // sizes are right
+}
+
+void LoadSearch::Ask() {
+  const std::size_t n = asked_.size();
+  const auto clear = [this] {
+    for (std::vector<double>* v : {&v_x_, &v_y_, &rim_, &load_}) v->clear();
+    which_.clear();
+  };
+  const auto add = [this](const RelaxedMotion& m, std::size_t i) {
+    v_x_.push_back(m.v_x);
+    v_y_.push_back(m.v_y);
+    rim_.push_back(m.rim_speed);
+    load_.push_back(at_load_[i]);
+    which_.push_back(i);
+  };
+  depth_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) depth_[i] = at_load_[i] * compliance_;
+  for (const bool moving : {true, false}) {
+    clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double share = moving ? asked_[i].moving : 1 - asked_[i].moving;
+      if (share > 0) add(moving ? asked_[i] : RelaxedMotion{}, i);
+    }
+    sinkage_.resize(load_.size());
+    if (load_.empty()) continue;
+    Evaluate(sinkage_);
+    for (std::size_t a = 0; a < which_.size(); ++a) {
+      const double share = moving ? asked_[which_[a]].moving : 1 - asked_[which_[a]].moving;
+      depth_[which_[a]] += share * sinkage_[a];
+    }
+  }
+}
+
+// Regula falsi whose stale end counts half (Illinois), and halving where three rounds have not
+// halved the bracket.
+bool LoadSearch::Next(Bracket* b) const {
+  if (std::fabs(b->off) <= tolerance_) return false;
+  if (b->high - b->low <= 1e-12 * b->high) {
+    b->guess = b->high;
+    return false;
+  }
+  const double below = b->below * b->below_weight, above = b->above * b->above_weight;
+  double guess = b->low - below * ((b->high - b->low) / (above - below));
+  if (b->rounds % 3 == 0) {
+    if (b->rounds > 0 && b->high - b->low > 0.5 * b->width) guess = 0.5 * (b->low + b->high);
+    b->width = b->high - b->low;
+  }
+  if (!(guess > b->low && guess < b->high)) guess = 0.5 * (b->low + b->high);
+  b->guess = guess;
+  ++b->rounds;
+  return true;
+}
+
+void LoadSearch::Narrow(double off, Bracket* b) {
+  b->off = off;
+  const bool from_below = off < 0;
+  if (from_below) {
+    b->low = b->guess;
+    b->below = off;
+  } else {
+    b->high = b->guess;
+    b->above = off;
+  }
+  // The end that stays a second time in a row.
+  double& stale = from_below ? b->above_weight : b->below_weight;
+  double& moved = from_below ? b->below_weight : b->above_weight;
+  stale = moved == 1 && b->rounds > 1 && b->last_from_below == from_below ? 0.5 * stale : 1;
+  moved = 1;
+  b->last_from_below = from_below;
+}
+
+void LoadSearch::Solve(std::span<const RelaxedMotion> motions, std::span<const double> sinkage,
+                       std::span<double> load) {
+  asked_.clear();
+  at_load_.clear();
+  for (const RelaxedMotion& motion : motions) {
+    for (const double node : node_) Add(motion, node);
+  }
+  Ask();
+  open_.clear();
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const std::span<const double> depth(&depth_[i * kNodes], kNodes);
+    // Deeper than any: on in proportion from the least load that sinks as deep.
+    const double deepest = *std::max_element(depth.begin(), depth.end());
+    Bracket b;
+    b.wheel = i;
+    b.target = std::min(sinkage[i], deepest - 2 * tolerance_);
+    if (!(b.target > 0)) b.target = 0.5 * deepest;
+    b.scale = sinkage[i] > deepest - 2 * tolerance_ ? sinkage[i] / b.target : 1;
+    std::size_t j = 0;
+    while (j + 1 < kNodes && depth[j] < b.target) ++j;
+    b.low = j == 0 ? 0 : node_[j - 1];
+    b.high = node_[j];
+    b.below = (j == 0 ? 0 : depth[j - 1]) - b.target;
+    b.above = depth[j] - b.target;
+    open_.push_back(b);
+  }
+  while (!open_.empty()) {
+    asked_.clear();
+    at_load_.clear();
+    std::size_t still = 0;
+    for (Bracket& b : open_) {
+      if (Next(&b)) {
+        Add(motions[b.wheel], b.guess);
+        open_[still++] = b;
+      } else {
+        load[b.wheel] = b.guess * b.scale;
+      }
+    }
+    open_.resize(still);
+    Ask();
+    for (std::size_t a = 0; a < open_.size(); ++a) {
+      Narrow(depth_[a] - open_[a].target, &open_[a]);
+    }
+  }
+}
+
+double LoadAtSinkage(const Model& model, double v_x, double v_y, double rim_speed, double sinkage,
+                     double tyre_stiffness) {
+  if (!std::isfinite(v_x) || !std::isfinite(v_y) || !std::isfinite(rim_speed) ||
+      !std::isfinite(sinkage) || !(tyre_stiffness > 0)) {
+    return kNaN;
+  }
+  if (sinkage <= 0) return 0;
+  const RelaxedMotion motion = {v_x, v_y, rim_speed, 1};
+  double load = 0;
+  LoadSearch(model, tyre_stiffness).Solve({&motion, 1}, {&sinkage, 1}, {&load, 1});
+  return load;
+}
+
+}  // namespace grouser
