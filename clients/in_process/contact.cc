@@ -40,10 +40,10 @@ struct Frame {
 
 enum class Place { kBad, kAway, kLyingFlat, kTouching };
 
-Place Locate(const WheelMotion& w, double radius, Frame* f) {
-  if (!Finite(w.centre) || !Finite(w.axle) || !Finite(w.velocity) || !Finite(w.angular_velocity) ||
-      !Finite(w.ground_point) || !Finite(w.ground_normal) || !std::isfinite(w.time_step) ||
-      w.time_step < 0) {
+Place Locate(const WheelMotion& w, const ContactState& u, double radius, Frame* f) {
+  if (!Finite({u.v_x, u.v_y, u.rim}) || !Finite(w.centre) || !Finite(w.axle) ||
+      !Finite(w.velocity) || !Finite(w.angular_velocity) || !Finite(w.ground_point) ||
+      !Finite(w.ground_normal) || !std::isfinite(w.time_step) || w.time_step < 0) {
     return Place::kBad;
   }
   f->n = w.ground_normal;
@@ -83,13 +83,34 @@ void Relax(const Frame& f, double length, double dt, ContactState* u) {
   u->rim += share * (f.rim / speed - u->rim);
 }
 
-// What the model is asked: the direction at the wheel's speed.
-RelaxedMotion AskedOf(const Frame& f, const ContactState& u) {
+// What the model is asked: the direction, and `damping_time` of its change, at the wheel's speed.
+RelaxedMotion AskedOf(const Frame& f, const ContactState& state, double length,
+                      double damping_time) {
+  ContactState u = state;
+  const double speed = Speed(f.v_x, f.v_y, f.rim);
+  if (speed > 0 && length > 0) {
+    const double share = std::min(1.0, damping_time * speed / length);
+    u.v_x += share * (f.v_x / speed - u.v_x);
+    u.v_y += share * (f.v_y / speed - u.v_y);
+    u.rim += share * (f.rim / speed - u.rim);
+  }
   const double moving = Speed(u.v_x, u.v_y, u.rim);
   if (moving == 0) return {0, 0, 0, 0};
-  const double speed = std::max(Speed(f.v_x, f.v_y, f.rim), 1e-9);  // of a wheel that is held: any
-  const double scale = speed / moving;
+  const double scale = std::max(speed, 1e-9) / moving;  // of a wheel that is held: any speed
   return {scale * u.v_x, scale * u.v_y, scale * u.rim, std::min(moving, 1.0)};
+}
+
+// kappa: rise of pull over load with slip, of a wheel that rolls straight.
+double SlipStiffness(const Model& model) {
+  const Domain& d = model.domain();
+  const double load = std::sqrt(d.load_min_n * d.load_max_n);
+  const double v = d.speed_m_per_s > 0 ? d.speed_m_per_s : 0.1;
+  const Answer less =
+      model.Evaluate(State{.v_x = v, .v_y = 0, .rim_speed = 0.95 * v, .load = load});
+  const Answer more =
+      model.Evaluate(State{.v_x = v, .v_y = 0, .rim_speed = 1.05 * v, .load = load});
+  const double rise = more.output[kFx].value - less.output[kFx].value;
+  return std::max(0.1, rise / (load * (more.slip - less.slip)));
 }
 
 void Require(bool good, const char* name, double got, const char* expected) {
@@ -103,6 +124,7 @@ void Require(bool good, const char* name, double got, const char* expected) {
 struct WheelContact::Parts {
   const Model* model;
   ContactOptions options;
+  double length, damping_time;  // sigma, tau
   LoadSearch search;
   // By wheel that touches the ground.
   std::vector<std::size_t> wheel;
@@ -124,14 +146,21 @@ WheelContact::WheelContact(const Model& model, const ContactOptions& options) {
           options.damping_ratio, "0 or more");
   Require(options.relaxation_over_radius >= 0 && std::isfinite(options.relaxation_over_radius),
           "relaxation_over_radius", options.relaxation_over_radius, "0 or more");
+  Require(options.shear_damping_ratio >= 0 && std::isfinite(options.shear_damping_ratio),
+          "shear_damping_ratio", options.shear_damping_ratio, "0 or more");
   const double load = model.domain().load_max_n;
   const bool sinks = model.Evaluate(State{.v_x = 1, .v_y = 0, .rim_speed = 1, .load = load})
                          .output[kSinkage]
                          .value > 0;
   Require(sinks || std::isfinite(options.tyre_stiffness), "tyre_stiffness", options.tyre_stiffness,
           ("a finite one: on " + model.soil() + " the wheel does not sink").c_str());
+  const double length = options.relaxation_over_radius * model.radius_m();
+  const double damping_time = 2 * options.shear_damping_ratio *
+                              std::sqrt(length / (SlipStiffness(model) * model.gravity_m_per_s2()));
   parts_ = std::unique_ptr<Parts>(new Parts{&model,
                                             options,
+                                            length,
+                                            damping_time,
                                             LoadSearch(model, options.tyre_stiffness),
                                             {},
                                             {},
@@ -162,7 +191,7 @@ void WheelContact::Parts::Find(std::span<const WheelMotion> wheels, std::span<Co
   for (std::size_t i = 0; i < wheels.size(); ++i) {
     out[i] = {};
     Frame f;
-    const Place place = Locate(wheels[i], radius, &f);
+    const Place place = Locate(wheels[i], states[i], radius, &f);
     if (place == Place::kBad) {
       out[i].force = out[i].moment = {kNaN, kNaN, kNaN};
       out[i].load = out[i].sinkage = kNaN;
@@ -175,10 +204,10 @@ void WheelContact::Parts::Find(std::span<const WheelMotion> wheels, std::span<Co
       out[i].flags = place == Place::kLyingFlat ? kExtrapolated : kAirborne;
       continue;
     }
-    Relax(f, options.relaxation_over_radius * radius, wheels[i].time_step, &states[i]);
+    Relax(f, length, wheels[i].time_step, &states[i]);
     wheel.push_back(i);
     frame.push_back(f);
-    motion.push_back(AskedOf(f, states[i]));
+    motion.push_back(AskedOf(f, states[i], length, damping_time));
     sinkage.push_back(f.sinkage);
   }
 }

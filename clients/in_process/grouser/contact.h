@@ -24,6 +24,9 @@ struct ContactOptions {
   /// sigma over the model's radius, >= 0 [-]: over so much travel slip and slip angle follow the
   /// motion. 0: at once.
   double relaxation_over_radius = 0.3;
+  /// zeta_s of the motion along the ground, >= 0 [-]: the damping ratio of a wheel with its static
+  /// load that shear holds.
+  double shear_damping_ratio = 0.2;
 };
 
 /// A wheel in the simulator.
@@ -51,8 +54,9 @@ struct WheelForce {
   double v_x = 0, v_y = 0, rim_speed = 0;        ///< as asked of the model (relaxed) [m/s]
   double mobilised = 0;                          ///< m of WheelContact, 0 to 1 [-]
   double f_x = 0, f_y = 0, torque = 0, m_z = 0;  ///< in the contact frame, by Output
-  /// Of the model. kAirborne: no ground contact; kInvalid: a number is not finite, an axle or a
-  /// normal is 0, or a time step negative: force and moment are NaN, and the state stays as it was.
+  /// Of the model. kAirborne: no ground contact; kInvalid: a number is not finite (also of the
+  /// state), an axle or a normal is 0, or a time step negative: force and moment are NaN, and the
+  /// state stays as it was.
   std::uint32_t flags = kAirborne;
 };
 
@@ -66,10 +70,12 @@ struct WheelForce {
 /// is u*_rim - u*_x and tan(slip angle) is u*_y/u*_x. It is followed over travel, exactly for a
 /// motion that is constant over the step:
 ///   du/dt = (u* - u) M/sigma,   so u += (u* - u) (1 - exp(-M dt/sigma)).
-/// The answer is m of the model's at u, and 1 - m of its answer to a wheel at rest (no force, the
-/// static sinkage), m = max(|u_rim|, hypot(u_x, u_y)) <= 1: forces build up from rest with
-/// travel, hold a wheel that stands, and reverse through 0. In steady motion m = 1. A wheel off
-/// the ground forgets u.
+/// With u_d = u + (u* - u) min(1, tau M/sigma), tau = 2 zeta_s sqrt(sigma/(kappa g)), kappa the
+/// rise of pull over load with slip at slip 0, the answer is m of the model's at u_d, and 1 - m of
+/// its answer to a wheel at rest (no force, the static sinkage), m = max(|u_rim|, hypot(u_x, u_y))
+/// of u_d, at most 1: forces build up from rest with travel, hold a wheel that stands (Dahl's
+/// friction, with the damping of LuGre), and reverse through 0. In steady motion m = 1 and u_d = u
+/// = u*. A wheel off the ground forgets u.
 ///
 /// Load. N_s solves z = sinkage(N_s) + N_s/k (LoadAtSinkage); damping
 ///   N = N_s max(0, 1 + 2 zeta dz/dt/sqrt(g z)),   g of the model,
@@ -109,8 +115,8 @@ class GROUSER_PUBLIC WheelContact {
 /// does not rise with the load (there the load jumps): sought between the first of twelve loads
 /// that sinks as deep and the one before, to 1e-7 of the radius. The last of them is four times
 /// Domain::load_max_n, each is twice the one before. Deeper than at all of them: proportional to z
-/// from the least load of the deepest on. 0 for z <= 0; NaN for what is not finite. Allocates; a
-/// WheelContact does not.
+/// from the least load of the deepest on (infinite where it sinks at none). 0 for z <= 0; NaN for
+/// what is not finite. Allocates; a WheelContact does not.
 GROUSER_PUBLIC double LoadAtSinkage(
     const Model& model, double v_x, double v_y, double rim_speed, double sinkage,
     double tyre_stiffness = std::numeric_limits<double>::infinity());
