@@ -249,6 +249,15 @@ word_map() {
   exec "$(program_path grouser-map)" --pictures-by "$GROUSER_ROOT/surrogate/terrain_map/map_pictures.py" "$@"
 }
 
+word_fmu() {
+  local module="$GROUSER_ROOT/build/release/fmi/grouser_wheel.so"
+  wants_help "$@" || [ $# -eq 0 ] || {
+    build_if_missing grouser-fit
+    [ -e "$module" ] || build_preset release
+  }
+  exec "$PYTHON" "$GROUSER_ROOT/clients/fmi/make_fmu.py" --bin "$(program_dir)" "$@"
+}
+
 word_jobs() {
   local verb="${1:-}"
   case "$verb" in

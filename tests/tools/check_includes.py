@@ -68,6 +68,9 @@ RULES = {
     # What is installed, and what a stranger writes.
     "clients/in_process/grouser": (r"grouser/(model|vehicle)\.h", None),
     "clients/in_process/example": (r"grouser/(map|model|vehicle)\.h|\w+\.h", None),
+    "clients/fmi": (r"grouser/(contact|model)\.h|(fmi_types|variables|wheel_fmu)\.h", None),
+    "clients/fmi/loader": (r"clients/fmi/(fmi_types|loader/\w+)\.h", HEAVY + "|grpc|lcm/|google/"),
+    "clients/fmi/examples": (r"clients/fmi/loader/fmu\.h", None),
     "clients/python": (r"clients/python/|grouser/(model|model_selector|vehicle)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
 }
 # The engine's folders from below: each includes its own and those before it.
