@@ -82,28 +82,28 @@ TEST_P(FmuDrive, DropsSettlesAndStands) {
 }
 
 // Thrown forward and sideways, wheel free. Shear that has built up gives back what it holds as a
-// spring does, a hundredth of what there was at most; that swing dies out.
+// spring does: the wheel swings, each second less, and the highest energy of a second never rises.
 TEST_P(FmuDrive, RollsOutWithoutGainingEnergy) {
   Host host("fmi3", GetParam());
   host.v_x = 0.3;
   host.v_y = 0.1;
   host.spin = 0.3 / host.radius;
-  const double dropped = host.mass * 9.81 * host.z, first = host.Energy(),
-               kinetic = first - dropped;
-  ASSERT_GT(kinetic, 0.1);
-  double lowest = first, stood = 0;  // energies, least and at 6 s
-  while (host.time < 8) {
-    host.Step(1e-3);
-    ASSERT_LT(host.Energy(), first + 1e-9) << host.time;
-    if (host.time < 1.5) continue;  // by then the drop has settled
-    lowest = std::min(lowest, host.Energy());
-    EXPECT_LE(host.Energy(), lowest + 0.01 * kinetic) << host.time;
-    if (host.time < 6) continue;
-    if (stood == 0) stood = host.Energy();
-    EXPECT_LE(host.Energy(), stood + 1e-6 * kinetic) << host.time;
+  double highest = host.Energy(), fastest = highest - host.mass * 9.81 * host.z;
+  ASSERT_GT(fastest, 0.1);  // [J]
+  for (int second = 0; second < 8; ++second) {
+    double highest_now = 0, fastest_now = 0;
+    for (int i = 0; i < 1000; ++i) {
+      host.Step(1e-3);
+      highest_now = std::max(highest_now, host.Energy());
+      fastest_now = std::max(fastest_now, host.Energy() - host.mass * 9.81 * host.z);
+    }
+    EXPECT_LE(highest_now, highest) << second;
+    if (second > 0) {  // which has the drop
+      EXPECT_LT(fastest_now, 0.3 * fastest) << second;
+    }
+    highest = highest_now;
+    fastest = fastest_now;
   }
-  const double potential = host.mass * 9.81 * host.z;
-  EXPECT_LT(host.Energy() - potential, 1e-6 * kinetic);
 }
 
 TEST_P(FmuDrive, DrivesSteadily) {
