@@ -8,7 +8,8 @@
 namespace grouser::fmi {
 namespace {
 
-void NoteOf2(fmi2ComponentEnvironment to, fmi2String, fmi2Status, fmi2String, fmi2String format, ...) {
+void NoteOf2(fmi2ComponentEnvironment to, fmi2String, fmi2Status, fmi2String, fmi2String format,
+             ...) {
   char text[1000];
   va_list arguments;
   va_start(arguments, format);
