@@ -9,8 +9,8 @@ namespace grouser {
 
 LoadSearch::LoadSearch(const Model& model, double tyre_stiffness)
     : model_(model), compliance_(1 / tyre_stiffness), tolerance_(1e-7 * model.radius_m()) {
-  for (std::size_t j = 0; j < kNodes; ++j) {
-    node_[j] = std::ldexp(4 * model.domain().load_max_n, static_cast<int>(j + 1 - kNodes));
+  for (int j = 0; j < kNodes; ++j) {
+    node_[j] = std::ldexp(4 * model.domain().load_max_n, j + 1 - kNodes);
   }
 }
 
@@ -54,10 +54,27 @@ void LoadSearch::Ask() {
   }
 }
 
+// A deeper target never goes to a lower node, whatever S is: at the first node where two targets
+// part, the deeper one goes up. Few nodes far from the loads of the training are asked.
+bool LoadSearch::NextNode(Bracket* b) const {
+  if (b->upper - b->lower <= 1) return false;
+  int node = (b->lower + b->upper) / 2;
+  if (b->lower < 0) {
+    node = b->upper == kNodes ? kFirst : std::max(0, b->upper - 2);
+  } else if (b->upper == kNodes) {
+    node = b->lower + 1;
+  }
+  b->guess = node_[node];
+  b->asked = node;
+  return true;
+}
+
 // Regula falsi whose stale end counts half (Illinois), and halving where three rounds have not
 // halved the bracket.
 bool LoadSearch::Next(Bracket* b) const {
   if (std::fabs(b->off) <= tolerance_) return false;
+  if (NextNode(b)) return true;
+  b->asked = kNodes;
   if (b->high - b->low <= 1e-12 * b->high) {
     b->guess = b->high;
     return false;
@@ -74,67 +91,64 @@ bool LoadSearch::Next(Bracket* b) const {
   return true;
 }
 
-void LoadSearch::Narrow(double off, Bracket* b) {
-  b->off = off;
-  const bool from_below = off < 0;
+void LoadSearch::Narrow(double depth, Bracket* b) const {
+  b->off = depth - b->target;
+  const bool from_below = b->off < 0;
+  if (b->asked == kNodes - 1 && from_below) {
+    // Deeper than at the last node: on in proportion, from the least load that sinks as deep.
+    const double sinkage = b->target;
+    *b = {.wheel = b->wheel, .target = depth - 2 * tolerance_, .upper = kNodes - 1};
+    b->scale = sinkage / b->target;
+    b->high = node_[kNodes - 1];
+    b->above = 2 * tolerance_;
+    b->below = -b->target;
+    if (b->target <= 0) {  // it does not sink
+      b->off = 0;
+      b->guess = b->high;
+      b->scale = HUGE_VAL;
+    }
+    return;
+  }
   if (from_below) {
     b->low = b->guess;
-    b->below = off;
+    b->below = b->off;
   } else {
     b->high = b->guess;
-    b->above = off;
+    b->above = b->off;
+  }
+  if (b->asked < kNodes) {
+    (from_below ? b->lower : b->upper) = b->asked;
+    return;
   }
   // The end that stays a second time in a row.
   double& stale = from_below ? b->above_weight : b->below_weight;
-  double& moved = from_below ? b->below_weight : b->above_weight;
-  stale = moved == 1 && b->rounds > 1 && b->last_from_below == from_below ? 0.5 * stale : 1;
-  moved = 1;
+  stale = b->rounds > 1 && b->last_from_below == from_below ? 0.5 * stale : 1;
+  (from_below ? b->below_weight : b->above_weight) = 1;
   b->last_from_below = from_below;
 }
 
 void LoadSearch::Solve(std::span<const RelaxedMotion> motions, std::span<const double> sinkage,
                        std::span<double> load) {
-  asked_.clear();
-  at_load_.clear();
-  for (const RelaxedMotion& motion : motions) {
-    for (const double node : node_) Add(motion, node);
-  }
-  Ask();
   open_.clear();
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const std::span<const double> depth(&depth_[i * kNodes], kNodes);
-    // Deeper than any: on in proportion from the least load that sinks as deep.
-    const double deepest = *std::max_element(depth.begin(), depth.end());
-    Bracket b;
-    b.wheel = i;
-    b.target = std::min(sinkage[i], deepest - 2 * tolerance_);
-    if (!(b.target > 0)) b.target = 0.5 * deepest;
-    b.scale = sinkage[i] > deepest - 2 * tolerance_ ? sinkage[i] / b.target : 1;
-    std::size_t j = 0;
-    while (j + 1 < kNodes && depth[j] < b.target) ++j;
-    b.low = j == 0 ? 0 : node_[j - 1];
-    b.high = node_[j];
-    b.below = (j == 0 ? 0 : depth[j - 1]) - b.target;
-    b.above = depth[j] - b.target;
-    open_.push_back(b);
+    open_.push_back({.wheel = i, .target = sinkage[i], .below = -sinkage[i]});
   }
   while (!open_.empty()) {
     asked_.clear();
     at_load_.clear();
     std::size_t still = 0;
-    for (Bracket& b : open_) {
-      if (Next(&b)) {
-        Add(motions[b.wheel], b.guess);
-        open_[still++] = b;
+    for (const Bracket& b : open_) {
+      Bracket next = b;
+      if (Next(&next)) {
+        Add(motions[next.wheel], next.guess);
+        open_[still++] = next;
       } else {
-        load[b.wheel] = b.guess * b.scale;
+        load[next.wheel] = next.guess * next.scale;
       }
     }
     open_.resize(still);
     Ask();
-    for (std::size_t a = 0; a < open_.size(); ++a) {
-      Narrow(depth_[a] - open_[a].target, &open_[a]);
-    }
+    for (std::size_t a = 0; a < open_.size(); ++a) Narrow(depth_[a], &open_[a]);
   }
 }
 

@@ -27,7 +27,8 @@ class LoadSearch {
              std::span<double> load);
 
  private:
-  static constexpr std::size_t kNodes = 12;
+  static constexpr int kNodes = 12;
+  static constexpr int kFirst = 8;  // half of Domain::load_max_n, asked first
 
   // S of asked_ into depth_.
   void Ask();
@@ -39,18 +40,21 @@ class LoadSearch {
 
   struct Bracket {
     std::size_t wheel = 0;
-    double target = 0, scale = 1;  // sinkage that is sought; load over that of the target
-    double low = 0, high = 0;      // loads
-    double below = 0, above = 0;   // S - target there: < 0, >= 0
+    double target = 0, scale = 1;    // sinkage that is sought; load over that of the target
+    int lower = -1, upper = kNodes;  // nodes; -1: no load, kNodes: beyond the last
+    double low = 0, high = 0;        // loads
+    double below = 0, above = 0;     // S - target there: < 0, >= 0
     double below_weight = 1, above_weight = 1;
     double guess = 0, off = 1;  // the last load that was asked, S - target there [m]
+    int asked = kNodes;         // its node; kNodes: none
     double width = 0;           // three rounds ago
     int rounds = 0;
     bool last_from_below = false;
   };
   // The next load to ask; false: that of the last guess is it.
   bool Next(Bracket* bracket) const;
-  static void Narrow(double off, Bracket* bracket);
+  bool NextNode(Bracket* bracket) const;
+  void Narrow(double depth, Bracket* bracket) const;
 
   const Model& model_;
   double compliance_, tolerance_;

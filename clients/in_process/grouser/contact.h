@@ -110,13 +110,13 @@ class GROUSER_PUBLIC WheelContact {
   std::unique_ptr<Parts> parts_;
 };
 
-/// The load [N] at which the wheel sinks in by `sinkage` [m], in that motion [m/s]: the least N
-/// with sinkage(N) + N/k >= z, k the tyre's stiffness. It rises with z, also where a fitted sinkage
-/// does not rise with the load (there the load jumps): sought between the first of twelve loads
-/// that sinks as deep and the one before, to 1e-7 of the radius. The last of them is four times
-/// Domain::load_max_n, each is twice the one before. Deeper than at all of them: proportional to z
-/// from the least load of the deepest on (infinite where it sinks at none). 0 for z <= 0; NaN for
-/// what is not finite. Allocates; a WheelContact does not.
+/// The load [N] at which the wheel sinks in by `sinkage` [m], in that motion [m/s]: an N with
+/// sinkage(N) + N/k = z, k the tyre's stiffness. It rises with z, also where a fitted sinkage does
+/// not rise with the load (there the load jumps): bracketed by two of twelve loads, each twice the
+/// one before, the last four times Domain::load_max_n, which are asked so that a deeper sinkage
+/// never leads to a lower pair; then searched to 1e-7 of the radius. Deeper than at the last:
+/// proportional to z (infinite where it does not sink). 0 for z <= 0; NaN for what is not finite.
+/// Allocates; a WheelContact does not.
 GROUSER_PUBLIC double LoadAtSinkage(
     const Model& model, double v_x, double v_y, double rim_speed, double sinkage,
     double tyre_stiffness = std::numeric_limits<double>::infinity());
