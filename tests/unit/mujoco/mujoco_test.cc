@@ -132,9 +132,9 @@ TEST(Mujoco, DrivesAsTheVehicleSolverSays) {
         rim[0], rim[1], forward, yaw_rate, power, v_x[0], yaw[0], shaft[0],
         NamesOfReasons(reasons[0]).c_str());
     EXPECT_EQ(reasons[0] & kNoBalance, 0u);
-    EXPECT_NEAR(forward, v_x[0], 0.02 * v_x[0]);
-    EXPECT_NEAR(yaw_rate, yaw[0], 0.05 * std::fabs(yaw[0]) + 1e-4);
-    EXPECT_NEAR(power, shaft[0], 0.04 * shaft[0]);
+    EXPECT_NEAR(forward, v_x[0], 0.005 * v_x[0]);
+    EXPECT_NEAR(yaw_rate, yaw[0], 0.01 * std::fabs(yaw[0]) + 1e-5);
+    EXPECT_NEAR(power, shaft[0], 0.005 * shaft[0]);
   }
 }
 
@@ -198,7 +198,7 @@ TEST(Mujoco, StaysBoundedAndAccountsForItsEnergyAtOneAndTwoMilliseconds) {
     const double rest = motors - ground - (world.Energy() - start);
     std::printf("step %.3f s: motors %.4f J, to the soil %.4f J, rest %.5f J (%.3f %%)\n",
                 scene.m->opt.timestep, motors, ground, rest, 100 * rest / motors);
-    EXPECT_LT(std::fabs(rest), 0.01 * motors);
+    EXPECT_LT(std::fabs(rest), 1e-3 * motors);
     EXPECT_GT(motors, 5);
     way[run] = d->qpos[0];
     used[run] = motors;
@@ -224,16 +224,17 @@ TEST(Mujoco, StandsOnASlopeOrSlidesAsTheModelSays) {
     const PassiveForces passive(&soil);
     World world(scene.m);
     mjData* d = world.d;
-    double held = 0;
-    while (d->time < 10) {
+    double held = 0;  // what the model holds of a wheel that slides locked, at these loads
+    std::uint32_t flags = ~0u;
+    while (d->time < 10 && d->qpos[0] > -1) {
       mj_step(scene.m, d);
-      if (d->time < 9) continue;
-      held = 0;  // what the model holds of a wheel that slides locked, at these loads
+      held = 0;
       for (const WheelForce& f : soil.forces()) {
         held += sand.Evaluate(State{-0.05, 0, 0, f.load}).output[kFx].value;
-        EXPECT_NE(f.flags & kSlope, 0u);
+        flags &= f.flags;
       }
     }
+    EXPECT_NE(flags & kSlope, 0u);
     const double asked = 9.8 * 9.81 * std::sin(slope);
     std::printf(
         "%.0f deg: asked %.1f N, held at most %.1f N, at %.4f m/s after 10 s, %.3f m down\n",
@@ -243,7 +244,7 @@ TEST(Mujoco, StandsOnASlopeOrSlidesAsTheModelSays) {
       EXPECT_LT(world.speed(), 2e-3);
       EXPECT_LT(std::fabs(d->qpos[0]), 0.05);
     } else {
-      EXPECT_GT(-d->qpos[0], 1);
+      EXPECT_LE(d->qpos[0], -1);
     }
   }
 }

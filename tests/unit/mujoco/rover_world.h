@@ -21,6 +21,7 @@ struct Scene {
     char error[500] = "";
     m = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
     if (m == nullptr) throw std::runtime_error(error);
+    m->opt.enableflags |= mjENBL_ENERGY;
   }
   ~Scene() { mj_deleteModel(m); }
   Scene(const Scene&) = delete;
@@ -43,8 +44,6 @@ struct World {
   /// Energy now: kinetic and potential [J].
   double Energy() {
     mj_forward(m, d);
-    mj_energyPos(m, d);
-    mj_energyVel(m, d);
     return d->energy[0] + d->energy[1];
   }
   double speed() const { return std::hypot(d->qvel[0], d->qvel[1]); }
