@@ -9,9 +9,23 @@ namespace grouser {
 
 LoadSearch::LoadSearch(const Model& model, double tyre_stiffness)
     : model_(model), compliance_(1 / tyre_stiffness), tolerance_(1e-7 * model.radius_m()) {
+  const double least = model.domain().load_min_n, most = 4 * model.domain().load_max_n;
   for (int j = 0; j < kNodes; ++j) {
-    node_[j] = std::ldexp(4 * model.domain().load_max_n, j + 1 - kNodes);
+    node_[j] = least * std::pow(most / least, j / (kNodes - 1.0));
   }
+  rest_per_log_ = (kRest - 1) / std::log(most / least);
+  for (int j = 0; j < kRest; ++j) {
+    load_.push_back(least * std::exp(j / rest_per_log_));
+  }
+  v_x_ = v_y_ = rim_ = std::vector<double>(kRest, 0.0);
+  rest_.resize(kRest);
+  Evaluate(rest_);
+}
+
+double LoadSearch::AtRest(double load) const {
+  const double at = std::clamp(std::log(load / node_[0]) * rest_per_log_, 0.0, kRest - 1.0);
+  const int j = std::min(static_cast<int>(at), kRest - 2);
+  return rest_[j] + (at - j) * (rest_[j + 1] - rest_[j]);
 }
 
 void LoadSearch::Evaluate(std::span<double> out) {
@@ -25,47 +39,34 @@ void LoadSearch::Evaluate(std::span<double> out) {
 
 void LoadSearch::Ask() {
   const std::size_t n = asked_.size();
-  const auto clear = [this] {
-    for (std::vector<double>* v : {&v_x_, &v_y_, &rim_, &load_}) v->clear();
-    which_.clear();
-  };
-  const auto add = [this](const RelaxedMotion& m, std::size_t i) {
+  for (std::vector<double>* v : {&v_x_, &v_y_, &rim_, &load_}) v->clear();
+  which_.clear();
+  depth_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const RelaxedMotion& m = asked_[i];
+    depth_[i] = at_load_[i] * compliance_;
+    if (m.moving < 1) depth_[i] += (1 - m.moving) * AtRest(at_load_[i]);
+    if (m.moving == 0) continue;
     v_x_.push_back(m.v_x);
     v_y_.push_back(m.v_y);
     rim_.push_back(m.rim_speed);
     load_.push_back(at_load_[i]);
     which_.push_back(i);
-  };
-  depth_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) depth_[i] = at_load_[i] * compliance_;
-  for (const bool moving : {true, false}) {
-    clear();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double share = moving ? asked_[i].moving : 1 - asked_[i].moving;
-      if (share > 0) add(moving ? asked_[i] : RelaxedMotion{}, i);
-    }
-    sinkage_.resize(load_.size());
-    if (load_.empty()) continue;
-    Evaluate(sinkage_);
-    for (std::size_t a = 0; a < which_.size(); ++a) {
-      const double share = moving ? asked_[which_[a]].moving : 1 - asked_[which_[a]].moving;
-      depth_[which_[a]] += share * sinkage_[a];
-    }
+  }
+  if (load_.empty()) return;
+  sinkage_.resize(load_.size());
+  Evaluate(sinkage_);
+  for (std::size_t a = 0; a < which_.size(); ++a) {
+    depth_[which_[a]] += asked_[which_[a]].moving * sinkage_[a];
   }
 }
 
-// A deeper target never goes to a lower node, whatever S is: at the first node where two targets
-// part, the deeper one goes up. Few nodes far from the loads of the training are asked.
+// By halving: a deeper target never ends at a lower node, whatever S is, as at the first node where
+// two targets part the deeper one goes up.
 bool LoadSearch::NextNode(Bracket* b) const {
   if (b->upper - b->lower <= 1) return false;
-  int node = (b->lower + b->upper) / 2;
-  if (b->lower < 0) {
-    node = b->upper == kNodes ? kFirst : std::max(0, b->upper - 2);
-  } else if (b->upper == kNodes) {
-    node = b->lower + 1;
-  }
-  b->guess = node_[node];
-  b->asked = node;
+  b->asked = (b->lower + b->upper) / 2;
+  b->guess = node_[b->asked];
   return true;
 }
 
@@ -75,6 +76,10 @@ bool LoadSearch::Next(Bracket* b) const {
   if (std::fabs(b->off) <= tolerance_) return false;
   if (NextNode(b)) return true;
   b->asked = kNodes;
+  if (b->upper == 0) {  // below the loads of the training: in proportion
+    b->guess = b->high * (b->target / (b->target + b->above));
+    return false;
+  }
   if (b->high - b->low <= 1e-12 * b->high) {
     b->guess = b->high;
     return false;
@@ -95,7 +100,7 @@ void LoadSearch::Narrow(double depth, Bracket* b) const {
   b->off = depth - b->target;
   const bool from_below = b->off < 0;
   if (b->asked == kNodes - 1 && from_below) {
-    // Deeper than at the last node: on in proportion, from the least load that sinks as deep.
+    // Deeper than at the last node: on in proportion, from a load that sinks as deep.
     const double sinkage = b->target;
     *b = {.wheel = b->wheel, .target = depth - 2 * tolerance_, .upper = kNodes - 1};
     b->scale = sinkage / b->target;

@@ -43,7 +43,7 @@ const ContactOptions kAtOnce = {.damping_ratio = 0, .relaxation_over_radius = 0}
 
 TEST(LoadAtSinkage, InvertsWhereTheSinkageRisesWithTheLoad) {
   const Model model = Open("bekker");
-  for (const double load : {0.02, 1.0, 7.0, 24.0, 33.0, 60.0, 110.0}) {
+  for (const double load : {7.01, 12.0, 24.0, 33.0, 60.0, 110.0}) {
     for (const double rim : {0.0, 0.05, 0.2}) {
       const double sinkage = SinkageAt(model, 0.05, 0.02, rim, load);
       if (sinkage > 1.19 * model.radius_m()) continue;  // where the model ends
@@ -76,6 +76,16 @@ TEST(LoadAtSinkage, RisesWithTheSinkageOfEveryModel) {
     }
   }
   EXPECT_TRUE(falls);  // else this shows nothing of a sinkage that falls
+}
+
+TEST(LoadAtSinkage, IsProportionalBelowAndBeyondTheLoadsOfTheTraining) {
+  const Model model = Open("lookup");
+  const double least = SinkageAt(model, 0.05, 0, 0.06, model.domain().load_min_n);
+  EXPECT_NEAR(LoadAtSinkage(model, 0.05, 0, 0.06, 0.3 * least), 0.3 * model.domain().load_min_n,
+              1e-3);
+  const double deep = LoadAtSinkage(model, 0.05, 0, 0.06, 0.06);
+  EXPECT_GT(deep, 20);
+  EXPECT_NEAR(LoadAtSinkage(model, 0.05, 0, 0.06, 0.12), 2 * deep, 1e-3 * deep);
 }
 
 TEST(LoadAtSinkage, HardGroundIsTheTyreAlone) {
