@@ -29,7 +29,8 @@ bool Normalise(Vector* a) {
   return true;
 }
 
-constexpr double kLying = 0.06;  // sine of axle and normal
+constexpr double kLying = 0.06;   // sine of axle and normal
+constexpr double kSteady = 1e-6;  // 1 - m of a motion that counts as steady
 
 // A wheel in its contact frame.
 struct Frame {
@@ -97,7 +98,7 @@ RelaxedMotion AskedOf(const Frame& f, const ContactState& state, double length,
   const double moving = Speed(u.v_x, u.v_y, u.rim);
   if (moving == 0) return {0, 0, 0, 0};
   const double scale = std::max(speed, 1e-9) / moving;  // of a wheel that is held: any speed
-  return {scale * u.v_x, scale * u.v_y, scale * u.rim, std::min(moving, 1.0)};
+  return {scale * u.v_x, scale * u.v_y, scale * u.rim, moving > 1 - kSteady ? 1 : moving};
 }
 
 // kappa: rise of pull over load with slip, of a wheel that rolls straight.

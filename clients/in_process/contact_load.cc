@@ -9,9 +9,23 @@ namespace grouser {
 
 LoadSearch::LoadSearch(const Model& model, double tyre_stiffness)
     : model_(model), compliance_(1 / tyre_stiffness), tolerance_(1e-7 * model.radius_m()) {
-  for (std::size_t j = 0; j < kNodes; ++j) {
-    node_[j] = std::ldexp(4 * model.domain().load_max_n, static_cast<int>(j + 1 - kNodes));
+  const double least = model.domain().load_min_n, most = 4 * model.domain().load_max_n;
+  for (int j = 0; j < kNodes; ++j) {
+    node_[j] = least * std::pow(most / least, j / (kNodes - 1.0));
   }
+  rest_per_log_ = (kRest - 1) / std::log(most / least);
+  for (int j = 0; j < kRest; ++j) {
+    load_.push_back(least * std::exp(j / rest_per_log_));
+  }
+  v_x_ = v_y_ = rim_ = std::vector<double>(kRest, 0.0);
+  rest_.resize(kRest);
+  Evaluate(rest_);
+}
+
+double LoadSearch::AtRest(double load) const {
+  const double at = std::clamp(std::log(load / node_[0]) * rest_per_log_, 0.0, kRest - 1.0);
+  const int j = std::min(static_cast<int>(at), kRest - 2);
+  return rest_[j] + (at - j) * (rest_[j + 1] - rest_[j]);
 }
 
 void LoadSearch::Evaluate(std::span<double> out) {
@@ -25,39 +39,47 @@ void LoadSearch::Evaluate(std::span<double> out) {
 
 void LoadSearch::Ask() {
   const std::size_t n = asked_.size();
-  const auto clear = [this] {
-    for (std::vector<double>* v : {&v_x_, &v_y_, &rim_, &load_}) v->clear();
-    which_.clear();
-  };
-  const auto add = [this](const RelaxedMotion& m, std::size_t i) {
+  for (std::vector<double>* v : {&v_x_, &v_y_, &rim_, &load_}) v->clear();
+  which_.clear();
+  depth_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const RelaxedMotion& m = asked_[i];
+    depth_[i] = at_load_[i] * compliance_;
+    if (m.moving < 1) depth_[i] += (1 - m.moving) * AtRest(at_load_[i]);
+    if (m.moving == 0) continue;
     v_x_.push_back(m.v_x);
     v_y_.push_back(m.v_y);
     rim_.push_back(m.rim_speed);
     load_.push_back(at_load_[i]);
     which_.push_back(i);
-  };
-  depth_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) depth_[i] = at_load_[i] * compliance_;
-  for (const bool moving : {true, false}) {
-    clear();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double share = moving ? asked_[i].moving : 1 - asked_[i].moving;
-      if (share > 0) add(moving ? asked_[i] : RelaxedMotion{}, i);
-    }
-    sinkage_.resize(load_.size());
-    if (load_.empty()) continue;
-    Evaluate(sinkage_);
-    for (std::size_t a = 0; a < which_.size(); ++a) {
-      const double share = moving ? asked_[which_[a]].moving : 1 - asked_[which_[a]].moving;
-      depth_[which_[a]] += share * sinkage_[a];
-    }
   }
+  if (load_.empty()) return;
+  sinkage_.resize(load_.size());
+  Evaluate(sinkage_);
+  for (std::size_t a = 0; a < which_.size(); ++a) {
+    depth_[which_[a]] += asked_[which_[a]].moving * sinkage_[a];
+  }
+}
+
+// By halving: a deeper target never ends at a lower node, whatever S is, as at the first node where
+// two targets part the deeper one goes up.
+bool LoadSearch::NextNode(Bracket* b) const {
+  if (b->upper - b->lower <= 1) return false;
+  b->asked = (b->lower + b->upper) / 2;
+  b->guess = node_[b->asked];
+  return true;
 }
 
 // Regula falsi whose stale end counts half (Illinois), and halving where three rounds have not
 // halved the bracket.
 bool LoadSearch::Next(Bracket* b) const {
   if (std::fabs(b->off) <= tolerance_) return false;
+  if (NextNode(b)) return true;
+  b->asked = kNodes;
+  if (b->upper == 0) {  // below the loads of the training: in proportion
+    b->guess = b->high * (b->target / (b->target + b->above));
+    return false;
+  }
   if (b->high - b->low <= 1e-12 * b->high) {
     b->guess = b->high;
     return false;
@@ -74,67 +96,64 @@ bool LoadSearch::Next(Bracket* b) const {
   return true;
 }
 
-void LoadSearch::Narrow(double off, Bracket* b) {
-  b->off = off;
-  const bool from_below = off < 0;
+void LoadSearch::Narrow(double depth, Bracket* b) const {
+  b->off = depth - b->target;
+  const bool from_below = b->off < 0;
+  if (b->asked == kNodes - 1 && from_below) {
+    // Deeper than at the last node: on in proportion, from a load that sinks as deep.
+    const double sinkage = b->target;
+    *b = {.wheel = b->wheel, .target = depth - 2 * tolerance_, .upper = kNodes - 1};
+    b->scale = sinkage / b->target;
+    b->high = node_[kNodes - 1];
+    b->above = 2 * tolerance_;
+    b->below = -b->target;
+    if (b->target <= 0) {  // it does not sink
+      b->off = 0;
+      b->guess = b->high;
+      b->scale = HUGE_VAL;
+    }
+    return;
+  }
   if (from_below) {
     b->low = b->guess;
-    b->below = off;
+    b->below = b->off;
   } else {
     b->high = b->guess;
-    b->above = off;
+    b->above = b->off;
+  }
+  if (b->asked < kNodes) {
+    (from_below ? b->lower : b->upper) = b->asked;
+    return;
   }
   // The end that stays a second time in a row.
   double& stale = from_below ? b->above_weight : b->below_weight;
-  double& moved = from_below ? b->below_weight : b->above_weight;
-  stale = moved == 1 && b->rounds > 1 && b->last_from_below == from_below ? 0.5 * stale : 1;
-  moved = 1;
+  stale = b->rounds > 1 && b->last_from_below == from_below ? 0.5 * stale : 1;
+  (from_below ? b->below_weight : b->above_weight) = 1;
   b->last_from_below = from_below;
 }
 
 void LoadSearch::Solve(std::span<const RelaxedMotion> motions, std::span<const double> sinkage,
                        std::span<double> load) {
-  asked_.clear();
-  at_load_.clear();
-  for (const RelaxedMotion& motion : motions) {
-    for (const double node : node_) Add(motion, node);
-  }
-  Ask();
   open_.clear();
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const std::span<const double> depth(&depth_[i * kNodes], kNodes);
-    // Deeper than any: on in proportion from the least load that sinks as deep.
-    const double deepest = *std::max_element(depth.begin(), depth.end());
-    Bracket b;
-    b.wheel = i;
-    b.target = std::min(sinkage[i], deepest - 2 * tolerance_);
-    if (!(b.target > 0)) b.target = 0.5 * deepest;
-    b.scale = sinkage[i] > deepest - 2 * tolerance_ ? sinkage[i] / b.target : 1;
-    std::size_t j = 0;
-    while (j + 1 < kNodes && depth[j] < b.target) ++j;
-    b.low = j == 0 ? 0 : node_[j - 1];
-    b.high = node_[j];
-    b.below = (j == 0 ? 0 : depth[j - 1]) - b.target;
-    b.above = depth[j] - b.target;
-    open_.push_back(b);
+    open_.push_back({.wheel = i, .target = sinkage[i], .below = -sinkage[i]});
   }
   while (!open_.empty()) {
     asked_.clear();
     at_load_.clear();
     std::size_t still = 0;
-    for (Bracket& b : open_) {
-      if (Next(&b)) {
-        Add(motions[b.wheel], b.guess);
-        open_[still++] = b;
+    for (const Bracket& b : open_) {
+      Bracket next = b;
+      if (Next(&next)) {
+        Add(motions[next.wheel], next.guess);
+        open_[still++] = next;
       } else {
-        load[b.wheel] = b.guess * b.scale;
+        load[next.wheel] = next.guess * next.scale;
       }
     }
     open_.resize(still);
     Ask();
-    for (std::size_t a = 0; a < open_.size(); ++a) {
-      Narrow(depth_[a] - open_[a].target, &open_[a]);
-    }
+    for (std::size_t a = 0; a < open_.size(); ++a) Narrow(depth_[a], &open_[a]);
   }
 }
 

@@ -46,7 +46,7 @@ HELP
     return
   fi
   [ $# -eq 0 ] || usage_error "setup: takes no arguments; see ./grouser setup --help"
-  install_missing multibody maps python
+  install_missing multibody maps mujoco python
   set_up
 }
 

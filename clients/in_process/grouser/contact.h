@@ -72,10 +72,10 @@ struct WheelForce {
 ///   du/dt = (u* - u) M/sigma,   so u += (u* - u) (1 - exp(-M dt/sigma)).
 /// With u_d = u + (u* - u) min(1, tau M/sigma), tau = 2 zeta_s sqrt(sigma/(kappa g)), kappa the
 /// rise of pull over load with slip at slip 0, the answer is m of the model's at u_d, and 1 - m of
-/// its answer to a wheel at rest (no force, the static sinkage), m = max(|u_rim|, hypot(u_x, u_y))
-/// of u_d, at most 1: forces build up from rest with travel, hold a wheel that stands (Dahl's
-/// friction, with the damping of LuGre), and reverse through 0. In steady motion m = 1 and u_d = u
-/// = u*. A wheel off the ground forgets u.
+/// its answer to a wheel at rest (no force; the static sinkage, between 257 loads), m =
+/// max(|u_rim|, hypot(u_x, u_y)) of u_d, at most 1: forces build up from rest with travel, hold a
+/// wheel that stands (Dahl's friction, with the damping of LuGre), and reverse through 0. In steady
+/// motion m = 1 and u_d = u = u*. A wheel off the ground forgets u.
 ///
 /// Load. N_s solves z = sinkage(N_s) + N_s/k (LoadAtSinkage); damping
 ///   N = N_s max(0, 1 + 2 zeta dz/dt/sqrt(g z)),   g of the model,
@@ -110,13 +110,13 @@ class GROUSER_PUBLIC WheelContact {
   std::unique_ptr<Parts> parts_;
 };
 
-/// The load [N] at which the wheel sinks in by `sinkage` [m], in that motion [m/s]: the least N
-/// with sinkage(N) + N/k >= z, k the tyre's stiffness. It rises with z, also where a fitted sinkage
-/// does not rise with the load (there the load jumps): sought between the first of twelve loads
-/// that sinks as deep and the one before, to 1e-7 of the radius. The last of them is four times
-/// Domain::load_max_n, each is twice the one before. Deeper than at all of them: proportional to z
-/// from the least load of the deepest on (infinite where it sinks at none). 0 for z <= 0; NaN for
-/// what is not finite. Allocates; a WheelContact does not.
+/// The load [N] at which the wheel sinks in by `sinkage` [m], in that motion [m/s]: an N with
+/// sinkage(N) + N/k = z, k the tyre's stiffness, to 1e-7 of the radius. It rises with z, also where
+/// a fitted sinkage does not rise with the load (there the load jumps): bracketed by two of eight
+/// loads, which are asked so that a deeper sinkage never leads to a lower pair, then searched.
+/// Proportional to z below Domain::load_min_n, where tables end, and beyond four times
+/// Domain::load_max_n (infinite where the wheel does not sink). 0 for z <= 0; NaN for what is not
+/// finite. Allocates, and takes some 0.3 ms; a WheelContact does neither.
 GROUSER_PUBLIC double LoadAtSinkage(
     const Model& model, double v_x, double v_y, double rim_speed, double sinkage,
     double tyre_stiffness = std::numeric_limits<double>::infinity());

