@@ -24,6 +24,15 @@ endif()
 if(NOT GDAL_FOUND)
   message(STATUS "no maps: GDAL (libgdal-dev) was not found or not asked for")
 endif()
+option(GROUSER_MUJOCO "soil under the wheels of MuJoCo's models, where MuJoCo is found" ON)
+if(GROUSER_MUJOCO)
+  # Not its own package, which would ask for OpenGL and for headers of qhull.
+  find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
+  find_library(MUJOCO_LIBRARY mujoco)
+endif()
+if(NOT (MUJOCO_INCLUDE_DIR AND MUJOCO_LIBRARY))
+  message(STATUS "no adapter to MuJoCo: libmujoco-dev was not found or not asked for")
+endif()
 option(GROUSER_PYTHON "the Python package grouser, where pybind11 is found" ON)
 if(GROUSER_PYTHON AND NOT GROUSER_SANITIZE)  # a sanitizer would have to be loaded before Python
   set(Python_EXECUTABLE /usr/bin/python3)    # Debian's: it has numpy

@@ -131,6 +131,8 @@ lacks_optional() {
     grep -qs "^${library}_DIR:PATH=${library}_DIR-NOTFOUND" "$1/CMakeCache.txt" &&
       compgen -G "/usr/lib/*/cmake/${library,,}" >/dev/null && return 0
   done
+  grep -qs '^MUJOCO_LIBRARY:FILEPATH=MUJOCO_LIBRARY-NOTFOUND' "$1/CMakeCache.txt" &&
+    compgen -G '/usr/lib/*/libmujoco.so' >/dev/null && return 0
   grep -qs '^GROUSER_PYTHON_FOUND:INTERNAL=OFF' "$1/CMakeCache.txt" && [ -e /usr/lib/cmake/pybind11 ] &&
     compgen -G '/usr/include/python3*/Python.h' >/dev/null && return 0
   # A build that searches for inputs (the others do not look for clang++), but could not.

@@ -33,6 +33,9 @@ check_packages() {
   missing="$(missing_packages maps)"
   [ -z "$missing" ] || finding absent maps "not installed: $missing" "no ./grouser map" \
     "./grouser setup installs it and builds with it"
+  missing="$(missing_packages mujoco)"
+  [ -z "$missing" ] || finding absent mujoco "not installed: $missing" "no adapter to MuJoCo (docs/mujoco.md)" \
+    "./grouser setup installs it and builds with it"
   missing="$(missing_packages python | tr '\n' ' ')"
   [ -z "$missing" ] || finding absent python "not installed: ${missing% }" \
     "no Python package grouser, or none of its clients of servers and no wheel" \

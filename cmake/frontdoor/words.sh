@@ -46,7 +46,7 @@ HELP
     return
   fi
   [ $# -eq 0 ] || usage_error "setup: takes no arguments; see ./grouser setup --help"
-  install_missing multibody maps python
+  install_missing multibody maps mujoco python
   set_up
 }
 
@@ -247,6 +247,15 @@ word_map() {
   require_packages run maps
   build_if_missing grouser-map
   exec "$(program_path grouser-map)" --pictures-by "$GROUSER_ROOT/surrogate/terrain_map/map_pictures.py" "$@"
+}
+
+word_fmu() {
+  local module="$GROUSER_ROOT/build/release/fmi/grouser_wheel.so"
+  wants_help "$@" || [ $# -eq 0 ] || {
+    build_if_missing grouser-fit
+    [ -e "$module" ] || build_preset release
+  }
+  exec "$PYTHON" "$GROUSER_ROOT/clients/fmi/make_fmu.py" --bin "$(program_dir)" "$@"
 }
 
 word_jobs() {

@@ -70,6 +70,11 @@ RULES = {
     # What is installed, and what a stranger writes.
     "clients/in_process/grouser": (r"grouser/(model|vehicle)\.h", None),
     "clients/in_process/example": (r"grouser/(map|model|vehicle)\.h|\w+\.h", None),
+    "clients/fmi": (r"grouser/(contact|model)\.h|(fmi_types|variables|wheel_fmu)\.h", None),
+    "clients/fmi/loader": (r"clients/fmi/(fmi_types|loader/\w+)\.h", HEAVY + "|grpc|lcm/|google/"),
+    "clients/fmi/examples": (r"clients/fmi/loader/fmu\.h", None),
+    # Adapters to others' simulators: the public headers and the simulator's own.
+    "clients/mujoco": (r"grouser/(contact|model|mujoco|vehicle)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
     "clients/python": (r"clients/python/|grouser/(model|model_selector|vehicle)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
 }
 # The engine's folders from below: each includes its own and those before it.
@@ -207,6 +212,7 @@ BAD = {
     "clients/in_process/a.cc": "#include \"clients/cpp/terrain_client.h\"\n",
     "clients/in_process/grouser/a.h": "#pragma once\n#include \"surrogate/models/wheel_model.h\"\n",
     "clients/in_process/example/a.cc": "#include \"surrogate/models/wheel_model.h\"\n",
+    "clients/mujoco/a.cc": "#include \"clients/in_process/contact_load.h\"\n",
     "clients/python/a.cc": "#include \"clients/in_process/parts.h\"\n",
     "tests/a.py": "\n" * (MAX_LINES + 1),
     "surrogate/fit/b.cc": "// TO" "DO later\n",

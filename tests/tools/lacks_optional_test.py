@@ -38,6 +38,9 @@ def main(root):
         headers = pathlib.Path("/usr/lib/cmake/pybind11").exists() and any(pathlib.Path("/usr/include").glob("python3*/Python.h"))
         assert lacks("GROUSER_PYTHON_FOUND:INTERNAL=OFF\n", None) == headers
         assert not lacks("GROUSER_PYTHON_FOUND:INTERNAL=ON\n", None)
+        mujoco = any(pathlib.Path("/usr/lib").glob("*/libmujoco.so"))
+        assert lacks("MUJOCO_LIBRARY:FILEPATH=MUJOCO_LIBRARY-NOTFOUND\n", None) == mujoco
+        assert not lacks("MUJOCO_LIBRARY:FILEPATH=/usr/lib/libmujoco.so\n", None)
         assert not lacks("", True)  # of a sanitizer: searches for nothing
 
 

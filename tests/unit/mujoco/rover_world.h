@@ -1,0 +1,57 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "grouser/mujoco.h"
+
+namespace grouser::mujoco {
+
+inline const std::string kSand = GROUSER_SOURCE "/surrogate/pairs/cmu-smooth-62.5-8mm/hybrid.model";
+
+/// A model of text or of a file, deleted at its end.
+struct Scene {
+  mjModel* m;
+
+  explicit Scene(const std::string& file = GROUSER_MUJOCO "/rover.xml") {
+    char error[500] = "";
+    m = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
+    if (m == nullptr) throw std::runtime_error(error);
+    m->opt.enableflags |= mjENBL_ENERGY;
+  }
+  ~Scene() { mj_deleteModel(m); }
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+};
+
+struct World {
+  const mjModel* m;
+  mjData* d;
+
+  explicit World(const mjModel* model) : m(model), d(mj_makeData(model)) {}
+  ~World() { mj_deleteData(d); }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Spins asked of the wheels: left, right, left, right [m/s at the rim].
+  void Drive(double left, double right) {
+    for (int i = 0; i < 4; ++i) d->ctrl[i] = (i % 2 == 0 ? left : right) / 0.0625;
+  }
+  /// Energy now: kinetic and potential [J].
+  double Energy() {
+    mj_forward(m, d);
+    return d->energy[0] + d->energy[1];
+  }
+  double speed() const { return std::hypot(d->qvel[0], d->qvel[1]); }
+  void Step(SoilContact* soil) {
+    mj_step1(m, d);
+    soil->Apply(m, d);
+    mj_step2(m, d);
+  }
+};
+
+}  // namespace grouser::mujoco
