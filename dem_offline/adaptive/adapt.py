@@ -32,6 +32,7 @@ sys.path[:0] = [HERE, os.path.join(ROOT, "clients", "common")]
 
 import yaml  # noqa: E402
 
+import plain_yaml  # noqa: E402
 import states  # noqa: E402
 from experiment_runs import Refused, lock_of, read_kept, run_or_refuse  # noqa: E402
 from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
@@ -69,6 +70,14 @@ def parse_arguments():
     return arguments
 
 
+def number(text):
+    """Of a text as a file has it; nan: none (the engine says what is wrong)."""
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        return math.nan
+
+
 class Adaptive:
     """The state of one adaptive campaign in its folder."""
 
@@ -87,13 +96,10 @@ class Adaptive:
     def _base(self):
         """The campaign, its files named from OUT."""
         path = self.arguments.campaign
-        try:
-            with open(path, encoding="utf-8") as file:
-                base = yaml.safe_load(file)
-        except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-            raise Refused(f"{path}: {' '.join(str(error).split())}") from None
-        if not isinstance(base, dict) or "scene" not in base:
-            raise Refused(f"{path}: expected a campaign file with a scene, as dem_offline/campaigns/demo.campaign.yaml")
+        expected = "a campaign file with a scene, as dem_offline/campaigns/demo.campaign.yaml"
+        base = plain_yaml.mapping(path, expected)
+        if "scene" not in base:
+            raise Refused(f"{path}: expected {expected}")
         self._expect_driven(path, base)
         for key in ("scene", "soil"):
             if isinstance(base.get(key), str):
@@ -115,12 +121,12 @@ class Adaptive:
                 raise Refused(f"{path}: {at}mode: got {section['mode']!r}, expected rim or none: new states have a "
                               "slip")
             if "speed_m_per_s" in section:
-                raise Refused(f"{path}: {at}speed_m_per_s: got {section['speed_m_per_s']!r}, expected none: new states "
+                raise Refused(f"{path}: {at}speed_m_per_s: got {section['speed_m_per_s']}, expected none: new states "
                               "have the rig's speed (rig.speed_m_per_s of the scene)")
             angles = section.get("attack_angle_deg", [])
             for angle in angles if isinstance(angles, list) else [angles]:
-                if isinstance(angle, (int, float)) and angle < 0:
-                    raise Refused(f"{path}: {at}attack_angle_deg: got {angle:g}, expected 0 or more: a model answers "
+                if number(angle) < 0:
+                    raise Refused(f"{path}: {at}attack_angle_deg: got {angle}, expected 0 or more: a model answers "
                                   "the other side by symmetry")
 
     def _history(self):
@@ -144,7 +150,7 @@ class Adaptive:
     def write_campaign(self):
         grown = dict(self.base)
         grown["extra"] = [*(self.base.get("extra") or []), *self.history["added"]]
-        text = yaml.safe_dump(grown, sort_keys=False, width=120)
+        text = plain_yaml.text_of(grown)
         write_atomically(self.path, f"# Written by ./grouser campaign adapt from {self.name}.\n" + text)
 
     def run(self):
@@ -218,7 +224,7 @@ class Adaptive:
         return states.Ranges(*self.history["ranges"])
 
     def add(self, chosen):
-        seeds = self.base.get("seeds") or [1]
+        seeds = [int(number(one)) for one in self.base.get("seeds") or [1]]
         for k, (slip, angle, load) in enumerate(chosen, len(self.history["added"])):
             self.history["added"].append({"slip": round(slip, 4), "attack_angle_deg": round(angle, 2),
                                           "load_n": round(load, 3), "seed": seeds[k % len(seeds)]})
@@ -283,6 +289,10 @@ def work():
         return sure
 
 
-if __name__ == "__main__":
+def main():
     raise_on_signals()
-    sys.exit(exit_code_of(work, Refused, say))
+    return exit_code_of(work, Refused, say)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -38,6 +38,7 @@ import design  # noqa: E402
 import known  # noqa: E402
 import known_rows  # noqa: E402
 import outcome  # noqa: E402
+import plain_yaml  # noqa: E402
 import table_check  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
@@ -121,7 +122,7 @@ def parse_arguments():
 
 def scene_of(path):
     """The document of a scene, checked as far as it is changed here."""
-    scene = varied.load(path)
+    scene = plain_yaml.load(path)
     wheel = scene.get("wheel") if isinstance(scene, dict) else None
     if not isinstance(wheel, dict) or not {"radius_m", "width_m", "friction"} <= set(wheel):
         raise Refused(f"{path}: wheel: expected a mapping with radius_m, width_m and friction")
@@ -254,7 +255,7 @@ def work():
     soil, scene = GrainSoil(arguments.soil), scene_of(arguments.scene)
     targets = measured.read(os.path.join(arguments.bin, "grouser-calibrate"), arguments.data, soil.diameter)
     check_match(arguments, targets, soil, scene)
-    start = varied.Start(varied.load(arguments.soil), scene)
+    start = varied.Start(plain_yaml.load(arguments.soil), scene)
     lock = None if arguments.dry_run else lock_of(arguments.out, arguments.wait)
     if arguments.design:
         table = table_check.read_table(arguments.design)

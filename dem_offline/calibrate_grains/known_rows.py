@@ -8,9 +8,10 @@ import os
 import table_check
 import wheel_campaign
 from experiment_runs import Refused
+from plain_yaml import load
 from point import counts, over_beds
 from targets import wheel_key
-from vary import KNOWN, between, load
+from vary import KNOWN, between
 
 ROUNDED = 1e-4  # more than vary.round_to takes off
 NOT_COMPARED = {"soil": ("name", "source"), "scene": ("name", "soil")}  # words

@@ -9,6 +9,7 @@ import check
 import grains_page
 import identify
 import numpy
+import plain_yaml
 import posterior as bayes
 import predict
 import vary as varied
@@ -132,7 +133,7 @@ def soil_and_scene(inference, found):
              + ("" if one["identified"] else "; the tests do not tell it") + ")" for one in found["parameters"]]
     head = "\n".join(["# Written by ./grouser calibrate grains from measured tests; the posterior: calibration.json.",
                       *known]) + "\n"
-    return {"calibrated.soil.yaml": head + varied.text_of(soil), "calibrated.scene.yaml": head + varied.text_of(scene)}
+    return {"calibrated.soil.yaml": head + plain_yaml.text_of(soil), "calibrated.scene.yaml": head + plain_yaml.text_of(scene)}
 
 
 def summary(found):

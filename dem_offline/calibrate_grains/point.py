@@ -11,9 +11,9 @@ import wheel_campaign
 from bench import Bench, first_on, packing_of
 from experiment_runs import ENDING, Execution, Result, check_plans, engine_of, read_kept, record_of
 from grain_soil import GrainSoil
+from plain_yaml import text_of
 from processes import Processes, ProgramFailed, write_atomically
 from targets import kind_of, wheel_key
-from vary import text_of
 
 COLLECTED = "3"  # what is kept of the runs: another one reads them again
 WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force is fitted by a line

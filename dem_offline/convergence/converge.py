@@ -24,8 +24,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "clients", "common"))
 
-import yaml  # noqa: E402
-
+import plain_yaml  # noqa: E402
 from experiment_runs import Refused, lock_of, run_or_refuse  # noqa: E402
 from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
@@ -79,30 +78,18 @@ def parse_arguments():
     return arguments
 
 
-def read_yaml(path, expected):
-    """All of it as text: the engine's reader has words for switches, and numbers, that PyYAML has not."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            read = yaml.load(file, Loader=yaml.BaseLoader)
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise Refused(f"{path}: {' '.join(str(error).split())}") from None
-    if not isinstance(read, dict):
-        raise Refused(f"{path}: expected {expected}")
-    return read
-
-
 class Convergence:
     def __init__(self, arguments, processes):
         self.arguments, self.processes = arguments, processes
         self.out = os.path.abspath(arguments.out)
         self.dem, self.fit = (os.path.join(arguments.bin, name) for name in ("grouser-dem", "grouser-fit"))
-        campaign = read_yaml(arguments.campaign, "a campaign file")
+        campaign = plain_yaml.mapping(arguments.campaign, "a campaign file")
         if not isinstance(campaign.get("scene"), str) or not campaign["scene"]:
             raise Refused(f"{arguments.campaign}: scene: expected the name of a file, as in "
                           "dem_offline/campaigns/demo.campaign.yaml")
         folder = os.path.dirname(os.path.abspath(arguments.campaign))
         self.scene_path = os.path.join(folder, campaign["scene"])
-        self.scene = read_yaml(self.scene_path, "a scene file")
+        self.scene = plain_yaml.mapping(self.scene_path, "a scene file")
         if not isinstance(self.scene.get("rig"), dict):
             raise Refused(f"{self.scene_path}: expected a rig")
         soil = campaign.get("soil")  # of the campaign, in place of the scene's
@@ -134,7 +121,7 @@ class Convergence:
         if self.soil:
             campaign["soil"] = os.path.relpath(self.soil, folder)
         for file, content in (("variant.scene.yaml", scene), ("variant.campaign.yaml", campaign)):
-            write_atomically(os.path.join(folder, file), yaml.safe_dump(content, sort_keys=False, width=120))
+            write_atomically(os.path.join(folder, file), plain_yaml.text_of(content))
         say(f"{name}: {len(campaign['extra'])} runs")
         runs, summary = os.path.join(folder, "runs"), os.path.join(folder, "runs.json")
         self.child(name, [self.dem, "campaign", "run", os.path.join(folder, "variant.campaign.yaml"), "--out", runs,

@@ -136,6 +136,10 @@ def work():
     return good
 
 
-if __name__ == "__main__":
+def main():
     raise_on_signals()
-    sys.exit(exit_code_of(work, Refused, say))
+    return exit_code_of(work, Refused, say)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -244,6 +244,10 @@ def work():
         return validate(arguments, processes)
 
 
-if __name__ == "__main__":
+def main():
     raise_on_signals()
-    sys.exit(exit_code_of(work, measured.TableError, say))
+    return exit_code_of(work, measured.TableError, say)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -18,7 +18,7 @@ constexpr std::size_t kBlock = 128;                       // states that at a ti
 MeasuredRegion MeasuredRegionAt(double v_x, double v_y, double rim_speed) noexcept {
   const bool backward = v_x < 0 || (v_x == 0 && rim_speed < 0);
   const double rim = backward ? -rim_speed : rim_speed;
-  const double hub = std::sqrt(v_x * v_x + v_y * v_y);
+  const double hub = std::hypot(v_x, v_y);
   if (std::fabs(rim) < kLockedRim * hub) return MeasuredRegion::kLocked;
   if (!(rim >= kLeastRim * hub)) return MeasuredRegion::kBraking;
   const bool straight = std::fabs(v_y) <= kStraightTangent * std::fabs(v_x) * (1 + 1e-9);
@@ -100,6 +100,13 @@ std::size_t CaseOf(const std::array<bool, kMeasuredRegions>& knows_all, double v
   return at;
 }
 
+/// Of numbers >= 0, and as quick as a root: std::hypot takes ten times as long. NaN of either: NaN.
+double Hypot(double a, double b) noexcept {
+  const double larger = a > b ? a : b, smaller = a > b ? b : a;  // a NaN is in one of them
+  const double ratio = larger > 0 ? smaller / larger : smaller;  // squares of loads would overflow
+  return larger * std::sqrt(1 + ratio * ratio);
+}
+
 /// Of one output, by case.
 using ByCase = std::array<double, kCases>;
 void WriteOutput(const ByCase& sd, const ByCase& half_width, const std::uint8_t* cases,
@@ -117,7 +124,7 @@ void WriteOutput(const ByCase& sd, const ByCase& half_width, const std::uint8_t*
   for (std::size_t i = 0; i < count; ++i) {
     const double own = 0.5 * (high[i] - low[i]);
     middle[i] = 0.5 * (low[i] + high[i]);
-    half[i] = std::sqrt(own * own + half[i] * half[i]);
+    half[i] = Hypot(own, half[i]);
   }
   if (!to.low.empty()) {
     double* out = to.low.data() + first;

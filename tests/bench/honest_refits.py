@@ -15,7 +15,7 @@ import tempfile
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fit", required=True, help="grouser-fit")
-    parser.add_argument("--runs", default="surrogate/pairs/cmu-smooth-62.5-8mm/runs.json", help="a campaign's summary")
+    parser.add_argument("--runs", default="tests/data/dense_pair/runs.json", help="a campaign's summary")
     parser.add_argument("--sets", default="0;20;40;60;5,30,55",
                         help="places of the training runs that the base lacks; sets by ';'")
     parser.add_argument("--out", help="folder that keeps the models")

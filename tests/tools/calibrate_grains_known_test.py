@@ -22,6 +22,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 import evidence  # noqa: E402
 import known  # noqa: E402
 import known_rows  # noqa: E402
+import plain_yaml  # noqa: E402
 import table_check  # noqa: E402
 import targets as measured  # noqa: E402
 import vary as varied  # noqa: E402
@@ -171,7 +172,7 @@ class Rows(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         self.rows = os.path.join(CAMPAIGNS, "cmu_plates", "rows.json")
-        self.start = varied.Start(varied.load(SOIL), varied.load(SCENE))
+        self.start = varied.Start(plain_yaml.load(SOIL), plain_yaml.load(SCENE))
         self.vary = varied.read(os.path.join(CAMPAIGNS, "cmu_wheel", "vary.yaml"))
         wanted = measured.read(os.path.join(BIN, "grouser-calibrate"), WHEEL, 0.008).chosen("plates")
         self.head = {"engine": "6", "beds": 1, "rows": [row.key for row in wanted]}

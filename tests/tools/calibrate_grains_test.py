@@ -9,12 +9,10 @@ import math
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import threading
 import time
-import traceback
 import types
 import unittest
 
@@ -29,6 +27,8 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 
 import calibrate_grains  # noqa: E402
 import design  # noqa: E402
+import forked  # noqa: E402
+import plain_yaml  # noqa: E402
 import point as points  # noqa: E402
 import table_check  # noqa: E402
 import targets as measured  # noqa: E402
@@ -54,35 +54,7 @@ f_x: f_x_n, sinkage: sinkage_mm}, constants: {radius: 62.5 mm, width: 50 mm}, he
 
 
 def call(*words):
-    """calibrate_grains.py as a child of this process, which has its imports already: they take longer than most
-    calls."""
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        child = os.fork()
-        if child == 0:
-            code = 70
-            try:
-                os.dup2(out.fileno(), 1)
-                os.dup2(error.fileno(), 2)
-                sys.argv = ["calibrate_grains.py", *words]
-                code = calibrate_grains.main()
-            except SystemExit as stop:
-                code = stop.code
-            except BaseException:  # as an interpreter would end
-                traceback.print_exc()
-                code = 1
-            finally:
-                if code is not None and not isinstance(code, int):  # sys.exit("why")
-                    print(code, file=sys.stderr)
-                    code = 1
-                sys.stdout.flush()
-                sys.stderr.flush()
-                os._exit(code or 0)
-        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        out.seek(0)
-        error.seek(0)
-        return subprocess.CompletedProcess(words, status, out.read(), error.read())
+    return forked.call(calibrate_grains.main, "calibrate_grains.py", *words)
 
 
 class InFolder(unittest.TestCase):
@@ -150,14 +122,14 @@ class Vary(InFolder):
 
 class Made(unittest.TestCase):
     def setUp(self):
-        self.start = varied.Start(varied.load(SOIL), varied.load(SCENE))
+        self.start = varied.Start(plain_yaml.load(SOIL), plain_yaml.load(SCENE))
 
     def test_the_start_is_untouched_and_the_bulk_stays(self):
-        before = varied.text_of(self.start.soil), varied.text_of(self.start.scene)
+        before = plain_yaml.text_of(self.start.soil), plain_yaml.text_of(self.start.scene)
         values = {"friction": 0.4, "rolling_friction": 0.2, "wheel_friction": 0.6, "solid_fraction": 0.55,
                   "grain_diameter_m": 0.006, "surface_energy_j_per_m2": 0.5}
         soil, scene, tool, wheel = self.start.made(values, "one")
-        self.assertEqual((varied.text_of(self.start.soil), varied.text_of(self.start.scene)), before)
+        self.assertEqual((plain_yaml.text_of(self.start.soil), plain_yaml.text_of(self.start.scene)), before)
         grains = soil["grains"]
         self.assertAlmostEqual(grains["grain_density_kg_per_m3"] * 0.55, 1330, delta=0.02)
         self.assertEqual((grains["friction"], scene["wheel"]["friction"], tool, wheel), (0.4, 0.6, None, 0.6))
@@ -179,7 +151,7 @@ class Made(unittest.TestCase):
             self.assertEqual(self.start.made(values, "sized")[0]["grains"].get("top_layer"), layer)
 
     def test_words_of_yaml_come_out_as_they_stood(self):
-        text = varied.text_of(self.start.scene)
+        text = plain_yaml.text_of(self.start.scene)
         self.assertIn("freeze: on", text)
         with open(SCENE, encoding="utf-8") as file:
             self.assertEqual(yaml.safe_load(text), yaml.safe_load(file))

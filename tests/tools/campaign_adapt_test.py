@@ -6,7 +6,6 @@ import json
 import math
 import os
 import stat
-import subprocess
 import sys
 import tempfile
 import time
@@ -17,6 +16,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 sys.path.insert(0, os.path.join(ROOT, "dem_offline", "adaptive"))
 
 import adapt  # noqa: E402  (it finds the others)
+import forked  # noqa: E402
 import states  # noqa: E402
 from processes import Processes  # noqa: E402
 
@@ -108,9 +108,8 @@ class Loop(unittest.TestCase):
             file.write(text)
 
     def adapt(self, *more, campaign="c.yaml"):
-        return subprocess.run([sys.executable, os.path.join(ROOT, "dem_offline", "adaptive", "adapt.py"),
-                               os.path.join(self.folder, campaign), "--out", self.out, "--bin", self.folder, "--batch",
-                               "4", "--json", *more], capture_output=True, text=True, check=False)
+        return forked.call(adapt.main, "adapt.py", os.path.join(self.folder, campaign), "--out", self.out, "--bin",
+                           self.folder, "--batch", "4", "--json", *more)
 
     def test_goes_on_until_sure(self):
         done = self.adapt("--budget", "1", "--error", "0.15")
@@ -140,6 +139,15 @@ class Loop(unittest.TestCase):
         self.assertEqual((done.returncode, "no state is left that has not run" in done.stderr), (1, True), done.stderr)
         states_run = [(one["slip"], one["load_n"]) for one in json.loads(done.stdout)["added"]]
         self.assertEqual(len(states_run), len(set(states_run)))
+
+    def test_what_the_campaign_says_comes_out_as_it_stood(self):
+        self.file("words.yaml", CAMPAIGN.replace("name: small", "name: off") + "note: 6e2\n")
+        self.adapt("--budget", "0", campaign="words.yaml")
+        with open(os.path.join(self.out, "adapted.campaign.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("name: off\n", text)
+        self.assertIn("note: 6e2\n", text)
+        self.assertIn("slip: -0.4\n", text)
 
     def test_refuses(self):
         for more, words in ((("--budget", "-1"), "--budget -1: expected at least 0"),

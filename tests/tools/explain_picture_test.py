@@ -12,7 +12,7 @@ import tempfile
 ROOT, BIN = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 EXPLAIN = [sys.executable, str(ROOT / "surrogate" / "fit" / "explain.py")]
 CMU = str(ROOT / "surrogate" / "pairs" / "cmu-smooth-62.5-8mm" / "hybrid.model")
-SHIPPED = str(ROOT / "surrogate" / "shipped" / "cmu-smooth-62.5.model")
+EARLIER = str(ROOT / "tests" / "data" / "small_model" / "cmu-smooth-62.5.model")
 
 
 def run(*arguments):
@@ -80,7 +80,7 @@ def main():
         saved, text = check_picture(folder)
         saved.write_text(text)
         old = folder / "old.svg"  # of a file that holds no stresses, and text on stdout
-        done = run("--plot", str(old), "--", str(BIN / "grouser-fit"), "explain", SHIPPED, "--vx", "0.1", "--vy",
+        done = run("--plot", str(old), "--", str(BIN / "grouser-fit"), "explain", EARLIER, "--vx", "0.1", "--vy",
                    "0.02", "--rim", "0.1", "--load", "20")
         expect(done.returncode == 0 and "nearest that were fitted" in done.stdout, done.stderr)
         expect("this model file holds no stresses of its runs" in texts(old), "what is missing is said")

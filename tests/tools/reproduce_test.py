@@ -5,7 +5,6 @@ Usage: reproduce_test.py --bin FOLDER      (of grouser-dem)
 """
 
 import argparse
-import importlib
 import json
 import os
 import re
@@ -17,6 +16,11 @@ import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 REPRODUCE = os.path.join(ROOT, "dem_offline", "reproduce", "reproduce.py")
+sys.path[:0] = [os.path.dirname(REPRODUCE)]
+
+import forked  # noqa: E402
+import reproduce  # noqa: E402
+
 BIN = None
 
 EXPERIMENT = """
@@ -85,11 +89,10 @@ class Reproduce(unittest.TestCase):
             file.write(text)
 
     def words(self, *words):
-        return [sys.executable, REPRODUCE, "--bin", BIN, "--out", self.out, "--systems", self.systems,
-                *words]
+        return [REPRODUCE, "--bin", BIN, "--out", self.out, "--systems", self.systems, *words]
 
     def call(self, *words):
-        done = subprocess.run(self.words(*words), capture_output=True, text=True, check=False)
+        done = forked.call(reproduce.main, *self.words(*words))
         return done.returncode, done.stdout, done.stderr
 
     def rows(self):
@@ -149,7 +152,7 @@ class Reproduce(unittest.TestCase):
 
     def test_a_kill_loses_only_the_run_in_flight(self):
         self.write("system.py", SYSTEM.replace('"duration_s": 0.12', '"duration_s": 40'))
-        child = subprocess.Popen(self.words("fall", "--quick", "--jobs", "1"), stderr=subprocess.PIPE,
+        child = subprocess.Popen([sys.executable, *self.words("fall", "--quick", "--jobs", "1")], stderr=subprocess.PIPE,
                                  stdout=subprocess.DEVNULL, text=True)
         while "run late" not in child.stderr.readline():
             self.assertIsNone(child.poll())
@@ -189,8 +192,6 @@ class Reproduce(unittest.TestCase):
         self.assertIn("holds    fall over closed form", out)
 
     def test_the_files_of_every_system_are_accepted(self):
-        sys.path[:0] = [os.path.dirname(REPRODUCE)]
-        reproduce = importlib.import_module("reproduce")
         seen = set()
         for name in reproduce.SYSTEMS:
             module = reproduce.load(reproduce.HERE, name)

@@ -6,7 +6,6 @@ Usage: validate_test.py BIN"""
 import json
 import math
 import os
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -14,6 +13,7 @@ import unittest
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, "dem_offline", "validate"), os.path.join(ROOT, "clients", "common")]
 
+import forked  # noqa: E402
 import measured_table as measured  # noqa: E402
 import validate  # noqa: E402
 import wheel_campaign as campaigns  # noqa: E402
@@ -95,10 +95,9 @@ class Tables(unittest.TestCase):
 
 class WholeWay(unittest.TestCase):
     def run_it(self, out, *more):
-        return subprocess.run([sys.executable, os.path.join(ROOT, "dem_offline", "validate", "validate.py"), "--bin", BIN,
-                               os.path.join(out, "table.csv"), "--soil", os.path.join(out, "s.soil.yaml"), "--scene",
-                               SMOKE, "--beds", "1", "--jobs", "1", "--out", os.path.join(out, "v"), *more],
-                              capture_output=True, text=True, check=False)
+        return forked.call(validate.main, "validate.py", "--bin", BIN, os.path.join(out, "table.csv"), "--soil",
+                           os.path.join(out, "s.soil.yaml"), "--scene", SMOKE, "--beds", "1", "--jobs", "1", "--out",
+                           os.path.join(out, "v"), *more)
 
     def test_from_table_to_page_and_again(self):
         with tempfile.TemporaryDirectory() as out:

@@ -180,8 +180,8 @@ def check_server(page, bin_dir, root, pictures):
                                  pictures and shooter(page, pictures))
             check_keyboard(page, bin_dir, grpc)
             check_looks(page, pictures)
-            # What stands behind '#' brings the same state again.
-            where = page.run("location.href")
+            # What stands behind '#' brings the same state again; it is written half a second after the last change.
+            where = page.wait("location.hash.includes('&slip=0.21&angleDeg=30&load=24') && location.href")
             page.open(where)
             page.wait(FIRST_ANSWER)
             check_numbers(page, bin_dir, grpc, 2, "--slip 0.21 --angle-deg 30 --load 24")

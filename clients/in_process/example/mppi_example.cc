@@ -110,7 +110,7 @@ int Drive(Options options) {
   const Path path;
   Settings& settings = options.planner;
   settings.cruise_rim = model.domain().speed_m_per_s;
-  settings.goal_speed = 0.65 * settings.cruise_rim;
+  settings.goal_speed = 0.5 * settings.cruise_rim;
   std::printf("model %s (%s) of wheel %s on %s; rover of %d wheels, %.1f kg; %d thread(s)\n",
               model.name().c_str(), model.kind().c_str(), model.wheel().c_str(),
               model.soil().c_str(), rover.wheels, rover.mass, settings.threads);

@@ -208,17 +208,20 @@ TEST_F(Design, SpeedIsAnAxisOfItsOwn) {
 TEST(Draw, GivesTheStatesOfTheCmuCampaign) {
   const std::string file = records::ReadFileBytes(kCampaigns + "/cmu.campaign.yaml");
   DrawRequest test;
-  test.seed = 20261122;
-  test.tiles = {9, 12};
+  test.seed = 20261130;
+  test.states = 20;
+  test.slip = {-1.1, 0.9};
+  test.load_n = {7.5, 31};
+  test.tiles = {5, 6};
   EXPECT_THAT(file, HasSubstr("held_out:\n" + DrawStates(test)));
   const std::string coarse = records::ReadFileBytes(kCampaigns + "/cmu_coarse.campaign.yaml");
   EXPECT_THAT(coarse, HasSubstr("held_out:\n" + DrawStates(test)));
   DrawRequest sobol;
   sobol.sobol = true;
-  sobol.states = 104;
-  sobol.slip = {-1.1, 0.97};
+  sobol.states = 48;
+  sobol.slip = {-1.1, 0.9};
   sobol.load_n = {7.5, 31};
-  sobol.tiles = {1, 8};
+  sobol.tiles = {1, 4};
   EXPECT_THAT(file, HasSubstr(DrawStates(sobol)));
 }
 

@@ -12,7 +12,7 @@
 
 namespace grouser {
 
-inline constexpr char kShipped[] = GROUSER_SHIPPED_MODEL;
+inline constexpr char kSmall[] = GROUSER_SMALL_MODEL;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kUntouched = -12345.0;
 inline constexpr std::size_t kFields = 9;  // of OutputSpans, that the evaluator's view has too

@@ -30,7 +30,7 @@ void ExpectSameAnswers(const Answer& a, const Answer& b) {
 }
 
 TEST(ModelScaled, AsksTheOwnWheelInItsUnits) {
-  const Model own = Model::Open(kShipped);
+  const Model own = Model::Open(kSmall);
   const double l = 3, g = kMoon / 9.81, force = g * l * l * l, speed = std::sqrt(g * l);
   const Model similar = own.Scaled(3 * 0.0625, kMoon);
   EXPECT_EQ(similar.radius_m(), 3 * 0.0625);
@@ -57,7 +57,7 @@ TEST(ModelScaled, AsksTheOwnWheelInItsUnits) {
 }
 
 TEST(ModelScaled, TheLastOfSeveralCountsAndBackIsTheWheelItself) {
-  const Model own = Model::Open(kShipped);
+  const Model own = Model::Open(kSmall);
   const State state{0.2, 0.03, 0.23, 60};
   const Model once = own.Scaled(0.125, kMoon);
   ExpectSameAnswers(own.Scaled(0.3, 3.7).Scaled(0.125, kMoon).Evaluate(state),
@@ -67,14 +67,14 @@ TEST(ModelScaled, TheLastOfSeveralCountsAndBackIsTheWheelItself) {
 }
 
 TEST(ModelScaled, OutlivesWhatItWasMadeOfAndRefusesNoSize) {
-  const Model similar = [] { return Model::Open(kShipped).Scaled(0.1, kMoon); }();
+  const Model similar = [] { return Model::Open(kSmall).Scaled(0.1, kMoon); }();
   EXPECT_TRUE(std::isfinite(similar.Evaluate(State{0.1, 0, 0.12, 15}).output[kFx].value));
   EXPECT_THROW(similar.Scaled(-1, 9.81), std::invalid_argument);
   EXPECT_THROW(similar.Scaled(0.1, kNaN), std::invalid_argument);
 }
 
 TEST(ModelMixture, IsThatOfItsModels) {
-  const Model own = Model::Open(kShipped), other = Model::Open(kOther);
+  const Model own = Model::Open(kSmall), other = Model::Open(kOther);
   const Model* both[] = {&own, &other};
   const double weights[] = {3, 1};
   const Model mixture = Model::Mixture(both, weights);
@@ -102,7 +102,7 @@ TEST(ModelMixture, IsThatOfItsModels) {
 }
 
 TEST(ModelMixture, RefusesModelsThatShareNoLoadOrSlip) {
-  const Model own = Model::Open(kShipped);
+  const Model own = Model::Open(kSmall);
   const Domain d = own.domain();
   const auto refusal = [&](const Model& other, double weight) -> std::string {
     const Model* both[] = {&own, &other};
@@ -131,7 +131,7 @@ TEST(ModelMixture, RefusesModelsThatShareNoLoadOrSlip) {
 
 // A certain soil's draws, and a half's.
 TEST(ModelMixture, ADrawIsThatOfOneModel) {
-  const Model own = Model::Open(kShipped), other = Model::Open(kOther);
+  const Model own = Model::Open(kSmall), other = Model::Open(kOther);
   const Model* both[] = {&own, &other};
   const double weights[] = {1, 1};
   const Model mixture = Model::Mixture(both, weights);
@@ -155,7 +155,7 @@ TEST(ModelMixture, ADrawIsThatOfOneModel) {
 }
 
 TEST(ModelMixture, RefusesWhatIsNone) {
-  const Model own = Model::Open(kShipped);
+  const Model own = Model::Open(kSmall);
   const Model larger = own.Scaled(0.1, 9.81), lunar = own.Scaled(0.0625, kMoon);
   const auto refuse = [](std::vector<const Model*> models, std::vector<double> weights) {
     EXPECT_THROW(Model::Mixture(models, weights), std::invalid_argument);

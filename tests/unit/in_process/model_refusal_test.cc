@@ -27,7 +27,7 @@ using testing::StartsWith;
 
 // Every span in turn, too long and too short: refused, and nothing written.
 TEST(Model, RefusesSpansOfAnotherSizeAndTouchesNothing) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   constexpr std::size_t n = 8;
   Batch batch = MakeBatch(n);
   std::vector<double> wrong(n + 1, kUntouched);
@@ -87,7 +87,7 @@ TEST(Model, RefusesSpansOfAnotherSizeAndTouchesNothing) {
 }
 
 TEST(Model, RefusesAfterItWasMovedFrom) {
-  Model model = Model::Open(kShipped);
+  Model model = Model::Open(kSmall);
   Model other = std::move(model);
   Batch batch = MakeBatch(5);
   // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move): that is what is tested
@@ -116,14 +116,14 @@ TEST(Model, SaysWhichFileIsBadAndWhy) {
   std::ofstream(folder / "text.model") << "hello";
   EXPECT_THAT(OpenComplaint(folder / "text.model"),
               AllOf(StartsWith(folder / "text.model"), HasSubstr("not a Grouser model file")));
-  std::ifstream shipped(kShipped, std::ios::binary);
+  std::ifstream shipped(kSmall, std::ios::binary);
   std::string bytes(std::istreambuf_iterator<char>(shipped), {});
   bytes.back() = static_cast<char>(bytes.back() ^ 1);
   std::ofstream(folder / "bit.model", std::ios::binary) << bytes;
   EXPECT_THAT(OpenComplaint(folder / "bit.model"),
               AllOf(StartsWith(folder / "bit.model"), HasSubstr("SHA-256")));
   // Well-formed, but its content is not: the loader names the field, Open the file.
-  v1alpha1::Model message = records::ReadModelFile(kShipped).model;
+  v1alpha1::Model message = records::ReadModelFile(kSmall).model;
   message.mutable_golden(0)->set_value(0, 1e6);
   records::WriteModelFile(folder / "golden.model", message);
   EXPECT_THROW(Model::Open(folder / "golden.model"), std::runtime_error);
@@ -134,7 +134,7 @@ TEST(Model, SaysWhichFileIsBadAndWhy) {
 // sd_form by region, as the file says it, and its interval; room for one end is enough.
 TEST(Model, TellsWhatIsKnownOfMeasurements) {
   const records::TempFolder folder;
-  v1alpha1::Model message = records::ReadModelFile(kShipped).model;
+  v1alpha1::Model message = records::ReadModelFile(kSmall).model;
   const double middle = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
   message.clear_form_by_region();
   v1alpha1::FormError* form = message.add_form_by_region();

@@ -158,9 +158,9 @@ TEST_F(ModelSelectorTest, RefusesWrongSizesAndNumbersAndTouchesNothing) {
 TEST_F(ModelSelectorTest, OpensOneWheelOnOneSoilAlone) {
   EXPECT_THROW(ModelSelector::Open({}), std::invalid_argument);
   EXPECT_THAT(MessageOf([] {
-                ModelSelector::Open({File("hybrid"), kShipped});
+                ModelSelector::Open({File("hybrid"), kSmall});
               }),
-              AllOf(StartsWith(kShipped), HasSubstr("another wheel or soil")));
+              AllOf(StartsWith(kSmall), HasSubstr("another wheel or soil")));
   EXPECT_THAT(MessageOf([] { ModelSelector::Open({File("none")}); }), HasSubstr("none.model"));
   ModelSelector first = ModelSelector::Open({File("hybrid")});
   const ModelSelector second = std::move(first);

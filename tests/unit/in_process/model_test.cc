@@ -35,8 +35,8 @@ void ExpectSame(const Batch& a, const Batch& b, std::size_t fields) {
 }
 
 TEST(Model, TellsWhatTheFileSays) {
-  const records::LoadedModel file = records::ReadModelFile(kShipped);
-  const Model model = Model::Open(kShipped);
+  const records::LoadedModel file = records::ReadModelFile(kSmall);
+  const Model model = Model::Open(kSmall);
   EXPECT_EQ(model.name(), "cmu-smooth-62.5");
   EXPECT_EQ(model.soil(), file.model.soil().name());
   EXPECT_EQ(model.wheel(), "smooth-62.5");
@@ -53,9 +53,9 @@ TEST(Model, TellsWhatTheFileSays) {
 }
 
 TEST(Model, NamesTheKind) {
-  v1alpha1::ModelKind expected = records::ReadModelFile(kShipped).model.kind(), model;
+  v1alpha1::ModelKind expected = records::ReadModelFile(kSmall).model.kind(), model;
   if (expected == v1alpha1::MODEL_KIND_UNSPECIFIED) expected = v1alpha1::MODEL_KIND_HYBRID;
-  std::string name = Model::Open(kShipped).kind();
+  std::string name = Model::Open(kSmall).kind();
   for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   ASSERT_TRUE(v1alpha1::ModelKind_Parse("MODEL_KIND_" + name, &model)) << name;
   EXPECT_EQ(model, expected);
@@ -91,8 +91,8 @@ TEST(Model, OpensHardGroundAsAnyOther) {
 }
 
 TEST(Model, AnswersAsTheEvaluatorBitByBit) {
-  const auto evaluator = surrogate::MakeModel(records::ReadModelFile(kShipped).model);
-  const Model model = Model::Open(kShipped);
+  const auto evaluator = surrogate::MakeModel(records::ReadModelFile(kSmall).model);
+  const Model model = Model::Open(kSmall);
   Batch ours = MakeBatch(500), theirs = MakeBatch(500);
   ASSERT_TRUE(model.Evaluate(ours.states(), ours.answers()));
   evaluator->Evaluate({theirs.in[0], theirs.in[1], theirs.in[2], theirs.in[3], {}, {}, {}, {}},
@@ -105,7 +105,7 @@ TEST(Model, AnswersAsTheEvaluatorBitByBit) {
 }
 
 TEST(Model, AWheelOffTheGroundAnswersZeros) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   for (const State& state : {State{0.1, 0.02, 0.12, 0}, State{0, 0, 0, 0}}) {
     const Answer answer = model.Evaluate(state);
     EXPECT_EQ(answer.flags, std::uint32_t{kAirborne});
@@ -118,7 +118,7 @@ TEST(Model, AWheelOffTheGroundAnswersZeros) {
 }
 
 TEST(Model, LeavesNoOldMemoryWhereAGradientBelongs) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   Batch batch(1);
   const double state[4] = {0.09, 0.01, 0.1, 20};
   for (int k = 0; k < 4; ++k) batch.in[k][0] = state[k];
@@ -132,7 +132,7 @@ TEST(Model, LeavesNoOldMemoryWhereAGradientBelongs) {
 }
 
 TEST(Model, OneStateIsTheBatchOfOne) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   const Batch states = MakeBatch(20);
   Batch all = MakeBatch(20);
   ASSERT_TRUE(model.Evaluate(states.states(), all.answers()));
@@ -151,7 +151,7 @@ TEST(Model, OneStateIsTheBatchOfOne) {
 }
 
 TEST(Model, WritesOnlyTheSpansThatAreGiven) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   Batch some = MakeBatch(30), all = MakeBatch(30);
   ASSERT_TRUE(model.Evaluate(all.states(), all.answers()));
   Answers out;
@@ -164,13 +164,13 @@ TEST(Model, WritesOnlyTheSpansThatAreGiven) {
 }
 
 TEST(Model, AnEmptyBatchIsFine) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   EXPECT_TRUE(model.Evaluate(States{}, Answers{}));
   EXPECT_EQ(Model::SizeProblem(States{}, Answers{}), "");
 }
 
 TEST(Model, AllocatesNothingWhileItAnswers) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   Batch batch = MakeBatch(200);
   const States in = batch.states();
   const Answers out = batch.answers();
@@ -181,14 +181,14 @@ TEST(Model, AllocatesNothingWhileItAnswers) {
   const long after = g_allocations;
   EXPECT_EQ(after, before);
   EXPECT_TRUE(done && refused && std::isfinite(one.output[kFx].value));
-  const Model second = Model::Open(kShipped);
+  const Model second = Model::Open(kSmall);
   EXPECT_GT(g_allocations, after) << "the library's allocations are not counted";
 }
 
-// 5 and 95 % of the draws are the interval, at every state: 4.5 standard errors. The shipped model
+// 5 and 95 % of the draws are the interval, at every state: 4.5 standard errors. The small model
 // answers of a soil; a sinkage is no less than 0.
 TEST(Model, DrawsAreTheInterval) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   const std::size_t n = 40;
   Batch mean = MakeBatch(n + 3), drawn = mean;  // three bad ones at the end
   const Draws draws(model.soil(), 1000);
@@ -228,7 +228,7 @@ TEST(Model, DrawsAreTheInterval) {
   }
   EXPECT_EQ(mean.flags, drawn.flags);
   // Another model of the soil, another count of draws, other states beside it: the same bits.
-  const Model again = Model::Open(kShipped);
+  const Model again = Model::Open(kSmall);
   const Draws few(model.soil(), 8);
   const std::vector<std::uint32_t> seven(1, 7);
   Batch one(1);
@@ -247,7 +247,7 @@ TEST(Model, DrawsAreTheInterval) {
 }
 
 TEST(Model, TwoThreadsGetTheSameBits) {
-  const Model model = Model::Open(kShipped);
+  const Model model = Model::Open(kSmall);
   Batch alone = MakeBatch(400);
   ASSERT_TRUE(model.Evaluate(alone.states(), alone.answers()));
   std::array<Batch, 2> both = {MakeBatch(400), MakeBatch(400)};

@@ -387,7 +387,7 @@ TEST(InProcessVehicle, NamesWhatIsWrongInAFile) {
                                 {"[-0.256, 0.2854]", "[-0.1, 0]"},
                                 {"[-0.256, -0.2854]", "[-0.3, 0]"}}),
               HasSubstr("wheels: got all on one line"));
-  EXPECT_THAT(refusal("rover", {{"mass_kg: 14.7", "mass_kg: 14.7\ngravity_m_per_s2: 1.62"}}),
+  EXPECT_THAT(refusal("rover", {{"mass_kg: 7.3", "mass_kg: 7.3\ngravity_m_per_s2: 1.62"}}),
               HasSubstr("gravity 9.8"));
   EXPECT_THROW(Vehicle::Open("/nonexistent.vehicle.yaml"), std::runtime_error);
 }

@@ -17,7 +17,7 @@ USE = """
 import pathlib, sys
 import grouser
 model = grouser.Model.open(grouser.MODEL_DIR / "cmu-smooth-62.5.model")
-print(pathlib.Path(grouser.__file__).parent, model.evaluate(grouser.States.of(0.08, 0, 0.1, 24)).f_x.value[0])
+print(pathlib.Path(grouser.__file__).parent, model.evaluate(grouser.States.of(0.06, 0, 0.1, 12)).f_x.value[0])
 try:
     import grpc
 except ImportError:
@@ -57,7 +57,7 @@ def main():
         run(*pip, "install", "--no-index", "--quiet", wheel, env=environment)  # checks the hashes of RECORD
         place, pull, client = run(python, "-c", USE, env=environment, cwd=folder).split(maxsplit=2)
         assert place.startswith(str(pathlib.Path(folder).resolve())), f"{place}: not what pip installed"
-        assert 0 < float(pull) < 24, pull
+        assert 0 < float(pull) < 12, pull
         assert client.strip() in ("no grpc", "unix:/nobody"), client
         run(*pip, "uninstall", "--yes", "--quiet", "grouser", env=environment)
         left = [str(f) for f in pathlib.Path(place).rglob("*") if f.is_file() and f.suffix != ".pyc"]

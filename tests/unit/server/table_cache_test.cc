@@ -188,7 +188,7 @@ TEST_F(TableCacheTest, TwoServersThatPruneInTheSameInstantLeaveEachOthersTables)
 // The whole way: repository, model file, table.
 TEST_F(TableCacheTest, ASnapshotKeepsTheTablesOfItsModelsAndPrunesThemWithThese) {
   Repository repository(dir_ / "state", "");
-  const std::string shipped = GROUSER_SHIPPED "/cmu-smooth-62.5.model";
+  const std::string shipped = GROUSER_SMALL_MODEL;
   const std::string digest = repository.Publish(shipped);
   auto message = records::ReadModelFile(shipped).model;
   message.set_name("other");

@@ -72,7 +72,7 @@ std::array<double, 3> ByDistance(const std::vector<HeldOut>& rows) {
 // physics over four times the lengths.
 TEST(DrawLengths, AreThoseOfErrorsAtRunsThatNoFitSaw) {
   for (const char* kind : {"hybrid", "lookup", "bekker"}) {
-    const std::string file = std::string(GROUSER_PAIRS) + "/cmu-smooth-62.5-8mm/" + kind + ".model";
+    const std::string file = std::string(GROUSER_DENSE_PAIR) + "/" + kind + ".model";
     const v1alpha1::Model message = ReadModel(file).model;
     const auto model = MakeModel(message);
     const std::vector<HeldOut> rows = ErrorsOf(message, *model);

@@ -55,7 +55,7 @@ struct Loaded {
 };
 
 const Loaded& Cmu() {
-  static const Loaded model(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");
+  static const Loaded model(GROUSER_DENSE_PAIR "/hybrid.model");
   return model;
 }
 const Loaded& AtSpeeds() {
@@ -63,8 +63,8 @@ const Loaded& AtSpeeds() {
       Loaded::ByLaw(ReadModel(GROUSER_PAIRS "/atv-20x10-lugged-20mm/hybrid.model").model);
   return model;
 }
-const Loaded& OfShipped() {
-  static const Loaded model = Loaded::ByLaw(testing::ShippedMessage());
+const Loaded& OfSmall() {
+  static const Loaded model = Loaded::ByLaw(testing::SmallMessage());
   return model;
 }
 
@@ -124,7 +124,7 @@ bool Trained(const v1alpha1::RunSummary& run) {
 }
 
 TEST(Explain, NearestRunsAreThoseOfBruteForce) {
-  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped()}) {
+  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfSmall()}) {
     StateBatch states = testing::Anywhere(40, 3);
     for (std::size_t i = 0; i < states.size(); ++i) {
       const double load =
@@ -300,9 +300,10 @@ TEST(Explain, FlagsHaveReasonsAndPartsAddUpOnEveryKind) {
           &hard);
   SetGoldenVectors(&hard);
   const Loaded ice(hard);
-  const Loaded bekker(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/bekker.model");
-  const Loaded lookup(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/lookup.model");
-  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfShipped(), &bekker, &lookup, &ice}) {
+  const Loaded calibrated(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");  // knows sd_form
+  const Loaded bekker(GROUSER_DENSE_PAIR "/bekker.model");
+  const Loaded lookup(GROUSER_DENSE_PAIR "/lookup.model");
+  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfSmall(), &calibrated, &bekker, &lookup, &ice}) {
     SCOPED_TRACE(model->message.name());
     Tally tally;
     const StateBatch any = testing::Anywhere(80, 5);
@@ -325,7 +326,7 @@ TEST(Explain, FlagsHaveReasonsAndPartsAddUpOnEveryKind) {
 }
 
 TEST(Explain, TellsWhichAxisIsLeftAndByHowMuch) {
-  const Loaded& m = OfShipped();  // slip -0.5 to 0.9, 60 deg, 10.91 to 39.6 N, 0.1 m/s
+  const Loaded& m = OfSmall();  // slip -0.5 to 0.9, 60 deg, 10.91 to 39.6 N, 0.1 m/s
   const auto why = [&](const WheelStates& s, Flag flag) { return ReasonsOf(m.Explain(s), flag); };
   EXPECT_THAT(why(BySlip(-0.7, 0, 20), kExtrapolated),
               HasSubstr("slip -0.7 is below the training runs' -0.5 to 0.9, by 0.2"));
@@ -350,7 +351,7 @@ TEST(Explain, TellsWhichAxisIsLeftAndByHowMuch) {
 }
 
 TEST(Explain, TellsTheReasonOfEveryOtherFlag) {
-  const Loaded& m = OfShipped();
+  const Loaded& m = OfSmall();
   const auto why = [&](const WheelStates& s, Flag flag) { return ReasonsOf(m.Explain(s), flag); };
   EXPECT_THAT(why(BySlip(1.8, 90, 20), kInvalid),
               HasSubstr("slip 1.8 at attack angle 90 deg, which no motion has: -1 to 1 there"));
@@ -383,7 +384,7 @@ TEST(Explain, TellsTheReasonOfEveryOtherFlag) {
 }
 
 TEST(Explain, TellsWhatWasNeverMeasuredOrFitted) {
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   message.clear_form_by_region();
   message.clear_sd_form();
   message.set_untuned(true);
@@ -409,7 +410,7 @@ TEST(Explain, TellsWhatWasNeverMeasuredOrFitted) {
 }
 
 TEST(Explain, OldFilesSayWhatTheyDoNotHold) {
-  const Explanation no_stress = OfShipped().Explain(BySlip(0.2, 10, 20));
+  const Explanation no_stress = OfSmall().Explain(BySlip(0.2, 10, 20));
   EXPECT_THAT(no_stress.notes(), ElementsAre(HasSubstr("no stresses on the rim recorded in this")));
   ASSERT_EQ(no_stress.nearest_size(), kUsualRuns);
   EXPECT_FALSE(no_stress.nearest(0).has_stress());
@@ -421,7 +422,7 @@ TEST(Explain, OldFilesSayWhatTheyDoNotHold) {
   EXPECT_EQ(
       first.runs_fitted() + first.runs_held_out() + first.runs_repeats() + first.runs_of_no_use(),
       1u);
-  v1alpha1::Model bare = testing::ShippedMessage();
+  v1alpha1::Model bare = testing::SmallMessage();
   bare.clear_provenance();
   const Explanation none = Loaded::ByLaw(bare).Explain(BySlip(0.2, 10, 20));
   EXPECT_THAT(none.notes(), ElementsAre("no runs recorded in this model file"));
@@ -467,7 +468,7 @@ TEST(Explain, PhysicsStressCarriesTheLoadOnTheStatesOwnSide) {
 }
 
 TEST(Explain, DamagedAndHugeProvenanceStaysBoundedAndIsNotUsed) {
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   auto* runs = message.mutable_provenance()->mutable_runs();
   const auto find = [&] { return std::ranges::find_if(*runs, Trained); };
   const v1alpha1::RunSummary good = *find();
@@ -508,7 +509,7 @@ TEST(Explain, DamagedAndHugeProvenanceStaysBoundedAndIsNotUsed) {
 }
 
 TEST(Explain, StaysBelowAMegabyteWhereEverythingIsAsLongAsItMayBe) {
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   const std::string text(1000, 'x');
   message.mutable_provenance()->set_command(text);
   auto* runs = message.mutable_provenance()->mutable_runs();
@@ -543,7 +544,7 @@ TEST(Explain, StaysBelowAMegabyteWhereEverythingIsAsLongAsItMayBe) {
 TEST(Explain, RefusesWhatIsNotOneState) {
   const auto complaint = [](const WheelStates& s, int runs = 1) -> std::string {
     try {
-      OfShipped().Explain(s, runs);
+      OfSmall().Explain(s, runs);
     } catch (const std::invalid_argument& e) {
       return e.what();
     }

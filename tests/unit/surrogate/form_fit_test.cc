@@ -117,7 +117,7 @@ TEST(FormFit, RowsWhoseRegionTheOthersLackAreUnknown) {
 
 class PairModel : public ::testing::Test {
  protected:
-  v1alpha1::Model model_ = ReadModel(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model").model;
+  v1alpha1::Model model_ = ReadModel(GROUSER_DENSE_PAIR "/hybrid.model").model;
   std::string Complaint() {
     try {
       FormErrorsOf(model_);
@@ -140,6 +140,19 @@ TEST_F(PairModel, MeasuredIntervalsHoldAnglesThatWereLeftOut) {
     EXPECT_EQ(one.rows, 21)
         << kOutputFields[one.output].name;  // straight ahead: at 0 degrees alone
     EXPECT_EQ(one.unknown, 6);
+    EXPECT_TRUE(BinomialBand(one.rows, kLevel).Has(one.inside)) << one.inside;
+  }
+}
+
+// The shipped wheel in the calibrated sand: the rows that its training domain holds.
+TEST(ShippedPair, MeasuredIntervalsHoldAnglesThatWereLeftOut) {
+  const auto message = ReadModel(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model").model;
+  const double middle = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
+  const auto all =
+      OverAngles(LeaveAnglesOut(MeasuredInDomain(*MakeScalar(message), message), middle, kLevel));
+  ASSERT_EQ(all.size(), 3u);
+  for (const AngleLeftOut& one : all) {
+    EXPECT_GE(one.rows, 19) << kOutputFields[one.output].name;
     EXPECT_TRUE(BinomialBand(one.rows, kLevel).Has(one.inside)) << one.inside;
   }
 }

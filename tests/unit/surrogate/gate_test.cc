@@ -26,7 +26,7 @@ struct BaseAndCandidate {
 /// Models that differ in the width of their intervals alone, and `n` runs held out, of which these
 /// cover so many of every output.
 BaseAndCandidate Covering(int n, int by_base, int by_candidate) {
-  const v1alpha1::Model wide = ReadModel(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model").model;
+  const v1alpha1::Model wide = ReadModel(GROUSER_DENSE_PAIR "/hybrid.model").model;
   const auto made = MakeScalar(wide);
   const std::vector<Sample> samples = SamplesOf(wide, v1alpha1::RUN_ROLE_TEST);
   const auto rows = CompareRows(*made, samples);

@@ -52,7 +52,7 @@ v1alpha1::Model WithSpeed() {
 }
 
 TEST(KeptTable, AnswersBitByBitAsAFreshOne) {
-  for (const v1alpha1::Model& message : {testing::ShippedMessage(), WithSpeed()}) {
+  for (const v1alpha1::Model& message : {testing::SmallMessage(), WithSpeed()}) {
     Shelf shelf;
     const auto made = MakeModel(message, shelf.Of());
     ASSERT_EQ(shelf.kept.size(), 1u);
@@ -70,7 +70,7 @@ TEST(KeptTable, AnswersBitByBitAsAFreshOne) {
 
 TEST(KeptTable, AnythingInTheMessageChangesTheKey) {
   Shelf shelf;
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   MakeModel(message, shelf.Of());
   message.set_name("other");
   MakeModel(message, shelf.Of());
@@ -81,8 +81,8 @@ TEST(KeptTable, AnythingInTheMessageChangesTheKey) {
 }
 
 TEST(KeptTable, OfAnotherSizeIsRefused) {
-  HybridModel model = MakeHybrid(testing::ShippedMessage());
-  const std::string bytes = testing::Shipped().TableBytes();
+  HybridModel model = MakeHybrid(testing::SmallMessage());
+  const std::string bytes = testing::Small().TableBytes();
   EXPECT_EQ(bytes.size(), model.TableSize());
   EXPECT_THROW(model.TakeTable(bytes + "x"), std::invalid_argument);
   EXPECT_THROW(model.TakeTable(""), std::invalid_argument);
@@ -90,7 +90,7 @@ TEST(KeptTable, OfAnotherSizeIsRefused) {
 }
 
 TEST(KeptTable, OfALawAloneThereIsNone) {
-  v1alpha1::Model law = testing::ShippedMessage();
+  v1alpha1::Model law = testing::SmallMessage();
   law.clear_residual();
   law.set_kind(v1alpha1::MODEL_KIND_BEKKER);
   EXPECT_EQ(MakeHybrid(law).TableSize(), 0u);
@@ -107,7 +107,7 @@ TEST(KeptTable, ChangesWithItsVersionAlone) {
   EXPECT_EQ(HybridModel::kTableVersion, 1);
   HybridModel model = MakeHybrid(WithSpeed());
   model.Tabulate();
-  EXPECT_EQ(records::Sha256OfString(testing::Shipped().TableBytes()),
+  EXPECT_EQ(records::Sha256OfString(testing::Small().TableBytes()),
             "67b4f85ec8e1fc6bb823e5ee4c82f0d4b1e84fc6395eaa469c64b5ba35cec188");
   EXPECT_EQ(records::Sha256OfString(model.TableBytes()),
             "ef49c2e4df97a17004ace74c64c8c687357217648c9558a3767a2ec148d6472b");

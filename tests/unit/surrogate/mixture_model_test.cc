@@ -36,7 +36,7 @@ std::shared_ptr<const WheelModel> Hard(double friction, double resistance, std::
 }
 const std::shared_ptr<const WheelModel>& Sand() {
   static const std::shared_ptr<const WheelModel> sand =
-      MakeModel(records::ReadModelFile(GROUSER_SHIPPED "/cmu-smooth-62.5.model").model);
+      MakeModel(records::ReadModelFile(GROUSER_SMALL_MODEL).model);
   return sand;
 }
 

@@ -15,12 +15,12 @@ namespace {
 using testing::Anywhere;
 using testing::InsideHull;
 using testing::ScaleOf;
-using testing::Shipped;
+using testing::Small;
 
 // The stated error: a tenth of sd_patch at the 99th percentile. The largest
 // stand where |r w| = V, where the physics has a crease.
 TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   ASSERT_TRUE(model.tabulated());
   StateBatch b = InsideHull(model.hull(), 20000, 1);
   model.Evaluate(b.In(), b.Out());
@@ -48,7 +48,7 @@ TEST(ResponseTable, IsTheScalarLawInsideTheHull) {
 }
 
 TEST(ResponseTable, IntervalsOfWheelsThatBulldozeGrowAsTheLawSays) {
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   for (int o = 0; o < kOutputs; ++o) message.add_sd_bulldozing(0.5 * o);
   HybridModel model = MakeHybrid(message);
   model.Tabulate();
@@ -77,9 +77,9 @@ TEST(ResponseTable, IntervalsOfWheelsThatBulldozeGrowAsTheLawSays) {
 
 // What the server's self-test relies on.
 TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
-  const v1alpha1::Model message = testing::ShippedMessage();
+  const v1alpha1::Model message = testing::SmallMessage();
   EXPECT_EQ(MakeHybrid(message).Tolerance(), 0);  // without its table: the law itself
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b(static_cast<std::size_t>(message.golden_size()));
   for (int i = 0; i < message.golden_size(); ++i) {
     const auto& g = message.golden(i);
@@ -96,7 +96,7 @@ TEST(ResponseTable, GoldenVectorsComeOutToItsTolerance) {
 }
 
 TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b = Anywhere(4000, 2);
   model.Evaluate(b.In(), b.Out());
   int without_equilibrium = 0, other_flags = 0;
@@ -122,7 +122,7 @@ TEST(ResponseTable, AnswersEverywhereAndSaysWhereItExtrapolates) {
 
 // Through both ends of the load axis, where the scalar law takes over.
 TEST(ResponseTable, IsContinuousInTheLoad) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   const auto largest_jump = [&](std::size_t steps, double x, double y, double u) {
     StateBatch b(steps + 1);
     for (std::size_t i = 0; i <= steps; ++i) {
@@ -155,7 +155,7 @@ TEST(ResponseTable, IsContinuousInTheLoad) {
 
 // Central differences of the answers themselves, by v_x, v_y, rim speed, load.
 TEST(ResponseTable, GradientsAreThoseOfTheAnswers) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b = InsideHull(model.hull(), 2000, 3);
   model.Evaluate(b.In(), b.Out());
   const std::vector<double>* inputs[4] = {&b.v_x, &b.v_y, &b.rim_speed, &b.load};
@@ -190,7 +190,7 @@ TEST(ResponseTable, GradientsAreThoseOfTheAnswers) {
 }
 
 TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b = Anywhere(1003, 4), left = b, back = b;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     left.v_y[i] = -b.v_y[i];
@@ -219,7 +219,7 @@ TEST(ResponseTable, MirrorsAreExactGradientsIncluded) {
 }
 
 TEST(ResponseTable, StraightAheadAndSidewaysTheMirroredOutputsVanish) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b(2);
   b.Set(0, 0.1, 0, 0.13, 24);
   b.Set(1, 0, -0.1, 0, 24);
@@ -235,7 +235,7 @@ TEST(ResponseTable, StraightAheadAndSidewaysTheMirroredOutputsVanish) {
 // tensor product of polar coordinates keeps a cone there. At rest only the load
 // has slopes.
 TEST(ResponseTable, GradientsAreFiniteAndMeetAtThePole) {
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   StateBatch b(4);
   b.Set(0, 0, 0.1, 0, 24);
   b.Set(1, 2e-4, 0.1, 0, 24);

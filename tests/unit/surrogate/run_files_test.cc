@@ -89,9 +89,10 @@ TEST(CheckRuns, RefusesACampaignWhoseForcesAreAllTooSmall) {
 // The limits hold for every shipped campaign and measurement.
 TEST(CheckRuns, TakesTheShippedPairs) {
   const std::string pairs = GROUSER_PAIRS;
-  for (const char* file : {"/cmu-smooth-62.5-8mm/runs.json", "/cmu-smooth-62.5-8mm/coarse.json",
-                           "/atv-20x10-lugged-20mm/runs.json"}) {
-    const TrainingSet set = ReadRuns(pairs + file);
+  for (const std::string& file :
+       {pairs + "/cmu-smooth-62.5-8mm/runs.json", pairs + "/atv-20x10-lugged-20mm/runs.json",
+        std::string(GROUSER_DENSE_PAIR "/runs.json"), std::string(GROUSER_DENSE_PAIR "/coarse.json")}) {
+    const TrainingSet set = ReadRuns(file);
     EXPECT_NO_THROW(CheckRuns(set)) << file;
   }
   const TrainingSet cmu = ReadRuns(pairs + "/cmu-smooth-62.5-8mm/runs.json");

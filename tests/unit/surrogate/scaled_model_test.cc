@@ -19,7 +19,7 @@ namespace grouser::surrogate {
 namespace {
 
 using testing::InsideHull;
-using testing::ShippedMessage;
+using testing::SmallMessage;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Similarity kMoonTwice{2, 1.62 / 9.81};
@@ -58,7 +58,7 @@ Widened Widen(int o, double sd_fit, double low, double high, double load, double
 }
 
 TEST(ScaledModel, AnswersInUnitsOfItsOwn) {
-  const v1alpha1::Model message = ShippedMessage();
+  const v1alpha1::Model message = SmallMessage();
   const std::shared_ptr<const WheelModel> own = MakeModel(message);
   for (const Similarity by : {kMoonTwice, Similarity{0.3, 4}, Similarity{1, 0.2}, {3, 1.0 / 3}}) {
     const ScaledModel similar(own, 0.0625, by, true);
@@ -103,7 +103,7 @@ TEST(ScaledModel, AnswersInUnitsOfItsOwn) {
   }
 }
 
-/// The shipped law with every parameter that has a unit scaled by its unit.
+/// The small model's law with every parameter that has a unit scaled by its unit.
 v1alpha1::Model ScaledByHand(v1alpha1::Model m, const Similarity& by) {
   const double stress = by.gravity * by.length, l = by.length;
   m.set_kind(v1alpha1::MODEL_KIND_BEKKER);
@@ -130,7 +130,7 @@ v1alpha1::Model ScaledByHand(v1alpha1::Model m, const Similarity& by) {
 }
 
 TEST(ScaledModel, IsTheModelOfParametersInOtherUnits) {
-  const v1alpha1::Model message = ScaledByHand(ShippedMessage(), {});
+  const v1alpha1::Model message = ScaledByHand(SmallMessage(), {});
   for (const Similarity by : {kMoonTwice, Similarity{0.4, 3}}) {
     const auto scaled = MakeScaled(message, Shared(message), by);
     const auto by_hand = MakeLaw(ScaledByHand(message, by));
@@ -187,7 +187,7 @@ TEST(ScaledModel, HardGroundScalesWithItsPatch) {
 }
 
 TEST(ScaledModel, TheWheelItselfKeepsItsBits) {
-  const v1alpha1::Model message = ShippedMessage();
+  const v1alpha1::Model message = SmallMessage();
   const std::shared_ptr<const WheelModel> own = MakeModel(message);
   const Similarity same = SimilarityTo(message, 0.0625, message.soil().gravity_m_per_s2());
   EXPECT_TRUE(same.IsIdentity());
@@ -204,7 +204,7 @@ TEST(ScaledModel, TheWheelItselfKeepsItsBits) {
 }
 
 TEST(ScaledModel, WidensWhatIsAskedAlone) {
-  const v1alpha1::Model message = ShippedMessage();
+  const v1alpha1::Model message = SmallMessage();
   const auto scaled = MakeScaled(message, Shared(message), kMoonTwice);
   StateBatch all = ForSimilar(InsideHull(HullOf(message), 200, 9), kMoonTwice);
   StateBatch some = all;
@@ -221,7 +221,7 @@ TEST(ScaledModel, WidensWhatIsAskedAlone) {
 }
 
 TEST(ScaledModel, GradientsAreThoseOfItsAnswers) {
-  const v1alpha1::Model message = ShippedMessage();
+  const v1alpha1::Model message = SmallMessage();
   const auto scaled = MakeScaled(message, MakeModel(message), kMoonTwice);
   StateBatch b(1);
   const double state[] = {0.12 * kMoonTwice.Speed(), 0.03 * kMoonTwice.Speed(),
@@ -267,7 +267,7 @@ std::string RefusalOf(const v1alpha1::Model& message, double radius, double grav
 }
 
 TEST(SimilarWheel, RefusesSoilThatCoheres) {
-  v1alpha1::Model message = ShippedMessage();
+  v1alpha1::Model message = SmallMessage();
   EXPECT_GT(message.bekker().cohesion_pa(), 0) << "a fit to dry grains has some, too";
   EXPECT_EQ(RefusalOf(message, 0.1, 1.62), "");
   v1alpha1::Model untuned = message;
@@ -288,7 +288,7 @@ TEST(SimilarWheel, RefusesSoilThatCoheres) {
 }
 
 TEST(SimilarWheel, RefusesNumbersThatAreNoSizeOrGravity) {
-  const v1alpha1::Model message = ShippedMessage();
+  const v1alpha1::Model message = SmallMessage();
   for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity(), 1e300}) {
     EXPECT_NE(RefusalOf(message, bad, 9.81), "") << bad;
     if (bad == 1e300) continue;

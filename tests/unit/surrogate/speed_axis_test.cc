@@ -40,9 +40,9 @@ double RateAt(int channel, const ChartPoint& at) {
   }
 }
 
-/// The shipped model with a speed axis, as a file would have it.
+/// The small model with a speed axis, as a file would have it.
 v1alpha1::Model FastMessage() {
-  v1alpha1::Model message = testing::ShippedMessage();
+  v1alpha1::Model message = testing::SmallMessage();
   const auto& table = message.residual();
   TableAxes axes;
   axes.direction = table.direction_knots_rad_size() - 1;

@@ -121,7 +121,7 @@ TEST(StressProfile, ABrokenOneIsRefusedByName) {
 // The sign conventions of the DEM rig, on the committed campaign: what the rim
 // carries is what the wheel carries, but for its closed sides.
 TEST(StressProfile, RecordedStressesAddUpToTheRecordedForces) {
-  const TrainingSet set = ReadRuns(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/runs.json");
+  const TrainingSet set = ReadRuns(GROUSER_DENSE_PAIR "/runs.json");
   std::vector<Sample> rows = SamplesOf(set.runs, v1alpha1::RUN_ROLE_TRAIN);
   for (const auto role : {v1alpha1::RUN_ROLE_TEST, v1alpha1::RUN_ROLE_PATCH}) {
     for (const Sample& row : SamplesOf(set.runs, role)) rows.push_back(row);

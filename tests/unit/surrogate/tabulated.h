@@ -13,14 +13,14 @@
 
 namespace grouser::surrogate::testing {
 
-inline v1alpha1::Model ShippedMessage() {
-  return records::ReadModelFile(GROUSER_SHIPPED "/cmu-smooth-62.5.model").model;
+inline v1alpha1::Model SmallMessage() {
+  return records::ReadModelFile(GROUSER_SMALL_MODEL).model;
 }
 
-/// The shipped model with its table: made once.
-inline const HybridModel& Shipped() {
+/// The small model with its table: made once.
+inline const HybridModel& Small() {
   static const HybridModel model = [] {
-    HybridModel made = MakeHybrid(ShippedMessage());
+    HybridModel made = MakeHybrid(SmallMessage());
     made.Tabulate();
     return made;
   }();

@@ -25,8 +25,8 @@ namespace {
 
 using testing::Anywhere;
 using testing::InsideHull;
-using testing::Shipped;
-using testing::ShippedMessage;
+using testing::Small;
+using testing::SmallMessage;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -36,7 +36,7 @@ bool SameBits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 // States of every kind among ordinary ones.
 StateBatch Mixed(std::size_t n) {
-  StateBatch b = InsideHull(Shipped().hull(), n, 5);
+  StateBatch b = InsideHull(Small().hull(), n, 5);
   const StateBatch any = Anywhere(n, 6);
   const double odd[][4] = {{kNaN, 0, 0, 24},      {0.1, kInf, 0, 24},   {0.1, 0, 0.1, 0},
                            {0.1, 0, 0, -3},       {0.1, 0, 0.1, kNaN},  {0, 0, 0, 24},
@@ -67,17 +67,17 @@ void ExpectSameRow(const StateBatch& a, std::size_t i, const StateBatch& b, std:
 
 TEST(TabulatedModel, ABatchIsItsStatesOneByOne) {
   StateBatch all = Mixed(301);
-  Shipped().Evaluate(all.In(), all.Out());
+  Small().Evaluate(all.In(), all.Out());
   for (std::size_t i = 0; i < all.load.size(); ++i) {
     StateBatch one(1);
     one.Set(0, all.v_x[i], all.v_y[i], all.rim_speed[i], all.load[i]);
-    Shipped().Evaluate(one.In(), one.Out());
+    Small().Evaluate(one.In(), one.Out());
     ExpectSameRow(all, i, one, 0);
   }
 }
 
 TEST(TabulatedModel, InstructionSetsGiveTheSameBits) {
-  HybridModel model = Shipped();
+  HybridModel model = Small();
   ASSERT_TRUE(model.SelectIsa("baseline"));
   EXPECT_FALSE(model.SelectIsa("mmx"));
   StateBatch plain = Mixed(501);
@@ -92,10 +92,10 @@ TEST(TabulatedModel, InstructionSetsGiveTheSameBits) {
 
 TEST(TabulatedModel, GradientsDoNotChangeTheValues) {
   StateBatch with = Mixed(301), without = with;
-  Shipped().Evaluate(with.In(), with.Out());
+  Small().Evaluate(with.In(), with.Out());
   ResponsesView out = without.Out();
   for (OutputView& o : out.output) o.d_v_x = o.d_v_y = o.d_rim_speed = o.d_load = {};
-  Shipped().Evaluate(without.In(), out);
+  Small().Evaluate(without.In(), out);
   for (int o = 0; o < kOutputs; ++o) {
     for (std::size_t i = 0; i < with.load.size(); ++i) {
       EXPECT_TRUE(SameBits(with.part[o][0][i], without.part[o][0][i]));
@@ -105,9 +105,9 @@ TEST(TabulatedModel, GradientsDoNotChangeTheValues) {
 }
 
 TEST(TabulatedModel, OddStatesAreFlaggedAndHarmNoOther) {
-  StateBatch b = Mixed(128), ordinary = InsideHull(Shipped().hull(), 128, 5);
-  Shipped().Evaluate(b.In(), b.Out());
-  Shipped().Evaluate(ordinary.In(), ordinary.Out());
+  StateBatch b = Mixed(128), ordinary = InsideHull(Small().hull(), 128, 5);
+  Small().Evaluate(b.In(), b.Out());
+  Small().Evaluate(ordinary.In(), ordinary.Out());
   int invalid = 0, still = 0;
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     const bool usable = std::isfinite(std::hypot(b.v_x[i], b.v_y[i])) && b.load[i] >= 0;
@@ -133,7 +133,7 @@ TEST(TabulatedModel, ContextIsFlagged) {
   in.slope_pitch = pitch;
   in.yaw_rate = yaw;
   in.pass_number = pass;
-  Shipped().Evaluate(in, b.Out());
+  Small().Evaluate(in, b.Out());
   const std::uint32_t plain = b.flags[0];
   EXPECT_EQ(plain & (kSlope | kClamped | kVirginAssumed), 0u);
   EXPECT_EQ(b.flags[1], plain | kSlope);
@@ -155,7 +155,7 @@ TEST(TabulatedModel, EchoesAreThoseOfToSlip) {
   b.Set(0, -0.1, 0, 0, 24);
   b.Set(1, 0, 0, -0.1, 24);
   b.Set(2, -0.1, -0.0, 0.1, 24);
-  Shipped().Evaluate(b.In(), b.Out());
+  Small().Evaluate(b.In(), b.Out());
   for (std::size_t i = 0; i < b.load.size(); ++i) {
     const SlipState s = ToSlip(b.v_x[i], b.v_y[i], b.rim_speed[i]);
     EXPECT_NEAR(b.slip[i], s.slip, 1e-14) << i;
@@ -167,7 +167,7 @@ TEST(TabulatedModel, EvaluationAllocatesNothing) {
   StateBatch b = Mixed(301);
   const WheelStatesView in = b.In();
   const ResponsesView out = b.Out();
-  const HybridModel& model = Shipped();
+  const HybridModel& model = Small();
   const long before = g_allocations;
   model.Evaluate(in, out);
   EXPECT_EQ(g_allocations - before, 0);
@@ -214,10 +214,10 @@ LookupModel MakeLookup(const Field& field) {
 // One flag and zeros in every part, whatever the wheel does; by the table, by the scalar
 // law alone and by the lookup model. A load below 0 and kinematics that are none stay INVALID.
 TEST(TabulatedModel, AWheelOffTheGroundAnswersZeros) {
-  const HybridModel scalar = MakeHybrid(ShippedMessage());
+  const HybridModel scalar = MakeHybrid(SmallMessage());
   const LookupModel lookup = MakeLookup(Field());
   for (const TabulatedModel* model :
-       {static_cast<const TabulatedModel*>(&Shipped()), static_cast<const TabulatedModel*>(&scalar),
+       {static_cast<const TabulatedModel*>(&Small()), static_cast<const TabulatedModel*>(&scalar),
         static_cast<const TabulatedModel*>(&lookup)}) {
     StateBatch b(11);
     for (std::size_t i = 0; i < b.size(); ++i) b.Set(i, 0.1, 0.02, 0.12, i < 8 ? 0 : 24);

@@ -67,7 +67,7 @@ TEST(VehicleFile, ReadsWhatIsShipped) {
     EXPECT_EQ(file.vehicle.name, name);
     EXPECT_EQ(file.models.size(), file.sources.size());
   }
-  EXPECT_EQ(Refusal("rover", "mass_kg: 14.7", "mass_kg: 15"), "");
+  EXPECT_EQ(Refusal("rover", "mass_kg: 7.3", "mass_kg: 7.5"), "");
 }
 
 TEST(VehicleFile, ShippedSchemaIsThatOfTheReader) {
@@ -107,7 +107,7 @@ TEST(VehicleFile, TakesHardGroundAsAModelFile) {
   EXPECT_EQ(b.v_y_m_per_s, a.v_y_m_per_s);
 }
 
-const Changes kMoonRover = {{"mass_kg: 14.7", "mass_kg: 14.7\ngravity_m_per_s2: 1.62"},
+const Changes kMoonRover = {{"mass_kg: 7.3", "mass_kg: 7.3\ngravity_m_per_s2: 1.62"},
                             {"radius_m: 0.0625, width_m: 0.05", "radius_m: 0.125, width_m: 0.1"},
                             {"hybrid.model}", "hybrid.model, scaled: true}"}};
 
@@ -135,7 +135,7 @@ TEST(VehicleFile, AScaledGroundMakesASimilarVehicle) {
   Solver(similar, moon.grounds).Solve({&likewise, 1}, {&b, 1}, tight);
   ASSERT_TRUE(a.balanced && b.balanced);
   EXPECT_EQ(a.reasons & kUntrained, b.reasons & kUntrained);
-  const double weight = 14.7 * 9.81;
+  const double weight = 7.3 * 9.81;
   for (std::size_t i = 0; i < similar.wheels.size(); ++i) {
     EXPECT_NEAR(b.wheel[i].f_x_n / force, a.wheel[i].f_x_n, 1e-5 * weight);
     EXPECT_NEAR(b.wheel[i].torque_n_m / (force * l), a.wheel[i].torque_n_m, 1e-6 * weight);
@@ -177,7 +177,7 @@ TEST(VehicleFile, WheelsOfSoilOnASlopeSaySo) {
 
 // A soil that is one of others: the solver's own mixture, also where one is certain.
 TEST(VehicleFile, MixturesAreSoilsOfTheirOwn) {
-  const std::string rover = "mass_kg: 14.7";
+  const std::string rover = "mass_kg: 7.3";
   const VehicleFile file = ReadVehicle(Changed(
       "rover", {{rover, rover + "\nmixtures:\n  - {soil: either, of: {dry_sand: 3, floor: 1}}\n"
                                 "  - {soil: sand, of: {floor: 0, dry_sand: 0.2}}"}}));
@@ -274,7 +274,7 @@ TEST(VehicleFile, TakesAScaledHardGroundWithoutGravity) {
 TEST(VehicleFile, NamesWhatIsWrongWithAMixture) {
   const auto expect = [](const std::string& mixture, const char* what) {
     const std::string got =
-        Refusal("rover", "mass_kg: 14.7", "mass_kg: 14.7\nmixtures:\n  - {" + mixture + "}");
+        Refusal("rover", "mass_kg: 7.3", "mass_kg: 7.3\nmixtures:\n  - {" + mixture + "}");
     EXPECT_NE(got.find(what), std::string::npos) << mixture << "\n  " << got;
     EXPECT_NE(got.find("mixtures"), std::string::npos) << got;
   };
@@ -303,7 +303,7 @@ TEST(VehicleFile, NamesWhatIsWrong) {
   expect("husky", "[0.256, 0.2854]", "[0.256, -0.2854]", "the place of");
   expect("husky", "centre_m: [0, 0, 0.25]", "centre_m: [2, 0, 0.25]", "between the wheels");
   expect("rover", "radius_m: 0.0625", "radius_m: 0.1", "radius 0.0625");
-  expect("rover", "mass_kg: 14.7", "mass_kg: 14.7\ngravity_m_per_s2: 1.62", "gravity 9.8");
+  expect("rover", "mass_kg: 7.3", "mass_kg: 7.3\ngravity_m_per_s2: 1.62", "gravity 9.8");
   expect("rover", "hybrid.model", "missing.model", "missing.model");
   expect("cart", "soil: ice", "soil: asphalt", "one model for a wheel and soil");
 }
