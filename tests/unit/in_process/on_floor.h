@@ -13,7 +13,7 @@ namespace grouser {
 
 /// The small model's wheel on hard ground under loads from `least` to `most`, and slips.
 inline Model OnFloor(double least, double most, double slip_min, double slip_max) {
-  const v1alpha1::Model own = records::ReadModelFile(GROUSER_SHIPPED_MODEL).model;
+  const v1alpha1::Model own = records::ReadModelFile(GROUSER_SMALL_MODEL).model;
   v1alpha1::Model hard;
   hard.set_name("floor");
   hard.set_kind(v1alpha1::MODEL_KIND_HARD);

@@ -53,7 +53,7 @@ TEST(Mujoco, ForcesAreTheModelsAtTheSameSlipAngleAndLoad) {
     EXPECT_NEAR(f.force[1], x[1] * f_x + x[0] * f_y, 1e-12);
     EXPECT_NEAR(f.force[2], f.load, 1e-12);
     EXPECT_NEAR(f.torque, a.output[kTorque].value, 1e-12);
-    EXPECT_GT(f.load, 10);
+    EXPECT_GT(f.load, 5);
     EXPECT_GT(std::fabs(f_y), 0.1);
     for (int k = 0; k < 3; ++k) force[k] += f.force[k];
     const int joint = scene.m->jnt_dofadr[scene.m->body_jntadr[body]];
@@ -199,7 +199,7 @@ TEST(Mujoco, StaysBoundedAndAccountsForItsEnergyAtOneAndTwoMilliseconds) {
     std::printf("step %.3f s: motors %.4f J, to the soil %.4f J, rest %.5f J (%.3f %%)\n",
                 scene.m->opt.timestep, motors, ground, rest, 100 * rest / motors);
     EXPECT_LT(std::fabs(rest), 1e-3 * motors);
-    EXPECT_GT(motors, 5);
+    EXPECT_GT(motors, 2);
     way[run] = d->qpos[0];
     used[run] = motors;
   }
@@ -235,7 +235,7 @@ TEST(Mujoco, StandsOnASlopeOrSlidesAsTheModelSays) {
       }
     }
     EXPECT_NE(flags & kSlope, 0u);
-    const double asked = 9.8 * 9.81 * std::sin(slope);
+    const double asked = 4.9 * 9.81 * std::sin(slope);
     std::printf(
         "%.0f deg: asked %.1f N, held at most %.1f N, at %.4f m/s after 10 s, %.3f m down\n",
         degrees, asked, held, world.speed(), -d->qpos[0]);
