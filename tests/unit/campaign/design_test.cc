@@ -214,8 +214,17 @@ TEST(Draw, GivesTheStatesOfTheCmuCampaign) {
   test.load_n = {7.5, 31};
   test.tiles = {5, 6};
   EXPECT_THAT(file, HasSubstr("held_out:\n" + DrawStates(test)));
-  const std::string coarse = records::ReadFileBytes(kCampaigns + "/cmu_coarse.campaign.yaml");
-  EXPECT_THAT(coarse, HasSubstr("held_out:\n" + DrawStates(test)));
+  DrawRequest along;  // and of the regions that hold few of these
+  along.seed = 20261201;
+  along.states = 11;
+  along.slip = {0.06, 0.75};
+  along.angle_deg = {0, 9.5};
+  along.load_n = {7.5, 31};
+  along.tiles = {5, 6};
+  EXPECT_THAT(file, HasSubstr(DrawStates(along)));
+  along.seed = 20261202;
+  along.slip = {-0.95, -0.06};
+  EXPECT_THAT(file, HasSubstr(DrawStates(along)));
   DrawRequest sobol;
   sobol.sobol = true;
   sobol.states = 48;
