@@ -60,7 +60,7 @@ def pack():
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
     hard = FOLDER / "hard.model"
-    scene = ROOT / "dem_offline/campaigns/cmu_coarse.scene.yaml"
+    scene = ROOT / "dem_offline/campaigns/cmu_smooth_8mm.scene.yaml"
     made = run(BUILD / "bin/grouser-fit", "make", "--wheel", scene, "--ground", "asphalt", "--load-min", "5",
                "--load-max", "100", "--out", hard)
     expect(made.returncode == 0, made.stderr)
