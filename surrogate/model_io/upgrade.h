@@ -16,4 +16,8 @@ bool UpgradeModel(v1alpha1::Model* model);
 /// it is. Throws as records::ReadModelFile and UpgradeModel.
 records::LoadedModel ReadModel(const std::string& path);
 
+/// The same of bytes that were read from `path`. Throws as records::ModelFromBytes and
+/// UpgradeModel.
+records::LoadedModel ModelFromBytes(const std::string& bytes, const std::string& path);
+
 }  // namespace grouser::surrogate
