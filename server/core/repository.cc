@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/model_bytes.h"
 #include "proto/records/os/file_lock.h"
 #include "server/core/alias_file.h"
 #include "server/core/alias_history.h"
@@ -65,7 +66,7 @@ std::string BytesOf(const Repository::File& file) {
 }
 
 records::LoadedModel FromBytes(const std::string& bytes, const Repository::File& file) {
-  auto loaded = surrogate::ModelFromBytes(bytes, file.path);
+  auto loaded = surrogate::Upgraded(records::ModelFromBytes(bytes, file.path), file.path);
   if (!file.shipped && fs::path(file.path).stem() != loaded.digest) {
     throw std::runtime_error(file.path + ": its content is " + loaded.digest +
                              ", expected the digest that names the file");

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "proto/records/durable_file.h"
-#include "proto/records/model_bytes.h"
 #include "surrogate/model_io/write_model.h"
 
 namespace grouser::surrogate {
@@ -69,11 +67,10 @@ bool UpgradeModel(v1alpha1::Model* model) {
 #pragma GCC diagnostic pop
 
 records::LoadedModel ReadModel(const std::string& path) {
-  return ModelFromBytes(records::ReadFileBytes(path, records::kMaxModelFileBytes), path);
+  return Upgraded(records::ReadModelFile(path), path);
 }
 
-records::LoadedModel ModelFromBytes(const std::string& bytes, const std::string& path) {
-  records::LoadedModel loaded = records::ModelFromBytes(bytes, path);
+records::LoadedModel Upgraded(records::LoadedModel loaded, const std::string& path) {
   try {
     UpgradeModel(&loaded.model);
   } catch (const std::runtime_error& error) {

@@ -16,8 +16,7 @@ bool UpgradeModel(v1alpha1::Model* model);
 /// it is. Throws as records::ReadModelFile and UpgradeModel.
 records::LoadedModel ReadModel(const std::string& path);
 
-/// The same of bytes that were read from `path`. Throws as records::ModelFromBytes and
-/// UpgradeModel.
-records::LoadedModel ModelFromBytes(const std::string& bytes, const std::string& path);
+/// What was read from `path`, its message in today's form. Throws as UpgradeModel.
+records::LoadedModel Upgraded(records::LoadedModel loaded, const std::string& path);
 
 }  // namespace grouser::surrogate

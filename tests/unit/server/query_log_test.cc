@@ -102,7 +102,7 @@ void WithFilesOf(rlim_t most, const std::function<void()>& run) {
   const auto handler = ::signal(SIGXFSZ, SIG_IGN);
   const rlimit limit{most, before.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
-  run();
+  EXPECT_NO_THROW(run());
   ::setrlimit(RLIMIT_FSIZE, &before);
   ::signal(SIGXFSZ, handler);
 }
