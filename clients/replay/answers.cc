@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -35,8 +36,8 @@ std::string OnlyOne(const std::vector<std::pair<std::string, std::string>>& mode
     if (digest.starts_with(digits)) found.push_back(ReferenceTo(name, digest));
   }
   if (found.size() == 1) return found.front();
-  throw NoModel(fmt::format("{} models have a digest that begins with {}, expected one",
-                            found.size(), digits));
+  throw NoModel(digits, fmt::format("{} models have a digest that begins with {}, expected one",
+                                    found.size(), digits));
 }
 
 class InProcess final : public Answers {
@@ -74,7 +75,7 @@ class InProcess final : public Answers {
     try {
       return repository_.Resolve(reference);
     } catch (const std::out_of_range& e) {
-      throw NoModel(e.what());
+      throw NoModel(reference, e.what());
     }
   }
 
@@ -82,23 +83,33 @@ class InProcess final : public Answers {
   const Snapshot& SnapshotOf(const std::string& reference) {
     const auto known = snapshots_.find(reference);
     if (known != snapshots_.end()) return known->second;
+    const auto failed = failures_.find(reference);
+    if (failed != failures_.end()) throw NoModel(reference, failed->second);
     const Repository::Entry entry = Resolve(reference);
-    auto model = server::MakeServedModel(surrogate::ReadModel(entry.path).model, entry.digest,
-                                         entry.shipped, surrogate::MakeModel);
-    return snapshots_.emplace(reference, Snapshot(0, {std::move(model)}, {})).first->second;
+    try {
+      auto model = server::MakeServedModel(surrogate::ReadModel(entry.path).model, entry.digest,
+                                           entry.shipped, surrogate::MakeModel);
+      return snapshots_.emplace(reference, Snapshot(0, {std::move(model)}, {})).first->second;
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& e) {  // the list takes files that make no model
+      failures_[reference] = e.what();
+      throw NoModel(reference, e.what());
+    }
   }
 
   Repository repository_;
-  std::map<std::string, Snapshot> snapshots_;  // by reference
+  std::map<std::string, Snapshot> snapshots_;    // by reference
+  std::map<std::string, std::string> failures_;  // why, by reference
 };
 
 /// What a server's refusals are.
 template <class Call>
-auto Asked(Call call) {
+auto Asked(const std::string& model, Call call) {
   try {
     return call();
   } catch (const client::ClientError& e) {
-    if (e.code() == grpc::StatusCode::NOT_FOUND) throw NoModel(e.what());
+    if (e.code() == grpc::StatusCode::NOT_FOUND) throw NoModel(model, e.what());
     if (e.code() == grpc::StatusCode::INVALID_ARGUMENT) throw Refused(e.what());
     throw;
   }
@@ -117,18 +128,18 @@ class OfServer final : public Answers {
       }
       return OnlyOne(models, model);
     }
-    const auto info = Asked([&] { return client_.GetModel(model); }).model();
+    const auto info = Asked(model, [&] { return client_.GetModel(model); }).model();
     return ReferenceTo(info.name(), info.digest());
   }
 
   EvaluateWheelsResponse Answer(const EvaluateWheelsRequest& request) override {
-    return Asked([&] { return client_.Evaluate(request); });
+    return Asked(request.model(), [&] { return client_.Evaluate(request); });
   }
 
   double TrainingSpeed(const std::string& reference) override {
     const auto known = speeds_.find(reference);
     if (known != speeds_.end()) return known->second;
-    const auto answer = Asked([&] { return client_.GetModel(reference); });
+    const auto answer = Asked(reference, [&] { return client_.GetModel(reference); });
     return speeds_[reference] = answer.model().domain().speed_m_per_s();
   }
 

@@ -4,15 +4,18 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "clients/cpp/access.h"
 #include "grouser/v1alpha1/terrain_service.pb.h"
 
 namespace grouser::replay {
 
-/// There is no such model (any more).
+/// There is no such model (any more), or its file makes none.
 struct NoModel : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  NoModel(std::string reference, const std::string& why)
+      : std::runtime_error(why), model(std::move(reference)) {}
+  std::string model;
 };
 
 /// A query that is not answered: why.

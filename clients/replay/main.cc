@@ -27,9 +27,9 @@ constexpr const char* kExamples =
     "  grouser-replay queries.log --model 5b15eb07a039\n"
     "  grouser-replay queries.log --server 127.0.0.1:50151\n"
     "The logs: grouser-server --query-log FILE.\n"
-    "Exit codes: 0 all equal, 1 something differs, is damaged or has no model here, 2 bad usage, "
-    "or a\n"
-    "file that is no query log.";
+    "Exit codes: 0 all equal, 1 something differs, is damaged, cut off or has no model here, 2 "
+    "bad\n"
+    "usage, or a file that is no query log.";
 
 void PrintText(const Report& r) {
   for (const Shown& shown : r.first) {
@@ -39,8 +39,12 @@ void PrintText(const Report& r) {
   }
   fmt::print("{} queries, {} replayed: {} states, {} of equal bits, {} differing\n", r.queries,
              r.replayed, r.states, r.states - r.differing_states, r.differing_states);
-  for (const auto& [model, queries] : r.missing) {
-    fmt::print("not replayed, as there is no such model: {} ({} queries)\n", model, queries);
+  for (const auto& [model, missing] : r.missing) {
+    fmt::print("not replayed for want of a model: {} ({} queries): {}\n", model, missing.queries,
+               missing.why);
+  }
+  if (r.refused > 0) {
+    fmt::print("not replayed, as no server logs such: {} queries\n", r.refused);
   }
 }
 
@@ -51,11 +55,16 @@ void PrintJson(const Report& r) {
                         {"equal_states", r.states - r.differing_states},
                         {"differing_states", r.differing_states},
                         {"differing_queries", r.differing_queries},
-                        {"missing", r.missing},
+                        {"refused", r.refused},
+                        {"refusals", r.refusals},
+                        {"missing", nlohmann::json::object()},
                         {"damaged", r.damaged},
                         {"cut_off", r.cut_off},
                         {"notes", r.notes},
                         {"first", nlohmann::json::array()}};
+  for (const auto& [model, missing] : r.missing) {
+    out["missing"][model] = {{"queries", missing.queries}, {"why", missing.why}};
+  }
   for (const Shown& shown : r.first) {
     const Difference& d = shown.difference;
     out["first"].push_back({{"where", shown.where},
@@ -81,7 +90,7 @@ int main(int argc, char** argv) {
   std::string shipped = grouser::os::RootOfProgram() / "surrogate/shipped";
   grouser::client::Server server;
   int deadline_ms = 10000;
-  bool json = false;
+  bool json = false, allow_cut_tail = false;
   app.add_option("log", logs, "Files of logged queries")->required()->expected(1, -1);
   app.add_option(
       "--model", model,
@@ -97,6 +106,8 @@ int main(int argc, char** argv) {
   app.add_option("--deadline-ms", deadline_ms, "Limit of one call [ms]")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_flag("--allow-cut-tail", allow_cut_tail,
+               "Take files that end in the middle of a record, as a kill leaves them, for whole");
   app.add_flag("--json", json, "JSON on stdout");
   grouser::records::DescribeOnDemand(app);
   try {
@@ -111,11 +122,12 @@ int main(int argc, char** argv) {
     Replay replay(*answers, model.empty() ? "" : answers->ReferenceOf(model));
     for (const std::string& log : logs) replay.Add(log);
     const Report& report = replay.report();
-    for (const auto* lines : {&report.notes, &report.cut_off, &report.damaged}) {
+    for (const auto* lines : {&report.notes, &report.cut_off, &report.damaged, &report.refusals}) {
       for (const std::string& line : *lines) std::cerr << "grouser-replay: " << line << "\n";
     }
     json ? PrintJson(report) : PrintText(report);
-    return report.all_equal() ? kExitOk : kExitDiffers;
+    const bool whole = report.cut_off.empty() || allow_cut_tail;
+    return report.all_equal() && whole ? kExitOk : kExitDiffers;
   } catch (const std::exception& e) {
     std::cerr << "grouser-replay: " << e.what() << "\n";
     return kExitUsage;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/core/evaluator.h"
 #include "server/query/log/query_log_reader.h"
 #include "surrogate/models/isa.h"
 
@@ -15,6 +16,24 @@ using server::QueryLogReader;
 using v1alpha1::EvaluateWheelsRequest;
 using v1alpha1::EvaluateWheelsResponse;
 using v1alpha1::LoggedQuery;
+
+/// More models are not selected among: what a log may make a replay do is bounded.
+constexpr int kMostSelectable = 1000;
+
+/// Why no server would have logged that; empty: one might have.
+std::string WhyNoQuery(const LoggedQuery& query) {
+  const int asked = query.request().states().load_n_size();
+  const int answered = query.response().responses().flags_size();
+  const int models = query.response().selectable_models_size();
+  if (asked != answered) return fmt::format("{} states, {} answers", asked, answered);
+  if (asked > server::kMaxStates) {
+    return fmt::format("{} states, expected at most {}", asked, server::kMaxStates);
+  }
+  if (models > kMostSelectable) {
+    return fmt::format("{} models to select among, expected at most {}", models, kMostSelectable);
+  }
+  return "";
+}
 
 /// Which states which model answered.
 std::map<std::string, std::vector<bool>> AnsweredBy(const EvaluateWheelsResponse& response) {
@@ -55,7 +74,9 @@ void Replay::Add(const std::string& path) {
     AddQuery(query,
              fmt::format("{}, query {} (sequence {})", path, number, query.request().sequence()));
   }
-  if (reader.end() == QueryLogReader::End::kCutOff) report_.cut_off.push_back(reader.problem());
+  if (reader.end() == QueryLogReader::End::kCutOff) {
+    report_.cut_off.push_back(reader.problem() + " (a kill leaves such: see --allow-cut-tail)");
+  }
   if (reader.end() == QueryLogReader::End::kDamaged) report_.damaged.push_back(reader.problem());
 }
 
@@ -76,10 +97,16 @@ bool Replay::SetSpeeds(const std::string& named, v1alpha1::WheelStates* states) 
 
 void Replay::AddQuery(const LoggedQuery& query, const std::string& where) {
   ++report_.queries;
+  if (const std::string why = WhyNoQuery(query); !why.empty()) {
+    ++report_.refused;
+    if (report_.refusals.size() < kMostShown) report_.refusals.push_back(where + ": " + why);
+    return;
+  }
   try {
     Compare(query, where);
-  } catch (const NoModel&) {
-    ++report_.missing[model_.empty() ? query.response().model() : model_];
+  } catch (const NoModel& e) {
+    Missing& missing = report_.missing[e.model];
+    if (missing.queries++ == 0) missing.why = e.what();
   }
 }
 

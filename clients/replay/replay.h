@@ -11,12 +11,18 @@
 
 namespace grouser::replay {
 
-/// So many differences are kept.
+/// So many differences are kept, and so many refusals.
 inline constexpr std::size_t kMostShown = 10;
 
 struct Shown {
   std::string where;  ///< "FILE, query 3 (sequence 7)"
   Difference difference;
+};
+
+/// Queries that were not replayed for want of a model.
+struct Missing {
+  std::uint64_t queries = 0;
+  std::string why;  ///< of the first one
 };
 
 struct Report {
@@ -25,13 +31,18 @@ struct Report {
   std::uint64_t states = 0;            ///< of those that were replayed
   std::uint64_t differing_states = 0;  ///< any number of which has other bits
   std::uint64_t differing_queries = 0;
-  std::vector<Shown> first;                      ///< differences, kMostShown of them
-  std::map<std::string, std::uint64_t> missing;  ///< queries by model that is not there
-  std::vector<std::string> damaged;              ///< files that are not whole, and why
-  std::vector<std::string> cut_off;  ///< files that end in a record, as kills leave them
+  std::uint64_t refused = 0;               ///< queries that no server would have logged so
+  std::vector<Shown> first;                ///< differences, kMostShown of them
+  std::vector<std::string> refusals;       ///< which and why, kMostShown of them
+  std::map<std::string, Missing> missing;  ///< by model that is not there
+  std::vector<std::string> damaged;        ///< files that are not whole, and why
+  std::vector<std::string> cut_off;        ///< files that end in a record, as kills leave them
   std::vector<std::string> notes;
 
-  bool all_equal() const { return differing_queries == 0 && missing.empty() && damaged.empty(); }
+  /// But for ends that are cut off.
+  bool all_equal() const {
+    return differing_queries == 0 && refused == 0 && missing.empty() && damaged.empty();
+  }
 };
 
 /// Evaluates logged queries again, each by the model that the log says answered, and compares bits:

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/model_bytes.h"
 #include "proto/records/sha256.h"
 
 namespace grouser::records {
@@ -61,7 +62,10 @@ std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model
 }
 
 LoadedModel ReadModelFile(const std::string& path) {
-  const std::string bytes = ReadFileBytes(path, kMaxModelFileBytes);
+  return ModelFromBytes(ReadFileBytes(path, kMaxModelFileBytes), path);
+}
+
+LoadedModel ModelFromBytes(const std::string& bytes, const std::string& path) {
   const auto fail = [&path](const std::string& what) {
     throw std::runtime_error(path + ": " + what);
   };

@@ -38,6 +38,11 @@ void ServerConfig::Validate() const {
   };
   check("query-log-limit-mb", query_log_limit_mb, kMostQueryLogMb);
   check("query-log-files", query_log_files, kMostQueryLogFiles);
+  // Of another server's FILE that would be an older file, and of this one's that server's.
+  const std::string ending = fs::path(query_log).extension();
+  if (ending.size() > 1 && ending.find_first_not_of("0123456789", 1) == ending.npos) {
+    Fail("query-log", query_log, "a name that does not end in .NUMBER, as older files of a log do");
+  }
   if (poll_period.count() <= 0) {
     Fail("poll_period", fmt::format("{} ms", poll_period.count()), "more than 0 ms");
   }

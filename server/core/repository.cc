@@ -8,12 +8,14 @@
 #include <chrono>
 #include <filesystem>
 #include <mutex>
+#include <new>
 #include <ranges>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
 #include "proto/records/durable_file.h"
+#include "proto/records/model_bytes.h"
 #include "proto/records/os/file_lock.h"
 #include "server/core/alias_file.h"
 #include "server/core/alias_history.h"
@@ -59,15 +61,17 @@ std::string StampOf(const std::string& path) {
   return out.str();
 }
 
-/// Whether all bytes of a file come, whatever they are: then its content is damaged, and stays so
-/// until it changes. What failed for want of descriptors, memory or rights may work the next time.
-bool CanBeRead(const std::string& path) {
-  try {
-    records::ReadFileBytes(path, records::kMaxModelFileBytes);
-    return true;
-  } catch (const std::exception&) {
-    return false;
+std::string BytesOf(const Repository::File& file) {
+  return records::ReadFileBytes(file.path, records::kMaxModelFileBytes);
+}
+
+records::LoadedModel FromBytes(const std::string& bytes, const Repository::File& file) {
+  auto loaded = surrogate::Upgraded(records::ModelFromBytes(bytes, file.path), file.path);
+  if (!file.shipped && fs::path(file.path).stem() != loaded.digest) {
+    throw std::runtime_error(file.path + ": its content is " + loaded.digest +
+                             ", expected the digest that names the file");
   }
+  return loaded;
 }
 
 double UnixNow() {
@@ -137,14 +141,7 @@ std::vector<Repository::File> Repository::Files() const {
   return files;
 }
 
-records::LoadedModel Repository::Read(const File& file) {
-  auto loaded = surrogate::ReadModel(file.path);
-  if (!file.shipped && fs::path(file.path).stem() != loaded.digest) {
-    throw std::runtime_error(file.path + ": its content is " + loaded.digest +
-                             ", expected the digest that names the file");
-  }
-  return loaded;
-}
+records::LoadedModel Repository::Read(const File& file) { return FromBytes(BytesOf(file), file); }
 
 std::vector<Repository::Entry> Repository::List(std::vector<std::string>* problems) const {
   std::map<std::string, Known::Read> before, now;
@@ -155,6 +152,7 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
   std::vector<Entry> entries;
   std::set<std::string> seen;
   for (const File& file : Files()) {
+    bool has_bytes = false;
     try {
       const auto found = before.find(file.path);
       Known::Read& read = now[file.path];
@@ -163,14 +161,18 @@ std::vector<Repository::Entry> Repository::List(std::vector<std::string>* proble
         if (!read.problem.empty() && problems != nullptr) problems->push_back(read.problem);
         if (!read.problem.empty()) continue;
       } else {
-        const auto loaded = Read(file);
+        const std::string bytes = BytesOf(file);
+        has_bytes = true;
+        const auto loaded = FromBytes(bytes, file);
         read = {file.stamp,
                 {file.path, loaded.model.name(), loaded.digest, loaded.model.create_time(),
                  file.shipped}};
       }
       if (seen.insert(read.entry.digest).second) entries.push_back(read.entry);
     } catch (const std::exception& e) {
-      if (CanBeRead(file.path)) {
+      // Bytes that are no model stay so until the file changes. What failed for want of
+      // descriptors, memory or rights may work the next time.
+      if (has_bytes && dynamic_cast<const std::bad_alloc*>(&e) == nullptr) {
         now[file.path] = {file.stamp, {}, e.what()};
       } else {
         now.erase(file.path);

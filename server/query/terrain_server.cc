@@ -22,14 +22,13 @@ std::unique_ptr<QueryLog> MakeQueryLog(const ServerConfig& config) {
   if (config.query_log.empty()) return nullptr;
   v1alpha1::QueryLogHeader header;
   *header.mutable_server() = MakeBuildInfo(kProgram);
-  *header.mutable_open_time() = header.server().start_time();
   try {
     return std::make_unique<QueryLog>(
         QueryLogOptions{config.query_log, std::uint64_t{1'000'000} * config.query_log_limit_mb,
                         config.query_log_files},
         header);
-  } catch (const std::runtime_error& e) {
-    throw std::runtime_error(std::string("query-log: ") + e.what());
+  } catch (const QueryLogRefused& e) {
+    throw QueryLogRefused(std::string("query-log: ") + e.what());
   }
 }
 

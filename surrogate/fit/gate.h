@@ -18,16 +18,16 @@ struct GateResult {
 
 /// What a candidate must show before it may replace its base; numbers in kGateLimits:
 /// - self_test: loads, golden vectors reproduced, finite over a scan;
-/// - held_out: for every output rmse on the runs held out at most rmse_factor of the base's plus
-///   patch_share of the base's sd_patch at them (rms). Where no run is held out, on the base's
+/// - held_out: for every output but f_z rmse on the runs held out at most rmse_factor of the base's
+///   plus patch_share of the base's sd_patch at them (rms). Where no run is held out, on the base's
 ///   training runs;
-/// - coverage: of every output the intervals cover at most coverage_short of those runs fewer than
-///   the least count in the central 95 % of a binomial(n, 0.9), or than the base's where those
-///   cover fewer. Covering more is no fault;
-/// - interval_width: of every output the mean of half width over the base's, at those runs and over
-///   states drawn evenly from the base's domain, at most width_factor; where that is 0 at most what
-///   chance leaves of the base's training runs (WidthByChance). Not judged where the base covers
-///   fewer of the runs than the band has: its intervals are to grow;
+/// - coverage: of every output but f_z the intervals cover at most coverage_short of those runs
+///   fewer than the least count in the central 95 % of a binomial(n, 0.9), or than the base's where
+///   those cover fewer. Covering more is no fault;
+/// - interval_width: of every output but f_z the mean of half width over the base's, at those runs
+///   and over states drawn evenly from the base's domain, at most width_factor; where that is 0 at
+///   most what chance leaves of the base's training runs (WidthByChance). Not judged where the base
+///   covers fewer of the runs than the band has: its intervals are to grow;
 /// - symmetry: both mirrors exact over a scan;
 /// - dissipation: torque x spin covers pull x speed: T r w/r - F_x v_x - F_y v_y
 ///   >= -dissipation_slack load M over the domain;

@@ -49,9 +49,11 @@ int LeastHonest(const v1alpha1::ErrorRow& row);
 
 /// How much wider intervals may be by chance. The width is the 90 % quantile of the errors of n
 /// runs left out of their own fits (Calibrate): such a quantile covers Beta(k, n + 1 - k) of fresh
-/// runs, k = ceil(0.9 (n + 1)) (Vovk 2012, Proc. Mach. Learn. Res. 25, 475-490). With q what 97.5 %
-/// of them cover at most, and errors normal with quantiles z:
-///   z((1 + q)/2) / z((1 + 0.9)/2), 1.22 for 79 runs, 1.74 for 6.
+/// runs, k = ceil(0.9 (n + 1)) (Vovk 2012, Proc. Mach. Learn. Res. 25, 475-490); here k is not
+/// rounded, so that no run more raises the limit. With q what 97.5 % of them cover at most, and
+/// errors normal with quantiles z:
+///   z((1 + q)/2) / z((1 + 0.9)/2), 1.22 for 79 runs.
+/// Intervals of fewer than 30 runs are no such quantiles: theirs is the limit of 30.
 double WidthByChance(int runs);
 
 /// Check interval_width, see GateChecks.

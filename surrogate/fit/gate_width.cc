@@ -15,7 +15,8 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kLevel = 0.9;  // of intervals
+constexpr double kLevel = 0.9;      // of intervals
+constexpr int kQuantilesFrom = 30;  // runs; see Calibrate
 
 /// Half widths over the base's, by output and state; none of an output without intervals.
 std::array<std::vector<double>, kOutputs> Ratios(const TabulatedModel& old_model,
@@ -56,8 +57,8 @@ std::array<bool, kOutputs> TooNarrow(const Known& known, const TabulatedModel& o
 }  // namespace
 
 double WidthByChance(int runs) {
-  const double n = std::max(runs, 1);
-  const double rank = std::min(std::ceil(kLevel * (n + 1)), n);
+  const double n = std::max(runs, kQuantilesFrom);
+  const double rank = kLevel * (n + 1);
   const double covers =
       boost::math::quantile(boost::math::beta_distribution<double>(rank, n + 1 - rank), 0.975);
   const boost::math::normal_distribution<double> normal;

@@ -67,7 +67,10 @@ bool UpgradeModel(v1alpha1::Model* model) {
 #pragma GCC diagnostic pop
 
 records::LoadedModel ReadModel(const std::string& path) {
-  records::LoadedModel loaded = records::ReadModelFile(path);
+  return Upgraded(records::ReadModelFile(path), path);
+}
+
+records::LoadedModel Upgraded(records::LoadedModel loaded, const std::string& path) {
   try {
     UpgradeModel(&loaded.model);
   } catch (const std::runtime_error& error) {

@@ -16,4 +16,7 @@ bool UpgradeModel(v1alpha1::Model* model);
 /// it is. Throws as records::ReadModelFile and UpgradeModel.
 records::LoadedModel ReadModel(const std::string& path);
 
+/// What was read from `path`, its message in today's form. Throws as UpgradeModel.
+records::LoadedModel Upgraded(records::LoadedModel loaded, const std::string& path);
+
 }  // namespace grouser::surrogate

@@ -93,6 +93,19 @@ std::vector<EvaluateWheelsRequest> AllKinds() {
   return requests;
 }
 
+/// A log of that one query, or of several of it.
+void WriteLog(const std::string& path, const v1alpha1::QueryLogHeader& header,
+              const LoggedQuery& query, int times = 1) {
+  server::QueryLogFile file({path}, header);
+  for (int i = 0; i < times; ++i) {
+    std::vector<std::uint8_t> framed(server::kFrameBytes + query.ByteSizeLong());
+    query.SerializeToArray(framed.data() + server::kFrameBytes,
+                           static_cast<int>(framed.size() - server::kFrameBytes));
+    file.Append(framed);
+  }
+  file.Flush();
+}
+
 class QueryLogTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -175,14 +188,7 @@ TEST_F(QueryLogTest, WhatDiffersIsShownAndAModelThatIsGoneIsNamed) {
   auto* value = query.mutable_response()->mutable_responses()->mutable_f_x()->mutable_value();
   value->Set(5, std::nextafter(value->Get(5), 1e9));
   const std::string changed = dir_ / "log/changed";
-  {
-    server::QueryLogFile file({changed}, reader.header());
-    std::vector<std::uint8_t> framed(server::kFrameBytes + query.ByteSizeLong());
-    query.SerializeToArray(framed.data() + server::kFrameBytes,
-                           static_cast<int>(framed.size() - server::kFrameBytes));
-    file.Append(framed);
-    file.Flush();
-  }
+  WriteLog(changed, reader.header(), query);
   const auto one = Replay({log_, changed});
   EXPECT_EQ(one.code, 1);
   EXPECT_THAT(one.out, HasSubstr(changed + ", query 1 (sequence 0), state 5, f_x.value: logged "));
@@ -201,22 +207,80 @@ TEST_F(QueryLogTest, WhatDiffersIsShownAndAModelThatIsGoneIsNamed) {
   const auto gone = Replay({log_});
   EXPECT_EQ(gone.code, 1);
   EXPECT_THAT(gone.out, HasSubstr("1 queries, 0 replayed"));
-  EXPECT_THAT(gone.out, HasSubstr("no such model: " + std::string(kName) +
-                                  "@sha256:" + digests_["hybrid"] + " (1 queries)"));
+  EXPECT_THAT(gone.out, HasSubstr("for want of a model: " + std::string(kName) +
+                                  "@sha256:" + digests_["hybrid"] + " (1 queries): "));
 
   std::ofstream(dir_ / "foreign") << "my thesis";
   const auto foreign = Replay({dir_ / "foreign"});
   EXPECT_EQ(foreign.code, 2);
   EXPECT_THAT(foreign.err, HasSubstr("foreign: is no query log, expected"));
   std::filesystem::resize_file(changed, std::filesystem::file_size(changed) - 1);
+  EXPECT_EQ(Replay({changed, "--allow-cut-tail"}).code, 0) << "as a kill leaves it";
   const auto cut = Replay({changed});
-  EXPECT_EQ(cut.code, 0) << "as a kill leaves it";
-  EXPECT_THAT(cut.err, HasSubstr("the file ends in a record"));
+  EXPECT_EQ(cut.code, 1) << "or a changed length, behind which nothing is checked";
+  EXPECT_THAT(cut.err, AllOf(HasSubstr("the file ends in a record"), HasSubstr(" bytes not (")));
   std::fstream(log_, std::ios::in | std::ios::out | std::ios::binary).seekp(-9, std::ios::end)
       << "damaged";
   const auto damaged = Replay({log_});
   EXPECT_EQ(damaged.code, 1);
   EXPECT_THAT(damaged.err, HasSubstr("a record's checksum is wrong"));
+}
+
+TEST_F(QueryLogTest, WhatKeepsAQueryFromBeingReplayedIsNamed) {
+  {
+    const auto server = Start();
+    TerrainClient(server->address()).Evaluate(Velocities());
+    server->program().Signal(SIGTERM);
+    server->program().Wait();
+  }
+  LoggedQuery query;
+  server::QueryLogReader reader(log_);
+  ASSERT_TRUE(reader.Next(&query));
+  const auto told = [&](const LoggedQuery& logged, int times = 1) {
+    static int number = 0;
+    const std::string path = dir_ / ("log/made" + std::to_string(++number) + "q");
+    WriteLog(path, reader.header(), logged, times);
+    const auto done = Replay({path, "--json"});
+    EXPECT_EQ(done.code, 1) << done.err;
+    return json::parse(done.out, nullptr, false);
+  };
+
+  // Of two models that answered, the one that is not there.
+  const std::string none = "mud@sha256:" + std::string(64, '0');
+  LoggedQuery of_two = query;
+  of_two.mutable_response()->add_selectable_models(query.response().model());
+  of_two.mutable_response()->add_selectable_models(none);
+  for (int i = 0; i < 40; ++i) of_two.mutable_response()->add_answered_by(i % 2);
+  EXPECT_EQ(told(of_two)["missing"][none]["queries"], 1);
+
+  // A whole file that makes no model.
+  auto model = records::ReadModelFile(std::string(GROUSER_PAIR) + "/hybrid.model").model;
+  model.mutable_golden(0)->set_value(0, 1e3);
+  const std::string wrong = std::string(kName) + "@sha256:" + testing::MakeStable(State(), model);
+  LoggedQuery of_wrong = query;
+  of_wrong.mutable_response()->set_model(wrong);
+  const json missing = told(of_wrong, 2)["missing"][wrong];
+  EXPECT_EQ(missing["queries"], 2);
+  EXPECT_THAT(missing["why"].get<std::string>(), HasSubstr("golden"));
+
+  // What no server writes: answers to more states than were asked, each by a model of its own.
+  LoggedQuery hostile = query;
+  auto* response = hostile.mutable_response();
+  for (int i = 0; i < 30'000; ++i) {
+    response->mutable_responses()->add_flags(0);
+    response->add_selectable_models("m@" + std::to_string(i));
+    response->add_answered_by(i);
+  }
+  const json refused = told(hostile, 12);
+  EXPECT_EQ(refused["refused"], 12);
+  EXPECT_EQ(refused["replayed"], 0);
+  ASSERT_EQ(refused["refusals"].size(), 10u);
+  EXPECT_THAT(refused["refusals"][0].get<std::string>(), HasSubstr("40 states, 30040 answers"));
+  response->mutable_responses()->mutable_flags()->Truncate(40);
+  EXPECT_THAT(told(hostile)["refusals"][0].get<std::string>(), HasSubstr("30000 models to select"));
+  hostile.mutable_request()->mutable_states()->mutable_load_n()->Resize(10'001, 1);
+  response->mutable_responses()->mutable_flags()->Resize(10'001, 0);
+  EXPECT_THAT(told(hostile)["refusals"][0].get<std::string>(), HasSubstr("10001 states, expected"));
 }
 
 TEST_F(QueryLogTest, AKillLeavesWholeQueriesAndTheNextStartKeepsThem) {
@@ -234,7 +298,7 @@ TEST_F(QueryLogTest, AKillLeavesWholeQueriesAndTheNextStartKeepsThem) {
     }
     server->program().Wait();
   }
-  const auto told = json::parse(Replay({log_, "--json"}).out);
+  const auto told = json::parse(Replay({log_, "--json", "--allow-cut-tail"}).out);
   EXPECT_GT(told["queries"], 0) << told;
   EXPECT_LE(told["queries"], answered + 2) << "those whose answers were lost on the way";
   EXPECT_EQ(told["equal_states"], told["states"]);
@@ -245,7 +309,7 @@ TEST_F(QueryLogTest, AKillLeavesWholeQueriesAndTheNextStartKeepsThem) {
     server->program().Signal(SIGTERM);
     server->program().Wait();
   }
-  const auto both = Replay({log_ + ".1", log_, "--json"});
+  const auto both = Replay({log_ + ".1", log_, "--json", "--allow-cut-tail"});
   EXPECT_EQ(both.code, 0) << both.err;
   EXPECT_EQ(json::parse(both.out)["queries"], told["queries"].get<int>() + 1);
 }
@@ -299,6 +363,24 @@ TEST_F(QueryLogTest, AFullDiskEndsTheLogInOneLineAndNotTheServer) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   EXPECT_EQ(rest.err, "") << "cut back to whole records";
   EXPECT_THAT(rest.out, HasSubstr("1 queries, 1 replayed"));
+}
+
+TEST_F(QueryLogTest, AFullDiskAtTheStartIsALogLessAndNoServerLess) {
+  server::testing::WriteFaults faults(dir_ / "faults", dir_ / "log", "grouser-server",
+                                      GROUSER_WRITE_FAULTS_LIBRARY);
+  faults.Enter();
+  faults.Plan(server::testing::WriteFault::kFull, 1, server::testing::kWrite, "queries");
+  const auto server = Start({"--http", "127.0.0.1:0"});
+  server::testing::WriteFaults::Leave();
+  EXPECT_TRUE(faults.happened());
+  EXPECT_EQ(TerrainClient(server->address()).Evaluate(Velocities()).responses().flags_size(), 40);
+  EXPECT_THAT(testing::Get(server->http(), "/metrics").body,
+              AllOf(HasSubstr("\ngrouser_query_log_writing 0\n"),
+                    HasSubstr("\ngrouser_query_log_dropped_total 1\n")));
+  server->program().Signal(SIGTERM);
+  EXPECT_EQ(server->program().Wait(), 0);
+  EXPECT_THAT(server->program().Stderr(),
+              AllOf(HasSubstr("query log: " + log_), HasSubstr("No space left on device")));
 }
 
 TEST_F(QueryLogTest, AFileThatIsNoLogIsRefusedAtTheStart) {

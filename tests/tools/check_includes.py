@@ -51,7 +51,7 @@ RULES = {
     "surrogate/terrain_map": (r"surrogate/(models|model_io|vehicle|terrain_map)/|proto/records/(sha256|command_line)\.h",
                               HEAVY + "|grpc|lcm/|boost/"),
     "server/core": (r"server/core/|surrogate/(models|model_io)/"
-                    r"|proto/records/((model|durable)_file\.h|sha256\.h|status_code\.h|os/)|grouser/v1alpha1/(?!\w*service)",
+                    r"|proto/records/((model|durable)_file\.h|model_bytes\.h|sha256\.h|status_code\.h|os/)|grouser/v1alpha1/(?!\w*service)",
                     HEAVY + "|grpc|lcm/|boost/"),
     "server/net": (r"server/(core|net)/|proto/records/(model_file\.h|sha256\.h|message_json\.h|status_code\.h|os/|yaml/)"
                    r"|google/rpc/|surrogate/models/isa\.h|grouser/v1alpha1/operator_service", HEAVY + "|lcm/"),

@@ -16,8 +16,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "proto/records/os/regular_file.h"
-
 namespace grouser::os {
 namespace {
 
@@ -38,8 +36,8 @@ bool HasOpen(const fs::path& process, const struct stat& file) {
 
 }  // namespace
 
-UniqueFd TryLock(const std::string& path) {
-  UniqueFd fd = OpenRegular(path, O_RDWR | O_CREAT);
+UniqueFd TryLock(const std::string& path, int flags, mode_t mode) {
+  UniqueFd fd = OpenRegular(path, O_RDWR | O_CREAT | flags, mode);
   while (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return UniqueFd();
     if (errno != EINTR) {
@@ -64,10 +62,10 @@ std::vector<pid_t> HoldersOf(const std::string& path) {
   return holders;
 }
 
-UniqueFd LockWithin(const std::string& path, double timeout_s) {
+UniqueFd LockWithin(const std::string& path, double timeout_s, int flags, mode_t mode) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
   for (;;) {
-    UniqueFd lock = TryLock(path);
+    UniqueFd lock = TryLock(path, flags, mode);
     if (lock.valid() || std::chrono::steady_clock::now() > deadline) return lock;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

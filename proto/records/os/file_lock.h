@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/records/os/regular_file.h"
 #include "proto/records/os/unique_fd.h"
 
 namespace grouser::os {
@@ -14,16 +15,17 @@ namespace grouser::os {
 /// worker gets its folder's lock as standard input, so the lock says whether
 /// anything of the worker's process tree is alive, whoever has died above it.
 
-/// An invalid descriptor where another holds it. Throws std::runtime_error
-/// where the file cannot be made.
-UniqueFd TryLock(const std::string& path);
+/// An invalid descriptor where another holds it. The file is opened with `flags` as well, and made
+/// with `mode`. Throws std::runtime_error where it cannot be made.
+UniqueFd TryLock(const std::string& path, int flags = 0, mode_t mode = kEverybodys);
 
 /// A process that is just being spawned holds a copy of every descriptor until
 /// it executes: a lock that is free but for such a one comes free within this.
 inline constexpr double kSpawnS = 0.5;
 
 /// As TryLock, tried for `timeout_s`.
-UniqueFd LockWithin(const std::string& path, double timeout_s);
+UniqueFd LockWithin(const std::string& path, double timeout_s, int flags = 0,
+                    mode_t mode = kEverybodys);
 
 /// Processes that have the file open (of those that /proc lets us see).
 std::vector<pid_t> HoldersOf(const std::string& path);

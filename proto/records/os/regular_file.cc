@@ -11,10 +11,10 @@
 
 namespace grouser::os {
 
-UniqueFd OpenRegular(const std::string& path, int flags) {
+UniqueFd OpenRegular(const std::string& path, int flags, mode_t mode) {
   // O_NONBLOCK: opening a FIFO would wait for its other end. O_TRUNC has no
   // effect on what is refused below.
-  UniqueFd fd(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0666));
+  UniqueFd fd(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, mode));
   if (!fd.valid()) ThrowErrno(path, "cannot be opened");
   struct stat info {};
   if (::fstat(fd.get(), &info) != 0) ThrowErrno(path, "cannot be looked at");

@@ -54,13 +54,22 @@ v1alpha1::QueryTransport WireTransport(Transport transport) {
 }  // namespace
 
 QueryLog::QueryLog(QueryLogOptions options, const v1alpha1::QueryLogHeader& header)
-    : most_waiting_bytes_(options.most_waiting_bytes),
-      file_(std::move(options), header),
-      thread_([this](const std::stop_token& stop) { Loop(stop); }) {}
+    : most_waiting_bytes_(options.most_waiting_bytes) {
+  try {
+    file_.emplace(std::move(options), header);
+    thread_ = std::jthread([this](const std::stop_token& stop) { Loop(stop); });
+  } catch (const QueryLogRefused&) {
+    throw;
+  } catch (const std::exception& e) {
+    Fail(e);
+  }
+}
 
 QueryLog::~QueryLog() {
-  thread_.request_stop();
-  thread_.join();
+  if (thread_.joinable()) {
+    thread_.request_stop();
+    thread_.join();
+  }
   Record* left = nullptr;  // where the last writing failed
   while (waiting_.pop(left)) delete left;
 }
@@ -105,6 +114,11 @@ void QueryLog::Offer(Transport transport, const v1alpha1::EvaluateWheelsRequest&
   dropped_.Add();
 }
 
+void QueryLog::Fail(const std::exception& why) {
+  writing_ = false;
+  spdlog::error("query log: {}; no more queries are logged until the next start", why.what());
+}
+
 void QueryLog::Loop(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "grouser-qlog");
   std::unique_lock<std::mutex> lock(mutex_);
@@ -126,16 +140,15 @@ void QueryLog::WriteWaiting() {
         continue;
       }
       ++appended_;
-      file_.Append({record->framed.get(), record->bytes});
+      file_->Append({record->framed.get(), record->bytes});
     }
-    if (writing_) file_.Flush();
+    if (writing_) file_->Flush();
   } catch (const std::exception& e) {
-    writing_ = false;
-    dropped_.Add(appended_ - file_.records());
-    spdlog::error("query log: {}; no more queries are logged until the next start", e.what());
+    dropped_.Add(appended_ - file_->records());
+    Fail(e);
   }
-  written_.Set(file_.records());
-  written_bytes_.Set(file_.bytes());
+  written_.Set(file_->records());
+  written_bytes_.Set(file_->bytes());
 }
 
 void QueryLog::AddTo(MetricPage* page) const {

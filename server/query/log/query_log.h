@@ -5,8 +5,10 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "grouser/v1alpha1/query_log.pb.h"
@@ -24,7 +26,8 @@ class QueryLog {
   /// So many queries may wait to be written.
   static constexpr std::size_t kMostWaiting = 4096;
 
-  /// Throws as QueryLogFile.
+  /// Throws QueryLogRefused as QueryLogFile. Where the system fails nothing is logged, as when a
+  /// later write fails.
   QueryLog(QueryLogOptions options, const v1alpha1::QueryLogHeader& header);
   /// Writes what waits.
   ~QueryLog();
@@ -48,6 +51,7 @@ class QueryLog {
   static std::unique_ptr<Record> Serialise(Transport transport,
                                            const v1alpha1::EvaluateWheelsRequest& request,
                                            const v1alpha1::EvaluateWheelsResponse& response);
+  void Fail(const std::exception& why);
   void Loop(const std::stop_token& stop);
   void WriteWaiting();
 
@@ -56,8 +60,8 @@ class QueryLog {
   std::atomic<std::size_t> waiting_bytes_{0};
   std::atomic<bool> writing_{true};
   Counter written_, written_bytes_, dropped_;
-  QueryLogFile file_;           // of the thread
-  std::uint64_t appended_ = 0;  // of the thread
+  std::optional<QueryLogFile> file_;  // of the thread; none: it could not be begun
+  std::uint64_t appended_ = 0;        // of the thread
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;  // last: it uses the others

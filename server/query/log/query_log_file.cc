@@ -1,12 +1,13 @@
 #include "server/query/log/query_log_file.h"
 
 #include <fcntl.h>
+#include <google/protobuf/util/time_util.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
-#include <stdexcept>
+#include <filesystem>
 #include <utility>
 
 #include "proto/records/os/file_lock.h"
@@ -16,7 +17,6 @@ namespace grouser::server {
 namespace {
 
 constexpr std::size_t kMostWaiting = 256 * 1024;  // bytes before they are written
-constexpr mode_t kOwnerAlone = 0600;
 
 void FillFrame(std::span<std::uint8_t> framed) {
   const auto message = framed.subspan(kFrameBytes);
@@ -36,15 +36,16 @@ std::vector<std::uint8_t> HeadOf(const v1alpha1::QueryLogHeader& header) {
 
 }  // namespace
 
-QueryLogFile::QueryLogFile(QueryLogOptions options, const v1alpha1::QueryLogHeader& header)
-    : options_(std::move(options)), head_(HeadOf(header)) {
-  lock_ = os::LockWithin(options_.file + ".lock", os::kSpawnS);
-  if (!lock_.valid()) {
-    throw std::runtime_error(options_.file +
-                             ": is written by another process, expected a query "
-                             "log of its own for each server");
-  }
+QueryLogFile::QueryLogFile(QueryLogOptions options, v1alpha1::QueryLogHeader header)
+    : options_(std::move(options)), header_(std::move(header)) {
   CheckNames();
+  lock_ = os::LockWithin(options_.file + ".lock", os::kSpawnS, O_NOFOLLOW, os::kOwnersAlone);
+  if (!lock_.valid()) {
+    throw QueryLogRefused(options_.file +
+                          ": is written by another process, expected a query "
+                          "log of its own for each server");
+  }
+  CheckNames();  // none has come since
   if (LogContentOf(options_.file) == LogContent::kQueries) MakeRoom();
   Open();
 }
@@ -54,10 +55,16 @@ std::string QueryLogFile::Name(int age) const {
 }
 
 void QueryLogFile::CheckNames() const {
+  const std::filesystem::path folder = std::filesystem::path(options_.file).parent_path();
+  std::error_code unknown;
+  const auto kind = std::filesystem::status(folder.empty() ? "." : folder, unknown).type();
+  if (kind != std::filesystem::file_type::directory && kind != std::filesystem::file_type::none) {
+    throw QueryLogRefused(options_.file + ": '" + folder.string() +
+                          "' is no folder, expected one that is there");
+  }
   for (int age = 0; age < options_.files; ++age) {
     if (LogContentOf(Name(age)) != LogContent::kForeign) continue;
-    throw std::runtime_error(Name(age) +
-                             ": is no query log of Grouser, expected one or no such file");
+    throw QueryLogRefused(Name(age) + ": is no query log of Grouser, expected one or no such file");
   }
 }
 
@@ -73,10 +80,13 @@ void QueryLogFile::Open() {
   const std::string& path = options_.file;
   // What is still there holds no query that is to be kept.
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) os::ThrowErrno(path, "cannot be replaced");
-  fd_.Reset(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerAlone));
+  fd_.Reset(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, os::kOwnersAlone));
   if (!fd_.valid()) os::ThrowErrno(path, "cannot be made");
   size_ = 0;
+  *header_.mutable_open_time() = google::protobuf::util::TimeUtil::GetCurrentTime();
+  head_ = HeadOf(header_);
   Write(head_);
+  if (::fdatasync(fd_.get()) != 0) os::ThrowErrno(path, "cannot be synced");
 }
 
 void QueryLogFile::Append(std::span<std::uint8_t> framed) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,15 +21,22 @@ struct QueryLogOptions {
   std::size_t most_waiting_bytes = std::size_t{64} << 20;  ///< of queries that wait to be written
 };
 
+/// A log that cannot be as it was asked for.
+struct QueryLogRefused : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Writes logged queries to FILE, mode 0600. When it would grow too large it becomes FILE.1, FILE.1
 /// becomes FILE.2, and the oldest goes; so at the start as well, where a FILE has queries, for a
-/// killed writer may have left half a record at its end. Nothing is synced: what was handed over
-/// survives the program's death, not a power cut. One thread.
+/// killed writer may have left half a record at its end. The header of a file is synced, once, and
+/// nothing else: what was handed over survives the program's death, not a power cut. One thread.
 class QueryLogFile {
  public:
-  /// Throws std::runtime_error "PATH: cause", and has changed nothing, where FILE or one of the
-  /// numbered ones is no query log, or another process writes it. os::NoSpace: the disk is full.
-  QueryLogFile(QueryLogOptions options, const v1alpha1::QueryLogHeader& header);
+  /// Each file's header says when that was begun. Throws QueryLogRefused "PATH: cause", and has
+  /// changed no log, where FILE or one of the numbered ones is no query log, its folder is none, or
+  /// another process writes it; std::runtime_error (os::NoSpace: the disk is full) where the system
+  /// fails.
+  QueryLogFile(QueryLogOptions options, v1alpha1::QueryLogHeader header);
 
   /// Adds a record: kFrameBytes of room, which it fills, then the message. Throws as Flush.
   void Append(std::span<std::uint8_t> framed);
@@ -47,7 +55,8 @@ class QueryLogFile {
   void Write(std::span<const std::uint8_t> bytes);
 
   QueryLogOptions options_;
-  std::vector<std::uint8_t> head_;  ///< of each file: magic and header
+  v1alpha1::QueryLogHeader header_;
+  std::vector<std::uint8_t> head_;  ///< of FILE: magic and header
   os::UniqueFd lock_, fd_;
   std::vector<std::uint8_t> waiting_;
   std::uint64_t waiting_records_ = 0, records_ = 0, all_bytes_ = 0;

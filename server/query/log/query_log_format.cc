@@ -25,6 +25,33 @@ std::uint32_t GetUint32(const std::uint8_t* from) {
   return value;
 }
 
+constexpr std::size_t kBlock = 4096;  // bytes; headers take some 200
+
+std::size_t ReadAt(const std::string& path, int fd, std::uint64_t at, std::span<std::uint8_t> to) {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t n =
+        ::pread(fd, to.data() + done, to.size() - done, static_cast<off_t>(at + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) os::ThrowErrno(path, "cannot be read");
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return done;
+}
+
+/// What a file system may leave of one that was never written out.
+bool AllZeros(const std::string& path, int fd) {
+  std::array<std::uint8_t, kBlock> block;
+  std::uint64_t at = 0;
+  while (const std::size_t n = ReadAt(path, fd, at, block)) {
+    if (std::any_of(block.begin(), block.begin() + n, [](std::uint8_t byte) { return byte != 0; }))
+      return false;
+    at += n;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::uint32_t RecordChecksum(std::span<const std::uint8_t> message) {
@@ -53,17 +80,21 @@ LogContent LogContentOf(const std::string& path) {
   }
   if (!S_ISREG(info.st_mode)) return LogContent::kForeign;
   const os::UniqueFd fd = os::OpenRegular(path, O_RDONLY | O_NOFOLLOW);
-  std::array<std::uint8_t, kQueryLogMagic.size() + kFrameBytes> head{};
-  const ssize_t n = ::pread(fd.get(), head.data(), head.size(), 0);
-  if (n < 0) os::ThrowErrno(path, "cannot be read");
-  const auto there = std::min(static_cast<std::size_t>(n), kQueryLogMagic.size());
-  if (!std::equal(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(there),
-                  kQueryLogMagic.begin())) {
-    return LogContent::kForeign;
+  std::array<std::uint8_t, kBlock> head{};
+  const auto read = std::span(head).first(ReadAt(path, fd.get(), 0, head));
+  const std::size_t there = std::min(read.size(), kQueryLogMagic.size());
+  if (!std::ranges::equal(read.first(there), kQueryLogMagic.substr(0, there))) {
+    return AllZeros(path, fd.get()) ? LogContent::kNoQueries : LogContent::kForeign;
   }
-  if (static_cast<std::size_t>(n) < head.size()) return LogContent::kNoQueries;  // of a kill
-  const RecordFrame first = ReadFrame(std::span<const std::uint8_t>(head).last<kFrameBytes>());
-  const bool more = static_cast<std::uint64_t>(info.st_size) > head.size() + first.bytes;
+  constexpr std::size_t kHeader = kQueryLogMagic.size() + kFrameBytes;  // where its message is
+  if (read.size() <= kHeader) return LogContent::kNoQueries;
+  const RecordFrame frame =
+      ReadFrame(std::span<const std::uint8_t>(read).subspan<kQueryLogMagic.size(), kFrameBytes>());
+  const auto rest = read.subspan(kHeader);
+  if (frame.bytes > rest.size() || RecordChecksum(rest.first(frame.bytes)) != frame.checksum) {
+    return LogContent::kQueries;
+  }
+  const bool more = static_cast<std::uint64_t>(info.st_size) > kHeader + frame.bytes;
   return more ? LogContent::kQueries : LogContent::kNoQueries;
 }
 

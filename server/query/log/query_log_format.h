@@ -28,10 +28,11 @@ RecordFrame ReadFrame(std::span<const std::uint8_t, kFrameBytes> from);
 enum class LogContent {
   kMissing,
   kForeign,    ///< something else, or no regular file
-  kNoQueries,  ///< a log that holds no whole query yet
-  kQueries,
+  kNoQueries,  ///< empty, all zeros, cut off before its header, or a whole header alone
+  kQueries,    ///< a log, and more than that: perhaps behind a header that is torn or damaged
 };
-/// Throws std::runtime_error "PATH: cause" where it cannot be read.
+/// Only what is known to hold no query is called so: a length counts once its record's checksum is
+/// right. Throws std::runtime_error "PATH: cause" where it cannot be read.
 LogContent LogContentOf(const std::string& path);
 
 }  // namespace grouser::server

@@ -1,6 +1,7 @@
 #include "server/query/log/query_log_reader.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -71,8 +72,12 @@ std::size_t QueryLogReader::Read(std::uint8_t* to, std::size_t bytes) {
 
 bool QueryLogReader::Stop(End end, const std::string& why) {
   end_ = end;
+  struct stat info {};
+  if (::fstat(fd_.get(), &info) != 0) os::ThrowErrno(path_, "cannot be looked at");
+  const auto size = static_cast<std::uint64_t>(info.st_size);
+  const std::uint64_t left = size - std::min(size, at_);
   problem_ = path_ + ": byte " + std::to_string(at_) + ": " + why +
-             "; what is before it was read, what follows not";
+             "; what is before it was read, these " + std::to_string(left) + " bytes not";
   return false;
 }
 

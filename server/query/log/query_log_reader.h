@@ -28,7 +28,8 @@ class QueryLogReader {
   /// The next query; false at the end. Throws std::runtime_error where the file cannot be read.
   bool Next(v1alpha1::LoggedQuery* query);
   End end() const { return end_; }
-  /// What is wrong where it ends otherwise than kWhole: "PATH: byte N: ...".
+  /// What is wrong where it ends otherwise than kWhole: "PATH: byte N: ...", and how many bytes
+  /// were not read.
   const std::string& problem() const { return problem_; }
 
  private:

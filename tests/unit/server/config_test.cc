@@ -47,6 +47,19 @@ TEST_F(ConfigTest, RefusesLimitsByName) {
   EXPECT_THAT(Refusal(config_), AllOf(HasSubstr("table-cache-mb"), HasSubstr("0 or more")));
 }
 
+// Of two servers with logs q and q.1 each would take the other's files for its own.
+TEST_F(ConfigTest, RefusesALogWithTheNameOfAnOlderFile) {
+  for (const char* name : {"q.1", "log/q.0", "q.log.25"}) {
+    config_.query_log = dir_ / name;
+    EXPECT_THAT(Refusal(config_),
+                AllOf(HasSubstr("query-log: "), HasSubstr(name), HasSubstr("expected a name")));
+  }
+  for (const char* name : {"q", "q.log", "q.1a", "q.1/log", "q1", "q."}) {
+    config_.query_log = dir_ / name;
+    EXPECT_EQ(Refusal(config_), "") << name;
+  }
+}
+
 TEST_F(ConfigTest, VehicleThreadsByDefaultAreTaken) {
   for (const unsigned processors : {0u, 1u, 2u, 8u, 128u, 130u, 1024u}) {
     config_.vehicle_threads = DefaultVehicleThreads(processors);

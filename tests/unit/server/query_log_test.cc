@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <thread>
 #include <vector>
@@ -93,6 +95,18 @@ Content ContentOf(const std::string& path) {
   return content;
 }
 
+/// Runs it where no file may have more bytes.
+void WithFilesOf(rlim_t most, const std::function<void()>& run) {
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{most, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  EXPECT_NO_THROW(run());
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ::signal(SIGXFSZ, handler);
+}
+
 class QueryLogTest : public ::testing::Test {
  protected:
   QueryLogOptions Options(std::uint64_t max_bytes = 1'000'000, int files = 5) const {
@@ -119,9 +133,21 @@ TEST_F(QueryLogTest, GivesBackWhatWasLoggedAndIsTheOwnersAlone) {
   EXPECT_EQ(content.sequences, (std::vector<std::uint64_t>{0, 1, 2}));
   EXPECT_EQ(content.end, End::kWhole);
   EXPECT_EQ(content.problem, "");
-  struct stat info {};
-  ASSERT_EQ(::stat(path_.c_str(), &info), 0);
-  EXPECT_EQ(info.st_mode & 0777u, 0600u);
+  for (const std::string& name : {path_, path_ + ".lock"}) {
+    struct stat info {};
+    ASSERT_EQ(::stat(name.c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0777u, 0600u) << name;
+  }
+}
+
+TEST_F(QueryLogTest, NoLockIsMadeElsewhereNorForAForeignFile) {
+  fs::create_symlink(dir_ / "elsewhere", path_ + ".lock");
+  EXPECT_THAT(Refusal([this] { QueryLogFile(Options(), Header()); }), HasSubstr(path_ + ".lock"));
+  EXPECT_FALSE(fs::exists(dir_ / "elsewhere"));
+  fs::remove(path_ + ".lock");
+  WriteBytes(path_, "my thesis");
+  EXPECT_THROW(QueryLogFile(Options(), Header()), QueryLogRefused);
+  EXPECT_FALSE(fs::exists(path_ + ".lock"));
 }
 
 TEST_F(QueryLogTest, AFileThatIsCutAnywhereGivesItsWholeRecords) {
@@ -202,6 +228,67 @@ TEST_F(QueryLogTest, ANewStartKeepsWhatIsThere) {
   EXPECT_FALSE(fs::exists(path_ + ".3"));
 }
 
+TEST_F(QueryLogTest, QueriesBehindADamagedHeaderAreKept) {
+  Write(0, 3, Options());
+  const std::string whole = BytesOf(path_);
+  const std::size_t header_end = whole.size() - 3 * Framed(0).size();
+  for (std::size_t at = kQueryLogMagic.size(); at < header_end; ++at) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+    WriteBytes(path_, bytes);
+    Write(7, 8, Options());
+    ASSERT_TRUE(fs::exists(path_ + ".1")) << at;
+    EXPECT_EQ(BytesOf(path_ + ".1"), bytes) << at;
+    EXPECT_EQ(ContentOf(path_).sequences, std::vector<std::uint64_t>{7});
+  }
+}
+
+TEST_F(QueryLogTest, WhatAPowerCutLeavesOfAFileEndsNoStart) {
+  Write(0, 0, Options());
+  const std::string header = BytesOf(path_);
+  for (const std::string& bytes :
+       {std::string(), header.substr(0, 5), header.substr(0, kQueryLogMagic.size() + kFrameBytes),
+        header, std::string(9, '\0'), std::string(10'000, '\0')}) {
+    WriteBytes(path_, bytes);
+    Write(0, 2, Options());
+    EXPECT_EQ(ContentOf(path_).sequences.size(), 2u);
+    EXPECT_FALSE(fs::exists(path_ + ".1")) << bytes.size() << ": it held no query";
+  }
+  WriteBytes(path_, header.substr(0, header.size() - 1));
+  Write(0, 2, Options());
+  EXPECT_TRUE(fs::exists(path_ + ".1")) << "it may hold some";
+  WriteBytes(path_, std::string(10'000, '\0') + "thesis");
+  EXPECT_THROW(QueryLogFile(Options(), Header()), QueryLogRefused);
+}
+
+TEST_F(QueryLogTest, EachFileSaysWhenItWasBegun) {
+  const auto now = [] { return static_cast<std::int64_t>(std::time(nullptr)); };
+  const std::int64_t before = now();
+  Write(0, 15, Options(10 * Framed(0).size()));
+  std::vector<std::int64_t> times = {before};
+  for (const char* ending : {".1", ""}) {
+    times.push_back(QueryLogReader(path_ + ending).header().open_time().seconds());
+  }
+  times.push_back(now());
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GE(times[i], times[i - 1]) << i;
+}
+
+TEST_F(QueryLogTest, ALogThatCannotBeBegunIsNoneAndQueriesAreCounted) {
+  WithFilesOf(10, [this] {
+    QueryLog log(Options(), Header());
+    for (int i = 0; i < 3; ++i) log.Offer(Transport::kUnary, RequestOf(i), ResponseOf(i));
+    EXPECT_EQ(log.dropped(), 3u);
+    EXPECT_EQ(log.written(), 0u);
+    MetricPage page;
+    log.AddTo(&page);
+    EXPECT_THAT(page.Text(), HasSubstr("grouser_query_log_writing 0"));
+  });
+  Write(0, 1, Options());
+  EXPECT_FALSE(fs::exists(path_ + ".1")) << "the failed start left no query";
+  WriteBytes(path_, "my thesis");
+  EXPECT_THROW(QueryLog(Options(), Header()), QueryLogRefused);
+}
+
 TEST_F(QueryLogTest, WhatIsNoQueryLogIsRefusedAndStaysAsItIs) {
   const auto refusal = [this] { return Refusal([this] { QueryLogFile(Options(), Header()); }); };
   for (const std::string& name : {path_, path_ + ".1", path_ + ".4"}) {
@@ -241,16 +328,10 @@ TEST_F(QueryLogTest, AFullDeviceKeepsTheWholeRecords) {
   file.Append(framed);
   file.Flush();
   // The next write fails half way.
-  const rlim_t most = fs::file_size(path_) + framed.size() / 2;
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
-  const rlimit limit{most, before.rlim_max};
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
-  file.Append(framed);
-  EXPECT_THROW(file.Flush(), std::runtime_error);
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  ::signal(SIGXFSZ, handler);
+  WithFilesOf(fs::file_size(path_) + framed.size() / 2, [&] {
+    file.Append(framed);
+    EXPECT_THROW(file.Flush(), std::runtime_error);
+  });
   EXPECT_EQ(file.records(), 1u);
   const Content content = ContentOf(path_);
   EXPECT_EQ(content.sequences.size(), 1u);
@@ -278,6 +359,7 @@ TEST_F(QueryLogTest, ManyThreadsOfferAndEachQueryIsWrittenOrCounted) {
     }
     EXPECT_EQ(all(), kThreads * kEach);
     written = log.written();
+    EXPECT_GT(written, 0u) << "an empty queue takes the first ones";
   }
   auto sequences = ContentOf(path_).sequences;
   EXPECT_EQ(sequences.size(), written);

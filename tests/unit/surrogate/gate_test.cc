@@ -152,9 +152,12 @@ TEST(GateWidth, IntervalsThatCoverTooLittleMayGrow) {
 
 // By numerical integration of the beta density, and Python's statistics.NormalDist.
 TEST(GateWidth, ChanceLeavesLessToMoreRuns) {
-  EXPECT_NEAR(WidthByChance(6), 1.7399, 1e-4);
+  EXPECT_NEAR(WidthByChance(30), 1.3859, 1e-4);
   EXPECT_NEAR(WidthByChance(79), 1.2202, 1e-4);
   EXPECT_LT(WidthByChance(1000), 1.06);
+  for (int runs = 1; runs <= 2000; ++runs) {
+    EXPECT_LE(WidthByChance(runs), WidthByChance(runs - 1)) << runs;
+  }
 }
 
 // An honest refit moves how much of a load that is too large the soil carries, by much more than
