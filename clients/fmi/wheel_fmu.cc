@@ -217,19 +217,22 @@ void WheelFmu::WriteHalfWidths(const WheelForce& force) {
                               rim = {force.rim_speed, 0}, load = {force.load, force.load};
   std::array<std::array<double, 2>, kOutputs> low{}, high{};
   std::array<std::uint32_t, 2> flags{};
+  const double m = force.mobilised;
+  const std::size_t n = m < 1 ? 2 : 1;  // at rest too, where it counts
+  const auto first = [n](auto& both) { return std::span(both.data(), n); };
   Answers answers;
-  answers.flags = flags;
+  answers.flags = first(flags);
   for (std::size_t o = 0; o < kOutputs; ++o) {
-    answers.output[o].low = low[o];
-    answers.output[o].high = high[o];
+    answers.output[o].low = first(low[o]);
+    answers.output[o].high = first(high[o]);
   }
-  (void)model_->Evaluate({v_x, v_y, rim, load}, answers);  // sizes are right
+  (void)model_->Evaluate({first(v_x), first(v_y), first(rim), first(load)},
+                         answers);  // sizes are right
   const auto half = [&](Output o, std::size_t i = 0) { return 0.5 * (high[o][i] - low[o][i]); };
   now_.value[at::kHalfWidthFX] = half(kFx);
   now_.value[at::kHalfWidthFY] = half(kFy);
   now_.value[at::kHalfWidthTorque] = half(kTorque);
   now_.value[at::kHalfWidthMZ] = half(kMz);
-  const double m = force.mobilised;
   now_.value[at::kHalfWidthSinkage] = m * half(kSinkage) + (1 - m) * half(kSinkage, 1);
 }
 
