@@ -49,8 +49,7 @@ TEST_F(UntunedModel, IsServedWithItsFlagAndAnIntervalThatGoesWithTheLoad) {
 TEST_F(UntunedModel, IntervalsHoldTheOtherPair) {
   const ErrorSpread spread = SpreadOf(ErrorsOfUntuned(FindPairs(GROUSER_PAIRS, GROUSER_SOILS)));
   for (const Output o : kPredicted) {
-    // m_z misses that: 68 % since the second pair is of a wheel with lugs (docs/tutorial.md).
-    EXPECT_GE(spread.other_pairs[o], o == kMz ? 0.65 : 0.8) << kOutputFields[o].name;
+    EXPECT_GE(spread.other_pairs[o], 0.8) << kOutputFields[o].name;
   }
 }
 
