@@ -15,8 +15,9 @@ UNITS = {"m": {"m": 1}, "s": {"s": 1}, "m/s": {"m": 1, "s": -1}, "rad": {"rad": 
          "N": {"kg": 1, "m": 1, "s": -2}, "Nm": {"kg": 1, "m": 2, "s": -2}, "N/m": {"kg": 1, "s": -2}, "1": {}}
 VARIABILITY = {"independent": "continuous", "input": "continuous", "parameter": "fixed", "calculatedParameter": "fixed"}
 TYPES_OF_FMI_2 = {"Float64": "Real", "Int32": "Integer", "Boolean": "Boolean"}
-SOURCES = ["fmi2.cc", "fmi3.cc", "wheel_fmu.cc"]
-HEADERS = ["fmi_types.h", "variables.h", "wheel_fmu.h"]
+SOURCES = ["fmi2.cc", "fmi3.cc", "fmi3_not_offered.cc", "wheel_fmu.cc", "wheel_fmu_state.cc"]
+COMPILER_OPTIONS = "-std=c++20 -O2 -fPIC -fvisibility=hidden"
+HEADERS = ["fmi3_instance.h", "fmi_types.h", "variables.h", "wheel_fmu.h"]
 
 
 def variables():
@@ -160,7 +161,7 @@ def build_description(library):
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=IDENTIFIER, platform="x86_64-linux",
                           description="g++ 12 or later; sources alone, Grouser's models come from its library")
     files = ET.SubElement(build, "SourceFileSet", language="C++20", compiler="g++",
-                          compilerOptions="-std=c++20 -O2 -fPIC -fvisibility=hidden")
+                          compilerOptions=COMPILER_OPTIONS)
     for name in SOURCES:
         ET.SubElement(files, "SourceFile", name=name)
     ET.SubElement(files, "IncludeDirectory", name=".")

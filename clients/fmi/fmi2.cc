@@ -1,7 +1,5 @@
 // The C functions of FMI 2.0, for co-simulation.
 #include <algorithm>
-#include <cstring>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -11,8 +9,11 @@
 
 namespace {
 
+using grouser::fmi::Given;
 using grouser::fmi::Type;
 using grouser::fmi::WheelFmu;
+
+constexpr char kReferences[] = "value references", kValues[] = "values";
 
 struct Component {
   WheelFmu fmu;
@@ -90,11 +91,15 @@ void fmi2FreeInstance(fmi2Component component) { delete static_cast<Component*>(
 
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean, fmi2Real, fmi2Real start,
                                fmi2Boolean, fmi2Real) {
-  return With(component, [start](WheelFmu& fmu) { fmu.EnterInitialization(start); });
+  return With(component, [start](WheelFmu& fmu) { fmu.SetUp(start); });
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
   return With(component, [](WheelFmu& fmu) {
-    if (fmu.state().mode == WheelFmu::Mode::kInstantiated) fmu.EnterInitialization(0);
+    if (fmu.state().set_up == 0) {
+      throw std::logic_error(
+          "enter initialization mode: expected a setup of the experiment before");
+    }
+    fmu.EnterInitialization(fmu.time());
   });
 }
 fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
@@ -116,19 +121,19 @@ fmi2Status fmi2CancelStep(fmi2Component component) {
 fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference* vr, std::size_t n,
                        fmi2Real* values) {
   return With(component, [&](WheelFmu& fmu) {
-    fmu.Get(Type::kFloat64, std::span(vr, n), std::span(values, n));
+    fmu.Get(Type::kFloat64, Given(vr, n, kReferences), Given(values, n, kValues));
   });
 }
 fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference* vr, std::size_t n,
                           fmi2Integer* values) {
   return With(component, [&](WheelFmu& fmu) {
-    fmu.Get(Type::kInt32, std::span(vr, n), std::span(values, n));
+    fmu.Get(Type::kInt32, Given(vr, n, kReferences), Given(values, n, kValues));
   });
 }
 fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference* vr, std::size_t n,
                           fmi2Boolean* values) {
   return With(component, [&](WheelFmu& fmu) {
-    fmu.Get(Type::kBoolean, std::span(vr, n), std::span(values, n));
+    fmu.Get(Type::kBoolean, Given(vr, n, kReferences), Given(values, n, kValues));
   });
 }
 fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference*, std::size_t n,
@@ -137,7 +142,9 @@ fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference*, std
 }
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference* vr, std::size_t n,
                        const fmi2Real* values) {
-  return With(component, [&](WheelFmu& fmu) { fmu.Set(std::span(vr, n), std::span(values, n)); });
+  return With(component, [&](WheelFmu& fmu) {
+    fmu.Set(Given(vr, n, kReferences), Given(values, n, kValues));
+  });
 }
 fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference*, std::size_t n,
                           const fmi2Integer*) {
@@ -153,16 +160,10 @@ fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference*, std
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate* to) {
-  return With(component, [to](WheelFmu& fmu) {
-    if (*to == nullptr) *to = new WheelFmu::State;
-    *static_cast<WheelFmu::State*>(*to) = fmu.state();
-  });
+  return With(component, [to](WheelFmu& fmu) { grouser::fmi::SaveState(fmu, to); });
 }
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate from) {
-  return With(component, [from](WheelFmu& fmu) {
-    if (from == nullptr) throw std::invalid_argument("FMU state: none was given");
-    fmu.SetState(*static_cast<const WheelFmu::State*>(from));
-  });
+  return With(component, [from](WheelFmu& fmu) { grouser::fmi::RestoreState(from, &fmu); });
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate* state) {
   if (state == nullptr) return fmi2OK;
@@ -172,26 +173,17 @@ fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate* state) {
 }
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state,
                                       std::size_t* size) {
-  return With(component, [&](WheelFmu& fmu) {
-    *size = fmu.Serialize(*static_cast<const WheelFmu::State*>(state)).size();
-  });
+  return With(component, [&](WheelFmu& fmu) { grouser::fmi::SerializedSize(fmu, state, size); });
 }
 fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte* to,
                                  std::size_t size) {
-  return With(component, [&](WheelFmu& fmu) {
-    const auto bytes = fmu.Serialize(*static_cast<const WheelFmu::State*>(state));
-    if (size < bytes.size()) throw std::invalid_argument("serialized state: too little room");
-    std::memcpy(to, bytes.data(), bytes.size());
-  });
+  return With(component,
+              [&](WheelFmu& fmu) { grouser::fmi::SerializeState(fmu, state, to, size); });
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte* from, std::size_t size,
                                    fmi2FMUstate* to) {
-  return With(component, [&](WheelFmu& fmu) {
-    const WheelFmu::State state =
-        fmu.Deserialize({reinterpret_cast<const std::uint8_t*>(from), size});
-    if (*to == nullptr) *to = new WheelFmu::State;
-    *static_cast<WheelFmu::State*>(*to) = state;
-  });
+  return With(component,
+              [&](WheelFmu& fmu) { grouser::fmi::DeserializeState(fmu, from, size, to); });
 }
 
 // What the standard asks every FMU to have.
@@ -216,7 +208,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2R
     if (kind != fmi2LastSuccessfulTime) {
       throw std::invalid_argument("status: a number is known of the last successful time alone");
     }
-    *value = fmu.time();
+    *Given(value, "value") = fmu.time();
   });
 }
 fmi2Status fmi2GetIntegerStatus(fmi2Component component, fmi2StatusKind, fmi2Integer*) {
@@ -227,7 +219,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fm
     if (kind != fmi2Terminated) {
       throw std::invalid_argument("status: yes or no is known of the end of simulation alone");
     }
-    *value = 0;  // it never asks for that
+    *Given(value, "value") = 0;  // it never asks for that
   });
 }
 fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind, fmi2String*) {

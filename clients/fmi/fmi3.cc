@@ -1,53 +1,26 @@
 // The C functions of FMI 3.0, for co-simulation.
-#include <cstring>
-#include <span>
 #include <stdexcept>
 #include <string>
 
-#include "fmi_types.h"
-#include "wheel_fmu.h"
+#include "fmi3_instance.h"
 
 namespace {
 
+using grouser::fmi::Given;
+using grouser::fmi::Instance;
+using grouser::fmi::On;
+using grouser::fmi::Say;
 using grouser::fmi::Type;
 using grouser::fmi::WheelFmu;
 
-struct Instance {
-  WheelFmu fmu;
-  fmi3InstanceEnvironment environment;
-  fmi3LogMessageCallback log;
-};
-
-void Say(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, const char* text) {
-  if (log != nullptr) log(environment, fmi3Error, "logStatusError", text);
-}
-
-template <class Call>
-fmi3Status On(fmi3Instance instance, const Call& call) {
-  auto* at = static_cast<Instance*>(instance);
-  if (at == nullptr) return fmi3Error;
-  return grouser::fmi::Guarded(
-      fmi3OK, fmi3Error, [at](const char* text) { Say(at->environment, at->log, text); },
-      [&] { call(at->fmu); });
-}
-
-// For what an FMU has to have and this one does not offer; modelDescription.xml says so.
-fmi3Status Unsupported(fmi3Instance instance, const char* what) {
-  return On(instance, [what](WheelFmu&) {
-    throw std::invalid_argument(std::string(what) + ": not offered by this FMU");
-  });
-}
-// Variables of a type that there is none of.
-fmi3Status NoVariable(fmi3Instance instance, std::size_t n, const char* type) {
-  if (n == 0) return fmi3OK;
-  return Unsupported(instance, type);
-}
+constexpr char kReferences[] = "value references", kValues[] = "values";
 
 template <class T>
 fmi3Status Get(fmi3Instance instance, Type type, const fmi3ValueReference* vr, std::size_t n,
                T* values, std::size_t n_values) {
-  return On(instance,
-            [&](WheelFmu& fmu) { fmu.Get(type, std::span(vr, n), std::span(values, n_values)); });
+  return On(instance, [&](WheelFmu& fmu) {
+    fmu.Get(type, Given(vr, n, kReferences), Given(values, n_values, kValues));
+  });
 }
 
 }  // namespace
@@ -132,21 +105,16 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference* vr, s
 }
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference* vr, std::size_t n,
                           const fmi3Float64* values, std::size_t n_values) {
-  return On(instance,
-            [&](WheelFmu& fmu) { fmu.Set(std::span(vr, n), std::span(values, n_values)); });
+  return On(instance, [&](WheelFmu& fmu) {
+    fmu.Set(Given(vr, n, kReferences), Given(values, n_values, kValues));
+  });
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState* to) {
-  return On(instance, [to](WheelFmu& fmu) {
-    if (*to == nullptr) *to = new WheelFmu::State;
-    *static_cast<WheelFmu::State*>(*to) = fmu.state();
-  });
+  return On(instance, [to](WheelFmu& fmu) { grouser::fmi::SaveState(fmu, to); });
 }
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState from) {
-  return On(instance, [from](WheelFmu& fmu) {
-    if (from == nullptr) throw std::invalid_argument("FMU state: none was given");
-    fmu.SetState(*static_cast<const WheelFmu::State*>(from));
-  });
+  return On(instance, [from](WheelFmu& fmu) { grouser::fmi::RestoreState(from, &fmu); });
 }
 fmi3Status fmi3FreeFMUState(fmi3Instance, fmi3FMUState* state) {
   if (state == nullptr) return fmi3OK;
@@ -156,194 +124,15 @@ fmi3Status fmi3FreeFMUState(fmi3Instance, fmi3FMUState* state) {
 }
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state,
                                       std::size_t* size) {
-  return On(instance, [&](WheelFmu& fmu) {
-    *size = fmu.Serialize(*static_cast<const WheelFmu::State*>(state)).size();
-  });
+  return On(instance, [&](WheelFmu& fmu) { grouser::fmi::SerializedSize(fmu, state, size); });
 }
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte* to,
                                  std::size_t size) {
-  return On(instance, [&](WheelFmu& fmu) {
-    const auto bytes = fmu.Serialize(*static_cast<const WheelFmu::State*>(state));
-    if (size < bytes.size()) throw std::invalid_argument("serialized state: too little room");
-    std::memcpy(to, bytes.data(), bytes.size());
-  });
+  return On(instance, [&](WheelFmu& fmu) { grouser::fmi::SerializeState(fmu, state, to, size); });
 }
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte* from, std::size_t size,
                                    fmi3FMUState* to) {
-  return On(instance, [&](WheelFmu& fmu) {
-    const WheelFmu::State state = fmu.Deserialize({from, size});
-    if (*to == nullptr) *to = new WheelFmu::State;
-    *static_cast<WheelFmu::State*>(*to) = state;
-  });
-}
-
-// What the standard asks every FMU to have.
-fmi3Status fmi3GetFloat32(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                          fmi3Float32*, std::size_t) {
-  return NoVariable(instance, n, "variables of type Float32");
-}
-fmi3Status fmi3GetInt8(fmi3Instance instance, const fmi3ValueReference*, std::size_t n, fmi3Int8*,
-                       std::size_t) {
-  return NoVariable(instance, n, "variables of type Int8");
-}
-fmi3Status fmi3GetUInt8(fmi3Instance instance, const fmi3ValueReference*, std::size_t n, fmi3UInt8*,
-                        std::size_t) {
-  return NoVariable(instance, n, "variables of type UInt8");
-}
-fmi3Status fmi3GetInt16(fmi3Instance instance, const fmi3ValueReference*, std::size_t n, fmi3Int16*,
-                        std::size_t) {
-  return NoVariable(instance, n, "variables of type Int16");
-}
-fmi3Status fmi3GetUInt16(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         fmi3UInt16*, std::size_t) {
-  return NoVariable(instance, n, "variables of type UInt16");
-}
-fmi3Status fmi3GetUInt32(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         fmi3UInt32*, std::size_t) {
-  return NoVariable(instance, n, "variables of type UInt32");
-}
-fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference*, std::size_t n, fmi3Int64*,
-                        std::size_t) {
-  return NoVariable(instance, n, "variables of type Int64");
-}
-fmi3Status fmi3GetUInt64(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         fmi3UInt64*, std::size_t) {
-  return NoVariable(instance, n, "variables of type UInt64");
-}
-fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         fmi3String*, std::size_t) {
-  return NoVariable(instance, n, "variables of type String");
-}
-fmi3Status fmi3SetFloat32(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                          const fmi3Float32*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Float32");
-}
-fmi3Status fmi3SetInt8(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                       const fmi3Int8*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Int8");
-}
-fmi3Status fmi3SetUInt8(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        const fmi3UInt8*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type UInt8");
-}
-fmi3Status fmi3SetInt16(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        const fmi3Int16*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Int16");
-}
-fmi3Status fmi3SetUInt16(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         const fmi3UInt16*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type UInt16");
-}
-fmi3Status fmi3SetUInt32(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         const fmi3UInt32*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type UInt32");
-}
-fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        const fmi3Int64*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Int64");
-}
-fmi3Status fmi3SetUInt64(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         const fmi3UInt64*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type UInt64");
-}
-fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         const fmi3String*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type String");
-}
-fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        const fmi3Int32*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Int32");
-}
-fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                          const fmi3Boolean*, std::size_t) {
-  return NoVariable(instance, n, "setting variables of type Boolean");
-}
-fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         std::size_t*, fmi3Binary*, std::size_t) {
-  return NoVariable(instance, n, "variables of type Binary");
-}
-fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                         const std::size_t*, const fmi3Binary*, std::size_t) {
-  return NoVariable(instance, n, "variables of type Binary");
-}
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        fmi3Clock*) {
-  return NoVariable(instance, n, "clocks");
-}
-fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference*, std::size_t n,
-                        const fmi3Clock*) {
-  return NoVariable(instance, n, "clocks");
-}
-fmi3Status fmi3EnterEventMode(fmi3Instance instance) { return Unsupported(instance, "event mode"); }
-fmi3Status fmi3EnterStepMode(fmi3Instance instance) { return Unsupported(instance, "event mode"); }
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-  return Unsupported(instance, "event mode");
-}
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*,
-                                    fmi3Boolean*, fmi3Boolean*, fmi3Float64*) {
-  return Unsupported(instance, "event mode");
-}
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) {
-  return Unsupported(instance, "configuration mode");
-}
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
-  return Unsupported(instance, "configuration mode");
-}
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference,
-                                               std::size_t*) {
-  return Unsupported(instance, "dependencies of variables");
-}
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference, std::size_t*,
-                                       fmi3ValueReference*, std::size_t*, fmi3DependencyKind*,
-                                       std::size_t) {
-  return Unsupported(instance, "dependencies of variables");
-}
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference*,
-                                        std::size_t, const fmi3ValueReference*, std::size_t,
-                                        const fmi3Float64*, std::size_t, fmi3Float64*,
-                                        std::size_t) {
-  return Unsupported(instance, "derivatives");
-}
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                    const fmi3ValueReference*, std::size_t, const fmi3Float64*,
-                                    std::size_t, fmi3Float64*, std::size_t) {
-  return Unsupported(instance, "derivatives");
-}
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                    const fmi3Int32*, fmi3Float64*, std::size_t) {
-  return Unsupported(instance, "derivatives");
-}
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                  fmi3Float64*, fmi3IntervalQualifier*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                   fmi3UInt64*, fmi3UInt64*, fmi3IntervalQualifier*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3GetShiftDecimal(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                               fmi3Float64*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3GetShiftFraction(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                fmi3UInt64*, fmi3UInt64*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3SetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                  const fmi3Float64*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3SetIntervalFraction(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                   const fmi3UInt64*, const fmi3UInt64*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3SetShiftDecimal(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                               const fmi3Float64*) {
-  return Unsupported(instance, "clocks");
-}
-fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference*, std::size_t,
-                                const fmi3UInt64*, const fmi3UInt64*) {
-  return Unsupported(instance, "clocks");
+  return On(instance, [&](WheelFmu& fmu) { grouser::fmi::DeserializeState(fmu, from, size, to); });
 }
 
 }  // extern "C"

@@ -20,6 +20,8 @@ import description
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "clients/common"))
+import picture_options  # noqa: E402
 # Of every Linux with a C++ program; the rest of what the library loads goes in with --bundle.
 EVERYWHERE = re.compile(r"ld-linux|linux-vdso|lib(c|m|dl|pthread|rt|stdc\+\+|gcc_s)\.so")
 PARAMETERS = {"tyre_stiffness": "of the tyre, in series with the soil [N/m]; 0: rigid. Hard ground needs one",
@@ -54,14 +56,20 @@ def read_model(asked):
 
 def libraries(module, bundle):
     """Names and files that lie beside the module: Grouser's library, and all that it loads with `bundle`."""
-    library = next((f for f in module.parent.glob("libgrouser_model.so.*")), None)
-    if library is None:
-        refuse(f"{module.parent}: no libgrouser_model.so.*; ./grouser build makes it")
+    def loaded(by):
+        done = subprocess.run(["ldd", str(by)], capture_output=True, text=True, check=False)
+        return re.findall(r"^\s*(\S+) => (\S+)", done.stdout, re.M)
+
+    needed = next((name for name, _ in loaded(module) if name.startswith("libgrouser_model.so.")), None)
+    if needed is None:
+        refuse(f"{module}: expected a library that loads libgrouser_model.so.*; ./grouser build makes it")
+    library = module.parent / needed
+    if not library.is_file():
+        refuse(f"{library}: no such file, which {module.name} needs; ./grouser build makes it")
     found = {library.name: library.resolve()}
     if bundle:
-        loaded = subprocess.run(["ldd", str(library)], capture_output=True, text=True, check=True).stdout
-        for name, file in re.findall(r"^\s*(\S+) => (/\S+)", loaded, re.M):
-            if not EVERYWHERE.search(name):
+        for name, file in loaded(library):
+            if file.startswith("/") and not EVERYWHERE.search(name):
                 found[name] = pathlib.Path(file)
     return library.name, found
 
@@ -78,6 +86,13 @@ def licences(files):
             if package and text.is_file():
                 found[package] = text
     return found
+
+
+def compiling(library, platform):
+    """How sources are compiled, for the page of the FMU. FMI 3.0 has a file for that as well."""
+    line = f"g++ {description.COMPILER_OPTIONS} -shared -I. {' '.join(description.SOURCES)} \\\n" \
+           f"  -o ../binaries/{platform}/{description.IDENTIFIER}.so -L../binaries/{platform} -l:{library} '-Wl,-rpath,$ORIGIN'"
+    return f"<p>The sources are compiled in the folder <code>sources</code> by</p>\n<pre>{html.escape(line)}</pre>\n"
 
 
 def contents(asked, read):
@@ -104,6 +119,7 @@ def contents(asked, read):
         f"<p>{about['generationTool']}; model {html.escape(about['modelName'])}, SHA-256 {read['digest']}. "
         f"Radius {wheel['radius_m']} m, width {wheel['width_m']} m; fitted for loads of "
         f"{model['domain']['load_min_n']:.4g} to {model['domain']['load_max_n']:.4g} N.</p>\n"
+        f"{compiling(library, platform) if asked.source else ''}"
         f"<table>\n<tr><th>variable</th><th></th><th>unit</th><th></th></tr>\n{page}</table>\n</body></html>\n",
         "documentation/licenses/license.txt": ROOT / "LICENSE",
         "documentation/licenses/NOTICE.txt": ROOT / "NOTICE",
@@ -142,6 +158,8 @@ def main():
         refuse(f"{asked.model}: no such file, expected a model file")
     if not asked.module.is_file():
         refuse(f"{asked.module}: no such file; ./grouser build makes it")
+    if asked.out.is_dir():
+        refuse(f"--out: {asked.out} is a folder, expected a file to write")
     files = contents(asked, read_model(asked))
     asked.out.absolute().parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=asked.out.absolute().parent, delete=False) as aside:
@@ -161,4 +179,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    picture_options.end_with(main)

@@ -1,14 +1,20 @@
 #include "wheel_fmu.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <type_traits>
 
 namespace grouser::fmi {
+
+void Refuse(const std::string& what, double got, const std::string& expected) {
+  std::ostringstream text;
+  text << what << ": got " << got << ", expected " << expected;
+  throw std::invalid_argument(text.str());
+}
+
 namespace {
 
 using Vector = std::array<double, 3>;
@@ -16,27 +22,6 @@ using Vector = std::array<double, 3>;
 static_assert(kTable[at::kDampingRatio].start == ContactOptions{}.damping_ratio &&
               kTable[at::kRelaxationOverRadius].start == ContactOptions{}.relaxation_over_radius &&
               kTable[at::kShearDampingRatio].start == ContactOptions{}.shear_damping_ratio);
-static_assert(std::is_trivially_copyable_v<WheelFmu::State>);
-
-// Bytes of a state: this, then the state.
-struct Head {
-  char format[8];
-  char digest[64];
-  std::uint64_t size, checksum;
-};
-constexpr char kFormat[8] = {'G', 'R', 'S', 'W', 'F', 'M', 'U', '1'};
-
-std::uint64_t ChecksumOf(std::span<const std::uint8_t> bytes) {  // FNV-1a
-  std::uint64_t sum = 14695981039346656037u;
-  for (const std::uint8_t byte : bytes) sum = (sum ^ byte) * 1099511628211u;
-  return sum;
-}
-
-[[noreturn]] void Refuse(const std::string& what, double got, const std::string& expected) {
-  std::ostringstream text;
-  text << what << ": got " << got << ", expected " << expected;
-  throw std::invalid_argument(text.str());
-}
 
 // Start values that stand in the FMU instead of the table's.
 void ReadParameters(const std::filesystem::path& file, std::array<double, kVariables>* start) {
@@ -46,10 +31,13 @@ void ReadParameters(const std::filesystem::path& file, std::array<double, kVaria
     const std::size_t comma = line.find(',');
     unsigned i = 0;
     while (i < kVariables && line.substr(0, comma) != kTable[i].name) ++i;
-    std::istringstream text(comma == std::string::npos ? "" : line.substr(comma + 1));
+    // As the C locale has it, whichever the host's is.
+    const char* end = line.data() + line.size();
+    const char* from = comma == std::string::npos ? end : line.data() + comma + 1;
     double value = 0;
-    if (i == kVariables || kTable[i].causality != Causality::kParameter || !(text >> value) ||
-        !std::isfinite(value)) {
+    const auto [to, error] = std::from_chars(from, end, value);
+    if (i == kVariables || kTable[i].causality != Causality::kParameter || error != std::errc() ||
+        to != end || !std::isfinite(value)) {
       throw std::runtime_error(file.string() + ": got \"" + line +
                                "\", expected a parameter's name, a comma and a number");
     }
@@ -57,9 +45,7 @@ void ReadParameters(const std::filesystem::path& file, std::array<double, kVaria
   }
 }
 
-bool Finite(const Vector& v) {
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
+bool IsFinite(double x) { return std::isfinite(x); }
 
 // The wheel's y axis in the world, of an orientation as a quaternion of any length above 0.
 Vector AxleOf(const double* e) {
@@ -89,10 +75,16 @@ void WheelFmu::RequireMode(Mode mode, const char* call) const {
   throw std::logic_error(std::string(call) + ": not allowed in this mode of the FMU");
 }
 
-void WheelFmu::EnterInitialization(double start_time) {
-  RequireMode(Mode::kInstantiated, "enter initialization mode");
+void WheelFmu::SetUp(double start_time) {
+  RequireMode(Mode::kInstantiated, "setup experiment");
   if (!std::isfinite(start_time)) Refuse("start time", start_time, "a finite one [s]");
   now_.value[at::kTime] = start_time;
+  now_.set_up = 1;
+}
+
+void WheelFmu::EnterInitialization(double start_time) {
+  RequireMode(Mode::kInstantiated, "enter initialization mode");
+  SetUp(start_time);
   now_.mode = Mode::kInitialization;
 }
 
@@ -174,9 +166,17 @@ void WheelFmu::Calculate(double step) {
   motion.ground_point = {motion.centre[0], motion.centre[1], now_.value[at::kTerrainHeight]};
   motion.ground_normal = vector(at::kTerrainNormalX);
   motion.time_step = step;
-  ContactState contact = now_.contact;
-  const WheelForce force = contact_->Evaluate(motion, &contact);
-  if ((force.flags & kInvalid) != 0 || !Finite(force.force) || !Finite(force.moment)) {
+  const State before = now_;
+  const WheelForce force = contact_->Evaluate(motion, &now_.contact);
+  for (unsigned k = 0; k < 3; ++k) {
+    now_.value[at::kWheelLoadPointX + k] = now_.value[at::kQueryPointX + k] = motion.centre[k];
+    now_.value[at::kWheelLoadForceX + k] = force.force[k];
+    now_.value[at::kWheelLoadMomentX + k] = force.moment[k];
+  }
+  WriteContact(force);
+  WriteHalfWidths(force);
+  if ((force.flags & kInvalid) != 0 || !std::ranges::all_of(now_.value, IsFinite)) {
+    now_ = before;
     const auto text = [](const char* name, const Vector& v) {
       std::ostringstream all;
       all << name << " (" << v[0] << ", " << v[1] << ", " << v[2] << ")";
@@ -188,14 +188,6 @@ void WheelFmu::Calculate(double step) {
         text("wheel_state.lin_vel", motion.velocity) +
         "; expected lengths above 0 of the first two, and numbers that do not overflow");
   }
-  now_.contact = contact;
-  for (unsigned k = 0; k < 3; ++k) {
-    now_.value[at::kWheelLoadPointX + k] = now_.value[at::kQueryPointX + k] = motion.centre[k];
-    now_.value[at::kWheelLoadForceX + k] = force.force[k];
-    now_.value[at::kWheelLoadMomentX + k] = force.moment[k];
-  }
-  WriteContact(force);
-  WriteHalfWidths(force);
 }
 
 void WheelFmu::WriteContact(const WheelForce& force) {
@@ -218,58 +210,32 @@ void WheelFmu::WriteContact(const WheelForce& force) {
   value[at::kOverload] = (force.flags & kNoEquilibrium) != 0;
 }
 
-// The answer is `mobilised` of the model's: so is its interval.
+// Of the model at what it was asked, unscaled: what a wheel that is held feels is known no better
+// than what it feels once it moves. Its sinkage is that of a wheel at rest by 1 - mobilised.
 void WheelFmu::WriteHalfWidths(const WheelForce& force) {
-  std::array<double, kOutputs> low{}, high{};
-  std::uint32_t flags = 0;
+  const std::array<double, 2> v_x = {force.v_x, 0}, v_y = {force.v_y, 0},
+                              rim = {force.rim_speed, 0}, load = {force.load, force.load};
+  std::array<std::array<double, 2>, kOutputs> low{}, high{};
+  std::array<std::uint32_t, 2> flags{};
+  const double m = force.mobilised;
+  const std::size_t n = m < 1 ? 2 : 1;  // at rest too, where it counts
+  const auto first = [n](auto& both) { return std::span(both.data(), n); };
   Answers answers;
-  answers.flags = {&flags, 1};
+  answers.flags = first(flags);
   for (std::size_t o = 0; o < kOutputs; ++o) {
-    answers.output[o].low = {&low[o], 1};
-    answers.output[o].high = {&high[o], 1};
+    answers.output[o].low = first(low[o]);
+    answers.output[o].high = first(high[o]);
   }
-  (void)model_->Evaluate(
-      {{&force.v_x, 1}, {&force.v_y, 1}, {&force.rim_speed, 1}, {&force.load, 1}},
-      answers);  // sizes are right
-  const auto half = [&](Output o) { return 0.5 * force.mobilised * (high[o] - low[o]); };
+  (void)model_->Evaluate({first(v_x), first(v_y), first(rim), first(load)},
+                         answers);  // sizes are right
+  const auto half = [&](Output o, std::size_t i = 0) { return 0.5 * (high[o][i] - low[o][i]); };
   now_.value[at::kHalfWidthFX] = half(kFx);
   now_.value[at::kHalfWidthFY] = half(kFy);
   now_.value[at::kHalfWidthTorque] = half(kTorque);
   now_.value[at::kHalfWidthMZ] = half(kMz);
-  now_.value[at::kHalfWidthSinkage] = half(kSinkage);
+  now_.value[at::kHalfWidthSinkage] = m * half(kSinkage) + (1 - m) * half(kSinkage, 1);
 }
 
 void WheelFmu::SetState(const State& state) { now_ = state; }
-
-std::vector<std::uint8_t> WheelFmu::Serialize(const State& state) const {
-  std::vector<std::uint8_t> bytes(sizeof(Head) + sizeof(State));
-  std::memcpy(&bytes[sizeof(Head)], &state, sizeof(State));
-  Head head{};
-  std::memcpy(head.format, kFormat, sizeof kFormat);
-  model_->digest().copy(head.digest, sizeof head.digest);
-  head.size = bytes.size();
-  head.checksum = ChecksumOf(std::span(bytes).subspan(sizeof(Head)));
-  std::memcpy(bytes.data(), &head, sizeof head);
-  return bytes;
-}
-
-WheelFmu::State WheelFmu::Deserialize(std::span<const std::uint8_t> bytes) const {
-  Head head;
-  if (bytes.size() != sizeof(Head) + sizeof(State)) {
-    Refuse("serialized state, bytes", static_cast<double>(bytes.size()),
-           std::to_string(sizeof(Head) + sizeof(State)));
-  }
-  std::memcpy(&head, bytes.data(), sizeof head);
-  if (std::memcmp(head.format, kFormat, sizeof kFormat) != 0 || head.size != bytes.size() ||
-      head.checksum != ChecksumOf(bytes.subspan(sizeof(Head)))) {
-    throw std::invalid_argument("serialized state: damaged, or of another version of the FMU");
-  }
-  if (std::string(head.digest, sizeof head.digest) != model_->digest()) {
-    throw std::invalid_argument("serialized state: of another model");
-  }
-  State state;
-  std::memcpy(&state, &bytes[sizeof(Head)], sizeof state);
-  return state;
-}
 
 }  // namespace grouser::fmi

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ class WheelFmu {
   /// instantiationToken (guid) of the modelDescription.xml that the host read.
   WheelFmu(const std::filesystem::path& resources, const std::string& token);
 
+  /// Keeps the start time; any number of times before the initialisation.
+  void SetUp(double start_time);
   void EnterInitialization(double start_time);
   void ExitInitialization();
   void Terminate();
@@ -53,15 +56,18 @@ class WheelFmu {
     std::array<double, kVariables> value;
     ContactState contact;
     Mode mode;
+    std::int64_t set_up;  // 1: by SetUp
   };
   const State& state() const { return now_; }
   void SetState(const State& state);
 
-  /// A state as bytes, for the same model and this build of the library.
+  /// A state as bytes, for the same model and this build of the library. Refused: bytes of another
+  /// model or table of variables, damaged ones, and values that no state of this FMU has.
   std::vector<std::uint8_t> Serialize(const State& state) const;
   State Deserialize(std::span<const std::uint8_t> bytes) const;
 
  private:
+  void CheckState(const State& state) const;
   static void CheckSizes(std::size_t references, std::size_t values);
   double Value(Type type, unsigned reference) const;
   void RequireMode(Mode mode, const char* call) const;
@@ -76,6 +82,28 @@ class WheelFmu {
   ContactOptions made_with_;
   std::unique_ptr<WheelContact> contact_;
 };
+
+/// Throws std::invalid_argument "WHAT: got GOT, expected EXPECTED".
+[[noreturn]] void Refuse(const std::string& what, double got, const std::string& expected);
+
+/// What a host gave. Throws where it gave none.
+template <class T>
+T* Given(T* pointer, const char* what) {
+  if (pointer == nullptr) throw std::invalid_argument(std::string(what) + ": none was given");
+  return pointer;
+}
+template <class T>
+std::span<T> Given(T* first, std::size_t count, const char* what) {
+  return {count == 0 ? first : Given(first, what), count};
+}
+
+/// The calls of both versions that save and restore; states are WheelFmu::State on the heap, and
+/// made where *to is null. Throw as WheelFmu does, and where a pointer is null.
+void SaveState(const WheelFmu& fmu, void** to);
+void RestoreState(const void* from, WheelFmu* fmu);
+void SerializedSize(const WheelFmu& fmu, const void* state, std::size_t* size);
+void SerializeState(const WheelFmu& fmu, const void* state, void* to, std::size_t size);
+void DeserializeState(const WheelFmu& fmu, const void* from, std::size_t size, void** to);
 
 /// Answers a call of a host: `call`, or where it throws what `log` gets and an error status.
 template <class Status, class Call, class Log>

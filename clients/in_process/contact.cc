@@ -21,10 +21,10 @@ Vector Cross(const Vector& a, const Vector& b) {
 bool Finite(const Vector& a) {
   return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
 }
-// False: too short to have a direction.
+// False: too short to have a direction, or so long that its square overflows.
 bool Normalise(Vector* a) {
   const double length = std::sqrt(Dot(*a, *a));
-  if (!(length > 0)) return false;
+  if (!(length > 0 && std::isfinite(length))) return false;
   for (double& x : *a) x /= length;
   return true;
 }

@@ -38,10 +38,24 @@ std::string NamesOf(const mjModel* m, int type, int count) {
 
 bool Within(double a, double b) { return std::fabs(a - b) <= 0.01 * std::fabs(b); }
 
+// 'NAME', or the number of a geom without one.
+std::string GeomOf(const mjModel* m, int id) {
+  const std::string name = NameOf(m, mjOBJ_GEOM, id);
+  return name.empty() ? "geom " + std::to_string(id) : "geom '" + name + "'";
+}
+
+// By their bits, or as a pair that is listed.
 bool Collide(const mjModel* m, int a, int b) {
+  for (int i = 0; i < m->npair; ++i) {
+    const int one = m->pair_geom1[i], other = m->pair_geom2[i];
+    if ((one == a && other == b) || (one == b && other == a)) return true;
+  }
   return (m->geom_contype[a] & m->geom_conaffinity[b]) != 0 ||
          (m->geom_contype[b] & m->geom_conaffinity[a]) != 0;
 }
+
+// Stands in userdata beside what wheels remember at a time; 0: they never were asked.
+double MarkOf(const mjData* d) { return d->time + 1; }
 
 std::array<double, 3> Copy(const mjtNum* from) { return {from[0], from[1], from[2]}; }
 
@@ -81,6 +95,27 @@ class Heights {
   const float* data_;
 };
 
+void CheckGround(const mjModel* m, int ground) {
+  const std::string what = "ground '" + NameOf(m, mjOBJ_GEOM, ground) + "'";
+  const int type = m->geom_type[ground];
+  if (type != mjGEOM_PLANE && type != mjGEOM_HFIELD) {
+    Refuse(what, "geom type " + std::to_string(type), "a plane or an hfield");
+  }
+  for (int body = m->geom_bodyid[ground]; body != 0; body = m->body_parentid[body]) {
+    if (m->body_mocapid[body] >= 0 || m->body_jntnum[body] > 0) {
+      Refuse(what, "body '" + NameOf(m, mjOBJ_BODY, body) + "', which can move",
+             "the world, or bodies without joints that are no mocap bodies");
+    }
+  }
+  if (type != mjGEOM_HFIELD) return;
+  const int rows = m->hfield_nrow[m->geom_dataid[ground]],
+            columns = m->hfield_ncol[m->geom_dataid[ground]];
+  if (rows < 2 || columns < 2) {
+    Refuse(what, std::to_string(rows) + " rows and " + std::to_string(columns) + " columns",
+           "2 or more of both");
+  }
+}
+
 SoilContact* passive_contact = nullptr;  // MuJoCo's callbacks are global and carry nothing
 mjfGeneric passive_before = nullptr;
 
@@ -105,10 +140,7 @@ SoilContact::SoilContact(const mjModel* m, std::vector<Wheels> wheels,
   if (ground_ < 0) {
     Refuse("ground", "geom '" + ground_geom + "'", NamesOf(m, mjOBJ_GEOM, m->ngeom));
   }
-  if (m->geom_type[ground_] != mjGEOM_PLANE && m->geom_type[ground_] != mjGEOM_HFIELD) {
-    Refuse("ground '" + ground_geom + "'", "geom type " + std::to_string(m->geom_type[ground_]),
-           "a plane or an hfield");
-  }
+  CheckGround(m, ground_);
   const double gravity = mju_norm3(m->opt.gravity);
   for (const Wheels& some : wheels) {
     if (some.model == nullptr) Refuse("wheels '" + some.bodies + "'", "no model", "one");
@@ -154,19 +186,25 @@ void SoilContact::AddWheel(const mjModel* m, int body, std::size_t kind) {
   if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
     Refuse(what, "a second kind of wheel", "one");
   }
-  for (int i = 0; i < m->body_geomnum[body]; ++i) {
-    const int geom = m->body_geomadr[body] + i, type = m->geom_type[geom];
-    const double radius = m->geom_size[3 * geom];
+  int largest = -1;  // cylinder or sphere; a hub may be one too
+  for (int geom = 0; geom < m->ngeom; ++geom) {
+    // Of the body, and of those fixed to it.
+    if (m->body_weldid[m->geom_bodyid[geom]] != body) continue;
+    const int type = m->geom_type[geom];
     if ((type == mjGEOM_CYLINDER || type == mjGEOM_SPHERE) &&
-        !Within(radius, kinds_[kind].radius)) {
-      Refuse(what, "a geom of radius " + Number(radius) + " m",
-             Number(kinds_[kind].radius) + ", that of the model '" +
-                 kinds_[kind].contact.model().name() + "' (or another by Model::Scaled)");
+        (largest < 0 || m->geom_size[3 * geom] > m->geom_size[3 * largest])) {
+      largest = geom;
     }
     if (Collide(m, geom, ground_)) {
-      Refuse(what, "a geom that collides with the ground, so that it is carried twice",
-             "contype=\"0\" conaffinity=\"0\", or bits that the ground has not");
+      Refuse(
+          what, GeomOf(m, geom) + " that collides with the ground, so that it is carried twice",
+          "contype=\"0\" conaffinity=\"0\" or bits that the ground has not, and no <pair> of both");
     }
+  }
+  if (largest >= 0 && !Within(m->geom_size[3 * largest], kinds_[kind].radius)) {
+    Refuse(what, GeomOf(m, largest) + " of radius " + Number(m->geom_size[3 * largest]) + " m",
+           Number(kinds_[kind].radius) + ", that of the model '" +
+               kinds_[kind].contact.model().name() + "' (or another by Model::Scaled)");
   }
   wheels_.push_back({body, joint, kind});
   names_.push_back(name);
@@ -249,12 +287,13 @@ void SoilContact::Apply(const mjModel* m, std::span<mjData* const> worlds) {
   for (std::size_t world = 0; world < worlds.size(); ++world) {
     const mjData* d = worlds[world];
     const mjtNum* memory = d->userdata + offset_;
-    const bool known = d->time >= memory[0];
+    const double now = MarkOf(d);
+    const bool known = memory[0] > 0 && now >= memory[0];
     for (std::size_t w = 0; w < n; ++w) {
       Kind& kind = kinds_[wheels_[w].kind];
       const mjtNum* u = memory + 1 + 3 * w;
       kind.motions.push_back(MotionOf(m, d, wheels_[w]));
-      kind.motions.back().time_step = known ? d->time - memory[0] : 0;
+      kind.motions.back().time_step = known ? now - memory[0] : 0;
       kind.states.push_back(known ? ContactState{u[0], u[1], u[2]} : ContactState{});
       kind.at.push_back(world * n + w);
     }
@@ -281,7 +320,7 @@ void SoilContact::Apply(const mjModel* m, std::span<mjData* const> worlds) {
       const std::size_t w = kind.at[i] % n;
       mjtNum* memory = d->userdata + offset_;
       const ContactState& u = kind.states[i];
-      memory[0] = d->time;
+      memory[0] = MarkOf(d);
       memory[1 + 3 * w] = u.v_x;
       memory[2 + 3 * w] = u.v_y;
       memory[3 + 3 * w] = u.rim;

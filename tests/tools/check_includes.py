@@ -70,7 +70,7 @@ RULES = {
     # What is installed, and what a stranger writes.
     "clients/in_process/grouser": (r"grouser/(model|vehicle)\.h", None),
     "clients/in_process/example": (r"grouser/(map|model|vehicle)\.h|\w+\.h", None),
-    "clients/fmi": (r"grouser/(contact|model)\.h|(fmi_types|variables|wheel_fmu)\.h", None),
+    "clients/fmi": (r"grouser/(contact|model)\.h|(fmi3_instance|fmi_types|variables|wheel_fmu)\.h", None),
     "clients/fmi/loader": (r"clients/fmi/(fmi_types|loader/\w+)\.h", HEAVY + "|grpc|lcm/|google/"),
     "clients/fmi/examples": (r"clients/fmi/loader/fmu\.h", None),
     # Adapters to others' simulators: the public headers and the simulator's own.

@@ -3,6 +3,7 @@
 Usage: fmu_files_test.py ROOT BUILD FOLDER pack | files | schema | source | bundle
 pack: makes the FMUs of most tests and unpacks them below FOLDER; the others read these."""
 
+import html
 import pathlib
 import re
 import shutil
@@ -148,6 +149,26 @@ def check_refusals():
             done = make(*arguments, "--out", out)
             expect(done.returncode == 2 and what in done.stderr, f"{arguments}: {done.returncode} {done.stderr}")
         expect(out.read_text() == "kept" and len(list(out.parent.iterdir())) == 1, "a refusal leaves what was there")
+        for code, what, place in ((2, "is a folder, expected a file to write", folder),
+                                  (1, f"grouser: {out}: ", out / "in_a_file.fmu")):
+            done = make(MODEL, "--out", place)
+            expect(done.returncode == code and what in done.stderr and "Traceback" not in done.stderr,
+                   f"--out {place}: {done.returncode} {done.stderr}")
+
+
+def check_that_the_needed_library_is_taken():
+    with tempfile.TemporaryDirectory() as folder:
+        module, out = pathlib.Path(folder, "grouser_wheel.so"), pathlib.Path(folder, "wheel.fmu")
+        shutil.copy(BUILD / "fmi/grouser_wheel.so", module)
+        for version in ("0.0", "0.01", "0.2", "1.0", "9"):
+            pathlib.Path(folder, f"libgrouser_model.so.{version}").write_text("of another version")
+        done = make(MODEL, "--module", module, "--out", out)
+        expect(done.returncode == 2 and "libgrouser_model.so.0.1: no such file" in done.stderr, done.stderr)
+        shutil.copy(BUILD / "fmi/libgrouser_model.so.0.1", folder)
+        done = make(MODEL, "--module", module, "--out", out)
+        expect(done.returncode == 0, done.stderr)
+        names = zipfile.ZipFile(out).namelist()
+        expect([n.split("/")[-1] for n in names if "libgrouser_model" in n] == ["libgrouser_model.so.0.1"], str(names))
 
 
 def files():
@@ -165,6 +186,7 @@ def files():
         check_libraries(name)
     expect("sources/buildDescription.xml" in zipfile.ZipFile(FOLDER / "fmi3.fmu").namelist(), "fmi3: sources")
     check_refusals()
+    check_that_the_needed_library_is_taken()
 
 
 def schema():
@@ -204,6 +226,17 @@ def source():
         expect(done.returncode == 0, done.stderr)
         by_source = run(BUILD / "bin/fmu_example", copy, "1")
         expect(by_source.stdout == by_binary.stdout, f"{by_source.stdout}{by_source.stderr}\n{by_binary.stdout}")
+    # FMI 2.0 has no such file: the line of the documentation.
+    with tempfile.TemporaryDirectory() as folder:
+        copy = pathlib.Path(folder, "fmu")
+        shutil.copytree(FOLDER / "fmi2", copy)
+        (copy / "binaries/linux64/grouser_wheel.so").unlink()
+        page = (copy / "documentation/index.html").read_text()
+        line = html.unescape(re.search("<pre>(.*)</pre>", page, re.S)[1])
+        done = run("sh", "-c", line, cwd=copy / "sources")
+        expect(done.returncode == 0, f"{line}: {done.stderr}")
+        by_source = run(BUILD / "bin/fmu_example", copy, "1")
+        expect(by_source.returncode == 0 and "1.0 s" in by_source.stdout, by_source.stderr)
 
 
 def bundle():

@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
   grouser::fmi::Fmu wheel(argv[1]);
   wheel.Initialize();
   const double radius = wheel.Get("wheel_radius"), dt = 1e-3, gravity = 9.81;
-  const double mass = 2.4, inertia = 0.5 * 0.6 * radius * radius;  // of the wheel 0.6 kg
+  const double mass = 1.2, inertia = 0.5 * 0.3 * radius * radius;  // of the wheel 0.3 kg
   const double wanted_spin = 0.1 / radius, end = argc > 2 ? std::atof(argv[2]) : 5;
   double x = 0, z = radius + 0.01, v_x = 0, v_z = 0, spin = 0, turned = 0;
   for (int i = 0; i * dt < end; ++i) {
@@ -24,7 +24,7 @@ int main(int argc, char** argv) try {
     wheel.Set("wheel_state.lin_vel.z", v_z);
     wheel.Set("wheel_state.ang_vel.y", spin);
     wheel.Step(i * dt, dt);
-    const double motor = 2 * (wanted_spin - spin);  // [N m]
+    const double motor = wanted_spin - spin;  // [N m]
     v_x += dt * wheel.Get("wheel_load.force.x") / mass;
     v_z += dt * (wheel.Get("wheel_load.force.z") / mass - gravity);
     spin += dt * (motor + wheel.Get("wheel_load.moment.y")) / inertia;

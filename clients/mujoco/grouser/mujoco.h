@@ -12,8 +12,8 @@
 /// grouser::mujoco.
 namespace grouser::mujoco {
 
-/// Bodies of one kind of wheel. Each has one hinge joint, about which it turns, and no geom that
-/// collides with the ground: the soil carries it.
+/// Bodies of one kind of wheel. Each has one hinge joint, about which it turns, and no geom (nor
+/// has a body fixed to it) that collides with the ground: the soil carries it.
 struct Wheels {
   std::string bodies;            ///< a name, or a pattern as of the shell: "wheel_*"
   const Model* model = nullptr;  ///< of wheel and soil; outlives the SoilContact
@@ -24,7 +24,8 @@ struct Wheels {
 ///
 /// Ground: a geom of the type plane, or hfield: the mean height and slope of four points under the
 /// wheel, half a radius before and behind and half a width left and right of its centre, each
-/// between its four data (bilinear). Beyond the edge of a height field there is no ground.
+/// between its four data (bilinear). Beyond the edge of a height field there is no ground. It does
+/// not move.
 ///
 /// What wheels remember (ContactState) stands in mjData::userdata, UserData(wheels) numbers from
 /// userdata_offset on: the model needs <size nuserdata="N"/>. So mj_copyData and mj_resetData keep
@@ -35,13 +36,15 @@ struct Wheels {
 class SoilContact {
  public:
   /// Throws std::invalid_argument "mujoco: WHAT: got X, expected Y" for names that are not there
-  /// (with the names there are), bodies that are no wheels, a radius or a gravity that is over 1 %
-  /// off the model's (Model::Scaled makes one that fits), too little userdata.
+  /// (with the names there are), bodies that are no wheels, a radius (of the largest cylinder or
+  /// sphere of a wheel) or a gravity that is over 1 % off the model's (Model::Scaled makes one that
+  /// fits), a ground that can move or has less than 2 x 2 heights, too little userdata.
   SoilContact(const mjModel* m, std::vector<Wheels> wheels, const std::string& ground_geom,
               int userdata_offset = 0);
 
   /// Adds the forces to qfrc_passive, and steps what wheels remember up to d->time. Again at the
-  /// same time: the same forces. Where d->time went back, wheels remember nothing. Throws
+  /// same time: the same forces. Where d->time went back, or userdata is as mj_resetData leaves it
+  /// (whatever the time), wheels remember nothing and no travel is counted. Throws
   /// std::runtime_error "mujoco: body 'NAME', world I, time T: ..., expected finite numbers" before
   /// anything is added; std::invalid_argument for another mjModel.
   void Apply(const mjModel* m, mjData* d);

@@ -10,7 +10,7 @@ namespace {
 
 struct Host {
   Fmu wheel;
-  double radius, mass = 2.4, inertia;
+  double radius, mass = 1.2, inertia;
   // One step late: hosts that hand over the forces of the last communication point.
   bool late = false;
   double motor = 0, wanted_spin = 0;  // gain [N m s], spin [rad/s]
@@ -21,7 +21,7 @@ struct Host {
   explicit Host(const char* folder, bool is_late = false) : wheel(kFmus / folder), late(is_late) {
     wheel.Initialize();
     radius = wheel.Get("wheel_radius");
-    inertia = 0.5 * 0.6 * radius * radius;
+    inertia = 0.5 * 0.3 * radius * radius;
     z = radius + 0.01;
   }
 
@@ -82,14 +82,15 @@ TEST_P(FmuDrive, DropsSettlesAndStands) {
 }
 
 // Thrown forward and sideways, wheel free. Shear that has built up gives back what it holds as a
-// spring does: the wheel swings, each second less, and the highest energy of a second never rises.
+// spring does: the wheel swings, each second with less than 0.3 of the highest kinetic energy of
+// the second before, and the highest energy of a second never rises.
 TEST_P(FmuDrive, RollsOutWithoutGainingEnergy) {
   Host host("fmi3", GetParam());
   host.v_x = 0.3;
   host.v_y = 0.1;
   host.spin = 0.3 / host.radius;
   double highest = host.Energy(), fastest = highest - host.mass * 9.81 * host.z;
-  ASSERT_GT(fastest, 0.1);  // [J]
+  ASSERT_GT(fastest, 0.05);  // [J]
   for (int second = 0; second < 8; ++second) {
     double highest_now = 0, fastest_now = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -108,7 +109,7 @@ TEST_P(FmuDrive, RollsOutWithoutGainingEnergy) {
 
 TEST_P(FmuDrive, DrivesSteadily) {
   Host host("fmi3", GetParam());
-  host.motor = 2;
+  host.motor = 1;
   host.wanted_spin = 0.1 / host.radius;
   host.Run(4);
   const double speed = host.v_x, load = host.wheel.Get("contact.load");

@@ -104,7 +104,7 @@ TEST_P(FmuOf, AnswersAsTheModelDoes) {
   }
 }
 
-// With damping and relaxation: the same bits as grouser::WheelContact by steps.
+// With damping and relaxation: as grouser::WheelContact by steps, to kEqual of the load.
 TEST_P(FmuOf, StepsAsWheelContactDoes) {
   Fmu wheel(Folder());
   wheel.Initialize();
@@ -171,6 +171,49 @@ TEST_P(FmuOf, ARestoredStateGoesOnWithTheSameBits) {
   damaged = bytes;
   damaged.pop_back();
   EXPECT_THAT(MessageOf([&] { (void)wheel.Deserialize(damaged); }), HasSubstr("bytes: got"));
+}
+
+// What a wheel that is held feels is known no better than what a wheel that moves feels.
+TEST_P(FmuOf, HalfWidthsAtRestAreThoseOfTheModel) {
+  Fmu wheel(Folder());
+  wheel.Initialize();
+  Pose p;
+  const auto half_widths = [&] {
+    SetPose(p, &wheel);
+    wheel.Step(0, 1e-4);
+    std::array<double, kOutputs> half{};
+    half[kFx] = wheel.Get("half_width.f_x");
+    half[kFy] = wheel.Get("half_width.f_y");
+    half[kTorque] = wheel.Get("half_width.torque");
+    half[kMz] = wheel.Get("half_width.m_z");
+    half[kSinkage] = wheel.Get("half_width.sinkage");
+    return half;
+  };
+  const auto of_model = [&](const State& asked, Output o) {
+    const Answer answer = Shipped().Evaluate(asked);
+    return 0.5 * (answer.output[o].high - answer.output[o].low);
+  };
+  const auto resting = half_widths();
+  ASSERT_EQ(wheel.Get("contact.mobilised"), 0);
+  const double load = wheel.Get("contact.load");
+  for (const Output o : {kFx, kFy, kTorque, kMz, kSinkage}) {
+    EXPECT_GT(resting[o], 0) << o;
+    ExpectEqual(resting[o], of_model({0, 0, 0, load}, o), load, "at rest");
+  }
+  p.v_x = 0.1;
+  p.spin = 1.7;
+  const auto starting = half_widths();
+  const double m = wheel.Get("contact.mobilised");
+  ASSERT_TRUE(m > 0.01 && m < 0.99) << m;
+  const State asked = {wheel.Get("contact.v_x"), wheel.Get("contact.v_y"),
+                       wheel.Get("contact.rim_speed"), wheel.Get("contact.load")};
+  const State still = {0, 0, 0, asked.load};
+  for (const Output o : {kFx, kFy, kTorque, kMz}) {
+    ExpectEqual(starting[o], of_model(asked, o), asked.load, "starting");
+  }
+  ExpectEqual(starting[kSinkage],
+              m * of_model(asked, kSinkage) + (1 - m) * of_model(still, kSinkage),
+              Shipped().radius_m(), "sinkage");
 }
 
 TEST_P(FmuOf, NoForceInTheAir) {
@@ -260,8 +303,11 @@ TEST_P(FmuOf, RefusesADamagedFmu) {
   write(text.substr(0, text.size() / 2));
   EXPECT_THAT(MessageOf([&] { Fmu wheel(folder); }), HasSubstr("modelDescription.xml"));
   write(text);
-  std::ofstream(folder / "resources/parameters.csv") << "damping_ratio,much\n";
-  EXPECT_THAT(MessageOf([&] { Fmu wheel(folder); }), HasSubstr("expected a parameter's name"));
+  for (const char* line :
+       {"damping_ratio,much", "damping_ratio,0.5x", "damping_ratio", "other,1"}) {
+    std::ofstream(folder / "resources/parameters.csv") << line << "\n";
+    EXPECT_THAT(MessageOf([&] { Fmu wheel(folder); }), HasSubstr("expected a parameter's name"));
+  }
   std::filesystem::remove(folder / "resources/wheel.model");
   EXPECT_THAT(MessageOf([&] { Fmu wheel(folder); }), HasSubstr("wheel.model"));
   std::filesystem::remove_all(folder);

@@ -138,6 +138,21 @@ TEST(WheelContact, ForcesAreTheModelsAtItsSlipAngleAndLoad) {
   }
 }
 
+// Finite, but its square is not: no direction, and no wheel in the air.
+TEST(WheelContact, RefusesDirectionsTooLongToBeSquared) {
+  const Model model = Open("hybrid");
+  WheelContact contact(model);
+  const WheelMotion good = Rolling(model, 0.05, 0, 0.06, 0.01);
+  for (auto direction : {&WheelMotion::axle, &WheelMotion::ground_normal}) {
+    WheelMotion bad = good;
+    for (double& x : bad.*direction) x *= 1e200;
+    ContactState state;
+    const WheelForce force = contact.Evaluate(bad, &state);
+    EXPECT_EQ(force.flags, kInvalid);
+    EXPECT_TRUE(std::isnan(force.load) && std::isnan(force.force[2]));
+  }
+}
+
 TEST(WheelContact, TurnsWithTheGround) {
   const Model model = Open("hybrid");
   WheelContact contact(model, kAtOnce);

@@ -2,9 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "tests/unit/mujoco/rover_world.h"
 
@@ -13,19 +11,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-/// The rover with some text of its file replaced.
-std::string Changed(const std::string& from, const std::string& to) {
-  std::stringstream text;
-  text << std::ifstream(GROUSER_MUJOCO "/rover.xml").rdbuf();
-  std::string all = text.str();
-  const std::size_t at = all.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  all.replace(at, from.size(), to);
-  const std::string file = ::testing::TempDir() + "/grouser_changed_rover.xml";
-  std::ofstream(file) << all;
-  return file;
-}
 
 std::string Refusal(const mjModel* m, const Wheels& wheels, const std::string& ground = "ground",
                     int offset = 0) {
@@ -66,6 +51,52 @@ TEST(MujocoRefusal, OfModelsThatWouldCarryTwiceOrForget) {
   const Scene forgets(Changed("<size nuserdata=\"13\"/>", ""));
   EXPECT_THAT(Refusal(forgets.m, {"wheel_*", &sand}),
               AllOf(HasSubstr("nuserdata: got 0"), HasSubstr("nuserdata=\"13\"")));
+}
+
+TEST(MujocoRefusal, OfWheelsThatPairsOrFixedBodiesCarryTwice) {
+  const Model sand = Model::Open(kSand);
+  const std::string front = "<joint name=\"front_left\"/> <geom name=\"tread\"/>";
+  const std::string old = "<joint name=\"front_left\"/> <geom/>";
+  const Scene named(Changed(old, front));
+  EXPECT_EQ(Refusal(named.m, {"wheel_*", &sand}), "");
+  const Scene pair(Changed(
+      {{old, front},
+       {"<actuator>", "<contact><pair geom1=\"ground\" geom2=\"tread\"/></contact><actuator>"}}));
+  EXPECT_THAT(Refusal(pair.m, {"wheel_*", &sand}),
+              AllOf(HasSubstr("geom 'tread'"), HasSubstr("carried twice"), HasSubstr("<pair>")));
+  const std::string lug = "<body><geom name=\"lug\" contype=\"1\" conaffinity=\"1\"/></body>";
+  const Scene fixed(
+      Changed({{old, old + lug},
+               {"hfield=\"ground\"/>", "hfield=\"ground\" contype=\"1\" conaffinity=\"1\"/>"}}));
+  EXPECT_THAT(Refusal(fixed.m, {"wheel_*", &sand}),
+              AllOf(HasSubstr("geom 'lug'"), HasSubstr("carried twice")));
+}
+
+TEST(MujocoRefusal, OfTheLargestRadiusAlone) {
+  const Model sand = Model::Open(kSand);
+  const std::string old = "<joint name=\"front_left\"/> <geom/>";
+  const std::string hub = "<geom name=\"hub\" size=\"0.02 0.03\"/>";
+  const std::string flange = "<geom name=\"flange\" size=\"0.08 0.03\"/>";
+  const Scene with_hub(Changed(old, old + hub)), with_flange(Changed(old, old + flange));
+  EXPECT_EQ(Refusal(with_hub.m, {"wheel_*", &sand}), "");
+  EXPECT_THAT(Refusal(with_flange.m, {"wheel_*", &sand}),
+              HasSubstr("geom 'flange' of radius 0.08"));
+}
+
+TEST(MujocoRefusal, OfGroundThatMovesOrHasNoArea) {
+  const Model sand = Model::Open(kSand);
+  const std::string old = "<geom name=\"ground\" type=\"hfield\" hfield=\"ground\"/>";
+  const std::string plane = "<geom name=\"ground\" type=\"plane\" size=\"1 1 1\"/></body>";
+  const Scene mocap(Changed(old, "<body name=\"lift\" mocap=\"true\">" + plane));
+  EXPECT_THAT(Refusal(mocap.m, {"wheel_*", &sand}),
+              AllOf(HasSubstr("body 'lift', which can move"), HasSubstr("no mocap")));
+  const Scene line;
+  line.m->hfield_nrow[0] = 1;
+  EXPECT_THAT(Refusal(line.m, {"wheel_*", &sand}),
+              AllOf(HasSubstr("1 rows and 141 columns"), HasSubstr("2 or more")));
+  line.m->hfield_nrow[0] = 141;
+  line.m->hfield_ncol[0] = 1;
+  EXPECT_THAT(Refusal(line.m, {"wheel_*", &sand}), HasSubstr("141 rows and 1 columns"));
 }
 
 TEST(MujocoRefusal, SaysWhichWheelIsNotFiniteAndAddsNothing) {

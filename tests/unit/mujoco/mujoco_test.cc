@@ -62,6 +62,33 @@ TEST(Mujoco, ForcesAreTheModelsAtTheSameSlipAngleAndLoad) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(d->qfrc_passive[k], force[k], 1e-11);
 }
 
+// What was before the first Apply, or a reset, is no travel, whatever the time.
+TEST(Mujoco, AFirstStepAtALaterTimeIsAFirstStep) {
+  const Scene scene(
+      Changed("<actuator>", "<keyframe><key name=\"later\" time=\"5\"/></keyframe><actuator>"));
+  const Model sand = Model::Open(kSand);
+  SoilContact soil(scene.m, {{"wheel_*", &sand}}, "ground");
+  World world(scene.m);
+  const auto first_force = [&] {
+    world.d->qvel[0] = 0.1;
+    mj_step1(scene.m, world.d);
+    soil.Apply(scene.m, world.d);
+    return soil.forces()[0];
+  };
+  const WheelForce at_start = first_force();
+  ASSERT_LT(at_start.mobilised, 0.9);
+  ASSERT_NE(at_start.f_x, 0);
+  for (int again = 0; again < 2; ++again) {
+    mj_resetDataKeyframe(scene.m, world.d, 0);
+    ASSERT_EQ(world.d->time, 5);
+    const WheelForce later = first_force();
+    EXPECT_EQ(later.f_x, at_start.f_x);
+    EXPECT_EQ(later.mobilised, at_start.mobilised);
+  }
+  world.d->time = 4.5;  // back, after a step at 5 s
+  EXPECT_EQ(first_force().f_x, at_start.f_x);
+}
+
 TEST(Mujoco, ManyWorldsInOneBatchAreThoseOneByOne) {
   const Scene scene;
   const Model sand = Model::Open(kSand);

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grouser/mujoco.h"
@@ -27,6 +30,24 @@ struct Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 };
+
+/// The rover with some texts of its file replaced, each by the other.
+inline std::string Changed(const std::vector<std::pair<std::string, std::string>>& texts) {
+  std::stringstream text;
+  text << std::ifstream(GROUSER_MUJOCO "/rover.xml").rdbuf();
+  std::string all = text.str();
+  for (const auto& [from, to] : texts) {
+    const std::size_t at = all.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) all.replace(at, from.size(), to);
+  }
+  const std::string file = ::testing::TempDir() + "/grouser_changed_rover.xml";
+  std::ofstream(file) << all;
+  return file;
+}
+inline std::string Changed(const std::string& from, const std::string& to) {
+  return Changed({{from, to}});
+}
 
 struct World {
   const mjModel* m;
