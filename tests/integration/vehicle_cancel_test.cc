@@ -26,7 +26,8 @@ v1alpha1::PlanSpeedRequest Hostile() {
   v1alpha1::PlanSpeedRequest request;
   request.set_vehicle("cart");
   request.set_speed_limit_m_per_s(6);
-  for (int i = 0; i < 25000; ++i) {  // seconds, also of a quick machine
+  request.set_draws(10);  // seconds, also of a quick machine
+  for (int i = 0; i < 10000; ++i) {
     const double x = i;
     request.mutable_path()->add_s_m(0.1 * x);
     request.mutable_path()->add_curvature_per_m(0.3 * std::sin(7 * x * x));
