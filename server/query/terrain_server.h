@@ -22,8 +22,8 @@ namespace grouser::server {
 /// grouser-server without its main loop: repository, snapshot, vehicles, gRPC, LCM.
 class TerrainServer {
  public:
-  /// Loads the vehicles; one that cannot be read is logged and left out. Opens the query log. Throws
-  /// std::invalid_argument on a bad configuration, else as QueryLog.
+  /// Loads the vehicles; one that cannot be read is logged and left out. Opens the query log.
+  /// Throws std::invalid_argument on a bad configuration, else as QueryLog.
   TerrainServer(ServerConfig config, ModelFactory factory);
 
   /// Opens gRPC and LCM. Throws as AccessPolicy and GrpcServer, and std::runtime_error naming what
@@ -65,7 +65,7 @@ class TerrainServer {
   mutable std::mutex unresolved_mutex_;
   std::vector<std::string> unresolved_;
   CallGate gate_;
-  std::unique_ptr<QueryLog> query_log_;  // null: none
+  std::unique_ptr<QueryLog> query_log_;   // null: none
   std::unique_ptr<AccessPolicy> policy_;  // from Start on
   TerrainService service_;
   Fleet fleet_;

@@ -151,8 +151,9 @@ TEST_F(QueryCliTest, CommandsOfJobsAskNobodyElseThanWasMeant) {
 
 TEST(Version, EveryProgramTellsIt) {
   testing::TempDir dir;
-  for (const char* name : {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench",
-                           "grouser-replay", "grouser-dem", "grouser-fit", "grouser-calibrate", "grouser-ladder"}) {
+  for (const char* name :
+       {"grouser-server", "grouser-jobs", "grouser-client", "grouser-bench", "grouser-replay",
+        "grouser-dem", "grouser-fit", "grouser-calibrate", "grouser-ladder"}) {
     const auto version = testing::RunProgram(name, {"--version"}, dir.path());
     EXPECT_EQ(version.code, 0) << name;
     EXPECT_THAT(version.out, StartsWith(std::string(name) + " " GROUSER_VERSION));

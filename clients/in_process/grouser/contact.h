@@ -55,8 +55,8 @@ struct WheelForce {
   double mobilised = 0;                          ///< m of WheelContact, 0 to 1 [-]
   double f_x = 0, f_y = 0, torque = 0, m_z = 0;  ///< in the contact frame, by Output
   /// Of the model. kAirborne: no ground contact; kInvalid: a number is not finite (also of the
-  /// state), an axle or a normal is 0 or so long that its square overflows, or a time step negative:
-  /// force and moment are NaN, and the state stays as it was.
+  /// state), an axle or a normal is 0 or so long that its square overflows, or a time step
+  /// negative: force and moment are NaN, and the state stays as it was.
   std::uint32_t flags = kAirborne;
 };
 

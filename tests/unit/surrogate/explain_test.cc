@@ -303,7 +303,8 @@ TEST(Explain, FlagsHaveReasonsAndPartsAddUpOnEveryKind) {
   const Loaded calibrated(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");  // knows sd_form
   const Loaded bekker(GROUSER_DENSE_PAIR "/bekker.model");
   const Loaded lookup(GROUSER_DENSE_PAIR "/lookup.model");
-  for (const Loaded* model : {&Cmu(), &AtSpeeds(), &OfSmall(), &calibrated, &bekker, &lookup, &ice}) {
+  for (const Loaded* model :
+       {&Cmu(), &AtSpeeds(), &OfSmall(), &calibrated, &bekker, &lookup, &ice}) {
     SCOPED_TRACE(model->message.name());
     Tally tally;
     const StateBatch any = testing::Anywhere(80, 5);

@@ -91,7 +91,8 @@ TEST(CheckRuns, TakesTheShippedPairs) {
   const std::string pairs = GROUSER_PAIRS;
   for (const std::string& file :
        {pairs + "/cmu-smooth-62.5-8mm/runs.json", pairs + "/atv-20x10-lugged-20mm/runs.json",
-        std::string(GROUSER_DENSE_PAIR "/runs.json"), std::string(GROUSER_DENSE_PAIR "/coarse.json")}) {
+        std::string(GROUSER_DENSE_PAIR "/runs.json"),
+        std::string(GROUSER_DENSE_PAIR "/coarse.json")}) {
     const TrainingSet set = ReadRuns(file);
     EXPECT_NO_THROW(CheckRuns(set)) << file;
   }

@@ -13,9 +13,7 @@
 
 namespace grouser::surrogate::testing {
 
-inline v1alpha1::Model SmallMessage() {
-  return records::ReadModelFile(GROUSER_SMALL_MODEL).model;
-}
+inline v1alpha1::Model SmallMessage() { return records::ReadModelFile(GROUSER_SMALL_MODEL).model; }
 
 /// The small model with its table: made once.
 inline const HybridModel& Small() {
