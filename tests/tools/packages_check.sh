@@ -25,7 +25,10 @@ while [ $# -gt 0 ]; do
   shift 2
 done
 why="$(why_no_folder)" || { say "skipped: $why"; exit 77; }
-[ -n "$folder" ] || folder="$(mktemp -d "${TMPDIR:-/tmp}/grouser-packages.XXXXXX")"
+if [ -z "$folder" ]; then
+  folder="$(mktemp -d "${TMPDIR:-/tmp}/grouser-packages.XXXXXX")"
+  chmod 755 "$folder"  # mktemp gives 700, and the services are not root there
+fi
 made="$(mktemp -d "${TMPDIR:-/tmp}/grouser-packages-made.XXXXXX")"
 # shellcheck disable=SC2064  # as they are now
 trap "rm -rf '$made'; [ -n '$keep' ] || rm -rf --one-file-system '$folder'" EXIT
