@@ -48,7 +48,7 @@ install_release() {
 names() { local file; for file in "$packed"/1/*.deb; do dpkg-deb -f "$file" Package; done; }
 # Everything of Grouser that is there, but for what this script put there.
 left() {
-  find "$folder" -xdev \( -path "$folder/root" -o -path "$folder/var/cache" -o -path "$folder/var/log" \
+  find "$folder" -mindepth 1 -xdev \( -path "$folder/root" -o -path "$folder/var/cache" -o -path "$folder/var/log" \
     -o -path "$folder/tmp" \) -prune -o -iname '*grouser*' -print | sed "s#^$folder##" | sort
 }
 
