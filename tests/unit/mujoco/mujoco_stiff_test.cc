@@ -34,16 +34,7 @@ Drive DriveOn(const Model& ground, double time_step, double relaxation_over_radi
   Drive drive = {0, 0};
   while (d->time < 20) {
     const double t = d->time;
-    if (t < 1)
-      world.Drive(0, 0);
-    else if (t < 6)
-      world.Drive(0.09, 0.09);
-    else if (t < 10)
-      world.Drive(-0.06, 0.06);
-    else if (t < 14)
-      world.Drive(-0.09, -0.05);
-    else
-      world.Drive(0, 0);
+    world.DriveAround();
     mj_step(scene.m, d);
     if (t < 19) continue;
     for (int i = 0; i < scene.m->nv; ++i) {

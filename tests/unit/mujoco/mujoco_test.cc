@@ -200,17 +200,7 @@ TEST(Mujoco, StaysBoundedAndAccountsForItsEnergyAtOneAndTwoMilliseconds) {
     double motors = 0, ground = 0, fastest = 0;
     std::vector<double> mean(scene.m->nv);
     while (d->time < 20) {
-      const double t = d->time;
-      if (t < 1)
-        world.Drive(0, 0);
-      else if (t < 6)
-        world.Drive(0.09, 0.09);
-      else if (t < 10)
-        world.Drive(-0.06, 0.06);
-      else if (t < 14)
-        world.Drive(-0.09, -0.05);
-      else
-        world.Drive(0, 0);
+      world.DriveAround();
       mju_copy(mean.data(), d->qvel, scene.m->nv);
       mj_step(scene.m, d);
       mju_addTo(mean.data(), d->qvel, scene.m->nv);

@@ -62,6 +62,19 @@ struct World {
   void Drive(double left, double right) {
     for (int i = 0; i < 4; ++i) d->ctrl[i] = (i % 2 == 0 ? left : right) / 0.0625;
   }
+  /// Stands for a second, goes ahead, turns, goes back in a curve, stands from 14 s on.
+  void DriveAround() {
+    const double t = d->time;
+    if (t < 1 || t >= 14) {
+      Drive(0, 0);
+    } else if (t < 6) {
+      Drive(0.09, 0.09);
+    } else if (t < 10) {
+      Drive(-0.06, 0.06);
+    } else {
+      Drive(-0.09, -0.05);
+    }
+  }
   /// Energy now: kinetic and potential [J].
   double Energy() {
     mj_forward(m, d);
