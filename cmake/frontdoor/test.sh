@@ -121,7 +121,7 @@ word_test() {
   done
   TEST_RESULTS=() TESTS_FAILED=''
   case "$label" in *fuzz* | *slow*) packages=(full) ;; esac
-  install_missing build libraries run multibody python fmi "${packages[@]}" ${full:+full maps mujoco docs lint}
+  install_missing build libraries run multibody python fmi "${packages[@]}" ${full:+full maps mujoco ros docs lint}
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
   else
