@@ -138,12 +138,16 @@ TEST(InProcessVehicle, WheelPlacesGiveRimSpeedsAndHeadings) {
       const double c = std::cos(psi[0]) - std::sin(psi[0]) * w.y_m / length;
       const double s = std::sin(psi[0]) * (w.x_m - vehicle.steering_centre_m()) / length;
       EXPECT_NEAR(steer[i], w.steered ? std::atan2(s, c) : 0, 1e-12) << name << i;
-      if (!w.steered) EXPECT_NEAR(x[i], v - 0.2 * v * w.y_m, 1e-12) << name << i;
+      if (!w.steered) {
+        EXPECT_NEAR(x[i], v - 0.2 * v * w.y_m, 1e-12) << name << i;
+      }
       EXPECT_GT(w.radius_m, 0.05);
       if (w.drive < 0) continue;
       const auto d = static_cast<std::size_t>(w.drive);
       const double asked = vehicle.steered() ? (w.steered ? std::hypot(c, s) : c) : 1;
-      if (w.own_motor) EXPECT_NEAR(rim[i], asked * drive[d], 1e-12) << name << i;
+      if (w.own_motor) {
+        EXPECT_NEAR(rim[i], asked * drive[d], 1e-12) << name << i;
+      }
       sum[d] += w.own_motor ? drive[d] : rim[i];
       ++count[d];
     }

@@ -2,6 +2,7 @@
 """clients/ros without ROS: the library's forces bit by bit, slips, margins and covariance beside the vehicle's
 constants, bad input."""
 
+import array
 import math
 import unittest
 
@@ -202,6 +203,8 @@ class BadInputTest(unittest.TestCase):
         husky = str(grouser.VEHICLE_DIR / "husky.vehicle.yaml")
         cart = str(grouser.VEHICLE_DIR / "cart.vehicle.yaml")
         self.assertEqual(make(vehicle=husky, soil="ice")[0].soil, "ice")
+        numbers = array.array("d", [1e-4, 0, 0])  # as ROS 2 gives them
+        self.assertEqual(make(vehicle=husky, least_variance=numbers)[0].least_variance[0, 0], 1e-4)
         self.assertEqual(make(vehicle=cart, steering_joints=["front_left:steer"])[0].reader.steers, {0: "steer"})
         for pattern, given in (
                 ("got neither vehicle nor map", {}),

@@ -35,8 +35,10 @@ def _fits(value, default):
 
 def checked(get):
     """{name: value} of get(name, default). Raises grouser.Error for a value of another kind."""
-    values = {name: get(name, default) for name, default in DEFAULTS.items()}
+    values = {}
     for name, default in DEFAULTS.items():
+        value = get(name, default)
+        values[name] = value.tolist() if hasattr(value, "tolist") else value  # ROS 2 has arrays
         if not _fits(values[name], default):
             raise grouser.Error(f"parameter {name}: got {values[name]!r}, expected one like {default!r}")
     if values["twist_type"] not in TWIST_TYPES:
