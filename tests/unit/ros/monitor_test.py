@@ -4,6 +4,8 @@ constants, bad input."""
 
 import array
 import math
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -112,6 +114,24 @@ class MonitorTest(unittest.TestCase):
                     if sense > 0:
                         self.assertEqual(got, (c.pull_over_weight, c.pull_low), (name, c.soil))
                     self.assertTrue(0 <= got[1] <= got[0] < 1)
+
+    def test_traction_margin_of_a_tall_vehicle_and_of_a_slope(self):
+        text = (grouser.VEHICLE_DIR / "husky.vehicle.yaml").read_text()
+        file = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()), "tall.vehicle.yaml")
+        file.write_text(text.replace("centre_m: [0, 0, 0.25]", "centre_m: [0, 0, 0.5]"))
+        tall = Vehicle.open(file)
+        turn = Turn(tall, 0.5, 0.0)
+        out = turn.ask(turn.monitor(tall))
+        self.assertLess(out.traction_margin, 0.256 / 0.5)  # it tips over its rear wheels before they slip
+        self.assertEqual(out.traction_margin, tall.constants([0.5], [5.0])[0].pull_over_weight)
+        husky, margins = shipped("husky"), []
+        for v_x, grade in ((0.5, 0.1), (0.5, -0.1), (-0.5, 0.1)):  # up, down, down backwards
+            turn = Turn(husky, v_x, 0.0)
+            m = turn.monitor(husky)
+            m.set_orientation(*quaternion(grade, 0.0))
+            margins.append(turn.ask(m).traction_margin)
+        self.assertAlmostEqual(margins[1] - margins[0], 2 * math.sin(0.1), delta=0.002)
+        self.assertAlmostEqual(margins[1], margins[2], delta=0.002)
 
     def test_no_traction_is_in_words(self):
         husky = shipped("husky")
