@@ -31,6 +31,16 @@ std::vector<std::string> NamesOf(const std::vector<T>& parts) {
   return names;
 }
 
+std::vector<WheelPlace> PlacesOf(const vehicle::Vehicle& v) {
+  std::vector<WheelPlace> places;
+  for (const vehicle::Wheel& w : v.wheels) {
+    const bool own = w.drive >= 0 && v.drives[static_cast<std::size_t>(w.drive)].coupling ==
+                                         vehicle::Coupling::kIndependent;
+    places.push_back({w.x_m, w.y_m, v.wheel_types[w.type].radius_m, w.drive, w.steered, own});
+  }
+  return places;
+}
+
 }  // namespace
 
 std::string NamesOfReasons(std::uint32_t reasons) { return vehicle::NamesOf(reasons); }
@@ -55,6 +65,7 @@ Vehicle Vehicle::Open(const std::filesystem::path& vehicle_file) try {
   parts->file = vehicle::ReadVehicle(vehicle_file.string());
   parts->wheels = NamesOf(parts->file.vehicle.wheels);
   parts->drives = NamesOf(parts->file.vehicle.drives);
+  parts->places = PlacesOf(parts->file.vehicle);
   return Vehicle(std::move(parts));
 } catch (const std::exception& error) {
   // Of a class that the caller can catch: those of the library are hidden.
@@ -72,6 +83,14 @@ const std::vector<std::string>& Vehicle::wheel_names() const noexcept { return p
 const std::vector<std::string>& Vehicle::drive_names() const noexcept { return parts_->drives; }
 const std::vector<std::string>& Vehicle::soils() const noexcept {
   return parts_->file.grounds.soils;
+}
+
+const std::vector<WheelPlace>& Vehicle::wheel_places() const noexcept { return parts_->places; }
+double Vehicle::steering_centre_m() const noexcept {
+  return parts_->file.vehicle.steering.centre_x_m;
+}
+double Vehicle::steering_length_m() const noexcept {
+  return parts_->file.vehicle.steering.length_m;
 }
 
 std::uint8_t Vehicle::soil(const std::string& name) const {

@@ -18,6 +18,7 @@ namespace grouser {
 struct Vehicle::Parts {
   vehicle::VehicleFile file;
   std::vector<std::string> wheels, drives;
+  std::vector<WheelPlace> places;
 };
 
 /// Why an answer is refused, without allocation: the first thing that was found.

@@ -187,6 +187,20 @@ low and high: ends of the ground's 90 % interval; both NaN: no balance at one.)"
                     "Largest forward force over weight that balances, at the mean ground.")
       .def_readonly("pull_low", &C::pull_low, "The same 1.645 sd worse.")
       .def_readonly("reasons", &C::reasons, "Bits of Reason.");
+  using P = WheelPlace;
+  py::class_<P>(m, "WheelPlace", R"(A wheel as the vehicle file has it.
+
+With the steering psi, its length L and centre, (c, s) = (cos psi - sin psi y/L, sin psi (x - centre)/L):
+a steered wheel points along (c, s).)")
+      .def_readonly("x_m", &P::x_m, "Of its centre, from the origin.")
+      .def_readonly("y_m", &P::y_m)
+      .def_readonly("radius_m", &P::radius_m, "r of rim speeds r w.")
+      .def_readonly("drive", &P::drive, "Index into drive_names; -1: it rolls freely.")
+      .def_readonly("steered", &P::steered)
+      .def_readonly(
+          "own_motor", &P::own_motor,
+          "In a vehicle that steers its rim speed is that of the drive times hypot(c, s), "
+          "or c if it is not steered itself.");
 }
 
 }  // namespace
@@ -213,6 +227,12 @@ another wheel.)")
                              "In the order of answers by wheel.")
       .def_property_readonly("drive_names", &Vehicle::drive_names, "In the order of rim speeds.")
       .def_property_readonly("soils", &Vehicle::soils, "Names, in the order of indices of a soil.")
+      .def_property_readonly("wheel_places", &Vehicle::wheel_places,
+                             "WheelPlace of each wheel, in the order of wheel_names.")
+      .def_property_readonly("steering_centre_m", &Vehicle::steering_centre_m,
+                             "x of the axle that does not steer.")
+      .def_property_readonly("steering_length_m", &Vehicle::steering_length_m,
+                             "L: tan(psi) = L times curvature.")
       .def("soil", &Vehicle::soil, py::arg("name"),
            "Index of a soil. Raises Error with the nearest name there is.")
       .def(

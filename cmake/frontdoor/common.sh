@@ -133,6 +133,8 @@ lacks_optional() {
   done
   grep -qs '^MUJOCO_LIBRARY:FILEPATH=MUJOCO_LIBRARY-NOTFOUND' "$1/CMakeCache.txt" &&
     compgen -G '/usr/lib/*/libmujoco.so' >/dev/null && return 0
+  grep -qs '^GROUSER_\(GENPY\|STD_MSGS\):[A-Z]*=.*-NOTFOUND' "$1/CMakeCache.txt" &&
+    [ -e /usr/lib/genpy/genmsg_py.py ] && [ -e /usr/share/std_msgs/msg/Header.msg ] && return 0
   grep -qs '^GROUSER_PYTHON_FOUND:INTERNAL=OFF' "$1/CMakeCache.txt" && [ -e /usr/lib/cmake/pybind11 ] &&
     compgen -G '/usr/include/python3*/Python.h' >/dev/null && return 0
   # A build that searches for inputs (the others do not look for clang++), but could not.

@@ -36,6 +36,10 @@ check_packages() {
   missing="$(missing_packages mujoco)"
   [ -z "$missing" ] || finding absent mujoco "not installed: $missing" "no adapter to MuJoCo (docs/mujoco.md)" \
     "./grouser setup installs it and builds with it"
+  missing="$(missing_packages ros | tr '\n' ' ')"
+  [ -z "$missing" ] || finding absent ros "not installed: ${missing% }" \
+    "no node for ROS 1 here, or none of its tests (docs/ros.md)" \
+    "as root: apt-get install --no-install-recommends ${missing% }"
   missing="$(missing_packages python | tr '\n' ' ')"
   [ -z "$missing" ] || finding absent python "not installed: ${missing% }" \
     "no Python package grouser, or none of its clients of servers and no wheel" \

@@ -36,10 +36,19 @@ record_stage() {
     "$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)")")
 }
 
+# Why tests were skipped, by what they printed: CTest itself says that they were.
+show_skipped() {
+  awk '/^[0-9]+\/[0-9]+ Test: / { name = $3 } /^(grouser: )?skipped: / { print "  " name ": " $0 }' \
+    "$GROUSER_ROOT/build/$1/Testing/Temporary/LastTest.log" || true
+}
+
 # ctest_preset PRESET ARGS...: runs tests of a preset that is built.
 ctest_preset() {
+  local code=0
   # As many compilers as in a build, where a test builds what it needs.
-  CMAKE_BUILD_PARALLEL_LEVEL="$(build_jobs)" ctest --test-dir "$GROUSER_ROOT/build/$1" --output-on-failure --no-tests=error --parallel 2 "${@:2}"
+  CMAKE_BUILD_PARALLEL_LEVEL="$(build_jobs)" ctest --test-dir "$GROUSER_ROOT/build/$1" --output-on-failure --no-tests=error --parallel 2 "${@:2}" || code=$?
+  show_skipped "$1"
+  return "$code"
 }
 
 # run_ctest PRESET ARGS...: builds the preset (all but the fuzzers, which CTest builds), runs its tests.
@@ -121,7 +130,7 @@ word_test() {
   done
   TEST_RESULTS=() TESTS_FAILED=''
   case "$label" in *fuzz* | *slow*) packages=(full) ;; esac
-  install_missing build libraries run multibody python fmi "${packages[@]}" ${full:+full maps mujoco docs lint}
+  install_missing build libraries run multibody python fmi "${packages[@]}" ${full:+full maps mujoco ros docs lint}
   if [ -n "$label" ]; then
     record_stage release run_ctest release --label-regex "$label"
   else

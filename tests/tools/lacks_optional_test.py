@@ -41,6 +41,11 @@ def main(root):
         mujoco = any(pathlib.Path("/usr/lib").glob("*/libmujoco.so"))
         assert lacks("MUJOCO_LIBRARY:FILEPATH=MUJOCO_LIBRARY-NOTFOUND\n", None) == mujoco
         assert not lacks("MUJOCO_LIBRARY:FILEPATH=/usr/lib/libmujoco.so\n", None)
+        genpy = pathlib.Path("/usr/lib/genpy/genmsg_py.py")
+        ros = genpy.exists() and pathlib.Path("/usr/share/std_msgs/msg/Header.msg").exists()
+        assert lacks("GROUSER_GENPY:FILEPATH=GROUSER_GENPY-NOTFOUND\n", None) == ros
+        assert lacks("GROUSER_STD_MSGS:PATH=GROUSER_STD_MSGS-NOTFOUND\n", None) == ros
+        assert not lacks(f"GROUSER_GENPY:FILEPATH={genpy}\nGROUSER_STD_MSGS:PATH=/usr/share\n", None)
         assert not lacks("", True)  # of a sanitizer: searches for nothing
 
 

@@ -193,6 +193,19 @@ struct SkidConstants {
   std::uint32_t reasons;
 };
 
+/// A wheel as the vehicle file has it. With the steering psi, its length L and centre,
+/// (c, s) = (cos psi - sin psi y/L, sin psi (x - centre)/L): a steered wheel points along (c, s).
+struct WheelPlace {
+  double x_m, y_m;  ///< of its centre, from the origin
+  double radius_m;  ///< r of rim speeds r w
+  int drive;        ///< index into drive_names(); -1: it rolls freely
+  bool steered;
+  /// A motor of its own: in a vehicle that steers its rim speed is that of the drive times
+  /// hypot(c, s), or c if it is not steered itself. Else all wheels of the drive have its rim speed
+  /// (locked), or have it as their mean (differential).
+  bool own_motor;
+};
+
 /// An immutable vehicle with a model for each wheel type and soil that its file names. Copies share
 /// it. Const members may be called from any number of threads at once.
 class GROUSER_PUBLIC Vehicle {
@@ -216,6 +229,10 @@ class GROUSER_PUBLIC Vehicle {
   const std::vector<std::string>& wheel_names() const noexcept;
   const std::vector<std::string>& drive_names() const noexcept;
   const std::vector<std::string>& soils() const noexcept;
+  /// In the order of wheel_names().
+  const std::vector<WheelPlace>& wheel_places() const noexcept;
+  double steering_centre_m() const noexcept;  ///< x of the axle that does not steer
+  double steering_length_m() const noexcept;  ///< L: tan(psi) = L times curvature
   /// Index of a soil. Throws std::invalid_argument with the nearest name there is.
   std::uint8_t soil(const std::string& name) const;
 

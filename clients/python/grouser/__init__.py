@@ -26,6 +26,7 @@ from ._core import (
     SpeedPlanner,
     Vehicle,
     VehicleSolver,
+    WheelPlace,
 )
 from .arrays import Answers, Motions, OutputArrays, Path, Powers, Solutions, SpeedPlan, States, WheelArrays
 from .names import OUTPUTS, Binding, Flag, Reason
@@ -67,6 +68,7 @@ __all__ = [
     "Vehicle",
     "VehicleSolver",
     "WheelArrays",
+    "WheelPlace",
     "calibrate_soil",
     "fit",
     "run_campaign",

@@ -117,6 +117,46 @@ TEST(InProcessVehicle, SolvesBitForBitAsTheSolverWithoutAllocation) {
   }
 }
 
+// What the comments of WheelPlace say of rim speeds and headings, in a solved turn.
+TEST(InProcessVehicle, WheelPlacesGiveRimSpeedsAndHeadings) {
+  for (const char* name : {"husky", "cart", "rover", "atv", "warthog"}) {
+    const Vehicle vehicle = Vehicle::Open(FileOf(name));
+    const std::size_t wheels = vehicle.wheels();
+    const double v = std::string(name) == "rover" ? 0.05 : 0.5;
+    const std::vector<double> v_x = {v}, yaw_rate = {0.2 * v};
+    std::vector<std::uint32_t> reasons(1);
+    std::vector<double> psi(1), drive(vehicle.drives()), rim(wheels), steer(wheels), x(wheels);
+    Solutions out{.reasons = reasons, .steering = psi, .rim_speed = drive};
+    out.wheel = {.rim_speed = rim, .v_x = x, .steer = steer};
+    ASSERT_TRUE(VehicleSolver(vehicle).Solve({.v_x = v_x, .yaw_rate = yaw_rate}, out));
+    EXPECT_EQ(reasons[0], 0u) << name;
+    ASSERT_EQ(vehicle.wheel_places().size(), wheels);
+    std::vector<double> sum(vehicle.drives()), count(vehicle.drives());
+    for (std::size_t i = 0; i < wheels; ++i) {
+      const WheelPlace& w = vehicle.wheel_places()[i];
+      const double length = vehicle.steering_length_m();
+      const double c = std::cos(psi[0]) - std::sin(psi[0]) * w.y_m / length;
+      const double s = std::sin(psi[0]) * (w.x_m - vehicle.steering_centre_m()) / length;
+      EXPECT_NEAR(steer[i], w.steered ? std::atan2(s, c) : 0, 1e-12) << name << i;
+      if (!w.steered) {
+        EXPECT_NEAR(x[i], v - 0.2 * v * w.y_m, 1e-12) << name << i;
+      }
+      EXPECT_GT(w.radius_m, 0.05);
+      if (w.drive < 0) continue;
+      const auto d = static_cast<std::size_t>(w.drive);
+      const double asked = vehicle.steered() ? (w.steered ? std::hypot(c, s) : c) : 1;
+      if (w.own_motor) {
+        EXPECT_NEAR(rim[i], asked * drive[d], 1e-12) << name << i;
+      }
+      sum[d] += w.own_motor ? drive[d] : rim[i];
+      ++count[d];
+    }
+    for (std::size_t d = 0; d < sum.size(); ++d) {
+      EXPECT_NEAR(sum[d] / count[d], drive[d], 1e-6 * drive[d]) << name;
+    }
+  }
+}
+
 TEST(InProcessVehicle, EnergyProbabilityAndConstantsAreThose) {
   const Vehicle vehicle = Vehicle::Open(FileOf("husky"));
   const vehicle::VehicleFile file = vehicle::ReadVehicle(FileOf("husky"));
