@@ -54,7 +54,8 @@ class StreamTest(unittest.TestCase):
         self.assertEqual(readers(), 0)
         request = grouser.AccuracyRequest(tolerance={"f_x": 1000})
         with self.client.stream(self.model, accuracy=request) as stream:
-            self.assertTrue((stream.evaluate(states).answered_by == 0).all())
+            answers = stream.evaluate(States.from_slip(np.linspace(0, 0.5, 50), 0, 0.05, 24))
+            self.assertTrue((answers.answered_by == 0).all())
 
     def test_answers_come_in_the_order_of_the_queries(self):
         asked = [some_states(n) for n in range(10, 60)]

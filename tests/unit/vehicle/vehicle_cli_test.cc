@@ -102,7 +102,7 @@ TEST_F(VehicleCli, EnergyComparesDrives) {
   ASSERT_EQ(Run(call + first + " " + first), 0) << error_;
   EXPECT_EQ(out_.rfind("joules,joules_low,", 0), 0u) << out_;
   EXPECT_EQ(std::count(out_.begin(), out_.end(), '\n'), 3);
-  EXPECT_EQ(Run("energy --drive " + first + " " + second + " " + kHusky + " --soil ice"), 1)
+  EXPECT_EQ(Run("energy --drive " + first + " " + second + " " + kHusky), 1)
       << "the vehicle may stand last: " << error_;
   std::ofstream(second) << "speed_m_per_s\n0.5\n0.5\n";
   EXPECT_EQ(Run(call + first + " " + second), 2);
