@@ -6,25 +6,21 @@ import argparse
 import matplotlib.pyplot as plt
 import numpy as np
 
-from grouser.client import Client, Trajectories
-
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("server", metavar="HOST:PORT", help="grouser-server with the shipped vehicles")
 parser.add_argument("out", metavar="OUT.png")
+parser.add_argument("server", metavar="HOST:PORT", nargs="?", default="127.0.0.1:50151", help="of ./grouser serve")
 ARGUMENTS = parser.parse_args()
+
+from grouser.client import Client, Trajectories  # noqa: E402 (needs python3-grpcio)
+
 SAMPLES, STEPS, ROUNDS, DT, SPEED = 256, 36, 6, 0.5, 0.6
 GOAL, ICE, ICE_RADIUS, SLOPE = np.array([10.0, 0.0]), np.array([5.0, -0.5]), 1.5, 0.06  # [m]; the ground rises along x
 
 
-def drive(yaw_rate):
-    """Places (K, M) and headings of steps with these yaw rates (K, M)."""
-    heading = np.cumsum(yaw_rate, 1) * DT - yaw_rate * DT / 2
-    return np.cumsum(SPEED * DT * np.cos(heading), 1), np.cumsum(SPEED * DT * np.sin(heading), 1), heading
-
-
 def weigh(client, soils, yaw_rate):
-    """Costs of K sampled trajectories, by one call, and their places."""
-    x, y, heading = drive(yaw_rate)
+    """Costs of K sampled trajectories, by one call, and their places: yaw rates (K, M)."""
+    heading = np.cumsum(yaw_rate, 1) * DT - yaw_rate * DT / 2
+    x, y = np.cumsum(SPEED * DT * np.cos(heading), 1), np.cumsum(SPEED * DT * np.sin(heading), 1)
     on_ice = np.hypot(x - ICE[0], y - ICE[1]) < ICE_RADIUS
     costs = client.evaluate_trajectories(Trajectories(
         v_x=SPEED, yaw_rate=yaw_rate, duration=DT, grade=SLOPE * np.cos(heading), bank=-SLOPE * np.sin(heading),

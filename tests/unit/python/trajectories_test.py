@@ -164,8 +164,8 @@ class TrajectoriesTest(unittest.TestCase):
 
     def test_the_example_reaches_its_goal(self):
         picture = pathlib.Path(self.folder, "trajectories.png")
-        done = subprocess.run([sys.executable, SOURCE / "clients/python/examples/sample_trajectories.py", self.address,
-                               picture], check=True, text=True, stdout=subprocess.PIPE, env=os.environ)
+        done = subprocess.run([sys.executable, SOURCE / "clients/python/examples/sample_trajectories.py", picture,
+                               self.address], check=True, text=True, stdout=subprocess.PIPE, env=os.environ)
         self.assertRegex(done.stdout, r"^\d+ J \(90 %: \d+ to \d+\), 0\.[0-4]\d m beside the goal\n$")
         self.assertGreater(picture.stat().st_size, 10000)
 
