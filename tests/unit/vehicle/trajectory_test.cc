@@ -164,8 +164,7 @@ TEST(Trajectories, AreSumsOverTheirStepsAndLeastMargins) {
     EXPECT_EQ(c.first_step, first) << k;
     EXPECT_EQ(c.least_margin_step, at) << k;
     EXPECT_EQ(c.least_margin_of, of) << k;
-    if (at >= 0) EXPECT_EQ(c.least_margin, least) << k;
-    if (at < 0) EXPECT_TRUE(std::isnan(c.least_margin)) << k;
+    EXPECT_TRUE(at >= 0 ? c.least_margin == least : std::isnan(c.least_margin)) << k;
     without += left_out;
   }
   EXPECT_GT(without, 0u);
