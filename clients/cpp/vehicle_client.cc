@@ -23,6 +23,10 @@ v1alpha1::SolveResponse VehicleClient::Solve(const v1alpha1::SolveRequest& reque
 v1alpha1::EnergyResponse VehicleClient::Energy(const v1alpha1::EnergyRequest& request) const {
   return Call(*stub_, &VehicleStub::Energy, request, server_, deadline_);
 }
+v1alpha1::EvaluateTrajectoriesResponse VehicleClient::EvaluateTrajectories(
+    const v1alpha1::EvaluateTrajectoriesRequest& request) const {
+  return Call(*stub_, &VehicleStub::EvaluateTrajectories, request, server_, deadline_);
+}
 v1alpha1::PlanSpeedResponse VehicleClient::PlanSpeed(
     const v1alpha1::PlanSpeedRequest& request) const {
   return Call(*stub_, &VehicleStub::PlanSpeed, request, server_, deadline_);

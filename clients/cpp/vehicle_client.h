@@ -21,6 +21,9 @@ class VehicleClient {
 
   v1alpha1::SolveResponse Solve(const v1alpha1::SolveRequest& request) const;
   v1alpha1::EnergyResponse Energy(const v1alpha1::EnergyRequest& request) const;
+  /// surrogate/vehicle/trajectory_messages.h appends trajectories, and reads costs.
+  v1alpha1::EvaluateTrajectoriesResponse EvaluateTrajectories(
+      const v1alpha1::EvaluateTrajectoriesRequest& request) const;
   v1alpha1::PlanSpeedResponse PlanSpeed(const v1alpha1::PlanSpeedRequest& request) const;
   /// The same, reusing the memory of `response`.
   void PlanSpeed(const v1alpha1::PlanSpeedRequest& request,

@@ -169,6 +169,7 @@ struct VehicleSolver::Parts {
         sizes{v.wheels(), v.drives(), v.soils().size(), v.steered()},
         solver(v.parts_->file.vehicle, v.parts_->file.grounds),
         planner(v.parts_->file.vehicle, v.parts_->file.grounds, 1),
+        powers(&solver),
         motions(kChunk),
         solutions(kChunk) {}
 
@@ -176,6 +177,7 @@ struct VehicleSolver::Parts {
   Sizes sizes;
   vehicle::Solver solver;
   vehicle::SpeedPlanner planner;  // of probabilities
+  vehicle::PowerBatch powers;
   std::vector<vehicle::Motion> motions;
   std::vector<vehicle::Solution> solutions;
   std::size_t draws = 0;
@@ -223,9 +225,16 @@ bool VehicleSolver::Solve(const Motions& in, const Solutions& out) noexcept {
 
 bool VehicleSolver::Energy(const Motions& in, const Powers& out, double sds) noexcept {
   if (parts_ == nullptr || parts_->FaultOf(in, out, sds)) return false;
-  const Sizes& sizes = parts_->sizes;
-  for (std::size_t i = 0; i < CountOf(in, sizes); ++i) {
-    Write(vehicle::PowerOf(&parts_->solver, MotionOf(in, sizes, i), sds), sizes, i, out);
+  Parts& p = *parts_;
+  const std::size_t n = CountOf(in, p.sizes), most = std::min(kChunk, p.powers.most());
+  for (std::size_t first = 0; first < n; first += most) {
+    const std::size_t count = std::min(most, n - first);
+    for (std::size_t k = 0; k < count; ++k) p.motions[k] = MotionOf(in, p.sizes, first + k);
+    std::size_t i = first;
+    for (const vehicle::PowerInterval& power :
+         p.powers.Of(std::span(p.motions).first(count), sds, nullptr)) {
+      Write(power, p.sizes, i++, out);
+    }
   }
   return true;
 }

@@ -62,7 +62,7 @@ class Walk {
              fmt::format("{} entries", now.size())});
       return;
     }
-    if (logged.empty() && now.empty()) return;
+    if (logged.empty() && (now.empty() || comparison_.logged_alone)) return;
     for (int i = 0; i < n; ++i) {
       if (!comparison_.states[i]) continue;
       const T a = logged.empty() ? absent : logged.Get(i), b = now.empty() ? absent : now.Get(i);

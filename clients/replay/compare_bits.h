@@ -19,12 +19,14 @@ struct Difference {
 /// Whether two numbers have the same bits; any two NaN do.
 bool SameBits(double a, double b);
 
-/// Compares arrays of answers state by state. An array that one of the two lacks counts as NaN.
+/// Compares arrays of answers state by state. An array that one of the two lacks counts as NaN; see
+/// Comparison::logged_alone.
 struct Comparison {
   /// States to look at, an entry each.
   std::vector<bool> states;
   std::uint32_t ignored_flags = 0;
   bool whole_message = true;  ///< interval level and target, averaging length, too
+  bool logged_alone = false;  ///< not what the logged answer lacks
 };
 /// Calls `tell` for each number that differs.
 void CompareBits(const v1alpha1::WheelResponses& logged, const v1alpha1::WheelResponses& now,

@@ -146,7 +146,9 @@ void Replay::Compare(const LoggedQuery& query, const std::string& where) {
   if (!refusal.empty()) tell({"answer", -1, "an answer", refusal});
   for (const auto& [states, answer] : now) {
     Comparison comparison{states};
-    comparison.whole_message = !selected && model_.empty();
+    const bool of_lcm = query.transport() == v1alpha1::QUERY_TRANSPORT_LCM;  // which carries less
+    comparison.whole_message = !selected && model_.empty() && !of_lcm;
+    comparison.logged_alone = of_lcm;
     if (selected) comparison.ignored_flags = v1alpha1::STATE_FLAG_TOLERANCE_UNMET;
     CompareBits(logged.responses(), answer.responses(), comparison, tell);
   }

@@ -48,7 +48,8 @@ struct Report {
 /// Evaluates logged queries again, each by the model that the log says answered, and compares bits:
 /// outputs, intervals, echoes and flags of every state. Of a query with an accuracy request each
 /// state is evaluated by the model that answered it, without the request; which model was chosen is
-/// not compared, nor TOLERANCE_UNMET, for models are chosen by times that are measured.
+/// not compared, nor TOLERANCE_UNMET, for models are chosen by times that are measured. Of a query
+/// over LCM what LCM carries is compared.
 class Replay {
  public:
   /// `model`: "name@sha256:HEX" of one that evaluates all queries instead; empty: none.

@@ -7,6 +7,7 @@
 
 #include "clients/cpp/access.h"
 #include "surrogate/vehicle/messages.h"
+#include "surrogate/vehicle/trajectory.h"
 
 namespace grouser::cli {
 
@@ -38,6 +39,9 @@ class VehicleAnswers {
   virtual MotionOnDraws SolveOnDraws(const vehicle::Motion& motion, std::size_t draws) = 0;
   virtual std::vector<vehicle::PowerInterval> Energies(
       std::span<const vehicle::Motion> motions) = 0;
+  /// With the interval of Energies.
+  virtual std::vector<vehicle::TrajectoryCost> Costs(
+      std::span<const std::vector<vehicle::TrajectoryStep>> trajectories) = 0;
   /// Returns at how many points the plan does not hold.
   virtual std::size_t Plan(std::span<const vehicle::PathPoint> path,
                            const vehicle::SpeedOptions& options, std::span<vehicle::SpeedPoint> out,

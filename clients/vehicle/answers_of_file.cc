@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "clients/vehicle/answers.h"
 #include "surrogate/vehicle/mixture_ground.h"
 #include "surrogate/vehicle/vehicle_file.h"
@@ -40,9 +42,30 @@ class FileAnswers final : public VehicleAnswers {
   }
   std::vector<PowerInterval> Energies(std::span<const Motion> motions) override {
     Solver solver(file_.vehicle, file_.grounds);
+    PowerBatch batch(&solver);
     std::vector<PowerInterval> powers;
-    for (const Motion& motion : motions) powers.push_back(PowerOf(&solver, motion));
+    for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
+      const std::size_t count = std::min(batch.most(), motions.size() - first);
+      const auto some =
+          batch.Of(motions.subspan(first, count), SpeedOptions{}.worse_by_sd, nullptr);
+      powers.insert(powers.end(), some.begin(), some.end());
+    }
     return powers;
+  }
+  std::vector<TrajectoryCost> Costs(
+      std::span<const std::vector<TrajectoryStep>> trajectories) override {
+    Solver solver(file_.vehicle, file_.grounds);
+    TrajectoryEvaluator evaluator(&solver);
+    std::vector<TrajectoryCost> costs;
+    for (const auto& trajectory : trajectories) {
+      const std::size_t steps = trajectory.size();
+      auto next = trajectory.begin();
+      costs.push_back(evaluator
+                          .CostsOf(
+                              {&steps, 1}, [&] { return *next++; }, SpeedOptions{}.worse_by_sd)
+                          .front());
+    }
+    return costs;
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {

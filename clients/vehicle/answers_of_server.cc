@@ -6,6 +6,7 @@
 #include "clients/cpp/vehicle_client.h"
 #include "clients/vehicle/answers.h"
 #include "surrogate/vehicle/mixture_ground.h"
+#include "surrogate/vehicle/trajectory_messages.h"
 
 namespace grouser::cli {
 namespace {
@@ -61,6 +62,24 @@ class ServerAnswers final : public VehicleAnswers {
       }
     }
     return powers;
+  }
+  std::vector<TrajectoryCost> Costs(
+      std::span<const std::vector<TrajectoryStep>> trajectories) override {
+    constexpr std::size_t kStepsOfACall = 5000;  // or one trajectory
+    std::vector<TrajectoryCost> costs;
+    while (costs.size() < trajectories.size()) {
+      auto request = RequestFor<v1alpha1::EvaluateTrajectoriesRequest>();
+      std::size_t steps = 0, count = 0;
+      for (const auto& trajectory : trajectories.subspan(costs.size())) {
+        steps += trajectory.size();
+        if (count > 0 && steps > kStepsOfACall) break;
+        Append(trajectory, request.mutable_trajectories());
+        ++count;
+      }
+      const auto response = Ask(&VehicleClient::EvaluateTrajectories, request);
+      for (std::size_t k = 0; k < count; ++k) costs.push_back(CostAt(response.costs(), k));
+    }
+    return costs;
   }
   std::size_t Plan(std::span<const PathPoint> path, const SpeedOptions& options,
                    std::span<SpeedPoint> out, PlanOnDraws* on_draws) override {

@@ -31,6 +31,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle energy FILE --soil asphalt --speed 0.5 --radius 1\n"
     "  grouser-vehicle energy FILE --soil '{asphalt: 0.7, ice: 0.3}' --speed 0.5\n"
     "  grouser-vehicle energy FILE --drive log.csv > watts.csv\n"
+    "  grouser-vehicle energy FILE --drive one.csv other.csv: a line each, to compare\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
     "  grouser-vehicle list --server 127.0.0.1:50151\n"
     "  grouser-vehicle speed husky PATH.csv --limit 1.5 --server 127.0.0.1:50151\n"
@@ -43,7 +44,8 @@ constexpr const char* kExamples =
     "what a server finds wrong with the call.";
 
 struct Arguments {
-  std::string file, path, drive;
+  std::string file, path;
+  std::vector<std::string> drives;
   MotionOptions motion;
   std::vector<double> speeds = {0.3, 0.8}, radii = {1, 3, 10};
   SpeedOptions plan;
@@ -63,6 +65,10 @@ struct Arguments {
     for (const std::string& soil : soils) {
       if (soil.starts_with('{')) answers->AddMixture(soil);
     }
+  }
+  MotionLog ReadDrive(const DescribedVehicle& described, const std::string& drive) const {
+    const std::string& soil = motion.soil;
+    return ReadMotionLog(drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
   }
 };
 
@@ -99,14 +105,28 @@ int EnergyOfDrive(const Arguments& a) {
   const auto answers = a.Open();
   a.AddMixtures(answers.get());
   const DescribedVehicle& described = answers->described();
-  const std::string& soil = a.motion.soil;
-  const MotionLog log =
-      ReadMotionLog(a.drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
+  const MotionLog log = a.ReadDrive(described, a.drives.front());
   const std::vector<PowerInterval> powers = answers->Energies(log.motions);
   std::cout << (a.json ? JsonOf(described.vehicle, log, powers) : CsvOf(log, powers));
   if (!a.json) std::cerr << SumOf(log, powers);
   const bool all = std::all_of(powers.begin(), powers.end(), [](const PowerInterval& p) {
     return ExitCodeOf(p.solution) == kOk;
+  });
+  return all ? kOk : kFailed;
+}
+
+/// Of drives to compare, a line each.
+int CompareDrives(const Arguments& a) {
+  const auto answers = a.Open();
+  a.AddMixtures(answers.get());
+  std::vector<std::vector<TrajectoryStep>> trajectories;
+  for (const std::string& drive : a.drives) {
+    trajectories.push_back(StepsOf(drive, a.ReadDrive(answers->described(), drive)));
+  }
+  const std::vector<TrajectoryCost> costs = answers->Costs(trajectories);
+  std::cout << (a.json ? JsonOf(a.drives, costs) : CsvOf(a.drives, costs));
+  const bool all = std::all_of(costs.begin(), costs.end(), [](const TrajectoryCost& c) {
+    return (c.reasons & ~kUntrained) == 0 && c.energy.left_out == 0;
   });
   return all ? kOk : kFailed;
 }
@@ -248,9 +268,10 @@ int main(int argc, char** argv) {
   AddMotion(energy, &a);
   energy
       ->add_option(
-          "--drive", a.drive,
+          "--drive", a.drives,
           "Instead of one motion a drive, CSV: speed_m_per_s[, time_s, yaw_rate_rad_per_s, "
-          "acceleration_m_per_s2, grade_deg, bank_deg, soil (before --soil)]; CSV to stdout")
+          "acceleration_m_per_s2, grade_deg, bank_deg, soil (before --soil)]; CSV to stdout. Of "
+          "several drives with times one line each: energy, reasons, least margin")
       ->excludes("--speed", "--yaw-rate", "--curvature", "--radius", "--rim", "--steer-deg",
                  "--acceleration", "--grade-deg", "--bank-deg", "--soils");
   auto* speed = app.add_subcommand("speed", "Safe speeds and a speed plan along a path");
@@ -268,7 +289,8 @@ int main(int argc, char** argv) {
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(a.Open()->described());
     if (*grades) return SteepestGrades(a);
-    if (*energy) return a.drive.empty() ? Energy(a) : EnergyOfDrive(a);
+    if (*energy && a.drives.size() > 1) return CompareDrives(a);
+    if (*energy) return a.drives.empty() ? Energy(a) : EnergyOfDrive(a);
     if (*speed) return PlanSpeeds(a);
     if (*constants) return Constants(a);
     if (*list) return List(a);

@@ -1,6 +1,5 @@
 #include "clients/vehicle/motion_log.h"
 
-#include <cmath>
 #include <numbers>
 
 #include "clients/vehicle/csv_lines.h"
@@ -61,27 +60,24 @@ MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>&
   return log;
 }
 
-LogEnergy EnergyOf(const MotionLog& log, std::span<const PowerInterval> powers) {
-  LogEnergy sum;
+DriveEnergy EnergyOf(const MotionLog& log, std::span<const PowerInterval> powers) {
+  DriveEnergy sum;
   for (std::size_t i = 0; i + 1 < log.time_s.size(); ++i) {
-    const PowerInterval& p = powers[i];
-    const double seconds = log.time_s[i + 1] - log.time_s[i];
-    const bool answered = p.solution.balanced && std::isfinite(p.mean.electric) &&
-                          std::isfinite(p.electric_low) && std::isfinite(p.electric_high);
-    if (!answered) {
-      ++sum.left_out;
-      sum.left_out_s += seconds;
-      continue;
-    }
-    sum.joules += p.mean.electric * seconds;
-    sum.low += p.electric_low * seconds;
-    sum.high += p.electric_high * seconds;
-    sum.seconds += seconds;
-    // Of the centre of gravity, as J/m are.
-    const double speed = p.mean.electric / p.joules_per_metre;
-    if (std::isfinite(speed)) sum.metres += speed * seconds;
+    sum.Add(powers[i], log.time_s[i + 1] - log.time_s[i]);
   }
   return sum;
+}
+
+std::vector<TrajectoryStep> StepsOf(const std::string& file, const MotionLog& log) {
+  if (log.time_s.size() < 2) {
+    throw yaml::InputError(file + ": got " + (log.time_s.empty() ? "no column time_s" : "one row") +
+                           ", expected two rows or more with times");
+  }
+  std::vector<TrajectoryStep> steps;
+  for (std::size_t i = 0; i + 1 < log.time_s.size(); ++i) {
+    steps.push_back({log.motions[i], log.time_s[i + 1] - log.time_s[i]});
+  }
+  return steps;
 }
 
 }  // namespace grouser::cli

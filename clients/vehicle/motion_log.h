@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "surrogate/vehicle/energy.h"
+#include "surrogate/vehicle/trajectory.h"
 
 namespace grouser::cli {
 
@@ -22,15 +22,10 @@ struct MotionLog {
 MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>& soils,
                         std::uint8_t soil = 0);
 
-/// Electric energy of a drive with times: each row's power until the next row [J]. Ends: of a
-/// ground that errs alike all along, in the same direction as in each row's interval.
-struct LogEnergy {
-  double joules = 0, low = 0, high = 0, seconds = 0, metres = 0;
-  /// Rows, and the time of them, that are not in the sums, as the ground gives no balance at the
-  /// mean or at an end.
-  std::size_t left_out = 0;
-  double left_out_s = 0;
-};
-LogEnergy EnergyOf(const MotionLog& log, std::span<const vehicle::PowerInterval> powers);
+/// Of a drive with times: each row's power until the next row.
+vehicle::DriveEnergy EnergyOf(const MotionLog& log, std::span<const vehicle::PowerInterval> powers);
+/// A drive with times as a trajectory: each row until the next. Throws InputError "FILE: ..." for
+/// one without times, or of one row.
+std::vector<vehicle::TrajectoryStep> StepsOf(const std::string& file, const MotionLog& log);
 
 }  // namespace grouser::cli

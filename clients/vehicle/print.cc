@@ -262,7 +262,7 @@ std::string JsonOf(const Vehicle& v, const MotionLog& log, std::span<const Power
   }
   Json out = {{"rows", std::move(rows)}};
   if (!log.time_s.empty()) {
-    const LogEnergy sum = EnergyOf(log, powers);
+    const DriveEnergy sum = EnergyOf(log, powers);
     out.update({{"joules", sum.joules},
                 {"joules_low", sum.low},
                 {"joules_high", sum.high},
@@ -301,7 +301,7 @@ std::string SumOf(const MotionLog& log, std::span<const PowerInterval> powers) {
     return fmt::format("{} rows, {} of them without balance; a column time_s would give joules\n",
                        powers.size(), fallen);
   }
-  const LogEnergy sum = EnergyOf(log, powers);
+  const DriveEnergy sum = EnergyOf(log, powers);
   std::string out = fmt::format(
       "{:.4g} J (90 %: {:.4g} to {:.4g}, of a ground that errs alike all along) in {:.4g} s and "
       "{:.4g} m\n",

@@ -7,11 +7,13 @@
 #include "surrogate/vehicle/energy.h"
 #include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/speed_plan.h"
+#include "surrogate/vehicle/trajectory.h"
 
 namespace grouser::cli {
 
 using vehicle::DescribedVehicle, vehicle::GoProbability, vehicle::GradeRange, vehicle::PathPoint,
-    vehicle::PowerInterval, vehicle::Solution, vehicle::SpeedPoint, vehicle::Vehicle;
+    vehicle::PowerInterval, vehicle::Solution, vehicle::SpeedPoint, vehicle::TrajectoryCost,
+    vehicle::Vehicle;
 
 /// Grades of one soil.
 struct SoilGrades {
@@ -41,6 +43,9 @@ std::string JsonOf(const Vehicle& v, const PowerInterval& power);
 /// {"rows": [...]} as of single motions; of a drive with times also "joules", its ends, "seconds",
 /// "metres".
 std::string JsonOf(const Vehicle& v, const MotionLog& log, std::span<const PowerInterval> powers);
+/// Of drives, by name: a line each, with rows counted from 0.
+std::string CsvOf(std::span<const std::string> drives, std::span<const TrajectoryCost> costs);
+std::string JsonOf(std::span<const std::string> drives, std::span<const TrajectoryCost> costs);
 std::string JsonOf(std::span<const PathPoint> path, std::span<const SpeedPoint> plan,
                    const PlanOnDraws& on_draws);
 std::string JsonOf(std::span<const SoilGrades> soils);

@@ -24,6 +24,7 @@ constexpr MethodRight kRights[] = {
     {kTerrain, "Explain", Role::kRead},
     {kVehicle, "Solve", Role::kRead},
     {kVehicle, "Energy", Role::kRead},
+    {kVehicle, "EvaluateTrajectories", Role::kRead},
     {kVehicle, "PlanSpeed", Role::kRead},
     {kVehicle, "Grades", Role::kRead},
     {kVehicle, "Constants", Role::kRead},

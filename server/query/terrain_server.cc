@@ -71,7 +71,8 @@ void TerrainServer::Start(const NetOptions& options, std::function<void()> on_un
   grpc_ =
       std::make_unique<GrpcServer>(options, services, gate_, *policy_, std::move(on_unreachable));
   if (config_.lcm) {
-    lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_, metrics_);
+    lcm_ = std::make_unique<LcmServer>(config_.lcm_url, config_.lcm_interface, store_, metrics_,
+                                       query_log_.get());
   }
   grpc_->SetServing(kTerrain, false);  // until Load
   grpc_->SetServing(kVehicles, !fleet_.vehicles().empty());

@@ -13,6 +13,7 @@
 #include "server/vehicle/call_vehicle.h"
 #include "server/vehicle/vehicle_check.h"
 #include "surrogate/vehicle/stop.h"
+#include "surrogate/vehicle/trajectory_messages.h"
 
 namespace grouser::server {
 namespace {
@@ -39,6 +40,13 @@ double FiniteOr(bool has, double value, double otherwise, const char* field) {
 double FromZero(double value, const char* field) {
   if (!(value >= 0) || !std::isfinite(value)) Refuse(field, value, "a finite number from 0 on");
   return value;
+}
+
+/// Of the ground to both ends of an interval.
+template <class Request>
+double SdsOf(const Request& request) {
+  return request.has_interval_sds() ? FromZero(request.interval_sds(), "interval_sds")
+                                    : SpeedOptions{}.worse_by_sd;
 }
 
 template <class Request>
@@ -131,6 +139,24 @@ void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const c
   }
 }
 
+/// Of each trajectory: the shares of the draws on which it goes at all steps.
+void AddRisks(const CallVehicle& v, TrajectoryReader* trajectories, std::size_t count,
+              const SpeedOptions& options, v1alpha1::EvaluateTrajectoriesResponse* response) {
+  CallDraws draws(v, count);
+  SpeedPlanner* planner = v.Planner(1);
+  draws.For(planner);
+  std::vector<std::uint8_t> least(count), most(count);
+  for (const std::size_t steps : trajectories->steps()) {
+    std::fill(least.begin(), least.end(), 1);
+    std::fill(most.begin(), most.end(), 1);
+    for (std::size_t j = 0; j < steps; ++j) {
+      planner->KeepGoing(trajectories->Next().motion, options, least, most);
+    }
+    response->add_go_probability_least(ShareOf(least));
+    response->add_go_probability_most(ShareOf(most));
+  }
+}
+
 std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
   return {numbers.data(), static_cast<std::size_t>(numbers.size())};
 }
@@ -169,13 +195,38 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,
               v1alpha1::EnergyResponse* response) {
   return Timed(context, request, response, [&](const CallVehicle& v) {
-    const double sds = request.has_interval_sds() ? FromZero(request.interval_sds(), "interval_sds")
-                                                  : SpeedOptions{}.worse_by_sd;
-    Solver* solver = v.solver();
-    for (const Motion& motion : MotionsOf(request.motions(), v)) {
-      vehicle::StopIfAsked(&context.cancelled);
-      Append(PowerOf(solver, motion, sds), v.described(), response->mutable_powers());
+    const double sds = SdsOf(request);
+    const std::vector<Motion> motions = MotionsOf(request.motions(), v);
+    PowerBatch batch(v.solver(), motions.size());
+    for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
+      const std::size_t count = std::min(batch.most(), motions.size() - first);
+      for (const PowerInterval& power :
+           batch.Of(std::span(motions).subspan(first, count), sds, &context.cancelled)) {
+        Append(power, v.described(), response->mutable_powers());
+      }
     }
+  });
+}
+
+Status Answer(const VehicleContext& context, const v1alpha1::EvaluateTrajectoriesRequest& request,
+              v1alpha1::EvaluateTrajectoriesResponse* response) {
+  return Timed(context, request, response, [&](const CallVehicle& v) {
+    const double sds = SdsOf(request);
+    const double worse_by_sd = FiniteOr(true, request.worse_by_sd(), 0, "worse_by_sd");
+    const SpeedOptions options = MarginsOf(context, request.margins());
+    TrajectoryReader reader = Reading(
+        [&] { return TrajectoryReader(request.trajectories(), v.described(), worse_by_sd); });
+    TrajectoryReader again = reader;
+    TrajectoryEvaluator::Tell tell;
+    if (request.with_steps()) {
+      tell = [&](const PowerInterval& power) { Append(power, response->mutable_steps()); };
+    }
+    TrajectoryEvaluator evaluator(v.solver());
+    for (const TrajectoryCost& cost : evaluator.CostsOf(
+             reader.steps(), [&] { return reader.Next(); }, sds, options.stop, tell)) {
+      Append(cost, response->mutable_costs());
+    }
+    if (request.draws() > 0) AddRisks(v, &again, request.draws(), options, response);
   });
 }
 

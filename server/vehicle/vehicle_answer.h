@@ -23,6 +23,8 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
               v1alpha1::SolveResponse* response);
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,
               v1alpha1::EnergyResponse* response);
+Status Answer(const VehicleContext& context, const v1alpha1::EvaluateTrajectoriesRequest& request,
+              v1alpha1::EvaluateTrajectoriesResponse* response);
 Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& request,
               v1alpha1::PlanSpeedResponse* response);
 Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& request,

@@ -7,6 +7,7 @@
 
 #include "surrogate/vehicle/messages.h"
 #include "surrogate/vehicle/stop.h"
+#include "surrogate/vehicle/trajectory_messages.h"
 
 namespace grouser::server {
 namespace {
@@ -92,6 +93,22 @@ Status Check(const Fleet& fleet, const v1alpha1::EnergyRequest& request) {
   return Checked(fleet, request, [&](const ServedVehicle& v) {
     CheckMixtures(request);
     CheckMotions(request.motions(), v, kMaxMotions);
+  });
+}
+
+Status Check(const Fleet& fleet, const v1alpha1::EvaluateTrajectoriesRequest& request) {
+  return Checked(fleet, request, [&](const ServedVehicle& v) {
+    const v1alpha1::Trajectories& trajectories = request.trajectories();
+    CheckMixtures(request);
+    CheckDraws(request, v);
+    AtMost("trajectories.steps", static_cast<std::size_t>(trajectories.steps_size()),
+           kMaxTrajectorySteps);
+    const std::size_t steps = vehicle::CountOf(trajectories).steps;
+    AtMost("steps of all trajectories", steps, kMaxTrajectorySteps);
+    AtMost("draws times steps", request.draws() * steps, kMaxDrawnPoints);
+    AtMost("trajectories.soils", static_cast<std::size_t>(trajectories.soils_size()),
+           kMaxSoilNames);
+    vehicle::CheckSizes(trajectories);
   });
 }
 

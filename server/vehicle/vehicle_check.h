@@ -11,17 +11,18 @@ namespace grouser::server {
 /// Most of one call, so that answers stay below 4 MB and work is bounded. A motion whose
 /// probability to go is asked for counts as kSolvesToGo, with draws as one a draw; draws count
 /// times the vehicle's soils and the mixtures (6 KiB each) and times the points of a plan
-/// (kMaxDrawnPoints); constants count pairs of speed and radius times soils, and a request takes so
-/// much memory at most while it waits.
+/// or the steps of trajectories (kMaxDrawnPoints); constants count pairs of speed and radius times
+/// soils, and a request takes so much memory at most while it waits.
 inline constexpr std::size_t kMaxMotions = 3000, kSolvesToGo = 25, kMaxPathPoints = 10000,
-                             kMaxDraws = 1024, kMaxDrawnPoints = 100000, kMaxConstants = 1000,
-                             kMaxSoilNames = 255, kMaxMixtures = 8, kMaxMixtureSoils = 64,
-                             kMaxRequestBytes = 2 << 20;
+                             kMaxTrajectorySteps = 30000, kMaxDraws = 1024,
+                             kMaxDrawnPoints = 100000, kMaxConstants = 1000, kMaxSoilNames = 255,
+                             kMaxMixtures = 8, kMaxMixtureSoils = 64, kMaxRequestBytes = 2 << 20;
 
 // Whether a request may wait for a thread: the vehicle is there, all its arrays have lengths that
-// fit each other and are not too many. Looks at no entry.
+// fit each other and are not too many. Looks at no entry but the numbers of trajectories' steps.
 Status Check(const Fleet& fleet, const v1alpha1::SolveRequest& request);
 Status Check(const Fleet& fleet, const v1alpha1::EnergyRequest& request);
+Status Check(const Fleet& fleet, const v1alpha1::EvaluateTrajectoriesRequest& request);
 Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request);
 Status Check(const Fleet& fleet, const v1alpha1::GradesRequest& request);
 Status Check(const Fleet& fleet, const v1alpha1::ConstantsRequest& request);

@@ -82,6 +82,11 @@ grpc::ServerUnaryReactor* VehicleService::Energy(grpc::CallbackServerContext* co
                                                  v1alpha1::EnergyResponse* response) {
   return Later(*context, "VehicleService/Energy", *request, response);
 }
+grpc::ServerUnaryReactor* VehicleService::EvaluateTrajectories(
+    grpc::CallbackServerContext* context, const v1alpha1::EvaluateTrajectoriesRequest* request,
+    v1alpha1::EvaluateTrajectoriesResponse* response) {
+  return Later(*context, "VehicleService/EvaluateTrajectories", *request, response);
+}
 grpc::ServerUnaryReactor* VehicleService::PlanSpeed(grpc::CallbackServerContext* context,
                                                     const v1alpha1::PlanSpeedRequest* request,
                                                     v1alpha1::PlanSpeedResponse* response) {

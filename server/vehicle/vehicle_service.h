@@ -34,6 +34,9 @@ class VehicleService final : public v1alpha1::VehicleService::CallbackService {
   grpc::ServerUnaryReactor* Energy(grpc::CallbackServerContext* context,
                                    const v1alpha1::EnergyRequest* request,
                                    v1alpha1::EnergyResponse* response) override;
+  grpc::ServerUnaryReactor* EvaluateTrajectories(
+      grpc::CallbackServerContext* context, const v1alpha1::EvaluateTrajectoriesRequest* request,
+      v1alpha1::EvaluateTrajectoriesResponse* response) override;
   grpc::ServerUnaryReactor* PlanSpeed(grpc::CallbackServerContext* context,
                                       const v1alpha1::PlanSpeedRequest* request,
                                       v1alpha1::PlanSpeedResponse* response) override;

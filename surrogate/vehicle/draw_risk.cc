@@ -7,44 +7,56 @@
 
 namespace grouser::vehicle {
 
+double ShareOf(std::span<const std::uint8_t> draws) {
+  const auto going = std::count(draws.begin(), draws.end(), 1);
+  return static_cast<double>(going) / static_cast<double>(draws.size());
+}
+
 void SpeedPlanner::UseDraws(std::shared_ptr<const GroundDraws> draws) {
   if (draws != nullptr) {
     drawn_motions_.resize(kMostSolvesToStop);
     drawn_.resize(kMostSolvesToStop);
+    least_.resize(draws->count());
+    most_.resize(draws->count());
   }
   solver_.UseDraws(draws);
   draws_ = std::move(draws);
 }
 
 // From the mean ground's solution, and where that finds nothing with all starts.
-GoProbability SpeedPlanner::ProbabilityByDraws(const Motion& motion, const SpeedOptions& o) {
+void SpeedPlanner::KeepGoing(const Motion& motion, const SpeedOptions& o,
+                             std::span<std::uint8_t> least, std::span<std::uint8_t> most) {
   Need(draws_ != nullptr, "draws", "some (UseDraws)");
   constexpr Effort kWarm{.warm = true, .attempts = 5};
-  const std::size_t count = draws_->count();
   Motion m = motion;
   m.worse_by_sd = 0;
   m.draw = Motion::kMeanGround;
   Solution mean;
+  StopIfAsked(o.stop);
   solver_.Solve({&m, 1}, {&mean, 1});
-  std::size_t least = 0, most = 0;
-  for (std::size_t first = 0; first < count; first += kMostSolvesToStop) {
-    const std::size_t some = std::min(kMostSolvesToStop, count - first);
-    for (std::size_t k = 0; k < some; ++k) {
-      drawn_motions_[k] = m;
-      drawn_motions_[k].draw = static_cast<int>(first + k);
-      drawn_[k] = mean;
+  for (std::size_t next = 0; next < most.size();) {
+    std::size_t some = 0;
+    for (; next < most.size() && some < kMostSolvesToStop; ++next) {
+      if (most[next] == 0) continue;
+      drawn_motions_[some] = m;
+      drawn_motions_[some].draw = static_cast<int>(next);
+      drawn_[some++] = mean;
     }
     StopIfAsked(o.stop);
     solver_.Solve(std::span(drawn_motions_).first(some), std::span(drawn_).first(some), kWarm);
     for (std::size_t k = 0; k < some; ++k) {
-      least += Goes(drawn_[k], o, false);
-      most += Goes(drawn_[k], o, true);
+      const auto draw = static_cast<std::size_t>(drawn_motions_[k].draw);
+      if (!Goes(drawn_[k], o, false)) least[draw] = 0;
+      if (!Goes(drawn_[k], o, true)) most[draw] = 0;
     }
   }
-  const auto share = [&](std::size_t n) {
-    return static_cast<double>(n) / static_cast<double>(count);
-  };
-  return {share(least), share(most)};
+}
+
+GoProbability SpeedPlanner::ProbabilityByDraws(const Motion& motion, const SpeedOptions& o) {
+  std::fill(least_.begin(), least_.end(), 1);
+  std::fill(most_.begin(), most_.end(), 1);
+  KeepGoing(motion, o, least_, most_);
+  return {ShareOf(least_), ShareOf(most_)};
 }
 
 double SpeedPlanner::PlanByDraws(std::span<const PathPoint> path, const SpeedOptions& options,

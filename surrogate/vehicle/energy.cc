@@ -1,5 +1,6 @@
 #include "surrogate/vehicle/energy.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -35,26 +36,77 @@ Power PowerOf(const Vehicle& v, const Motion& m, const Solution& s) noexcept {
   return p;
 }
 
-PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
+namespace {
+
+PowerInterval IntervalOf(const Vehicle& v, const Motion& motion, const Solution& mean,
+                         const Solution& better, const Solution& worse) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  const Vehicle& v = solver->vehicle();
   PowerInterval out;
-  // Once more from there, as near to balance as it goes.
-  const Effort refine{.warm = true, .goal = 1e-11};
-  const std::array<Solution, 3> solutions = SolveSpread(solver, motion, sds, &refine);
-  out.solution = solutions[0];
-  out.mean = PowerOf(v, motion, solutions[0]);
+  out.solution = mean;
+  out.mean = PowerOf(v, motion, mean);
   const auto electric = [&](const Solution& s) { return s.balanced ? s.electric_power_w : kNaN; };
-  std::tie(out.electric_low, out.electric_high) =
-      EndsOf(electric(solutions[1]), electric(solutions[2]));
-  const Solution& s = solutions[0];
-  const double speed = std::hypot(s.v_x_m_per_s - s.yaw_rate_rad_per_s * v.centre_y_m,
-                                  s.v_y_m_per_s + s.yaw_rate_rad_per_s * v.centre_x_m);
+  std::tie(out.electric_low, out.electric_high) = EndsOf(electric(better), electric(worse));
+  const double speed = std::hypot(mean.v_x_m_per_s - mean.yaw_rate_rad_per_s * v.centre_y_m,
+                                  mean.v_y_m_per_s + mean.yaw_rate_rad_per_s * v.centre_x_m);
   const double per = speed > 1e-9 ? 1 / speed : kNaN;
   out.joules_per_metre = out.mean.electric * per;
   out.low = out.electric_low * per;
   out.high = out.electric_high * per;
   return out;
+}
+
+// `room` and `solutions` as of SolveSpreads.
+void WritePowers(Solver* solver, std::span<const Motion> motions, double sds,
+                 std::span<Motion> room, std::span<Solution> solutions,
+                 std::span<PowerInterval> out, StopFlag stop) {
+  const std::size_t n = motions.size();
+  // Once more from there, as near to balance as it goes.
+  const Effort refine{.warm = true, .goal = 1e-11};
+  SolveSpreads(solver, motions, sds, room, solutions, &refine, stop);
+  for (std::size_t i = 0; i < n; ++i) {
+    out[i] = IntervalOf(solver->vehicle(), motions[i], solutions[i], solutions[n + i],
+                        solutions[2 * n + i]);
+  }
+}
+
+}  // namespace
+
+PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
+  std::array<Motion, 3> room;
+  std::array<Solution, 3> solutions;
+  PowerInterval out;
+  WritePowers(solver, {&motion, 1}, sds, room, solutions, {&out, 1}, nullptr);
+  return out;
+}
+
+PowerBatch::PowerBatch(Solver* solver, std::size_t most)
+    : solver_(solver),
+      room_(3 * std::min(most, kMost)),
+      solutions_(room_.size()),
+      powers_(room_.size() / 3) {}
+
+std::span<const PowerInterval> PowerBatch::Of(std::span<const Motion> motions, double sds,
+                                              StopFlag stop) {
+  const std::span<PowerInterval> out = std::span(powers_).first(motions.size());
+  WritePowers(solver_, motions, sds, room_, solutions_, out, stop);
+  return out;
+}
+
+void DriveEnergy::Add(const PowerInterval& p, double duration_s) {
+  const bool answered = p.solution.balanced && std::isfinite(p.mean.electric) &&
+                        std::isfinite(p.electric_low) && std::isfinite(p.electric_high);
+  if (!answered) {
+    ++left_out;
+    left_out_s += duration_s;
+    return;
+  }
+  joules += p.mean.electric * duration_s;
+  low += p.electric_low * duration_s;
+  high += p.electric_high * duration_s;
+  seconds += duration_s;
+  // Of the centre of gravity, as J/m are.
+  const double speed = p.mean.electric / p.joules_per_metre;
+  if (std::isfinite(speed)) metres += speed * duration_s;
 }
 
 }  // namespace grouser::vehicle

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "surrogate/vehicle/solver.h"
+#include "surrogate/vehicle/stop.h"
 
 namespace grouser::vehicle {
 
@@ -30,5 +32,38 @@ struct PowerInterval {
   Solution solution;                               ///< at the mean
 };
 PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds = 1.6448536269514722);
+
+/// PowerOf of many motions, the same bits: all of a call are solved side by side.
+class PowerBatch {
+ public:
+  static constexpr std::size_t kMost = 21;  ///< motions of a call: with both ends 63 solves
+
+  /// With room for so many motions a call, at most kMost.
+  explicit PowerBatch(Solver* solver, std::size_t most = kMost);
+  std::size_t most() const { return powers_.size(); }
+  /// Valid until the next call; `sds` 0: the ends are the mean, in a third of the time. Throws
+  /// Stopped where `stop` is set, after 3 kMost solves at most. Precondition: at most most()
+  /// motions.
+  std::span<const PowerInterval> Of(std::span<const Motion> motions, double sds, StopFlag stop);
+
+ private:
+  Solver* solver_;
+  std::vector<Motion> room_;
+  std::vector<Solution> solutions_;
+  std::vector<PowerInterval> powers_;
+};
+
+/// Electric energy of steady motions that follow one another: sums of power times duration. Ends:
+/// of a ground that errs alike all along, in the same direction as in each motion's interval.
+struct DriveEnergy {
+  double joules = 0, low = 0, high = 0;
+  double seconds = 0, metres = 0;  ///< of what is in the sums; way of the centre of gravity
+  /// Motions, and the time of them, that are not in the sums, as the ground gives no balance at the
+  /// mean or at an end.
+  std::size_t left_out = 0;
+  double left_out_s = 0;
+
+  void Add(const PowerInterval& power, double duration_s);
+};
 
 }  // namespace grouser::vehicle

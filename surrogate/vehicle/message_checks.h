@@ -10,8 +10,8 @@
 
 #include "surrogate/vehicle/messages.h"
 
-// What messages.cc and motion_messages.cc share. All throw std::invalid_argument
-// "FIELD[INDEX]: got, expected ...".
+// What messages.cc, motion_messages.cc and trajectory_messages.cc share. All throw
+// std::invalid_argument "FIELD[INDEX]: got, expected ...".
 
 namespace grouser::vehicle {
 
@@ -39,6 +39,15 @@ inline void CheckFinite(const std::string& field, const Numbers& numbers) {
       Refuse(EntryName(field, i), std::to_string(numbers[i]), "a finite number");
     }
   }
+}
+
+/// Entry i of an answer. Refuses one that is too short.
+template <class Values>
+auto Entry(const Values& values, std::size_t i) {
+  if (i >= static_cast<std::size_t>(values.size())) {
+    Refuse("answer", std::to_string(values.size()) + " entries", "more than " + std::to_string(i));
+  }
+  return values[static_cast<int>(i)];
 }
 
 inline double EntryOr0(const Numbers& numbers, int i) { return numbers.empty() ? 0.0 : numbers[i]; }

@@ -62,14 +62,6 @@ static_assert(SameBit(v1alpha1::MOTION_REASON_BALANCE, kNoBalance) &&
               SameBit(v1alpha1::MOTION_REASON_INPUT, kBadInput) &&
               SameBit(v1alpha1::MotionReason_MAX, kBadInput));
 
-template <class Values>
-auto Entry(const Values& values, std::size_t i) {
-  if (i >= static_cast<std::size_t>(values.size())) {
-    Refuse("answer", std::to_string(values.size()) + " entries", "more than " + std::to_string(i));
-  }
-  return values[static_cast<int>(i)];
-}
-
 template <class Message, class T, std::size_t kSize>
 void AppendAll(const T& from, const std::array<NumberField<T>, kSize>& fields,
                const std::array<Array<Message>, kSize>& arrays, Message* to) {

@@ -80,6 +80,9 @@ struct GoProbability {
   double least = 0, most = 0;
 };
 
+/// Of entries of 0 and 1, the share of those that are 1.
+double ShareOf(std::span<const std::uint8_t> draws);
+
 /// Highest safe speed at each point and a plan that can be driven: speeds by forward and backward
 /// passes over what the vehicle can accelerate and brake, every point solved once more with speed
 /// and acceleration, and slowed down, at last to rest, where that does not hold.
@@ -111,6 +114,12 @@ class SpeedPlanner {
   /// wheels of a soil on the same draw; standard error sqrt(p (1 - p)/draws). Its worse_by_sd and
   /// draw do not count. Throws std::invalid_argument where there are no draws; Stopped.
   GoProbability ProbabilityByDraws(const Motion& motion, const SpeedOptions& options);
+  /// The draws on which several motions all are within every limit: takes those out on which this
+  /// one is not (entries of 1 become 0), which are not solved again. `least` and `most`: what the
+  /// models' runs do not cover counts as not going, as going; an entry a draw, `most` 1 wherever
+  /// `least` is. Throws as ProbabilityByDraws.
+  void KeepGoing(const Motion& motion, const SpeedOptions& options, std::span<std::uint8_t> least,
+                 std::span<std::uint8_t> most);
   /// Share of the draws on which a plan holds at all points with every margin left, all points of
   /// a soil on the same draw; `by_point`: at each (as many as points, or none). The plan is that of
   /// Plan, for the same path and options; a point that does not hold by its speeds alone (a start
@@ -170,6 +179,7 @@ class SpeedPlanner {
   std::shared_ptr<const GroundDraws> draws_;
   std::vector<Motion> drawn_motions_;  // of ProbabilityByDraws
   std::vector<Solution> drawn_;
+  std::vector<std::uint8_t> least_, most_;
   std::vector<double> cap_;
   std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
   std::vector<double> tried_speed_, tried_acceleration_;  // as last verified

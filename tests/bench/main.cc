@@ -12,6 +12,7 @@
 #include "tests/bench/server_bench.h"
 #include "tests/bench/server_table.h"
 #include "tests/bench/surrogate_bench.h"
+#include "tests/bench/trajectory_bench.h"
 
 namespace {
 
@@ -23,6 +24,7 @@ constexpr const char* kExamples =
     "  grouser-bench surrogate --json\n"
     "  grouser-bench planner\n"
     "  grouser-bench planner --server 127.0.0.1:50151\n"
+    "  grouser-bench trajectories --server 127.0.0.1:50151\n"
     "  grouser-bench overload --seconds 60\n"
     "Exit codes: 0 ok, 1 failed, 2 usage, 3 a target of overload was missed.";
 
@@ -84,6 +86,28 @@ void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
         separator, r.vehicle, r.path, r.points, r.wheels, r.plan_p50_ms, r.plan_p99_ms,
         r.plan_cpu_ms, r.solve_cold_us, r.solve_warm_us, r.solve_draw_us, r.allocations, r.not_held,
         r.grpc_p50_ms, r.grpc_p99_ms, r.grpc_differ);
+    separator = ",\n";
+  }
+  fmt::print("\n]\n");
+}
+
+void PrintTable(const std::vector<grouser::bench::TrajectoryBenchRow>& rows) {
+  fmt::print("{:26} {:>6} {:>12} {:>15} {:>10} {:>14}\n", "way", "calls", "sent bytes",
+             "answered bytes", "p50 ms", "in server ms");
+  for (const auto& r : rows) {
+    fmt::print("{:26} {:>6} {:>12} {:>15} {:>10.2f} {:>14.2f}\n", r.way, r.calls, r.sent_bytes,
+               r.answered_bytes, r.p50_ms, r.server_p50_ms);
+  }
+}
+
+void PrintJson(const std::vector<grouser::bench::TrajectoryBenchRow>& rows) {
+  fmt::print("[");
+  const char* separator = "\n";
+  for (const auto& r : rows) {
+    fmt::print(
+        "{}  {{\"way\": \"{}\", \"calls\": {}, \"sent_bytes\": {}, \"answered_bytes\": {}, "
+        "\"p50_ms\": {:.4f}, \"server_p50_ms\": {:.4f}}}",
+        separator, r.way, r.calls, r.sent_bytes, r.answered_bytes, r.p50_ms, r.server_p50_ms);
     separator = ",\n";
   }
   fmt::print("\n]\n");
@@ -208,6 +232,24 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(2, 100000))
       ->capture_default_str();
   planner->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::TrajectoryBenchOptions ways;
+  auto* trajectories = app.add_subcommand(
+      "trajectories",
+      "The steps of candidate trajectories asked of a server by Solve, by Energy and as "
+      "trajectories, interleaved: bytes and time");
+  trajectories->add_option("--server", ways.server, "grouser-server, HOST:PORT or unix:PATH")
+      ->required();
+  trajectories->add_option("--vehicle", ways.vehicle, "One of its vehicles")->capture_default_str();
+  trajectories->add_option("--trajectories", ways.trajectories, "How many")
+      ->check(CLI::Range(1, 30000))
+      ->capture_default_str();
+  trajectories->add_option("--steps", ways.steps, "Of each; at most 30000 in all")
+      ->check(CLI::Range(1, 30000))
+      ->capture_default_str();
+  trajectories->add_option("--repetitions", ways.repetitions, "Of every row")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  trajectories->add_flag("--json", json, "JSON on stdout");
   grouser::bench::OverloadOptions load;
   auto* overload = app.add_subcommand(
       "overload",
@@ -256,6 +298,11 @@ int main(int argc, char** argv) {
     }
     if (planner->parsed()) {
       const auto rows = grouser::bench::MeasurePlanner(plans);
+      json ? PrintJson(rows) : PrintTable(rows);
+      return 0;
+    }
+    if (trajectories->parsed()) {
+      const auto rows = grouser::bench::MeasureTrajectories(ways);
       json ? PrintJson(rows) : PrintTable(rows);
       return 0;
     }

@@ -223,6 +223,51 @@ TEST_F(QueryLcmTest, IntervalsForMeasurementsAreThoseOfGrpc) {
               HasSubstr("TOLERANCE_UNMET"));
 }
 
+TEST_F(QueryLcmTest, AnsweredQueriesAreLoggedAndReplayWithEqualBits) {
+  testing::TempDir folder;  // of this server alone
+  v1alpha1::Model model = testing::PhysicsModel("sand");
+  v1alpha1::FormError* form = model.add_form_by_region();
+  form->set_region(v1alpha1::MEASURED_REGION_ANGLED);
+  for (int k = 0; k < 6; ++k) {
+    form->add_rows(k == 0 ? 4 : 0);
+    form->add_sd(k == 0 ? 1.5 : std::numeric_limits<double>::quiet_NaN());
+    form->add_factor(k == 0 ? 2 : std::numeric_limits<double>::quiet_NaN());
+  }
+  testing::MakeStable(folder.path(), model);
+  const std::string log = folder / "queries.log";
+  testing::ServerProcess server(folder.path(), {"--query-log", log});
+  client::LcmClient client("");
+  auto query = Query(64);
+  for (std::size_t i = 0; i < 64; ++i) {
+    query.v_x[i] = 0.1 * std::cos(0.1 * static_cast<double>(i));
+    query.v_y[i] = 0.1 * std::sin(0.1 * static_cast<double>(i));
+    query.load[i] = static_cast<double>(i);
+  }
+  query.rim_speed[3] = std::numeric_limits<double>::quiet_NaN();
+  query.load[4] = -1;
+  grouser_lcm::wheel_measured_t measured;
+  ASSERT_TRUE(client.Query(&query, kTimeout, &measured).has_value());
+  EXPECT_EQ(measured.n, 64);
+  auto unknown = Query(1);
+  unknown.model = "clay";
+  EXPECT_THROW(client.Query(&unknown, kTimeout), std::runtime_error) << "is not logged";
+  auto one = Query(1);
+  ASSERT_TRUE(client.Query(&one, kTimeout).has_value());
+  AskOverGrpc(server);
+  const auto replay = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), log);
+    return testing::RunProgram("grouser-replay", more, dir_.path());
+  };
+  ASSERT_TRUE(testing::Eventually([&] {
+    return replay({"--server", server.address(), "--allow-cut-tail"}).out.starts_with("3 queries");
+  }));
+  server.program().Signal(SIGTERM);
+  EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+  const auto done = replay({"--state", folder.path(), "--shipped", ""});
+  EXPECT_EQ(done.code, 0) << done.out << done.err;
+  EXPECT_THAT(done.out, HasSubstr(", 0 differing"));
+}
+
 /// Datagrams of one sender to a group, by the machine's routes or by one interface.
 void Send(const std::vector<std::string>& datagrams, const char* group,
           const char* interface = nullptr) {

@@ -226,6 +226,39 @@ TEST_F(QueryLogTest, WhatDiffersIsShownAndAModelThatIsGoneIsNamed) {
   EXPECT_THAT(damaged.err, HasSubstr("a record's checksum is wrong"));
 }
 
+// What LCM does not carry is not there, and not compared; all else is.
+TEST_F(QueryLogTest, OfAQueryOverLcmWhatItCarriesIsCompared) {
+  {
+    const auto server = Start();
+    TerrainClient(server->address()).Evaluate(Velocities());
+    server->program().Signal(SIGTERM);
+    server->program().Wait();
+  }
+  LoggedQuery query;
+  server::QueryLogReader reader(log_);
+  ASSERT_TRUE(reader.Next(&query));
+  auto* responses = query.mutable_response()->mutable_responses();
+  responses->clear_velocity();
+  responses->mutable_slip()->clear_speed_m_per_s();
+  responses->clear_interval_level();
+  int number = 0;
+  const auto replay = [&] {
+    const std::string path = dir_ / ("log/lcm" + std::to_string(++number) + "q");
+    WriteLog(path, reader.header(), query);
+    return Replay({path});
+  };
+  EXPECT_EQ(replay().code, 1) << "by gRPC these were there";
+  query.set_transport(v1alpha1::QUERY_TRANSPORT_LCM);
+  const auto equal = replay();
+  EXPECT_EQ(equal.code, 0) << equal.out;
+  EXPECT_THAT(equal.out, HasSubstr("40 states, 40 of equal bits"));
+  auto* low = responses->mutable_sinkage()->mutable_low();
+  low->Set(7, std::nextafter(low->Get(7), 1e9));
+  const auto differs = replay();
+  EXPECT_EQ(differs.code, 1);
+  EXPECT_THAT(differs.out, HasSubstr("state 7, sinkage.low: logged "));
+}
+
 TEST_F(QueryLogTest, WhatKeepsAQueryFromBeingReplayedIsNamed) {
   {
     const auto server = Start();

@@ -150,6 +150,56 @@ TEST_F(VehicleServiceTest, SolvesAndWeighsEnergyAsInProcess) {
   }
 }
 
+TEST_F(VehicleServiceTest, WeighsTrajectoriesAsInProcess) {
+  for (const char* name : {"husky", "cart"}) {
+    const Vehicle vehicle = Vehicle::Open(FileOf(name));
+    constexpr std::size_t kTrajectories = 6, kSteps = 20, n = kTrajectories * kSteps;
+    std::vector<double> v_x(n), yaw(n), grade(kSteps);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double x = static_cast<double>(i);
+      v_x[i] = 0.5 + 0.1 * std::sin(x);
+      yaw[i] = 0.2 * std::sin(3 * x);
+      grade[i % kSteps] = 0.1 * std::cos(static_cast<double>(i % kSteps));
+    }
+    v1alpha1::EvaluateTrajectoriesRequest request;
+    request.set_vehicle(name);
+    request.set_with_steps(true);
+    v1alpha1::Trajectories& t = *request.mutable_trajectories();
+    t.mutable_steps()->Resize(kTrajectories, kSteps);
+    t.add_duration_s(0.2);
+    *t.mutable_v_x_m_per_s() = {v_x.begin(), v_x.end()};
+    *t.mutable_yaw_rate_rad_per_s() = {yaw.begin(), yaw.end()};
+    *t.mutable_grade_rad() = {grade.begin(), grade.end()};
+    t.add_soil(1);
+    const auto response = Client().EvaluateTrajectories(request);
+
+    std::vector<double> all_grades, watts(n), low(n), high(n), residual(n);
+    for (std::size_t i = 0; i < n; ++i) all_grades.push_back(grade[i % kSteps]);
+    const std::vector<std::uint8_t> soil(n, 1);
+    std::vector<std::uint32_t> reasons(n);
+    ASSERT_TRUE(VehicleSolver(vehicle).Energy(
+        {.v_x = v_x, .yaw_rate = yaw, .grade = all_grades, .soil = soil}, {.reasons = reasons,
+                                                                           .residual = residual,
+                                                                           .electric = watts,
+                                                                           .electric_low = low,
+                                                                           .electric_high = high}));
+    EXPECT_TRUE(SameBits(response.steps().electric_w(), watts));
+    EXPECT_TRUE(SameBits(response.steps().electric_low_w(), low));
+    EXPECT_TRUE(SameBits(response.steps().residual(), residual));
+    EXPECT_THAT(response.steps().reasons(), ::testing::ElementsAreArray(reasons));
+    for (std::size_t k = 0; k < kTrajectories; ++k) {
+      double joules = 0, most = 0;
+      for (std::size_t i = k * kSteps; i < (k + 1) * kSteps; ++i) {
+        if (!std::isfinite(low[i]) || residual[i] > 1e-6) continue;
+        joules += watts[i] * 0.2;
+        most += high[i] * 0.2;
+      }
+      EXPECT_EQ(response.costs().energy_j(static_cast<int>(k)), joules) << name << k;
+      EXPECT_EQ(response.costs().energy_high_j(static_cast<int>(k)), most) << name << k;
+    }
+  }
+}
+
 TEST_F(VehicleServiceTest, PlansAsInProcess) {
   for (const char* name : {"husky", "cart"}) {
     const int n = 240;
@@ -211,6 +261,8 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
   const std::string drive = dir_->path() + "/drive.csv";
   std::ofstream(drive)
       << "time_s,speed_m_per_s,yaw_rate_rad_per_s\n0,0.5,0.3\n1,0.4,0\n3,0,0.5\n4,0,0\n";
+  const std::string other = dir_->path() + "/other.csv";
+  std::ofstream(other) << "time_s,speed_m_per_s,grade_deg\n0,0.3,3\n2,0.4,-2\n2.5,0.4,40\n4,0,0\n";
   const std::string bare_path = dir_->path() + "/bare_path.csv";
   std::ofstream(bare_path) << "s_m,curvature_per_m\n0,0.1\n1,0.3\n2,-0.2\n3,0\n";
   const std::vector<std::vector<std::string>> calls = {
@@ -222,6 +274,8 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       {"energy", "cart", "--speed", "2"},
       {"energy", "husky", "--drive", drive},
       {"energy", "husky", "--drive", drive, "--soil", "ice", "--json"},
+      {"energy", "husky", "--drive", drive, other, "--json"},
+      {"energy", "husky", "--soil", "{asphalt: 1, ice: 2}", "--drive", drive, other, drive},
       {"solve", "husky", "--soil", "floor", "--speed", "0.3", "--grade-deg", "28", "--draws", "60"},
       {"solve", "cart", "--speed", "2", "--radius", "6", "--draws", "30", "--json"},
       {"climb", "husky", "--json"},
@@ -373,6 +427,11 @@ TEST_F(VehicleServiceTest, RefusesHostileSizes) {
   constants.set_vehicle("husky");
   for (int i = 1; i < 200; ++i) constants.add_speeds_m_per_s(i), constants.add_radii_m(i);
   EXPECT_THAT(exhausted([&] { Client().Constants(constants); }), HasSubstr("at most 1000"));
+  v1alpha1::EvaluateTrajectoriesRequest long_ones;
+  long_ones.set_vehicle("husky");
+  for (int i = 0; i < 31; ++i) long_ones.mutable_trajectories()->add_steps(1000);
+  EXPECT_THAT(exhausted([&] { Client().EvaluateTrajectories(long_ones); }),
+              HasSubstr("steps of all trajectories: 31000 entries, at most 30000"));
   for (int i = 0; i < 600000; ++i) solve.mutable_motions()->add_bank_rad(0);  // above 4 MB
   exhausted([&] { Client().Solve(solve); });
   // The largest that is taken fits into what a client takes unless told otherwise.

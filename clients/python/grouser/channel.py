@@ -212,9 +212,12 @@ class Connection:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _limit(self, deadline: Optional[float], default: Optional[float] = None) -> float:
+        return max(self._deadline, default or 0.0) if deadline is None else _seconds(deadline)
+
     def _call(self, method: Any, request: Any, deadline: Optional[float], default: Optional[float] = None) -> Any:
         """The response of a unary method; default: its own limit, where that is longer."""
-        limit = max(self._deadline, default or 0.0) if deadline is None else _seconds(deadline)
+        limit = self._limit(deadline, default)
         until = time.monotonic() + limit
         try:
             return method(request, timeout=limit, metadata=self._metadata)
@@ -236,6 +239,13 @@ class Connection:
             raise self._error_of(error, until) from None
         finally:
             call.cancel()
+
+    def _open(self, method: Any, requests: Iterator[Any]) -> Any:
+        """A call of a method that takes and answers streams, without a limit of its own."""
+        try:
+            return method(requests, metadata=self._metadata)
+        except ValueError as error:
+            raise Error(f"{self._address}: {error}") from None
 
     def _all_pages(self, method: Any, request: Any, field: str, deadline: Optional[float],
                    limit: Optional[int] = None) -> list[Any]:

@@ -6,16 +6,20 @@ those of proto/grouser/v1alpha1, in grouser.v1alpha1. How: docs/python.md.
 """
 
 import dataclasses
-from typing import Any, Optional
+from collections.abc import Iterable
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
 from . import arrays, messages
 from ._core import AccuracyRequest, Margins, SpeedOptions
-from .arrays import Answers, Bits, Fields, Floats, Motions, Path, Powers, Solutions, SpeedPlan, States
+from .arrays import Fields, Floats, Motions, Path, Powers, Solutions, SpeedPlan, States
 from .channel import ABOUT, Connection, ServerError
 from .jobs import JobsClient, Submitted
 from .messages import make
+from .names import Binding
+from .queries import Query, ServedAnswers, WheelStream
+from .trajectories import Trajectories, TrajectoryCosts, TrajectorySteps, costs_of, trajectories_message
 from .v1alpha1 import (
     explanation_pb2,
     operator_service_pb2,
@@ -27,20 +31,20 @@ from .v1alpha1 import (
     vehicle_service_pb2_grpc,
 )
 
-__all__ = ["Client", "JobsClient", "ServedAnswers", "ServedPlan", "ServerError", "Submitted"]
-
-
-@dataclasses.dataclass(eq=False)
-class ServedAnswers(Answers):
-    """Answers of a server. sd_soil is None: served models are of one soil."""
-
-    model: str = ""  #: which answered, 'name@sha256:HEX'; with an accuracy request: which was named
-    generation: int = 0  #: of the server's models
-    interval_level: float = 0.0  #: of low and high, e.g. 0.9
-    averaging_length: float = 0.0  #: that sd_patch is stated for [m]
-    latency: float = 0.0  #: in the server, decode and transport excluded [s]
-    selectable_models: tuple[str, ...] = ()  #: with an accuracy request: the cheapest first
-    answered_by: Optional[Bits] = None  #: the same: index into them, by state
+__all__ = [
+    "Client",
+    "JobsClient",
+    "ServedAnswers",
+    "ServedConstants",
+    "ServedGrades",
+    "ServedPlan",
+    "ServerError",
+    "Submitted",
+    "Trajectories",
+    "TrajectoryCosts",
+    "TrajectorySteps",
+    "WheelStream",
+]
 
 
 @dataclasses.dataclass(eq=False)
@@ -49,6 +53,36 @@ class ServedPlan(SpeedPlan):
 
     hold_probability: Optional[float] = None  #: share of the draws on which all points hold; None: no draws
     point_hold_probability: Optional[Floats] = None  #: the same by point
+
+
+class ServedGrades(NamedTuple):
+    """As GradeRange, of one soil."""
+
+    soil: str
+    any: bool  #: False: none is driven; binding_up says why not the level
+    down: float  #: the lowest [rad]
+    up: float  #: the highest [rad]; both of one sign: not the level
+    binding_down: Binding  #: beyond `down`
+    binding_up: Binding  #: beyond `up`
+
+
+class ServedConstants(NamedTuple):
+    """As SkidConstants, of one soil, speed and radius of path; low and high: ends of the ground's 90 % interval."""
+
+    soil: str
+    speed: float  #: [m/s]
+    radius: float  #: [m]
+    separation_multiplier: float  #: (r - l)/(b yaw rate); NaN: no balance
+    separation_low: float
+    separation_high: float
+    radius_multiplier: float  #: 2 v_x/(l + r)
+    radius_low: float
+    radius_high: float
+    variance_speed: float  #: of odometry, of the ground alone [(m/s)^2]
+    variance_yaw_rate: float  #: [(rad/s)^2]
+    pull_over_weight: float  #: largest that balances, straight
+    pull_low: float  #: 1.645 standard deviations worse
+    reasons: int  #: bits of Reason
 
 
 class Client(Connection):
@@ -71,24 +105,15 @@ class Client(Connection):
         accuracy: the cheapest model of that wheel and soil that is good enough answers each state.
         fields: what is answered, as of Answers.empty; what is not asked is not sent.
         """
-        wanted = arrays.chosen(messages.ANSWERED, fields, arrays.DEFAULT_ANSWERS)
-        message, shape = messages.wheel_states(states)
-        request = make(
-            terrain_service_pb2.EvaluateWheelsRequest, model=model, states=message, fields=messages.fields_of(wanted),
-            with_gradients=any(name.partition(".")[2].startswith("d_") for name in wanted))
-        if accuracy is not None:
-            request.accuracy.CopyFrom(messages.accuracy_message(accuracy))
-        response = self._call(self._terrain.EvaluateWheels, request, deadline)
-        r = response.responses
-        out = ServedAnswers(messages.array_of(r.flags, "flags", shape, np.uint32), model=response.model,
-                            generation=response.generation, interval_level=r.interval_level,
-                            averaging_length=r.averaging_length_m,
-                            latency=response.latency.ToNanoseconds() / 1e9,
-                            selectable_models=tuple(response.selectable_models))
-        if out.selectable_models:
-            out.answered_by = messages.array_of(response.answered_by, "answered_by", shape, np.uint32)
-        messages.fill_answers(r, wanted, shape, out)
-        return out
+        query = Query(model, accuracy, fields)
+        request, shape = query.request(states)
+        return query.answers(self._call(self._terrain.EvaluateWheels, request, deadline), shape)
+
+    def stream(self, model: str = "", *, accuracy: Optional[AccuracyRequest] = None,
+               fields: Fields = None) -> WheelStream:
+        """A stream of such queries: `with client.stream(model) as stream: stream.evaluate(states)`, or send() several
+        and receive() them. The same answers with less time in transport."""
+        return WheelStream(self, self._terrain.StreamWheels, Query(model, accuracy, fields))
 
     def explain(self, state: States, model: str = "", *, max_runs: int = 0,
                 deadline: Optional[float] = None) -> explanation_pb2.Explanation:
@@ -149,6 +174,22 @@ class Client(Connection):
         messages.fill_named(p, shape, wanted, ("wheel_shaft",), out)
         return out
 
+    def evaluate_trajectories(self, trajectories: Trajectories, vehicle: str = "", *, sds: Optional[float] = None,
+                              worse_by_sd: float = 0.0, steps: bool = False, draws: int = 0,
+                              margins: Optional[Margins] = None, deadline: Optional[float] = None) -> TrajectoryCosts:
+        """What candidate trajectories of 1 to 30,000 steps in all cost; each step has the bits of VehicleSolver.energy.
+
+        sds: as of energy(); 0: no interval, in a third of the time. worse_by_sd: ground of all steps, as of Motions.
+        steps: also numbers of each step. draws: also the share of so many coherent draws of the ground on which a
+        trajectory leaves every margin at all its steps; draws times steps at most 100,000.
+        """
+        message, shape = trajectories_message(trajectories)
+        request = make(vehicle_service_pb2.EvaluateTrajectoriesRequest, vehicle=vehicle, trajectories=message,
+                       interval_sds=sds, worse_by_sd=worse_by_sd, with_steps=steps, draws=draws,
+                       margins=messages.margins_message(margins or Margins()))
+        response = self._call(self._vehicle.EvaluateTrajectories, request, deadline)
+        return costs_of(response, len(message.steps), shape, steps)
+
     def plan_speed(self, path: Path, options: SpeedOptions, vehicle: str = "", *, draws: int = 0,
                    deadline: Optional[float] = None) -> ServedPlan:
         """Safe speeds and a speed plan along a path of 2 to 10,000 points; the bits of SpeedPlanner.plan.
@@ -173,6 +214,29 @@ class Client(Connection):
             out.point_hold_probability = messages.array_of(response.point_hold_probability, "point_hold_probability",
                                                            shape)
         return out
+
+    def grades(self, vehicle: str = "", *, speed: float = 0.0, soils: Iterable[str] = (),
+               worse_by_sd: Optional[float] = None, margins: Optional[Margins] = None,
+               deadline: Optional[float] = None) -> list[ServedGrades]:
+        """The grades that are driven straight at `speed` [m/s] (0: the limit of creeping), by soil; the bits of
+        SpeedPlanner.grades.
+
+        soils: by name; none: all of the vehicle. worse_by_sd: ground that must be stood, by default 1.645.
+        """
+        request = make(vehicle_service_pb2.GradesRequest, vehicle=vehicle, speed_m_per_s=speed, soils=list(soils),
+                       worse_by_sd=worse_by_sd, margins=messages.margins_message(margins or Margins()))
+        return [ServedGrades(g.soil, g.any, g.down_rad, g.up_rad, messages.binding_of(g.binding_down),
+                             messages.binding_of(g.binding_up))
+                for g in self._call(self._vehicle.Grades, request, deadline).grades]
+
+    def constants(self, speeds: Iterable[float], radii: Iterable[float], vehicle: str = "", *,
+                  deadline: Optional[float] = None) -> list[ServedConstants]:
+        """What skid-steering controllers ask for, by soil, speed [m/s] and radius of path [m], all above 0 and at most
+        1,000 in all; the bits of Vehicle.constants."""
+        request = make(vehicle_service_pb2.ConstantsRequest, vehicle=vehicle, speeds_m_per_s=list(speeds),
+                       radii_m=list(radii))
+        return [ServedConstants(**{name: getattr(c, field) for name, field in messages.wire_names(c).items()})
+                for c in self._call(self._vehicle.Constants, request, deadline).constants]
 
     def vehicles(self, *, deadline: Optional[float] = None) -> list[vehicle_service_pb2.VehicleInfo]:
         """The vehicles by name. deadline: of each page."""

@@ -12,7 +12,7 @@ from ._core import OUTPUT_ARRAYS, AccuracyRequest, Error, Margins
 from .v1alpha1 import state_pb2, vehicle_pb2
 
 # What ends a field's name on the wire: its unit.
-_UNIT = re.compile(r"_(?:n_m|n|m_per_s2|m_per_s|rad_per_s2|rad_per_s|rad|per_m|w|m)$")
+_UNIT = re.compile(r"_(?:n_m|n|m_per_s2|m_per_s|rad_per_s2|rad_per_s|rad|per_m|w|m|s|j)$")
 
 #: What servers answer: of one soil that is known, so that there is no sd_soil.
 ANSWERED = tuple(f"{o}.{a}" for o in names.OUTPUTS for a in OUTPUT_ARRAYS if a != "sd_soil") + ("slip", "attack_angle")

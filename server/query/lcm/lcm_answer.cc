@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 
-#include "grouser_lcm/wheel_query_t.hpp"
 #include "proto/lcm/byte_reader.h"
 #include "server/core/evaluator.h"
 
@@ -153,7 +153,7 @@ std::optional<wheel_response_t> AnswerLcm(const Snapshot& snapshot,
   measured->sender = response.sender;
   measured->model = response.model;
   EvaluateQuery(*model, query, &response, measured);
-  if (outcome != nullptr) *outcome = {StatusCode::kOk, model};
+  if (outcome != nullptr) *outcome = {StatusCode::kOk, model, std::move(query)};
   return response;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grouser_lcm/wheel_measured_t.hpp"
+#include "grouser_lcm/wheel_query_t.hpp"
 #include "grouser_lcm/wheel_response_t.hpp"
 #include "server/core/snapshot.h"
 
@@ -21,6 +22,7 @@ inline constexpr int kMaxLcmStates = 64;
 struct LcmOutcome {
   StatusCode code = StatusCode::kInvalidArgument;
   const ServedModel* model = nullptr;  ///< that answered, of the snapshot
+  grouser_lcm::wheel_query_t query{};  ///< that it answered
 };
 
 /// Answers one encoded wheel_query_t. A query that cannot be answered (too many

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/query/lcm/lcm_answer.h"
+#include "server/query/lcm/lcm_record.h"
 
 namespace grouser::server {
 namespace {
@@ -31,9 +32,10 @@ void Publish(lcm_t* publisher, const char* channel, const Message& message) {
 }  // namespace
 
 LcmServer::LcmServer(const std::string& url, const std::string& interface,
-                     const SnapshotStore& store, QueryMetrics& metrics)
+                     const SnapshotStore& store, QueryMetrics& metrics, QueryLog* log)
     : store_(store),
       metrics_(metrics),
+      log_(log),
       url_(lcm_io::EffectiveLcmUrl(url)),
       receiver_(lcm_io::ParseLcmUrl(url_), interface),
       publisher_(lcm_create(lcm_io::ParseLcmUrl(url_).Text().c_str()), lcm_destroy) {
@@ -134,6 +136,9 @@ void LcmServer::Answer(std::span<const std::uint8_t> query) {
   }
   if (measured.n > 0) Publish(publisher_.get(), kLcmMeasuredChannel, measured);
   Publish(publisher_.get(), kLcmResponseChannel, *response);
+  if (log_ == nullptr || outcome.model == nullptr) return;
+  const LcmRecord record = RecordOf(outcome.query, *response, measured);
+  log_->Offer(Transport::kLcm, record.request, record.response);
 }
 
 }  // namespace grouser::server

@@ -46,7 +46,7 @@ v1alpha1::QueryTransport WireTransport(Transport transport) {
     case Transport::kStream:
       return v1alpha1::QUERY_TRANSPORT_STREAM;
     case Transport::kLcm:
-      break;
+      return v1alpha1::QUERY_TRANSPORT_LCM;
   }
   return v1alpha1::QUERY_TRANSPORT_UNSPECIFIED;
 }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "grouser_lcm/wheel_query_t.hpp"
+#include "server/query/lcm/lcm_record.h"
 #include "tests/unit/server/fake_model.h"
 
 namespace grouser::server {
@@ -181,6 +182,37 @@ TEST_F(LcmAnswerTest, TruncatedForeignAndRandomBytesAreSurvived) {
     for (int i = 0; i < 4; ++i) bytes[8 + random() % (bytes.size() - 8)] = random() & 0xff;
     Answer(bytes);
   }
+}
+
+// What was asked and answered, as the log of queries has it.
+TEST_F(LcmAnswerTest, IsRecordedAsAnEvaluateWheelsCall) {
+  auto query = Query(3);
+  query.load = {24, 0, -1};
+  query.v_y = {0.1, 0.2, 0.3};
+  LcmOutcome outcome;
+  const auto response = AnswerLcm(snapshot_, Encode(query), &problem_, &measured_, &outcome);
+  ASSERT_TRUE(response.has_value());
+  const LcmRecord record = RecordOf(outcome.query, *response, measured_);
+  EXPECT_EQ(record.request.sequence(), 42u);
+  EXPECT_EQ(record.request.model(), "sand");
+  EXPECT_THAT(record.request.states().load_n(), ::testing::ElementsAreArray(query.load));
+  EXPECT_THAT(record.request.states().velocity().v_y_m_per_s(),
+              ::testing::ElementsAreArray(query.v_y));
+  EXPECT_THAT(record.request.states().velocity().rim_speed_m_per_s(),
+              ::testing::ElementsAreArray(query.rim_speed));
+  const v1alpha1::WheelResponses& r = record.response.responses();
+  EXPECT_EQ(record.response.model(), response->model);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(r.flags(i), static_cast<std::uint32_t>(response->flags[i]));
+  }
+  EXPECT_EQ(r.f_y().value(0), response->f_y.value[0]);
+  EXPECT_EQ(r.torque().sd_fit(0), response->torque.sd_fit[0]);
+  EXPECT_EQ(r.m_z().sd_patch(1), response->m_z.sd_patch[1]);
+  EXPECT_EQ(r.sinkage().low(0), response->sinkage.low[0]);
+  EXPECT_EQ(r.f_x().high(0), response->f_x.high[0]);
+  EXPECT_EQ(r.slip().attack_angle_rad(0), response->attack_angle[0]);
+  EXPECT_EQ(r.velocity().v_x_m_per_s_size(), 0) << "LCM echoes none";
+  EXPECT_EQ(r.f_x().measured_low_size(), 0) << "this model knows none";
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST(MotionLogFile, EnergyIsThatOfEachRowUntilTheNext) {
   const std::vector<vehicle::PowerInterval> powers = {
       power(10, 8, 12, true), power(20, 10, 40, true), power(5, 5, 5, false),
       power(5, nan, 5, true), power(-3, -4, -2, true), power(1e9, 0, 1e9, true)};
-  const LogEnergy sum = EnergyOf(log, powers);  // the last row has no time of its own
+  const vehicle::DriveEnergy sum = EnergyOf(log, powers);  // the last row has no time of its own
   EXPECT_EQ(sum.joules, 10 + 2 * 20 - 2 * 3);
   EXPECT_EQ(sum.low, 8 + 2 * 10 - 2 * 4);
   EXPECT_EQ(sum.high, 12 + 2 * 40 - 2 * 2);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "surrogate/vehicle/constants.h"
+#include "surrogate/vehicle/trajectory.h"
 #include "tests/unit/vehicle/vehicles.h"
 
 namespace grouser::vehicle {
@@ -108,6 +109,13 @@ TEST_F(StopTest, GradesProbabilityAndConstantsEnd) {
   const auto draws = std::make_shared<const GroundDraws>(grounds_, 400);
   planner.UseDraws(draws);
   EndsSoon([&] { planner.ProbabilityByDraws(motion, options_); }, SpeedPlanner::kMostSolvesToStop);
+  std::vector<std::uint8_t> least(400, 1), most(400, 1);
+  EndsSoon(
+      [&] {
+        std::fill(most.begin(), most.end(), 1);
+        planner.KeepGoing(motion, options_, least, most);
+      },
+      SpeedPlanner::kMostSolvesToStop);
   std::vector<PathPoint> path(150);
   for (std::size_t i = 0; i < path.size(); ++i) path[i].s_m = 0.1 * static_cast<double>(i);
   const std::vector<SpeedPoint> plan(path.size(), {.speed_m_per_s = 0.4});
@@ -116,6 +124,33 @@ TEST_F(StopTest, GradesProbabilityAndConstantsEnd) {
   EndsSoon([&] { along.PlanByDraws(path, options_, plan, {}); }, SpeedPlanner::kMostSolvesToStop);
   const std::vector<double> speeds = {0.3, 0.5, 0.9}, radii = {0.8, 2, 9};
   EndsSoon([&] { ConstantsOf(Skid(), grounds_, speeds, radii, &model_.stop); }, 3);
+}
+
+TEST_F(StopTest, TrajectoriesEndAndLeaveTheSolverAsGoodAsNew) {
+  Solver solver(Skid(), grounds_);
+  TrajectoryEvaluator evaluator(&solver);
+  const std::vector<std::size_t> steps = {150, 1, 249};
+  std::vector<TrajectoryCost> costs;
+  const auto work = [&] {
+    double x = 0;
+    costs = evaluator.CostsOf(
+        steps,
+        [&x] {
+          x += 1;
+          Motion m = Motion::OnPath(0.5, std::sin(7 * x * x));
+          m.grade_rad = 0.4 * std::sin(3 * x * x);
+          return TrajectoryStep{m, 0.1};
+        },
+        1, &model_.stop);
+  };
+  work();
+  const std::vector<TrajectoryCost> before = costs;
+  EndsSoon(work, SpeedPlanner::kMostSolvesToStop);
+  model_.Run(0, work);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    EXPECT_EQ(before[k].energy.joules, costs[k].energy.joules);
+    EXPECT_EQ(before[k].reasons, costs[k].reasons);
+  }
 }
 
 }  // namespace

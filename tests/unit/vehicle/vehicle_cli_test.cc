@@ -79,6 +79,38 @@ TEST_F(VehicleCli, EnergyOfADriveIsThatOfItsMotions) {
   EXPECT_NE(error_.find("path.csv:2: speed_m_per_s: got 'fast'"), std::string::npos) << error_;
 }
 
+TEST_F(VehicleCli, EnergyComparesDrives) {
+  const std::string first = Path("time_s,speed_m_per_s\n0,0.5\n2,0.4\n3,0\n");
+  const std::string second = folder_ / "second.csv";
+  std::ofstream(second) << "time_s,speed_m_per_s,grade_deg\n0,0.5,0\n1,0.5,5\n3,0.5,60\n4,0,0\n";
+  const std::string call = "energy " + kHusky + " --soil asphalt --drive ";
+  ASSERT_EQ(Run(call + first + " --json"), 0) << error_;
+  const auto alone = nlohmann::json::parse(out_);
+  EXPECT_EQ(Run(call + first + " " + second + " --json"), 1) << "60 degrees are too steep";
+  const auto both = nlohmann::json::parse(out_);
+  ASSERT_EQ(both.size(), 2u);
+  for (const char* sum : {"joules", "joules_low", "joules_high", "seconds", "metres"}) {
+    EXPECT_EQ(both[0][sum], alone[sum]) << sum << ": every bit";
+  }
+  EXPECT_EQ(both[0]["reasons"], "");
+  EXPECT_TRUE(both[0]["first_row"].is_null());
+  EXPECT_GT(both[0]["least_margin"].get<double>(), 0);
+  EXPECT_EQ(both[1]["drive"], second);
+  EXPECT_EQ(both[1]["first_row"], 2);
+  EXPECT_EQ(both[1]["rows_left_out"], 1);
+  EXPECT_EQ(both[1]["seconds"], 3);
+  ASSERT_EQ(Run(call + first + " " + first), 0) << error_;
+  EXPECT_EQ(out_.rfind("joules,joules_low,", 0), 0u) << out_;
+  EXPECT_EQ(std::count(out_.begin(), out_.end(), '\n'), 3);
+  EXPECT_EQ(Run("energy --drive " + first + " " + second + " " + kHusky), 1)
+      << "the vehicle may stand last: " << error_;
+  std::ofstream(second) << "speed_m_per_s\n0.5\n0.5\n";
+  EXPECT_EQ(Run(call + first + " " + second), 2);
+  EXPECT_NE(error_.find("second.csv: got no column time_s, expected two rows or more with times"),
+            std::string::npos)
+      << error_;
+}
+
 TEST_F(VehicleCli, SpeedSaysWhereThePlanDoesNotHold) {
   std::string text = "s_m,curvature_per_m,bank_deg,soil\n";
   for (int i = 0; i < 20; ++i) {
