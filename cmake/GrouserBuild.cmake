@@ -12,7 +12,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 # once for several sources. Every name of a target is therefore distinct, and the preset tidy
 # compiles each source alone.
 set(CMAKE_UNITY_BUILD ${GROUSER_UNITY})
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 24)
 
 add_library(grouser_options INTERFACE)
 target_include_directories(grouser_options INTERFACE "${PROJECT_SOURCE_DIR}")
