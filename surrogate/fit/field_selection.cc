@@ -9,7 +9,7 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr std::size_t kOfAngle = 4;  // the first of Lengths' axes that is the attack angle's
+constexpr std::size_t kOfAngle = 4;  // the first of Lengths' axes that are angles
 constexpr int kAmplitude = Lengths::kAxes, kLack = kAmplitude + 1, kRate = kLack + 1;
 constexpr double kShorter = 0.6;     // of ln length, at the second start
 constexpr double kLeastSize = 1e-4;  // of the lack of fit's prior
@@ -51,8 +51,9 @@ class Objective final : public ceres::FirstOrderFunction {
 
   FieldSettings SettingsAt(const double* x) const {
     FieldSettings s;
-    const auto length = [&](int axis) { return std::exp(x[axis]); };
-    s.lengths = {length(0), length(1), length(2), length(3), length(4), length(5)};
+    std::array<double, Lengths::kAxes> length;
+    for (int a = 0; a < Lengths::kAxes; ++a) length[a] = std::exp(x[a]);
+    s.lengths = Lengths::Of(length);
     s.amplitude = std::exp(x[kAmplitude]);
     s.lack_of_fit = std::exp(x[kLack]);
     if (HasRate()) s.rate_amplitude = s.amplitude * std::exp(x[kRate]);

@@ -10,6 +10,7 @@ namespace {
 constexpr double kJitter = 1e-6;  // of the prior variance
 constexpr double kDistanceRidge = 0.01;
 constexpr double kHeadingCorner = 0.02;  // where (p, y) becomes a heading
+constexpr double kSlidingCorner = 0.05;  // and (p - q, y) the way in which the rim slides
 
 double Square(double x) { return x * x; }
 
@@ -25,8 +26,10 @@ int SignOf(const Mirror& m, ResidualTable::Parity parity) {
 FieldCoordinates CoordinatesOf(const FieldPoint& at) {
   const auto& [p, y, q] = at.direction;
   const double hub = std::sqrt(p * p + y * y + kHeadingCorner);
+  const double slide = std::sqrt((p - q) * (p - q) + y * y + kSlidingCorner);
   constexpr double kHalf = 1 / std::numbers::sqrt2;
-  return {(p - q) * kHalf, (p + q) * kHalf, y, at.log_load, p / hub, y / hub};
+  return {(p - q) * kHalf, (p + q) * kHalf, y,        at.log_load, p / hub,
+          y / hub,         (p - q) / slide, y / slide};
 }
 
 std::vector<FieldCoordinates> CoordinatesOf(const std::vector<FieldPoint>& points) {
@@ -39,8 +42,13 @@ std::vector<FieldCoordinates> CoordinatesOf(const std::vector<FieldPoint>& point
 /// Squared differences by length: mirror x turns v_x and rim, mirror y turns v_y.
 std::array<double, Lengths::kAxes> SquaresOf(const FieldCoordinates& a, const FieldCoordinates& b,
                                              const Mirror& m) {
-  return {Square(a[0] - m.x * b[0]), Square(a[1] - m.x * b[1]), Square(a[2] - m.y * b[2]),
-          Square(a[3] - b[3]),       Square(a[4] - m.x * b[4]), Square(a[5] - m.y * b[5])};
+  return {Square(a[0] - m.x * b[0]),
+          Square(a[1] - m.x * b[1]),
+          Square(a[2] - m.y * b[2]),
+          Square(a[3] - b[3]),
+          Square(a[4] - m.x * b[4]),
+          Square(a[5] - m.y * b[5]),
+          Square(a[6] - m.x * b[6]) + Square(a[7] - m.y * b[7])};
 }
 
 /// sum_g chi(g) m(d(a, g b)).

@@ -30,9 +30,16 @@ struct Lengths {
   // The attack angle's cosine and sine, regular where the hub rests.
   double ahead = 2;  ///< p/sqrt(p^2 + y^2 + 0.02)
   double aside = 2;  ///< y/sqrt(p^2 + y^2 + 0.02)
+  // Whither the rim's lowest point slides, which friction opposes.
+  double sliding = 2;  ///< (p - q, y)/sqrt((p - q)^2 + y^2 + 0.05)
 
-  static constexpr int kAxes = 6;
-  std::array<double, kAxes> All() const { return {slip, roll, lateral, load, ahead, aside}; }
+  static constexpr int kAxes = 7;
+  std::array<double, kAxes> All() const {
+    return {slip, roll, lateral, load, ahead, aside, sliding};
+  }
+  static Lengths Of(const std::array<double, kAxes>& l) {
+    return {l[0], l[1], l[2], l[3], l[4], l[5], l[6]};
+  }
 };
 
 /// Gaussian process of one channel,
@@ -47,8 +54,8 @@ struct FieldSettings {
   double rate_amplitude = 0;  ///< prior sd of T_rate, 0: none
 };
 
-/// What the kernel compares: Lengths' coordinates.
-using FieldCoordinates = std::array<double, Lengths::kAxes>;
+/// What the kernel compares: Lengths' coordinates, the two of `sliding` last.
+using FieldCoordinates = std::array<double, Lengths::kAxes + 1>;
 
 /// The sums over mirrors for all pairs of points, and their slopes by ln of each length.
 class PairKernel {
@@ -90,10 +97,10 @@ class ResidualField {
 
 /// Lengths, amplitudes and lack of fit at the largest marginal likelihood (Rasmussen &
 /// Williams 2006, eq. 2.30) times a prior: logarithms of lengths normal about those of
-/// Lengths{} with sd 0.7 (of the attack angle's 1), of the others with sd 1 about 0.7 (amplitude)
-/// and 0.03 (lack of fit) of the values' root mean square, and 0.2 of the amplitude for what the
-/// speed does; a rate only where some u is not 0. Quasi-Newton steps (L-BFGS) from two starts. No
-/// field (amplitude 0) where white noise is as likely.
+/// Lengths{} with sd 0.7 (of ahead, aside and sliding 1), of the others with sd 1 about 0.7
+/// (amplitude) and 0.03 (lack of fit) of the values' root mean square, and 0.2 of the amplitude for
+/// what the speed does; a rate only where some u is not 0. Quasi-Newton steps (L-BFGS) from two
+/// starts. No field (amplitude 0) where white noise is as likely.
 struct SelectedField {
   FieldSettings settings;
   double likelihood;  ///< logarithm of that product, but for a constant

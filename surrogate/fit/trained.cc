@@ -17,7 +17,7 @@ constexpr double kOwnNoise = 0.75;
 // Hull distances over the fields' lengths: those at which runs left out are off by more.
 constexpr double kDistanceLengths = 0.4;
 // Where no field has lengths: by direction and ln load alone.
-constexpr Lengths kNoField = {0.45, 0.45, 0.45, 0.7, 1e9, 1e9};
+constexpr Lengths kNoField = {0.45, 0.45, 0.45, 0.7, 1e9, 1e9, 1e9};
 
 double FroudeOf(const Sample& row, double radius_m, double gravity_m_per_s2) {
   const Canonical state = row.state();
@@ -175,8 +175,7 @@ Trained Train(const std::vector<Sample>& rows, const TrainOptions& options, cons
     for (int a = 0; a < Lengths::kAxes; ++a) {
       l[a] = lengths[a].empty() ? none[a] : part * Median(lengths[a]);
     }
-    return std::make_shared<const HullDistance>(points,
-                                                Lengths{l[0], l[1], l[2], l[3], l[4], l[5]});
+    return std::make_shared<const HullDistance>(points, Lengths::Of(l));
   };
   result.distance = distance(kDistanceLengths);
   result.reach = distance(1);

@@ -35,18 +35,16 @@ TEST(PairKernel, SlopesAreThoseOfItsValues) {
   const std::vector<FieldPoint> points = RandomPoints(7, 1);
   for (const ResidualTable::Parity parity : {ResidualTable::Parity{1, 1}, {-1, 1}, {-1, -1}}) {
     const PairKernel kernel(points, parity);
-    const std::array<double, Lengths::kAxes> at = {0.8, 1.1, 0.6, 2.0, 1.3, 0.9};
-    const auto with = [](const std::array<double, Lengths::kAxes>& l) {
-      return Lengths{l[0], l[1], l[2], l[3], l[4], l[5]};
-    };
+    const std::array<double, Lengths::kAxes> at = {0.8, 1.1, 0.6, 2.0, 1.3, 0.9, 1.5};
     std::array<Eigen::MatrixXd, Lengths::kAxes> slopes;
-    const Eigen::MatrixXd values = kernel.At(with(at), &slopes);
-    EXPECT_TRUE(values.isApprox(kernel.At(with(at)), 1e-14));
+    const Eigen::MatrixXd values = kernel.At(Lengths::Of(at), &slopes);
+    EXPECT_TRUE(values.isApprox(kernel.At(Lengths::Of(at)), 1e-14));
     for (int a = 0; a < Lengths::kAxes; ++a) {
       auto low = at, high = at;
       low[a] *= std::exp(-1e-5);
       high[a] *= std::exp(1e-5);
-      const Eigen::MatrixXd difference = (kernel.At(with(high)) - kernel.At(with(low))) / 2e-5;
+      const Eigen::MatrixXd difference =
+          (kernel.At(Lengths::Of(high)) - kernel.At(Lengths::Of(low))) / 2e-5;
       EXPECT_LT((difference - slopes[a]).cwiseAbs().maxCoeff(), 1e-7) << a;
     }
   }
@@ -112,7 +110,7 @@ TEST(ResidualField, FollowsWhatItWasFittedToInBothMirrors) {
 
 TEST(HullDistance, GrowsFromTheRuns) {
   const std::vector<FieldPoint> points = RandomPoints(30, 7);
-  const HullDistance distance(points, {0.4, 0.4, 0.4, 1, 0.6, 0.6});
+  const HullDistance distance(points, {0.4, 0.4, 0.4, 1, 0.6, 0.6, 1});
   FieldPoint far = points[0];
   far.log_load += 6;
   EXPECT_LT(distance.At(points[0]), 0.12);
