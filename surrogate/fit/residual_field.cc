@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kJitter = 1e-6;  // of the prior variance
 constexpr double kDistanceRidge = 0.01;
-constexpr double kHeadingCorner = 0.02;  // where (p, y) becomes a heading
+constexpr double kHeadingCorner = 0.04;  // where (p, y) becomes a heading
 constexpr double kSlidingCorner = 0.05;  // and (p - q, y) the way in which the rim slides
 
 double Square(double x) { return x * x; }

@@ -28,8 +28,8 @@ struct Lengths {
   double lateral = 1;  ///< y: 0 to 90 degrees is 1 apart
   double load = 3;     ///< ln load
   // The attack angle's cosine and sine, regular where the hub rests.
-  double ahead = 2;  ///< p/sqrt(p^2 + y^2 + 0.02)
-  double aside = 2;  ///< y/sqrt(p^2 + y^2 + 0.02)
+  double ahead = 2;  ///< p/sqrt(p^2 + y^2 + 0.04)
+  double aside = 2;  ///< y/sqrt(p^2 + y^2 + 0.04)
   // Whither the rim's lowest point slides, which friction opposes.
   double sliding = 2;  ///< (p - q, y)/sqrt((p - q)^2 + y^2 + 0.05)
 
