@@ -113,6 +113,19 @@ std::vector<LeftOut> CrossValidate(const std::vector<Sample>& rows, const TrainO
   return result;
 }
 
+double LeftOutError(const std::vector<LeftOut>& left_out, double radius_m) {
+  double sum = 0;
+  for (const Output o : kPredicted) {
+    double error = 0;
+    for (const LeftOut& l : left_out) {
+      error += std::fabs(l.row->mean[o] - l.prediction.value[o]) /
+               OutputScale(o, l.row->load_n, radius_m) / static_cast<double>(left_out.size());
+    }
+    sum += std::log(std::max(error, 1e-12));
+  }
+  return sum;
+}
+
 Calibration Calibrate(const std::vector<LeftOut>& left_out, const BedVariability& patch,
                       double radius_m) {
   Calibration result;

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "proto/records/run_file.h"
 #include "surrogate/fit/calibration.h"
@@ -183,6 +185,34 @@ TrainOptions OptionsOf(const FitRequest& request, const std::vector<Sample>& tra
   return options;
 }
 
+struct Fitted {
+  Trained trained;
+  std::vector<LeftOut> left_out;
+};
+
+/// Of fields on physics and fields of the whole answer that which predicts the runs left out
+/// better; of kinds without the one or the other what they are.
+Fitted FitBest(const std::vector<Sample>& training, const TrainOptions& options,
+               const ProgressText& progress) {
+  const auto fit = [&](const TrainOptions& form, const char* of) {
+    progress(fmt::format("fit of {} runs{}", training.size(), of));
+    Trained trained = Train(training, form, nullptr);
+    std::vector<LeftOut> left_out = CrossValidate(training, form, trained, progress);
+    return Fitted{std::move(trained), std::move(left_out)};
+  };
+  if (!options.with_physics || !options.with_residual) return fit(options, "");
+  Fitted on_physics = fit(options, ", fields of what physics leaves");
+  TrainOptions form = options;
+  form.whole = true;
+  Fitted whole = fit(form, ", fields of the whole answer");
+  const double radius = options.wheel.radius_m;
+  const double gain =
+      LeftOutError(on_physics.left_out, radius) - LeftOutError(whole.left_out, radius);
+  progress(fmt::format("errors of runs left out, whole over on physics: {:.3g}",
+                       std::exp(-gain / static_cast<double>(std::size(kPredicted)))));
+  return gain > 0 ? std::move(whole) : std::move(on_physics);
+}
+
 }  // namespace
 
 double ProfileWeightOf(v1alpha1::ModelKind kind) {
@@ -204,9 +234,7 @@ v1alpha1::Model FitModel(const FitRequest& request) {
   const BedVariability alike = EstimateBedVariability(repeats, training, radius);
 
   const TrainOptions options = OptionsOf(request, training, alike);
-  request.progress("fit of " + std::to_string(training.size()) + " runs");
-  const Trained trained = Train(training, options, nullptr);
-  const std::vector<LeftOut> left_out = CrossValidate(training, options, trained, request.progress);
+  const auto [trained, left_out] = FitBest(training, options, request.progress);
   const BedVariability patch = EstimateBedVariability(repeats, training, radius,
                                                       EstimateBulldozing(left_out, alike, radius));
   const Calibration calibration = Calibrate(left_out, patch, radius);

@@ -1,7 +1,7 @@
 #include "surrogate/fit/residual_field.h"
 
 #include <cmath>
-#include <limits>
+#include <numbers>
 #include <utility>
 
 namespace grouser::surrogate {
@@ -9,65 +9,61 @@ namespace {
 
 constexpr double kJitter = 1e-6;  // of the prior variance
 constexpr double kDistanceRidge = 0.01;
-
-double Matern(double d2) {
-  const double d = std::sqrt(5 * d2);
-  return (1 + d + d * d / 3) * std::exp(-d);
-}
+constexpr double kHeadingCorner = 0.04;  // where (p, y) becomes a heading
+constexpr double kSlidingCorner = 0.05;  // and (p - q, y) the way in which the rim slides
 
 double Square(double x) { return x * x; }
 
-// sum_g chi(g) m(d(a, g b)): mirror x turns v_x and rim, mirror y turns v_y.
-double SymmetricKernel(const FieldPoint& a, const FieldPoint& b, ResidualTable::Parity parity,
-                       const Lengths& lengths) {
-  const double load2 = Square((a.log_load - b.log_load) / lengths.load);
+struct Mirror {
+  int x, y;
+};
+constexpr std::array<Mirror, 4> kMirrorsOfAll = {{{1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
+
+int SignOf(const Mirror& m, ResidualTable::Parity parity) {
+  return (m.x < 0 ? parity.x : 1) * (m.y < 0 ? parity.y : 1);
+}
+
+FieldCoordinates CoordinatesOf(const FieldPoint& at) {
+  const auto& [p, y, q] = at.direction;
+  const double hub = std::sqrt(p * p + y * y + kHeadingCorner);
+  const double slide = std::sqrt((p - q) * (p - q) + y * y + kSlidingCorner);
+  constexpr double kHalf = 1 / std::numbers::sqrt2;
+  return {(p - q) * kHalf, (p + q) * kHalf, y,        at.log_load, p / hub,
+          y / hub,         (p - q) / slide, y / slide};
+}
+
+std::vector<FieldCoordinates> CoordinatesOf(const std::vector<FieldPoint>& points) {
+  std::vector<FieldCoordinates> all;
+  all.reserve(points.size());
+  for (const FieldPoint& point : points) all.push_back(CoordinatesOf(point));
+  return all;
+}
+
+/// Squared differences by length: mirror x turns v_x and rim, mirror y turns v_y.
+std::array<double, Lengths::kAxes> SquaresOf(const FieldCoordinates& a, const FieldCoordinates& b,
+                                             const Mirror& m) {
+  return {Square(a[0] - m.x * b[0]),
+          Square(a[1] - m.x * b[1]),
+          Square(a[2] - m.y * b[2]),
+          Square(a[3] - b[3]),
+          Square(a[4] - m.x * b[4]),
+          Square(a[5] - m.y * b[5]),
+          Square(a[6] - m.x * b[6]) + Square(a[7] - m.y * b[7])};
+}
+
+/// sum_g chi(g) m(d(a, g b)).
+double SymmetricKernel(const FieldCoordinates& a, const FieldCoordinates& b,
+                       ResidualTable::Parity parity, const Lengths& lengths) {
+  const std::array<double, Lengths::kAxes> length = lengths.All();
   double sum = 0;
-  for (const int x : {1, -1}) {
-    for (const int y : {1, -1}) {
-      const double plane2 =
-          Square(a.direction[0] - x * b.direction[0]) + Square(a.direction[2] - x * b.direction[2]);
-      const double lateral2 = Square(a.direction[1] - y * b.direction[1]);
-      const int sign = (x < 0 ? parity.x : 1) * (y < 0 ? parity.y : 1);
-      sum += sign *
-             Matern(plane2 / Square(lengths.plane) + lateral2 / Square(lengths.lateral) + load2);
-    }
+  for (const Mirror& m : kMirrorsOfAll) {
+    const auto square = SquaresOf(a, b, m);
+    double d2 = 0;
+    for (int i = 0; i < Lengths::kAxes; ++i) d2 += square[i] / Square(length[i]);
+    const double d = std::sqrt(5 * d2);
+    sum += SignOf(m, parity) * (1 + d + d * d / 3) * std::exp(-d);
   }
   return sum;
-}
-
-Eigen::MatrixXd KernelMatrix(const std::vector<FieldPoint>& points, ResidualTable::Parity parity,
-                             const Lengths& lengths) {
-  const int n = static_cast<int>(points.size());
-  Eigen::MatrixXd k(n, n);
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      k(i, j) = k(j, i) = SymmetricKernel(points[i], points[j], parity, lengths);
-    }
-  }
-  return k;
-}
-
-Eigen::VectorXd SpeedsOf(const std::vector<FieldPoint>& points) {
-  Eigen::VectorXd u(static_cast<Eigen::Index>(points.size()));
-  for (Eigen::Index i = 0; i < u.size(); ++i) u(i) = points[i].u;
-  return u;
-}
-
-/// k of FieldSettings and the noise on its diagonal, from the kernel's sums and u u'.
-Eigen::MatrixXd Covariance(const Eigen::MatrixXd& kernel, const Eigen::MatrixXd& speeds,
-                           const Eigen::VectorXd& noise, const FieldSettings& s) {
-  Eigen::MatrixXd k = Square(s.amplitude) * kernel;
-  if (s.rate_amplitude > 0) k += Square(s.rate_amplitude) * kernel.cwiseProduct(speeds);
-  const double floor = Square(s.lack_of_fit) + kJitter * Square(s.amplitude) + 1e-12;
-  k.diagonal().array() += noise.array().square() + floor;
-  return k;
-}
-
-double Likelihood(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& values) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const double determinant = factor.matrixLLT().diagonal().array().log().sum();
-  return -0.5 * values.dot(factor.solve(values)) - determinant;
 }
 
 }  // namespace
@@ -84,108 +80,98 @@ FieldPoint MakeFieldPoint(const ChartPoint& chart, double log_load) {
           log_load};
 }
 
+PairKernel::PairKernel(const std::vector<FieldPoint>& points, ResidualTable::Parity parity) {
+  const std::vector<FieldCoordinates> at = CoordinatesOf(points);
+  const auto n = static_cast<Eigen::Index>(at.size());
+  for (int m = 0; m < kMirrors; ++m) {
+    sign_[m] = SignOf(kMirrorsOfAll[m], parity);
+    for (Eigen::MatrixXd& square : squares_[m]) square.resize(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const auto square = SquaresOf(at[i], at[j], kMirrorsOfAll[m]);
+        for (int a = 0; a < Lengths::kAxes; ++a) squares_[m][a](i, j) = square[a];
+      }
+    }
+  }
+}
+
+Eigen::MatrixXd PairKernel::At(const Lengths& lengths) const { return At(lengths, nullptr); }
+
+Eigen::MatrixXd PairKernel::At(const Lengths& lengths,
+                               std::array<Eigen::MatrixXd, Lengths::kAxes>* slopes) const {
+  const std::array<double, Lengths::kAxes> length = lengths.All();
+  const Eigen::Index n = squares_[0][0].rows();
+  Eigen::MatrixXd kernel = Eigen::MatrixXd::Zero(n, n);
+  if (slopes) slopes->fill(kernel);
+  for (int m = 0; m < kMirrors; ++m) {
+    Eigen::ArrayXXd d2 = Eigen::ArrayXXd::Zero(n, n);
+    for (int a = 0; a < Lengths::kAxes; ++a) {
+      d2 += squares_[m][a].array() / Square(length[a]);
+    }
+    const Eigen::ArrayXXd d = (5 * d2).sqrt(), decay = (-d).exp();
+    kernel.array() += sign_[m] * (1 + d + d.square() / 3) * decay;
+    if (!slopes) continue;
+    for (int a = 0; a < Lengths::kAxes; ++a) {
+      const double weight = sign_[m] * 5 / (3 * Square(length[a]));
+      (*slopes)[a].array() += weight * (1 + d) * decay * squares_[m][a].array();
+    }
+  }
+  return kernel;
+}
+
+Eigen::VectorXd NoiseVariance(const Eigen::VectorXd& noise, const FieldSettings& s) {
+  const double floor = Square(s.lack_of_fit) + kJitter * Square(s.amplitude) + 1e-12;
+  return noise.array().square() + floor;
+}
+
 ResidualField::ResidualField(std::vector<FieldPoint> points, const Eigen::VectorXd& values,
                              const Eigen::VectorXd& noise, ResidualTable::Parity parity,
                              const FieldSettings& settings)
     : points_(std::move(points)), parity_(parity), settings_(settings) {
   if (settings.amplitude <= 0 || points_.empty()) return;
-  const Eigen::MatrixXd kernel = KernelMatrix(points_, parity, settings.lengths);
-  const Eigen::VectorXd u = SpeedsOf(points_);
-  weights_ = Covariance(kernel, u * u.transpose(), noise, settings).llt().solve(values);
+  coordinates_ = CoordinatesOf(points_);
+  Eigen::MatrixXd k = PairKernel(points_, parity).At(settings.lengths);
+  for (Eigen::Index i = 0; i < k.rows(); ++i) {
+    for (Eigen::Index j = 0; j < k.cols(); ++j) {
+      k(i, j) *= Square(settings.amplitude) +
+                 Square(settings.rate_amplitude) * points_[i].u * points_[j].u;
+    }
+  }
+  k.diagonal() += NoiseVariance(noise, settings);
+  weights_ = k.llt().solve(values);
+}
+
+ResidualField::Terms ResidualField::At(const FieldPoint& at) const {
+  const FieldCoordinates here = CoordinatesOf(at);
+  Terms sum{};
+  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
+    const double k =
+        weights_(i) * SymmetricKernel(here, coordinates_[i], parity_, settings_.lengths);
+    sum.table += k;
+    sum.rate += k * points_[i].u;
+  }
+  return {Square(settings_.amplitude) * sum.table, Square(settings_.rate_amplitude) * sum.rate};
 }
 
 double ResidualField::Mean(const FieldPoint& at) const {
-  double sum = 0;
-  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    const double k =
-        Square(settings_.amplitude) + Square(settings_.rate_amplitude) * at.u * points_[i].u;
-    sum += weights_(i) * k * SymmetricKernel(at, points_[i], parity_, settings_.lengths);
-  }
-  return sum;
+  const Terms terms = At(at);
+  return terms.table + at.u * terms.rate;
 }
 
-double ResidualField::Rate(const FieldPoint& at) const {
-  if (settings_.rate_amplitude == 0) return 0;
-  double sum = 0;
-  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    sum += weights_(i) * points_[i].u * SymmetricKernel(at, points_[i], parity_, settings_.lengths);
-  }
-  return Square(settings_.rate_amplitude) * sum;
-}
-
-namespace {
-
-/// The best of the candidates that came by.
-class Contest {
- public:
-  Contest(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
-          const Eigen::VectorXd& noise)
-      : values_(values), noise_(noise) {
-    const Eigen::VectorXd u = SpeedsOf(points);
-    speeds_ = u * u.transpose();
-    spread_ = std::sqrt(u.squaredNorm() / static_cast<double>(u.size()));
-    size_ = std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
-  }
-
-  /// All amplitudes and ridges with these lengths.
-  void Enter(const Eigen::MatrixXd& kernel, const Lengths& lengths) {
-    for (const double amplitude : {0.0, 0.25, 0.5, 1.0, 2.0}) {
-      for (const double lack : {0.0, 0.03, 0.1, 0.25, 0.5, 1.0}) {
-        for (const double rate : {0.0, 0.1, 0.2, 0.4, 0.8}) {
-          if (rate > 0 && (spread_ == 0 || amplitude == 0)) break;
-          FieldSettings s{lengths, amplitude * size_, lack * size_, 0};
-          if (rate > 0) s.rate_amplitude = rate * s.amplitude / spread_;
-          Enter(kernel, s);
-        }
-      }
-    }
-  }
-  const SelectedField& best() const { return best_; }
-
- private:
-  void Enter(const Eigen::MatrixXd& kernel, const FieldSettings& s) {
-    const double likelihood = Likelihood(Covariance(kernel, speeds_, noise_, s), values_);
-    // A later candidate must earn its place: a thousandth a value.
-    const double gain = 1e-3 * static_cast<double>(values_.size());
-    if (likelihood > best_.likelihood + gain) best_ = {s, likelihood};
-  }
-
-  const Eigen::VectorXd &values_, &noise_;
-  Eigen::MatrixXd speeds_;
-  double spread_, size_;
-  SelectedField best_{{}, -std::numeric_limits<double>::infinity()};
-};
-
-}  // namespace
-
-SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::VectorXd& values,
-                          const Eigen::VectorXd& noise, ResidualTable::Parity parity) {
-  Contest contest(points, values, noise);
-  for (const double load : {0.7, 2.0, 5.0}) {
-    for (const double plane : {0.25, 0.45, 0.8, 1.4}) {
-      for (const double lateral : {0.25, 0.45, 0.8, 1.4, 2.5}) {
-        if (lateral < plane) continue;
-        const Lengths lengths{plane, lateral, load};
-        contest.Enter(KernelMatrix(points, parity, lengths), lengths);
-      }
-    }
-  }
-  return contest.best();
-}
-
-HullDistance::HullDistance(std::vector<FieldPoint> points, const Lengths& lengths)
-    : points_(std::move(points)), lengths_(lengths) {
-  Eigen::MatrixXd k = KernelMatrix(points_, {1, 1}, lengths);
+HullDistance::HullDistance(const std::vector<FieldPoint>& points, const Lengths& lengths)
+    : coordinates_(CoordinatesOf(points)), lengths_(lengths) {
+  Eigen::MatrixXd k = PairKernel(points, {1, 1}).At(lengths);
   k.diagonal().array() += kDistanceRidge;
   factor_.compute(k);
 }
 
 double HullDistance::At(const FieldPoint& at) const {
-  Eigen::VectorXd k(static_cast<Eigen::Index>(points_.size()));
+  const FieldCoordinates here = CoordinatesOf(at);
+  Eigen::VectorXd k(static_cast<Eigen::Index>(coordinates_.size()));
   for (Eigen::Index i = 0; i < k.size(); ++i) {
-    k(i) = SymmetricKernel(at, points_[i], {1, 1}, lengths_);
+    k(i) = SymmetricKernel(here, coordinates_[i], {1, 1}, lengths_);
   }
-  const double prior = SymmetricKernel(at, at, {1, 1}, lengths_);
+  const double prior = SymmetricKernel(here, here, {1, 1}, lengths_);
   const double open = prior - k.dot(factor_.solve(k));
   return std::sqrt(open > 0 ? open / prior : 0);
 }

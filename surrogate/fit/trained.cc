@@ -11,6 +11,13 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the runs
+// Of the variance of one placement, what goes with a run's own squared standard error: beds
+// scatter as blocks within a bed do, tenfold more sideways than straight on.
+constexpr double kOwnNoise = 0.75;
+// Hull distances over the fields' lengths: those at which runs left out are off by more.
+constexpr double kDistanceLengths = 0.4;
+// Where no field has lengths: by direction and ln load alone.
+constexpr Lengths kNoField = {0.45, 0.45, 0.45, 0.7, 1e9, 1e9, 1e9};
 
 double FroudeOf(const Sample& row, double radius_m, double gravity_m_per_s2) {
   const Canonical state = row.state();
@@ -32,8 +39,7 @@ double CanonicalSign(int output, const Canonical& state) {
   return x * y;
 }
 
-double Median(std::vector<double> values, double otherwise) {
-  if (values.empty()) return otherwise;
+double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
 }
@@ -43,7 +49,15 @@ double SmoothStep(double x) {
   return t * t * (3 - 2 * t);
 }
 
+// Of the fields in the answer, beside (1 - it) of physics.
+double ShareOf(const Trained& trained, const FieldPoint& at) {
+  if (!trained.whole) return 0;
+  return trained.with_physics ? FieldShare(trained.reach->At(at)) : 1;
+}
+
 }  // namespace
+
+double FieldShare(double reach) { return SmoothStep(2 - 2 * reach); }
 
 SpeedAxis SpeedAxisOf(const std::vector<Sample>& rows, double radius_m, double gravity_m_per_s2) {
   constexpr double kSameSpeed = 1.1 * 1.1;  // in Froude numbers
@@ -73,13 +87,23 @@ Residuals ResidualsOf(const std::vector<Sample>& rows, const TrainOptions& optio
     const Sample& row = rows[i];
     const Canonical state = row.state();
     BekkerModel::Answer answer{};
-    if (options.with_physics) answer = model.SolveCanonical(state, row.load_n);
+    const bool on_physics = options.with_physics && !options.whole;
+    if (on_physics) answer = model.SolveCanonical(state, row.load_n);
     for (int o = 0; o < kOutputs; ++o) {
       const double scale = OutputScale(o, row.load_n, options.wheel.radius_m);
       r.value(i, o) = (CanonicalSign(o, state) * row.mean[o] - answer.value[o]) / scale;
-      if (o == kFz && !options.with_physics) r.value(i, o) = 0;
-      r.noise(i, o) = std::hypot(row.standard_error[o] / scale, options.physics.patch[o]);
+      if (o == kFz) r.value(i, o) = 0;
+      r.noise(i, o) = row.standard_error[o] / scale;
     }
+  }
+  for (int o = 0; o < kOutputs; ++o) {
+    const double own2 = r.noise.col(o).squaredNorm() / static_cast<double>(n);
+    if (!(own2 > 0)) {
+      r.noise.col(o).setConstant(options.physics.patch[o]);
+      continue;
+    }
+    r.noise.col(o) = options.physics.patch[o] *
+                     (1 - kOwnNoise + kOwnNoise / own2 * r.noise.col(o).array().square()).sqrt();
   }
   return r;
 }
@@ -126,6 +150,7 @@ void SelectSettings(const std::vector<Sample>& rows, const TrainOptions& options
 Trained Train(const std::vector<Sample>& rows, const TrainOptions& options, const Trained* warm) {
   Trained result;
   result.with_physics = options.with_physics;
+  result.whole = options.whole || !options.with_physics;
   result.speed = warm ? warm->speed : options.speed;
   result.gravity_m_per_s2 = options.gravity_m_per_s2;
   if (options.with_physics) {
@@ -135,18 +160,25 @@ Trained Train(const std::vector<Sample>& rows, const TrainOptions& options, cons
   const Residuals rest = ResidualsOf(rows, options, BekkerModel(result.physics, options.wheel));
   if (options.with_residual) SelectSettings(rows, options, rest, warm, &result);
   const std::vector<FieldPoint> points = PointsOf(rows, options, result.speed);
-  std::vector<double> plane, lateral, load;
+  std::array<std::vector<double>, Lengths::kAxes> lengths;
   for (int o = 0; o < kOutputs; ++o) {
     const FieldSettings& settings = result.settings[o];
     result.fields.emplace_back(points, rest.value.col(o), rest.noise.col(o),
                                ResidualTable::ParityOf(o), settings);
     if (settings.amplitude == 0) continue;
-    plane.push_back(settings.lengths.plane);
-    lateral.push_back(settings.lengths.lateral);
-    load.push_back(settings.lengths.load);
+    const auto all = settings.lengths.All();
+    for (int a = 0; a < Lengths::kAxes; ++a) lengths[a].push_back(all[a]);
   }
-  const Lengths middle{Median(plane, 0.45), Median(lateral, 0.45), Median(load, 0.7)};
-  result.distance = std::make_shared<const HullDistance>(points, middle);
+  const auto none = kNoField.All();
+  const auto distance = [&](double part) {
+    std::array<double, Lengths::kAxes> l;
+    for (int a = 0; a < Lengths::kAxes; ++a) {
+      l[a] = lengths[a].empty() ? none[a] : part * Median(lengths[a]);
+    }
+    return std::make_shared<const HullDistance>(points, Lengths::Of(l));
+  };
+  result.distance = distance(kDistanceLengths);
+  result.reach = distance(1);
   return result;
 }
 
@@ -160,13 +192,15 @@ Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Sam
   } else {
     result.physics[kFz] = at.load_n;
   }
-  result.value = result.physics;
+  result.distance = trained.distance->At(point);
+  const double share = ShareOf(trained, point);
   for (int o = 0; o < kOutputs; ++o) {
-    result.value[o] += OutputScale(o, at.load_n, wheel.radius_m) * trained.fields[o].Mean(point);
+    const double scale = OutputScale(o, at.load_n, wheel.radius_m);
+    const double field = (trained.whole ? share : 1) * trained.fields[o].Mean(point);
+    result.value[o] = (1 - share) * result.physics[o] + scale * (o == kFz ? share : field);
   }
   ApplyMirrors(state, &result.physics);
   ApplyMirrors(state, &result.value);
-  result.distance = trained.distance->At(point);
   return result;
 }
 
@@ -174,8 +208,10 @@ Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
   const double low = std::log(load_min_n), high = std::log(load_max_n);
   const double margin = trained.with_physics ? std::log(kLoadMargin) : 0;
   Table table;
-  table.axes.direction = 30;  // 6 degrees: a slip of 0.2 near slip 0
-  table.axes.lateral = 9;     // 10 degrees
+  // What physics leaves: 6 degrees, a slip of 0.2 near slip 0, and 10. The whole answer: half of
+  // that, since it turns within few degrees where the attack angle does (to 0.1 % of the load).
+  table.axes.direction = trained.whole ? 60 : 30;
+  table.axes.lateral = trained.whole ? 18 : 9;
   table.axes.load =
       std::clamp(static_cast<int>(std::ceil((high - low + 2 * margin) / 0.45)), 4, 16);
   table.axes.log_load_min = low - margin;
@@ -188,12 +224,14 @@ Table Tabulate(const Trained& trained, double load_min_n, double load_max_n) {
                             ? 1
                             : SmoothStep((node.log_load - table.axes.log_load_min) / margin) *
                                   SmoothStep((table.axes.log_load_max - node.log_load) / margin);
-    for (int o = 0; o < kOutputs; ++o) {
-      const bool load = o == kFz && !trained.with_physics;
-      values[o].push_back(load ? 1 : fade * trained.fields[o].Mean(point));
-      rates[o].push_back(fade * trained.fields[o].Rate(point));
-    }
     const double distance = trained.distance->At(point);
+    const double share = fade * ShareOf(trained, point);
+    for (int o = 0; o < kOutputs; ++o) {
+      const double weight = trained.whole ? share : fade;
+      const ResidualField::Terms field = trained.fields[o].At(point);
+      values[o].push_back(o == ResidualTable::kShare ? share : weight * field.table);
+      rates[o].push_back(weight * field.rate);
+    }
     values[ResidualTable::kDistance].push_back(1 - fade * (1 - distance));
   }
   for (int c = 0; c < ResidualTable::kChannels; ++c) {

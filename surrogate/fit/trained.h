@@ -9,23 +9,28 @@
 
 namespace grouser::surrogate {
 
-/// Physics and residual fields as fitted, before the fields become a table.
-/// Residuals are over OutputScale.
+/// Physics and fields as fitted, before the fields become a table. Fields are over
+/// OutputScale: of what physics leaves, or of the whole answer, which then is
+///   (1 - s) physics + s field, s = FieldShare(reach),
+/// so that physics alone answers where runs say nothing.
 struct Trained {
   BekkerParameters physics;
-  bool with_physics = true;  ///< else the fields are the whole answer
+  bool with_physics = true;  ///< else the fields are the whole answer, s = 1
+  bool whole = false;        ///< with physics: whether fields are of the whole answer
   std::array<FieldSettings, kOutputs> settings;
   std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
-  SpeedAxis speed;  ///< of the fields, its saturation by the likelihood
+  std::shared_ptr<const HullDistance> reach;  ///< the same over the fields' own lengths
+  SpeedAxis speed;                            ///< of the fields, its saturation by the likelihood
   double gravity_m_per_s2;
 };
 
 struct TrainOptions {
   WheelGeometry wheel;
-  BekkerFitOptions physics;   ///< its `patch` is the noise of the fields too
+  BekkerFitOptions physics;   ///< its `patch` is the fields' mean noise, too
   bool with_residual = true;  ///< false: the bekker kind
   bool with_physics = true;   ///< false: the lookup kind
+  bool whole = false;         ///< with physics: what the fields are of
   SpeedAxis speed;            ///< reference and end, of all runs; may be none
   double gravity_m_per_s2 = 9.81;
 };
@@ -42,11 +47,14 @@ struct Prediction {
   std::array<double, kOutputs> value, physics;
   double distance;  ///< hull distance
 };
+/// 1 where the runs leave less than half of the prior sd open, 0 where they leave all.
+double FieldShare(double reach);
 Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Sample& at);
 
 /// The table of the fields over [load_min/3, load_max 3]; beyond the training
 /// loads it fades to 0 (and the hull distance to 1). Without physics it ends at
-/// the training loads, and f_z is the load.
+/// the training loads. The channel of f_z is the table's share in the answer
+/// (ResidualTable::kShare): s of Trained, faded; 0 on physics, 1 without.
 struct Table {
   TableAxes axes;
   TableCoefficients coefficients;

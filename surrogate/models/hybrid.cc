@@ -12,6 +12,10 @@ namespace grouser::surrogate {
 namespace {
 
 constexpr double kLighter = 4, kHeavier = 3;  // reach of the load axis beyond the hull
+constexpr double kAmple = 8;                  // |ln(largest load/load)| from which it is all one
+
+// ln(largest load/load) of an answer of which physics have the share 1 - q.
+double Carried(double margin, double q) { return (1 - q) * margin + kAmple * q; }
 
 // The canonical state at a place of the chart, exact at its ends.
 Canonical FromChart(const ChartPoint& at) {
@@ -74,13 +78,16 @@ std::vector<double> AddTrend(const BekkerModel& physics, BlockSolver solver, con
   for (std::size_t i = 0; i < n; ++i) {
     const double load = input[kLoad][i];
     output[kFz][i] = load;  // where the soil carries less: Limit, in the kernel
+    const double share = (*values)[ResidualTable::kShare][i];
     for (int o = 0; o < kOutputs; ++o) {
-      (*values)[o][i] += output[o][i] / OutputScale(o, load, physics.wheel().radius_m);
+      const double of_physics = output[o][i] / OutputScale(o, load, physics.wheel().radius_m);
+      (*values)[o][i] += (1 - share) * of_physics;
     }
     if (i % (axes.load + 1) == 0) {  // the loads of a motion stand side by side
       most = physics.AtSinkage(FromChart(nodes[i].chart), physics.max_sinkage()).value[kFz];
     }
-    margin[i] = std::clamp(std::log(std::max(most, 1e-30)) - nodes[i].log_load, -8.0, 8.0);
+    const double all = std::log(std::max(most, 1e-30)) - nodes[i].log_load;
+    margin[i] = Carried(std::clamp(all, -kAmple, kAmple), share);
   }
   return margin;
 }
@@ -132,8 +139,8 @@ HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, doub
   Answer answer{};
   answer.flags = domain().uncertainty().Flags();
   answer.value = trend.value;
-  if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
   if (v_x == 0 && v_y == 0 && rim_speed == 0) {
+    if (trend.no_equilibrium) answer.flags |= kNoEquilibrium | kClamped;
     answer.flags |= kStatic | kExtrapolated;
     domain().AddUncertainty(1, 0, load, &answer);
     return answer;
@@ -144,7 +151,13 @@ HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, doub
   std::array<double, kOutputs> more{};
   for (int o = 0; o < kOutputs; ++o) more[o] = OutputScale(o, load, radius) * rest[o];
   ApplyMirrors(state, &more);
-  for (int o = 0; o < kOutputs; ++o) answer.value[o] += more[o];
+  const double share = rest[ResidualTable::kShare];
+  for (int o = 0; o < kOutputs; ++o) answer.value[o] = (1 - share) * trend.value[o] + more[o];
+  if (trend.no_equilibrium) {
+    const double carried = Carried(std::log(trend.value[kFz] / load), share);
+    if (carried < 0) answer.flags |= kNoEquilibrium | kClamped;
+    if (share != 0) answer.value[kFz] = carried < 0 ? load * std::exp(carried) : load;
+  }
   if (answer.value[kSinkage] < 0) {
     answer.value[kSinkage] = 0;
     answer.flags |= kClamped;
@@ -244,7 +257,8 @@ TableAxes HybridModel::AxesFor(const Resolution& wanted) const noexcept {
   double step = wanted.log_load, anchor = std::log(hull().load_min_n);
   if (!table_.empty()) {
     const TableAxes& coarse = table_.axes();
-    resolution.direction = Multiple(coarse.direction, wanted.direction);
+    const bool smooth = table_.has_share();
+    resolution.direction = Multiple(coarse.direction, smooth ? 1 : wanted.direction);
     resolution.lateral = Multiple(coarse.lateral, wanted.lateral);
     const double width = (coarse.log_load_max - coarse.log_load_min) / coarse.load;
     step = width / std::ceil(width / wanted.log_load);

@@ -12,14 +12,20 @@ namespace grouser::surrogate {
 
 /// Grid of the whole answer, in intervals; see HybridModel::Tabulate.
 struct Resolution {
-  int direction = 90, lateral = 36;  ///< at least; multiples of the residual table's
-  double log_load = 0.25;            ///< at most, a fraction of the residual table's step
+  /// At least; multiples of the residual table's. Of a table with a share as many directions as
+  /// it has itself: what it holds is smooth, and physics answer far from runs alone.
+  int direction = 90, lateral = 36;
+  double log_load = 0.25;  ///< at most, a fraction of the residual table's step
 };
 
-/// Physics trend + table of the residual ; with a table of
-/// hull distances alone it is the bekker model.
+/// Physics trend + table; with a table of hull distances alone it is the bekker model.
 ///
-///   value = bekker(state) + s T(state), s = load, load r or r
+///   value = (1 - q(state)) bekker(state) + s T(state), s = load, load r or r
+///
+/// q is T's channel of f_z (ResidualTable::kShare). Where it is none T is what physics leave
+/// of the runs. Where it is 1, about the runs, T is the answer; far off it is 0, and the answer
+/// that of physics. NO_EQUILIBRIUM, f_z: (1 - q) m + 8 q, m = ln(largest load that
+/// has an equilibrium/load) of physics, is what says how much the soil carries.
 ///
 /// Uncertainty and intervals: see Hull. EvaluateOne is this law. Evaluate is as well,
 /// one state at a time, until Prepare: from then on a table of it (Tabulate) answers, or

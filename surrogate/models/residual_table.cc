@@ -116,6 +116,7 @@ ResidualTable::ResidualTable(const TableAxes& axes,
     for (std::size_t i = 0; i < size; ++i) {
       coefficients_[i * kLanes + channel] = coefficients[channel][i];
       has_outputs_ |= channel < kOutputs && coefficients[channel][i] != 0;
+      has_share_ |= channel == kShare && coefficients[channel][i] != 0;
     }
   }
 }

@@ -30,11 +30,13 @@ struct TableAxes {
 ///
 /// Channels: the six outputs, then the hull distance (0 at training runs, 1
 /// far away). Forces are per load, moments per load and radius, sinkage per
-/// radius.
+/// radius. f_z is the load and needs none: its channel is the share of the table
+/// in the answer, beside which 1 less it is the physics' (kShare).
 class ResidualTable {
  public:
   static constexpr int kChannels = kOutputs + 1;
   static constexpr int kDistance = kOutputs;
+  static constexpr int kShare = kFz;
 
   /// No table: all channels 0.
   ResidualTable() = default;
@@ -55,6 +57,8 @@ class ResidualTable {
   bool empty() const { return coefficients_.empty(); }
   /// Whether an output's coefficient is other than 0.
   bool has_outputs() const { return has_outputs_; }
+  /// Whether the table has a share in the answer rather than being added to it.
+  bool has_share() const { return has_share_; }
   const TableAxes& axes() const { return axes_; }
 
   /// Sign under the mirrors of a channel: x (v_x and rim), y (v_y).
@@ -69,7 +73,7 @@ class ResidualTable {
   static constexpr int kLanes = 8;  // channels, padded for vector loads
   TableAxes axes_;
   std::vector<double> coefficients_;
-  bool has_outputs_ = false;
+  bool has_outputs_ = false, has_share_ = false;
 };
 
 struct SpeedAxis;

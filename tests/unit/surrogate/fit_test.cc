@@ -118,6 +118,50 @@ TEST(FitModel, ResidualTableBeatsPhysicsAlone) {
   }
 }
 
+// Physics of another world: what they leave of the runs is rougher than the runs.
+Truth FarFromPhysics() {
+  Truth truth;
+  truth.misfit = 1.2;
+  truth.noise = 0.003;
+  return truth;
+}
+
+TEST(FitModel, WherePhysicsMisleadsTheTableIsTheAnswerNearRuns) {
+  const Truth truth = FarFromPhysics();
+  auto runs = RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TRAIN, 71, 12, 30);
+  for (auto& run : RandomRuns(truth, 60, v1alpha1::RUN_ROLE_TEST, 72, 12, 30)) runs.push_back(run);
+  const v1alpha1::Model model = FitModel(MakeRequest(runs));
+  ASSERT_GT(model.residual().coefficients(ResidualTable::kShare).values_size(), 0);
+  EXPECT_LT(Find(model, "held_out", "f_x").rmse(), 0.04 * 20);
+  EXPECT_LT(Find(model, "held_out", "f_y").rmse(), 0.04 * 20);
+  const auto fast = MakeModel(model);  // golden vectors included
+  const HybridModel law = MakeHybrid(model);
+  for (const v1alpha1::RunSummary& run : runs) {
+    const VelocityState v = FromSlip(run.slip(), run.attack_angle_rad(), 0.1);
+    const auto at = law.EvaluateOne(v.v_x, v.v_y, v.rim_speed, run.load_n());
+    const auto table = AnswerOf(*fast, v, run.load_n());
+    for (const Output o : kPredicted) {
+      const double scale = OutputScale(o, run.load_n(), 0.0625);
+      EXPECT_NEAR(table.value[o], at.value[o], 4e-3 * scale) << run.run_id();
+    }
+    EXPECT_NEAR(at.value[kFz], run.load_n(), 1e-6 * run.load_n());
+  }
+  // Far from all runs physics alone answer.
+  const VelocityState v = FromSlip(0.3, 0.4, 0.1);
+  const auto heavy = law.EvaluateOne(v.v_x, v.v_y, v.rim_speed, 200);
+  const auto physics = law.physics().Solve(v.v_x, v.v_y, v.rim_speed, 200);
+  for (int o = 0; o < kOutputs; ++o) EXPECT_NEAR(heavy.value[o], physics.value[o], 1e-9);
+  EXPECT_NE(heavy.flags & kExtrapolated, 0u);
+}
+
+TEST(FitModel, WherePhysicsLeadTheTableIsWhatTheyLeave) {
+  Truth truth;
+  truth.misfit = 0.05;
+  truth.noise = 0.005;
+  const v1alpha1::Model model = FitModel(MakeRequest(SmallCampaign(truth, {16, 24})));
+  EXPECT_EQ(model.residual().coefficients(ResidualTable::kShare).values_size(), 0);
+}
+
 TEST(FitModel, RefitMovesTheAnswerTowardsTheNewRunAndNarrowsTheInterval) {
   Truth truth;
   truth.misfit = 0.08;

@@ -163,7 +163,7 @@ TEST(GateWidth, ChanceLeavesLessToMoreRuns) {
 // An honest refit moves how much of a load that is too large the soil carries, by much more than
 // the interval of f_z, which is how closely a DEM run holds its load.
 TEST(GateDomainChange, WhatAnOverloadedSoilCarriesIsNotMeasuredByHowRunsHoldTheirLoad) {
-  const v1alpha1::Model base = ReadModel(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model").model;
+  const v1alpha1::Model base = ReadModel(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/bekker.model").model;
   v1alpha1::Model stiffer = base;
   auto* bekker = stiffer.mutable_bekker();
   bekker->set_k_phi_n_per_m_n_plus_2(1.02 * bekker->k_phi_n_per_m_n_plus_2());

@@ -37,6 +37,7 @@ ResidualTable RandomTable(double size, double distance = 0.1) {
   std::array<std::vector<double>, ResidualTable::kChannels> channels;
   std::array<std::span<const double>, ResidualTable::kChannels> spans;
   for (int c = 0; c < ResidualTable::kChannels; ++c) {
+    if (c == ResidualTable::kShare) continue;  // added to physics
     const ResidualTable::Parity parity = ResidualTable::ParityOf(c);
     const int n = axes.direction, m = axes.lateral + 3, row = axes.load + 3;
     channels[c].resize(ResidualTable::Size(axes));
@@ -125,6 +126,69 @@ TEST(ResidualTable, OneChannelIsThatOfTheWholeTable) {
   }
   const std::span<const double> cut = spans[1].first(spans[1].size() - 1);
   EXPECT_THROW(ResidualTable::EvaluateChannel(axes, cut, {}, 3), std::invalid_argument);
+}
+
+// A table that is everywhere the same, of even outputs alone, with a share.
+HybridModel MakeShared(double share) {
+  const TableAxes axes{45, 18, 6, std::log(2.0), std::log(200.0)};
+  std::array<std::vector<double>, ResidualTable::kChannels> channels;
+  std::array<std::span<const double>, ResidualTable::kChannels> spans;
+  const auto fill = [&](int channel, double value) {
+    channels[channel].assign(ResidualTable::Size(axes), value);
+    spans[channel] = channels[channel];
+  };
+  fill(kSinkage, 0.3);
+  fill(ResidualTable::kShare, share);
+  return {BekkerModel(BekkerParameters{}, {0.0625, 0.05}), ResidualTable(axes, spans), MakeHull(),
+          MakeUncertainty()};
+}
+
+TEST(Hybrid, ATableWithAShareLeavesTheRestToPhysics) {
+  const HybridModel none = MakeShared(0), half = MakeShared(0.5), all = MakeShared(1);
+  for (const double v_y : {0.0, 0.02, 0.08}) {
+    const auto physics = none.physics().Solve(0.1, v_y, 0.12, 24).value;
+    const auto added = none.EvaluateOne(0.1, v_y, 0.12, 24).value;
+    const auto mixed = half.EvaluateOne(0.1, v_y, 0.12, 24).value;
+    const auto table = all.EvaluateOne(0.1, v_y, 0.12, 24).value;
+    for (int o = 0; o < kOutputs; ++o) {
+      const double of_table = o == kSinkage ? 0.3 * 0.0625 : 0;
+      EXPECT_NEAR(added[o], physics[o] + of_table, 1e-12);
+      if (o == kFz) continue;
+      EXPECT_NEAR(mixed[o], 0.5 * physics[o] + of_table, 1e-12);
+      EXPECT_NEAR(table[o], of_table, 1e-12);
+    }
+    for (const auto& value : {added, mixed, table}) EXPECT_NEAR(value[kFz], 24, 1e-6);
+  }
+}
+
+// Where physics find no sinkage that carries the load, and runs did.
+TEST(Hybrid, ATableThatIsTheAnswerCarriesTheLoad) {
+  for (const double share : {0.0, 1.0}) {
+    HybridModel model = MakeShared(share);
+    const double load = 20 * model.physics()
+                                 .AtSinkage(ToCanonical(0.1, 0, 0.1), model.physics().max_sinkage())
+                                 .value[kFz];
+    ASSERT_TRUE(model.physics().Solve(0.1, 0, 0.1, load).no_equilibrium);
+    const auto at = model.EvaluateOne(0.1, 0, 0.1, load);
+    EXPECT_EQ((at.flags & kNoEquilibrium) == 0, share == 1);
+    EXPECT_NEAR(at.value[kFz], share == 1 ? load : load / 20, 1e-6 * load);
+  }
+}
+
+TEST(Hybrid, ItsFineTableIsThatOfAShare) {
+  HybridModel model = MakeShared(0.5);
+  const HybridModel law = MakeShared(0.5);
+  model.Prepare();
+  for (const double v_y : {0.0, 0.02, 0.08}) {
+    for (const double load : {18.0, 24.0, 34.0}) {
+      const auto want = law.EvaluateOne(0.1, v_y, 0.12, load);
+      const auto got = AnswerOf(model, {0.1, v_y, 0.12}, load);
+      for (int o = 0; o < kOutputs; ++o) {
+        EXPECT_NEAR(got.value[o], want.value[o], 4e-3 * OutputScale(o, load, 0.0625));
+      }
+      EXPECT_EQ(got.flags, want.flags);
+    }
+  }
 }
 
 TEST(Hybrid, BadStatesGetNaNAndHarmNoOther) {
