@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "surrogate/model_io/form_message.h"
 
@@ -40,6 +41,7 @@ FormEstimate EstimateForm(const std::vector<MeasuredRow>& rows, double middle_lo
   FormEstimate estimate;
   estimate.form.middle_load_n = middle_load;
   std::array<std::array<double, kOutputs>, kMeasuredRegions> misses{}, own{};
+  std::array<std::array<std::set<long>, kOutputs>, kMeasuredRegions> angles;
   for (const MeasuredRow& row : rows) {
     const auto region = static_cast<std::size_t>(RegionOfPoint(*row.measured));
     for (int o = 0; o < kOutputs; ++o) {
@@ -48,16 +50,19 @@ FormEstimate EstimateForm(const std::vector<MeasuredRow>& rows, double middle_lo
       misses[region][o] += std::pow(scale * MissOf(row, o), 2);
       own[region][o] += std::pow(scale * row.model.half_width[o] / normal, 2);
       ++estimate.rows[region][o];
+      angles[region][o].insert(AngleKey(*row.measured));
     }
   }
   for (std::size_t region = 0; region < kMeasuredRegions; ++region) {
     for (int o = 0; o < kOutputs; ++o) {
       const int n = estimate.rows[region][o];
       if (n == 0) continue;
-      const double mean = misses[region][o] / n, least = mean * std::min(1.0, std::sqrt(2.0 / n));
+      const bool one_angle = region == static_cast<std::size_t>(MeasuredRegion::kStraight);
+      const int k = one_angle ? n : static_cast<int>(angles[region][o].size());
+      const double mean = misses[region][o] / n, least = mean * std::min(1.0, std::sqrt(2.0 / k));
       FormErrors::OfRegion& to = estimate.form.region[region];
       to.sd[o] = std::sqrt(std::max(mean - own[region][o] / n, least));
-      to.factor[o] = boost::math::quantile(boost::math::students_t(n), upper);
+      to.factor[o] = boost::math::quantile(boost::math::students_t(k), upper);
     }
   }
   return estimate;

@@ -11,12 +11,14 @@ namespace grouser::surrogate {
 
 /// DEM minus measurement in each region, from the n rows that were measured there:
 ///
-///   sd^2 = max(M - D, M min(1, sqrt(2/n)))
+///   sd^2 = max(M - D, M min(1, sqrt(2/k)))
 ///
 /// M: mean of (model minus measurement)^2, D: that of the variance which the model's own interval
-/// against DEM stands for; forces and moments brought to the middle load. What is below the
-/// standard error of M, n rows cannot tell from 0. factor: two-sided quantile of Student's t with n
-/// degrees of freedom (M is about 0, not about a mean). No row: both NaN.
+/// against DEM stands for; forces and moments brought to the middle load. k: rows straight ahead,
+/// where all are at one angle; in the other regions the attack angles that were measured, since
+/// rows of one angle miss alike. What is below the standard error of M, k of them cannot tell from
+/// 0. factor: two-sided quantile of Student's t with k degrees of freedom (M is about 0, not about
+/// a mean). No row: both NaN.
 struct FormEstimate {
   FormErrors form;
   std::array<std::array<int, kOutputs>, kMeasuredRegions> rows{};

@@ -41,7 +41,7 @@ inline constexpr std::array<MeasuredGroup, 4> kMeasuredGroups = {
 ///   value +- hypot((high - low)/2, factor sd s), s = load/middle load, 1 for sinkage
 ///
 /// low, high: the interval that covers a DEM run; factor: Student's for the number of measured
-/// rows in the region (surrogate/fit/form_fit.h). NaN: unknown.
+/// rows or angles in the region (surrogate/fit/form_fit.h). NaN: unknown.
 struct FormErrors {
   struct OfRegion {
     std::array<double, kOutputs> sd, factor;
