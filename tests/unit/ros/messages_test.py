@@ -67,7 +67,7 @@ class MessagesTest(unittest.TestCase):
         text = (PACKAGES / "grouser_ros/nodes/ros2_node.py").read_text()
         ast.parse(text)
         for part in ("SENSOR = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)",
-                     'create_subscription(kind, topic, callback, QUEUE if topic == "soil" else SENSOR)',
+                     'kind, topic, callback, QUEUE if topic == "soil" else SENSOR)',
                      "ANY_TYPE = ParameterDescriptor(dynamic_typing=True)",
                      "declare_parameter(name, default, ANY_TYPE)"):
             self.assertIn(part, text)

@@ -226,8 +226,8 @@ class ReplayTest(unittest.TestCase):
         speed = np.array([[0.8, 0.4, np.nan], [0.2, 0.0, 0.8]])  # north first
         folder = write_map(self.folder / "map", {"": speed})
         got = {}
-        with node(self.env, self.folder, f"_map:={folder}", "_map_frame:=site", "_datum:=[499990.0, 5299000.0]", "_way:='045'",
-                  name="masks"):
+        with node(self.env, self.folder, f"_map:={folder}", "_map_frame:=site", "_datum:=[499990.0, 5299000.0]",
+                  "_way:='045'", name="masks"):
             for name in ("speed_mask", "keepout_mask"):  # latched: whoever comes later hears them
                 rospy.Subscriber(f"/masks/{name}", OccupancyGrid, lambda m, n=name: got.update({n: m}))
             wait_for("the masks", lambda: len(got) == 2)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The node's inputs through ROS 1: Twist, Odometry, Imu, soil; which twist belongs to a joint state; what ~twist claims.
-Exit code 77: there is no ROS 1."""
+"""The node's inputs through ROS 1: Twist, Odometry, Imu, soil; which twist belongs to a joint state; what ~twist
+claims. Exit code 77: there is no ROS 1."""
 
 import math
 import os
@@ -42,7 +42,7 @@ class TopicsTest(unittest.TestCase):
             p.get_num_connections() == (1 if name in ("twist", "odom") else 2) for name, p in cls.send.items()))
 
     def answer(self, accept=lambda answer: True, before=lambda: None, stamp=100.0, node="plain"):
-        """The first answer of a node to a joint state of this stamp that is accepted. `before` is called before each."""
+        """The first answer of a node to a joint state of this stamp that is accepted; before() is called before each."""
         joints, found = JointState(name=WHEELS, velocity=[3.0] * 4), []
         joints.header.stamp = rospy.Time.from_sec(stamp)
 

@@ -17,12 +17,11 @@ IMU, LEVEL = 0, 1  # VehicleAnswer.slope_from
 # Defaults of the node's parameters
 MAX_AGE, LEAST_SPEED, LEAST_VARIANCE = 0.5, 1e-3, (1e-4, 1e-4, 1e-4)  # [s], [m/s], [m^2/s^2], [rad^2/s^2]
 MOTION = ("v_x", "v_y", "yaw_rate", "grade", "bank")
-MARGINS = ("tip_margin", "torque_margin", "sinkage_margin")
-ENERGY = ("joules_per_metre", "joules_per_metre_low", "joules_per_metre_high")
-SOLVED = ("residual", "shaft_power", *MARGINS)
-NUMBERS = MOTION + SOLVED + ENERGY + (
-    "electric_power", "electric_power_low", "electric_power_high", "traction_margin", "traction_margin_low",
-    "p_go_least", "p_go_most", "predicted_v_x", "predicted_v_y", "predicted_yaw_rate")
+ENERGY = tuple(f"{what}{end}" for what in ("joules_per_metre", "electric") for end in ("", "_low", "_high"))
+SOLVED = ("residual", "shaft_power", "tip_margin", "torque_margin", "sinkage_margin")
+NUMBERS = MOTION + SOLVED + tuple(name.replace("electric", "electric_power") for name in ENERGY) + (
+    "traction_margin", "traction_margin_low", "p_go_least", "p_go_most", "predicted_v_x", "predicted_v_y",
+    "predicted_yaw_rate")
 #: Of a WheelAnswer: the solver's names, "model_" before those that are measured as well.
 WHEEL = {name: name for name in ("load", "f_x", "f_y", "torque", "m_z", "sinkage", "shaft_power")} | {
     name: f"model_{name}" for name in ("rim_speed", "v_x", "v_y", "slip", "slip_angle")}
@@ -162,14 +161,13 @@ class VehicleMonitor:
         out.v_x, out.v_y, out.yaw_rate = twist
         motion = {"v_x": [v_x], "yaw_rate": yaw_rate, **ground}
         s = self.solver.solve(Motions.of(**motion), fields=(*SOLVED, "wheel"))
-        e = self.solver.energy(Motions.of(**motion), fields=("electric", "electric_low", "electric_high", *ENERGY))
+        e = self.solver.energy(Motions.of(**motion), fields=ENERGY)
         out.reasons = int(s.reasons[0])
         for name in SOLVED:
             setattr(out, name, float(getattr(s, name)[0]))
-        for name in ENERGY if math.hypot(v_x, v_y) >= self.least_speed else ():
-            setattr(out, name, float(getattr(e, name)[0]))
-        for end in ("", "_low", "_high"):
-            setattr(out, f"electric_power{end}", float(getattr(e, f"electric{end}")[0]))
+        for name in ENERGY:
+            if name.startswith("electric") or math.hypot(v_x, v_y) >= self.least_speed:
+                setattr(out, name.replace("electric", "electric_power"), float(getattr(e, name)[0]))
         if self.margins and not s.reasons[0] & Reason.INPUT:
             out.p_go_least, out.p_go_most = (float(p[0]) for p in self.solver.probability_to_go(Motions.of(**motion)))
             out.traction_margin, out.traction_margin_low = self._traction_margins(motion)

@@ -34,7 +34,8 @@ class Node:
             self.answers = ros.publisher("answer", VehicleAnswer, False)
             self.twists = ros.publisher("twist", TwistWithCovarianceStamped, False)
             for topic, kind, take in (("twist", TWISTS[self.values["twist_type"]], parameters.set_twist),
-                                      ("imu", Imu, parameters.set_orientation), ("soil", String, parameters.set_soil)):
+                                      ("imu", Imu, parameters.set_orientation),
+                                      ("soil", String, lambda monitor, message: monitor.set_soil(message.data))):
                 ros.subscribe(topic, kind, self.reporting(take))
             ros.subscribe("joint_states", JointState, self.answer)
 

@@ -86,11 +86,6 @@ def set_orientation(monitor, message):
         monitor.set_orientation(q.x, q.y, q.z, q.w, stamp_of(message))
 
 
-def set_soil(monitor, message):
-    """Of a String. Raises grouser.Error."""
-    monitor.set_soil(message.data)
-
-
 def answer(monitor, joints, frame, out, make_wheel, twist):
     """Fills the VehicleAnswer `out` and the TwistWithCovarianceStamped `twist` of a JointState. Returns whether there
     are an answer and a twist with a covariance."""

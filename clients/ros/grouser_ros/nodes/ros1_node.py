@@ -8,6 +8,7 @@ import http.client
 import pathlib
 import sys
 import threading
+import types
 import xmlrpc.client
 
 import rosgraph
@@ -36,30 +37,13 @@ def master_is_there(uri):
         return False
 
 
-class Ros:
-    """As of node.py."""
-
-    now = staticmethod(rospy.Time.now)
-
-    @staticmethod
-    def get(name, default):
-        return rospy.get_param(f"~{name}", default)
-
-    @staticmethod
-    def publisher(name, kind, latched):
-        return rospy.Publisher(f"~{name}", kind, queue_size=QUEUE, latch=latched)
-
-    @staticmethod
-    def subscribe(topic, kind, callback):
-        rospy.Subscriber(topic, kind, callback, queue_size=QUEUE)
-
-    @staticmethod
-    def info(text):
-        rospy.loginfo(f"grouser: {text}")
-
-    @staticmethod
-    def error(text):
-        rospy.logerr_throttle_identical(1, f"grouser: {text}")
+ROS = types.SimpleNamespace(  # as of node.py
+    get=lambda name, default: rospy.get_param(f"~{name}", default),
+    publisher=lambda name, kind, latched: rospy.Publisher(f"~{name}", kind, queue_size=QUEUE, latch=latched),
+    subscribe=lambda topic, kind, callback: rospy.Subscriber(topic, kind, callback, queue_size=QUEUE),
+    now=rospy.Time.now,
+    info=lambda text: rospy.loginfo(f"grouser: {text}"),
+    error=lambda text: rospy.logerr_throttle_identical(1, f"grouser: {text}"))
 
 
 def main():
@@ -69,7 +53,7 @@ def main():
         return 1
     rospy.init_node("grouser")
     try:
-        Node(Ros)
+        Node(ROS)
     except grouser.Error as error:
         rospy.logfatal(f"grouser: {error}")
         return 2

@@ -3,6 +3,7 @@
 What it shares with ros1_node.py, all but this file, is tested there. docs/ros.md."""
 
 import sys
+import types
 
 import grouser
 import rclpy
@@ -16,36 +17,23 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ANY_TYPE = ParameterDescriptor(dynamic_typing=True)  # 1 for 1.0; parameters.py checks
 
 
-class Ros:
+def ros_of(node):
     """As of grouser_ros/node.py."""
-
-    def __init__(self, node):
-        self.node = node
-
-    def get(self, name, default):
-        return self.node.declare_parameter(name, default, ANY_TYPE).value
-
-    def publisher(self, name, kind, latched):
-        return self.node.create_publisher(kind, f"~/{name}", LATCHED if latched else QUEUE)
-
-    def subscribe(self, topic, kind, callback):
-        self.node.create_subscription(kind, topic, callback, QUEUE if topic == "soil" else SENSOR)
-
-    def now(self):
-        return self.node.get_clock().now().to_msg()
-
-    def info(self, text):
-        self.node.get_logger().info(text)
-
-    def error(self, text):
-        self.node.get_logger().error(text, throttle_duration_sec=1.0)
+    return types.SimpleNamespace(
+        get=lambda name, default: node.declare_parameter(name, default, ANY_TYPE).value,
+        publisher=lambda name, kind, latched: node.create_publisher(kind, f"~/{name}", LATCHED if latched else QUEUE),
+        subscribe=lambda topic, kind, callback: node.create_subscription(
+            kind, topic, callback, QUEUE if topic == "soil" else SENSOR),
+        now=lambda: node.get_clock().now().to_msg(),
+        info=lambda text: node.get_logger().info(text),
+        error=lambda text: node.get_logger().error(text, throttle_duration_sec=1.0))
 
 
 def main():
     rclpy.init()
     try:
         node = rclpy.create_node("grouser")
-        Node(Ros(node))
+        Node(ros_of(node))
         rclpy.spin(node)
     except grouser.Error as error:
         print(f"grouser: {error}", file=sys.stderr)
