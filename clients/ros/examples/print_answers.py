@@ -34,8 +34,8 @@ def main():
         except queue.Empty:
             print(f"print_answers: no answer on {options.topic} in {options.patience:g} s", file=sys.stderr)
             return 1
-        if answer.problem:
-            print(f"print_answers: {answer.problem}", file=sys.stderr)
+        if not answer.wheels:
+            print(f"print_answers: {answer.problem or f'no motion, reasons {answer.reasons}'}", file=sys.stderr)
             continue
         if printed == 0:
             print(",".join(["time_s", *NAMES, *(f"slip_{wheel.name}" for wheel in answer.wheels)]), flush=True)

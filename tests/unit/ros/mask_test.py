@@ -18,6 +18,7 @@ try:
 except ImportError:
     print("skipped: no osgeo.gdal, which the package python3-gdal has")
     sys.exit(77)
+from definitions import skip
 from grouser_ros.speed_mask import HEADINGS, fill_grid, percent_of, read_speed_mask
 
 import grouser
@@ -63,6 +64,9 @@ class MaskTest(unittest.TestCase):
         limit = 0.7
         speeds = np.array([[0.7, 0.699, 0.35, 0.007, 0.0069, 0.0, NAN]])
         percent, keepout = percent_of(speeds.astype(np.float32), limit)
+        self.assertEqual(percent.tolist(), [[100, 99, 50, 1, 1, 1, 1]])  # what is not known is not driven
+        self.assertEqual(keepout.tolist(), [[0, 0, 0, 0, 100, 100, 100]])
+        percent, keepout = percent_of(speeds.astype(np.float32), limit, drive_unknown=True)
         self.assertEqual(percent.tolist(), [[100, 99, 50, 1, 1, 1, -1]])
         self.assertEqual(keepout.tolist(), [[0, 0, 0, 0, 100, 100, -1]])
         for v in np.random.default_rng(1).uniform(0.01 * limit, limit, 2000).astype(np.float32):
@@ -73,7 +77,8 @@ class MaskTest(unittest.TestCase):
 
     def test_rows_from_the_south(self):
         speed = np.array([[0.8, 0.4, NAN], [0.2, 0.0, 0.8]])  # north first
-        mask = read_speed_mask(write_map(self.folder / "map", {"": speed}), datum=(499990, 5299000))
+        mask = read_speed_mask(write_map(self.folder / "map", {"": speed}), datum=(499990, 5299000),
+                               drive_unknown=True)
         self.assertEqual(mask.speed.tolist(), [[25, 1, 100], [100, 50, -1]])
         self.assertEqual(mask.keepout.tolist(), [[0, 100, 0], [0, 0, -1]])
         self.assertEqual((mask.limit, mask.resolution, mask.origin), (0.8, 2.0, (10.0, 996.0)))
@@ -92,13 +97,13 @@ class MaskTest(unittest.TestCase):
             self.assertEqual(np.unique(read_speed_mask(folder, way).speed).tolist(), [percent], way)
         speeds["090"][1, 1] = NAN  # unknown on one heading
         folder = write_map(self.folder / "hole", speeds)
-        got = [int(read_speed_mask(folder, way).speed[1, 1]) for way in ("least", "most", "225")]
+        got = [int(read_speed_mask(folder, way, drive_unknown=True).speed[1, 1]) for way in ("least", "most", "225")]
         self.assertEqual(got, [-1, -1, 75])
 
     def test_refusals(self):
         flat = {"": np.full((3, 3), 0.4)}
         self.refuses("gone: got .*expected a folder of ./grouser map", self.folder / "gone")
-        for number, (epsg, got) in enumerate(((0, "no reference system"), (4326, "WGS 84"))):
+        for number, (epsg, got) in enumerate(((0, "no reference system"), (4326, "WGS 84"), (2225, "NAD83.*ftUS."))):
             self.refuses(f"speed.tif: got {got}, expected a projected reference system in metres",
                          write_map(self.folder / f"1{number}", flat, epsg=epsg))
         self.refuses("got cells of 2.0 x 3.0 m.*expected square ones",
@@ -118,7 +123,7 @@ class MaskTest(unittest.TestCase):
     def test_a_map_of_grouser(self):
         program = pathlib.Path(os.environ["GROUSER_BIN"], "grouser-map")
         if not program.exists():
-            self.skipTest("no grouser-map: it needs libgdal-dev")
+            skip(self, "no grouser-map: it needs libgdal-dev")
         cells, size = np.full((12, 20), 100.0), 12
         cells += 0.4 * np.arange(20) ** 2 / 10  # steeper and steeper to the east: 0.08 to 1.5 m a metre
         cells[:3, :3] = -9999
@@ -135,7 +140,9 @@ class MaskTest(unittest.TestCase):
         subprocess.run([program, grouser.VEHICLE_DIR / "husky.vehicle.yaml", "--elevation", elevation, "--soil",
                         "asphalt", "--limit", "0.8", "--no-pictures", "--out", out], check=True, timeout=240,
                        stdout=subprocess.DEVNULL)
-        mask = read_speed_mask(out)
+        mask, closed = read_speed_mask(out, drive_unknown=True), read_speed_mask(out)
+        self.assertEqual(closed.speed[mask.speed < 0].tolist(), [1] * (mask.speed < 0).sum())
+        self.assertEqual(closed.keepout[mask.speed < 0].tolist(), [100] * (mask.speed < 0).sum())
         self.assertEqual((mask.speed.shape, mask.limit, mask.resolution, mask.origin),
                          ((12, 20), 0.8, 1.0, (500000.0, 5299988.0)))
         self.assertEqual(set(mask.speed[0]), {-1})  # the outermost cells have no slope

@@ -4,12 +4,12 @@ are well formed. No ROS is needed."""
 
 import ast
 import re
-import types
+import sys
 import unittest
 import xml.etree.ElementTree
 
 from definitions import MESSAGES, PACKAGES, constants_of, fields_of
-from grouser_ros import monitor, parameters
+from grouser_ros import monitor
 from vehicles import Turn, shipped
 
 from grouser import Flag, Reason
@@ -18,7 +18,7 @@ from grouser import Flag, Reason
 class MessagesTest(unittest.TestCase):
     def test_constants_are_the_librarys(self):
         self.assertEqual(constants_of("WheelAnswer"), {flag.name: flag.value for flag in Flag})
-        origins = {"TWIST": monitor.TWIST, "JOINT_STATES": monitor.JOINT_STATES}
+        origins = {name: getattr(monitor, name) for name in ("TWIST", "JOINT_STATES", "IMU", "LEVEL")}
         self.assertEqual(constants_of("VehicleAnswer"), {reason.name: reason.value for reason in Reason} | origins)
 
     def test_every_field_is_written_and_no_other(self):
@@ -49,25 +49,28 @@ class MessagesTest(unittest.TestCase):
         listed = re.search(r"set\(messages (.*)\)", (PACKAGES / "grouser_msgs/CMakeLists.txt").read_text())[1].split()
         self.assertEqual(sorted(listed), sorted(p.name for p in MESSAGES.glob("*.msg")))
 
-    def test_nodes_are_twins(self):
-        """ROS 2's is not run here: at least it is Python, and takes and gives the same topics and parameters."""
-        topics = []
-        for node in ("ros1_node", "ros2_node"):
-            text = (PACKAGES / f"grouser_ros/nodes/{node}.py").read_text()
-            constants = [n.value for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Constant)]
-            strings = {value for value in constants if isinstance(value, str)}
-            known = {"twist", "imu", "soil", "joint_states", "speed_mask", "keepout_mask", *parameters.TWIST_TYPES,
-                     *parameters.DEFAULTS}
-            topics.append({s.removeprefix("~/").removeprefix("~") for s in strings} & (known | {"answer"}))
-        self.assertEqual(*topics)
-        self.assertGreaterEqual(topics[0], {"twist", "imu", "soil", "joint_states", "answer", "speed_mask",
-                                            "keepout_mask"})
+    def test_packages_name_what_nodes_import(self):
+        root = xml.etree.ElementTree.parse(PACKAGES / "grouser_ros/package.xml").getroot()
+        named = {depend.text for depend in root.iter("exec_depend")}
+        used = set()
+        for file in ("nodes/ros1_node.py", "nodes/ros2_node.py", "grouser_ros/node.py"):
+            for node in ast.walk(ast.parse((PACKAGES / "grouser_ros" / file).read_text())):
+                names = [a.name for a in node.names] if isinstance(node, ast.Import) else (
+                    [node.module or ""] if isinstance(node, ast.ImportFrom) else [])
+                used |= {name.split(".")[0] for name in names}
+        used -= {*sys.stdlib_module_names, "", "parameters", "speed_mask", "grouser", "grouser_ros"}  # Python's, ours
+        self.assertGreater(used, {"rospy", "rosgraph", "rclpy", "nav_msgs"})
+        self.assertLessEqual(used, named)
 
-    def test_twists_of_all_types(self):
-        plain = types.SimpleNamespace(linear=types.SimpleNamespace(x=1.0, y=2.0), angular=types.SimpleNamespace(z=3.0))
-        stamped = types.SimpleNamespace(twist=plain)
-        for message in (plain, stamped, types.SimpleNamespace(twist=stamped)):
-            self.assertEqual(parameters.twist_of(message), (1.0, 2.0, 3.0))
+    def test_ros_2_hears_best_effort_and_numbers_of_any_type(self):
+        """As text, since it is not run here."""
+        text = (PACKAGES / "grouser_ros/nodes/ros2_node.py").read_text()
+        ast.parse(text)
+        for part in ("SENSOR = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)",
+                     'kind, topic, callback, QUEUE if topic == "soil" else SENSOR)',
+                     "ANY_TYPE = ParameterDescriptor(dynamic_typing=True)",
+                     "declare_parameter(name, default, ANY_TYPE)"):
+            self.assertIn(part, text)
 
 
 if __name__ == "__main__":

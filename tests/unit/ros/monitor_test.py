@@ -6,11 +6,12 @@ import array
 import math
 import pathlib
 import tempfile
+import types
 import unittest
 
 import numpy as np
 from grouser_ros import monitor, parameters
-from vehicles import ROVER, SAND, SPEEDS, Turn, relative, shipped
+from vehicles import ROVER, SAND, SPEEDS, Turn, quaternion, relative, shipped
 
 import grouser
 from grouser import Error, Model, Motions, Reason, States, Vehicle, VehicleSolver
@@ -92,7 +93,8 @@ class MonitorTest(unittest.TestCase):
             vehicle, speed = shipped(name), SPEEDS[name]
             for soil, c in enumerate(vehicle.constants([speed], [5.0])):
                 turn = Turn(vehicle, speed, speed / 5, soil=soil)
-                out = turn.ask(turn.monitor(vehicle, soil=vehicle.soils[soil], margins=False))
+                out = turn.ask(turn.monitor(vehicle, soil=vehicle.soils[soil], margins=False,
+                                            least_variance=[1e-20] * 3))
                 covariance = np.reshape(out.predicted_covariance, (3, 3))
                 np.testing.assert_array_equal(covariance, covariance.T)
                 self.assertLess(np.linalg.eigvalsh(covariance)[1], 1e-9 * np.trace(covariance))  # one deviation
@@ -100,7 +102,7 @@ class MonitorTest(unittest.TestCase):
                                            np.sqrt([c.variance_speed, c.variance_yaw_rate]), rtol=0.1)
         turn = Turn(vehicle, 1.0, 0.2)
         bare, more = (turn.ask(turn.monitor(vehicle, margins=False, least_variance=v)).predicted_covariance
-                      for v in ((0, 0, 0), (1e-4, 2e-4, 3e-4)))
+                      for v in ([1e-20] * 3, (1e-4, 2e-4, 3e-4)))
         np.testing.assert_allclose(np.subtract(more, bare), [1e-4, 0, 0, 0, 2e-4, 0, 0, 0, 3e-4], atol=1e-18)
 
     def test_traction_margin_is_the_constants_pull(self):
@@ -143,6 +145,61 @@ class MonitorTest(unittest.TestCase):
         self.assertTrue(math.isnan(out.traction_margin) and math.isnan(out.traction_margin_low))
         self.assertEqual(out.problem, "")
         self.assertLess(out.p_go_most, 0.01)
+        m = turn.monitor(husky, soil="ice")
+        m.set_orientation(*quaternion(0.3, 0.0))
+        out = turn.ask(m, with_twist=False)  # nor do these rim speeds give a twist
+        self.assertTrue(out.reasons & Reason.BALANCE and not out.reasons & Reason.INPUT)
+        self.assertEqual((out.problem, out.predicted_reasons, out.wheels), ("", out.reasons, []))
+        self.assertTrue(all(math.isnan(getattr(out, n)) for n in monitor.NUMBERS if n not in ("grade", "bank")))
+
+    def test_covariance_where_worse_ground_has_no_solution(self):
+        """Then of mean and better ground; where neither has one there is none, and a reason."""
+        husky, z = shipped("husky"), grouser.WORSE_BY_SD
+        turn = Turn(husky, 0.5, 0.0, soil=husky.soil("ice"), grade=0.1)
+        m = turn.monitor(husky, soil="ice", margins=False, least_variance=[1e-20] * 3)
+        m.set_orientation(*quaternion(0.1, 0.0))
+        out = turn.ask(m)
+        sides = [m.reader.drive_speeds(np.array([w.rim_speed for w in out.wheels]), 0.0)] * 3
+        s = m.solver.solve(Motions.of(rim_speed=sides, worse_by_sd=[0, z, -z], soil=husky.soil("ice"), grade=out.grade,
+                                      bank=out.bank))
+        solved = s.residual <= grouser.BALANCED_RESIDUAL
+        self.assertEqual(solved.tolist(), [True, False, True])
+        self.assertEqual((out.predicted_reasons, out.predicted_v_x), (0, s.v_x[0]))
+        slope = np.array([(v[2] - v[0]) / -z for v in (s.v_x, s.v_y, s.yaw_rate)])
+        np.testing.assert_allclose(np.reshape(out.predicted_covariance, (3, 3)), np.outer(slope, slope), rtol=1e-9,
+                                   atol=1e-18)
+        whole = m.solver.solve
+
+        def mean_alone(motions, **named):
+            found = whole(motions, **named)
+            if motions.worse_by_sd is not None and np.size(motions.worse_by_sd) == 3:
+                found.residual[1:] = 1.0
+            return found
+
+        m.solver = types.SimpleNamespace(solve=mean_alone, energy=m.solver.energy)
+        out = turn.ask(m)
+        self.assertEqual((out.predicted_v_x, out.predicted_reasons), (s.v_x[0], Reason.BALANCE))
+        self.assertTrue(np.isnan(out.predicted_covariance).all())
+
+    def test_rest(self):
+        """Below least_speed a motion is rest; wheels that turn at rest slip all the same."""
+        husky = shipped("husky")
+        turn = Turn(husky, 0.5, 0.0)
+        m = turn.monitor(husky, margins=False)
+        m.set_twist(1e-6, 0, 0)
+        out = turn.ask(m, with_twist=False, velocity=[1e-6, -1e-6, 0.0, 1.0])
+        self.assertEqual((out.motion_from, out.v_x, out.reasons), (monitor.TWIST, 0.0, 0))
+        self.assertTrue(all(math.isnan(getattr(out, n)) for n in monitor.ENERGY if "joules" in n))
+        self.assertEqual([math.isnan(w.slip) for w in out.wheels], [True, True, True, False])
+        self.assertEqual(out.wheels[3].slip, 1.0)
+        self.assertTrue(all(math.isnan(w.slip_angle) for w in out.wheels))
+        m.set_twist(1e-6, 0, 0.3)  # in place: its wheels move
+        out = turn.ask(m, with_twist=False)
+        self.assertEqual(out.yaw_rate, 0.3)
+        self.assertTrue(math.isnan(out.joules_per_metre) and math.isfinite(out.wheels[0].slip_angle))
+        m = turn.monitor(husky, margins=False, least_speed=1e-7)
+        m.set_twist(1e-6, 0, 0)
+        self.assertEqual(turn.ask(m, with_twist=False).v_x, 1e-6)
 
     def test_soil_changes(self):
         husky = shipped("husky")
@@ -154,18 +211,6 @@ class MonitorTest(unittest.TestCase):
         with self.assertRaisesRegex(Error, "iec.*ice"):
             m.set_soil("iec")
         self.assertEqual(turn.ask(m).soil, "ice")
-
-    def test_old_twist_does_not_count(self):
-        husky = shipped("husky")
-        turn = Turn(husky, 0.5, 0.2)
-        m = turn.monitor(husky, max_age=1e-9)
-        self.assertEqual(turn.ask(m).motion_from, monitor.JOINT_STATES)
-
-
-def quaternion(grade, bank):
-    """(x, y, z, w) of the axes whose x rises by grade and whose y by asin(cos(grade) sin(bank)): roll after pitch."""
-    (sp, cp), (sr, cr) = ((math.sin(a / 2), math.cos(a / 2)) for a in (-grade, bank))
-    return sr * cp, cr * sp, -sr * sp, cr * cp
 
 
 class BadInputTest(unittest.TestCase):
@@ -202,6 +247,15 @@ class BadInputTest(unittest.TestCase):
         with self.assertRaisesRegex(Error, r"imu: orientation: got \(0, 0, 0, 0\), expected a quaternion of length 1"):
             self.monitor.set_orientation(0, 0, 0, 0)
         self.assertRegex(self.turn.ask(self.monitor).problem, "imu: orientation")
+        for bank in (math.radians(170), math.radians(-91), math.pi):
+            with self.assertRaisesRegex(Error, "orientation: got .* whose z axis points down"):
+                self.monitor.set_orientation(*quaternion(0.0, bank))
+            self.assertRegex(self.turn.ask(self.monitor).problem, "whose z axis points down")
+        for grade, bank in ((0.1, 1.5), (-1.2, -1.4)):
+            self.monitor.set_orientation(*quaternion(grade, bank))
+            out = self.turn.ask(self.monitor)
+            self.assertAlmostEqual(out.grade, grade, delta=1e-12)
+            self.assertAlmostEqual(out.bank, bank, delta=1e-12)
         self.monitor.set_orientation(0, 0, 0, 1)
         self.assertEqual(self.turn.ask(self.monitor).problem, "")
 
@@ -215,6 +269,22 @@ class BadInputTest(unittest.TestCase):
         self.assertEqual((out.problem, out.reasons), ("", 0))
         self.assertTrue(math.isnan(out.wheels[0].slip))
         self.assertTrue(math.isfinite(out.wheels[1].slip))
+        spins = list(turn.velocity)
+        spins[turn.names.index("front_left_spin")] = math.inf
+        out = turn.ask(turn.monitor(cart, margins=False), velocity=spins)
+        self.assertEqual((out.problem, out.reasons), ("", 0))
+        self.assertTrue(math.isnan(out.wheels[0].slip) and math.isfinite(out.wheels[1].slip))
+
+    def test_steering_joints_that_disagree(self):
+        cart = shipped("cart")
+        turn = Turn(cart, 1.0, 0.1)
+        m = turn.monitor(cart, margins=False)
+        at = turn.names.index("front_left_steer")
+        for off, problem in ((0.4, "position of '.*_steer': got .*, expected .* by the mean of all steering joints"),
+                             (0.1, "^$")):
+            angles = list(turn.position)
+            angles[at] += off
+            self.assertRegex(turn.ask(m, position=angles).problem, problem)
 
     def test_parameters(self):
         def make(**given):
@@ -223,8 +293,10 @@ class BadInputTest(unittest.TestCase):
         husky = str(grouser.VEHICLE_DIR / "husky.vehicle.yaml")
         cart = str(grouser.VEHICLE_DIR / "cart.vehicle.yaml")
         self.assertEqual(make(vehicle=husky, soil="ice")[0].soil, "ice")
-        numbers = array.array("d", [1e-4, 0, 0])  # as ROS 2 gives them
+        numbers = array.array("d", [1e-4, 1e-4, 1e-4])  # as ROS 2 gives them
         self.assertEqual(make(vehicle=husky, least_variance=numbers)[0].least_variance[0, 0], 1e-4)
+        sides = [f"{w}:{w.split('_')[1]}_chain" for w in ("front_left", "front_right", "rear_left", "rear_right")]
+        self.assertEqual(make(vehicle=husky, joints=sides)[0].reader.spin, ["left_chain", "right_chain"] * 2)
         self.assertEqual(make(vehicle=cart, steering_joints=["front_left:steer"])[0].reader.steers, {0: "steer"})
         for pattern, given in (
                 ("got neither vehicle nor map", {}),
@@ -238,9 +310,24 @@ class BadInputTest(unittest.TestCase):
                     "vehicle": cart, "steering_joints": ["rear_left:a"]}),
                 ("steering_joints: got wheel 'rear_left', expected of none", {
                     "vehicle": husky, "steering_joints": ["rear_left:a"]}),
+                ("joints: got 'a' of wheel 'front_right' and of another, expected one for each drive", {
+                    "vehicle": husky, "joints": [f"{w}:a" for w in ("front_left", "front_right", "rear_left",
+                                                                    "rear_right")]}),
+                ("joints: got 'a' of wheel 'rear_left' and of another, .* others for steering", {
+                    "vehicle": cart, "joints": ["rear_left:a"], "steering_joints": ["front_left:a"]}),
+                ("joints: got wheel 'front_left' twice", {
+                    "vehicle": husky, "joints": ["front_left:a", "front_left:b"]}),
                 ("twist_type: got 'Pose', expected of Twist, TwistStamped, Odometry", {
                     "vehicle": husky, "twist_type": "Pose"}),
                 ("max_age: got 'long', expected one like 0.5", {"vehicle": husky, "max_age": "long"}),
+                ("max_age: got -1, expected a number above 0", {"vehicle": husky, "max_age": -1}),
+                ("max_age: got nan, expected one like 0.5", {"vehicle": husky, "max_age": math.nan}),
+                ("least_speed: got 0, expected a number above 0", {"vehicle": husky, "least_speed": 0}),
+                (r"least_variance: got \[0, 0, 0\], expected 3 numbers above 0", {
+                    "vehicle": husky, "least_variance": [0, 0, 0]}),
+                (r"datum: got \[nan, 0.0\]", {"vehicle": husky, "datum": [math.nan, 0.0]}),
+                ("way: got 37, expected one like 'least'; text that reads as a number takes quotes: \"'045'\"", {
+                    "vehicle": husky, "way": 37}),
                 ("margins: got 1, expected one like True", {"vehicle": husky, "margins": 1}),
                 (r"least_variance: got \[0, 0\], expected 3 numbers", {"vehicle": husky, "least_variance": [0, 0]}),
                 (r"datum: got \[1.0\]", {"vehicle": husky, "datum": [1.0]}),

@@ -18,6 +18,7 @@ import rosbag
 import rospy
 from geometry_msgs.msg import TwistStamped, TwistWithCovarianceStamped
 from grouser_msgs.msg import VehicleAnswer
+from definitions import skip
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import JointState
 
@@ -26,7 +27,7 @@ from grouser import Motions, Reason, Vehicle, VehicleSolver
 
 HUSKY = grouser.VEHICLE_DIR / "husky.vehicle.yaml"
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
-PARAMETERS = (f"_vehicle:={HUSKY}", "_soil:=floor", "_twist_type:=TwistStamped", "_max_age:=30.0",
+PARAMETERS = (f"_vehicle:={HUSKY}", "_soil:=floor", "_twist_type:=TwistStamped",
               f"_joints:=[{', '.join(f'{w}:{w}_wheel' for w in WHEELS)}]", "_least_variance:=[1.0e-6, 2.0e-6, 3.0e-6]")
 SECONDS, RATE = 3, 20  # of the bag
 
@@ -95,8 +96,8 @@ class ReplayTest(unittest.TestCase):
         self.assertLessEqual(set(answers), set(messages["joint_states"]))
         husky = Vehicle.open(HUSKY)
         solver, floor, places = VehicleSolver(husky), husky.soil("floor"), husky.wheel_places
-        measured = {(m.twist.linear.x, m.twist.linear.y, m.twist.angular.z) for m in messages["twist"].values()}
-        by_twist, worst, faster = 0, 0.0, []
+        measured = {(m.twist.linear.x, m.twist.linear.y, m.twist.angular.z): at for at, m in messages["twist"].items()}
+        by_twist, worst, faster, own = 0, 0.0, [], 0
 
         def same(got, expected):
             nonlocal worst
@@ -110,7 +111,9 @@ class ReplayTest(unittest.TestCase):
             # The twist that was answered is one of the bag, but before the first came.
             if answer.motion_from == VehicleAnswer.TWIST:
                 by_twist += 1
-                self.assertIn((answer.v_x, answer.v_y, answer.yaw_rate), measured)
+                twist_at = measured[answer.v_x, answer.v_y, answer.yaw_rate]
+                self.assertLessEqual(abs(twist_at - at), 500_000_000)  # max_age [ns]
+                own += twist_at == at  # but where its own twist came later than it was answered
             asked = Motions.of(v_x=[answer.v_x], yaw_rate=answer.yaw_rate, soil=floor)
             s, e, p = solver.solve(asked), solver.energy(asked), solver.probability_to_go(asked)
             for i, (wheel, place) in enumerate(zip(answer.wheels, places)):
@@ -143,7 +146,8 @@ class ReplayTest(unittest.TestCase):
                 self.assertEqual([twist.covariance[k] for k in (0, 1, 5, 7, 11, 30, 35)],
                                  [answer.predicted_covariance[k] for k in (0, 1, 2, 4, 5, 6, 8)])
                 self.assertEqual(sum(c != 0 for c in twist.covariance),
-                                 sum(c != 0 for c in answer.predicted_covariance))
+                                 sum(c != 0 for c in answer.predicted_covariance) + 3)
+                self.assertEqual([twist.covariance[k] for k in (14, 21, 28)], [1e6] * 3)  # not known
             if answer.motion_from == VehicleAnswer.TWIST:
                 faster.append((at, answer.predicted_v_x / answer.v_x))
         print(f"{len(answers)} of {SECONDS * RATE} joint states answered, {by_twist} with a twist; "
@@ -153,6 +157,7 @@ class ReplayTest(unittest.TestCase):
         self.assertGreater(np.median([f for at, f in faster if at >= third]), 1.05)
         self.assertLess(np.median([f for at, f in faster if at < third]), 1.03)
         self.assertGreater(by_twist, len(answers) / 2)
+        self.assertGreater(own, by_twist / 2)
         self.assertGreaterEqual(len(set(twists) & set(answers)), len(answers) / 2)
         with open(self.folder / "listing.out", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -217,17 +222,17 @@ class ReplayTest(unittest.TestCase):
         try:
             from mask_test import write_map
         except SystemExit:
-            self.skipTest("no python3-gdal")
+            skip(self, "no python3-gdal")
         speed = np.array([[0.8, 0.4, np.nan], [0.2, 0.0, 0.8]])  # north first
         folder = write_map(self.folder / "map", {"": speed})
         got = {}
         with node(self.env, self.folder, f"_map:={folder}", "_map_frame:=site", "_datum:=[499990.0, 5299000.0]",
-                  name="masks"):
+                  "_way:='045'", name="masks"):
             for name in ("speed_mask", "keepout_mask"):  # latched: whoever comes later hears them
                 rospy.Subscriber(f"/masks/{name}", OccupancyGrid, lambda m, n=name: got.update({n: m}))
             wait_for("the masks", lambda: len(got) == 2)
-        self.assertEqual(list(got["speed_mask"].data), [25, 1, 100, 100, 50, -1])
-        self.assertEqual(list(got["keepout_mask"].data), [0, 100, 0, 0, 0, -1])
+        self.assertEqual(list(got["speed_mask"].data), [25, 1, 100, 100, 50, 1])
+        self.assertEqual(list(got["keepout_mask"].data), [0, 100, 0, 0, 0, 100])
         info = got["speed_mask"].info
         self.assertEqual((info.width, info.height, info.resolution), (3, 2, 2.0))
         self.assertEqual((info.origin.position.x, info.origin.position.y, got["speed_mask"].header.frame_id),
@@ -238,7 +243,8 @@ class ReplayTest(unittest.TestCase):
         # Each a node of its own name: the master keeps the parameters of one that is gone.
         for number, (parameters, text) in enumerate((
                 (("_vehicle:=/gone.yaml",), "/gone.yaml"),
-                ((f"_vehicle:={HUSKY}", "_joints:=[middle:a]"), "joints: got wheel 'middle'"))):
+                ((f"_vehicle:={HUSKY}", "_joints:=[middle:a]"), "joints: got wheel 'middle'"),
+                (("_map:=/gone", "_way:=045"), "way: got 37, .* takes quotes"))):
             done = subprocess.run(["/usr/bin/python3", NODE, f"__name:=refused{number}", *parameters], env=self.env,
                                   timeout=60, capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 2, done.stderr)

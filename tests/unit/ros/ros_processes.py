@@ -10,11 +10,16 @@ import sys
 import tempfile
 import time
 
+for variable in [k for k in os.environ if k.startswith("ROS_")]:
+    del os.environ[variable]  # names and addresses that the shell has for ROS are not the test's
 try:
+    import geometry_msgs.msg  # noqa: F401
+    import nav_msgs.msg  # noqa: F401
     import rosbag  # noqa: F401
     import rosgraph
     import rosmaster  # noqa: F401
     import rospy  # noqa: F401
+    import sensor_msgs.msg  # noqa: F401
     from grouser_msgs.msg import VehicleAnswer  # noqa: F401
 except ImportError as missing:
     print(f"skipped: no ROS 1 ({missing}); its packages are the group ros of cmake/packages.debian")

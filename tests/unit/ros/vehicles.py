@@ -57,6 +57,12 @@ class Turn:
         return out if answered else None
 
 
+def quaternion(grade, bank):
+    """(x, y, z, w) of the axes whose x rises by grade and whose y by asin(cos(grade) sin(bank)): roll after pitch."""
+    (sp, cp), (sr, cr) = ((math.sin(a / 2), math.cos(a / 2)) for a in (-grade, bank))
+    return sr * cp, cr * sp, -sr * sp, cr * cp
+
+
 def relative(a, b):
     """The largest difference over the largest number."""
     a, b = np.asarray(a), np.asarray(b)

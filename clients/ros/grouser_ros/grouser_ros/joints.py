@@ -6,6 +6,8 @@ import math
 import numpy as np
 from grouser import Error
 
+MOST_OFF = 0.15  # of a steered wheel from where the steering as a whole has it [rad]
+
 
 def wheel_joints(name, items):
     """{wheel: joint} of a parameter, a list of 'WHEEL:JOINT'. Raises Error."""
@@ -14,6 +16,8 @@ def wheel_joints(name, items):
         wheel, _, joint = str(item).partition(":")
         if item and not (wheel and joint):
             raise Error(f"{name}: got '{item}', expected WHEEL:JOINT")
+        if wheel in joints:
+            raise Error(f"{name}: got wheel '{wheel}' twice, expected it once")
         if item:
             joints[wheel] = joint
     return joints
@@ -30,7 +34,8 @@ class JointReader:
         psi = atan2(sgn(A) sin delta, |A| cos delta + sgn(A) B sin delta)
 
     The rim speed of a drive is the q of least squares of r_i w_i = a_i q over its wheels: a_i = 1, but hypot(c, s) of a
-    steered wheel and c of the others where each has a motor of its own and the vehicle steers.
+    steered wheel and c of the others where each has a motor of its own and the vehicle steers. Wheels of one drive that
+    turn alike may share a joint.
     """
 
     def __init__(self, vehicle, spin_joints=None, steering_joints=None):
@@ -41,6 +46,12 @@ class JointReader:
                 if wheel not in names:
                     raise Error(f"{what}: got wheel '{wheel}', expected of {', '.join(names)}")
         self.spin = [spin.get(name, name) for name in names]
+        turned_by = {}
+        for joint, wheel, name in zip(self.spin, self.wheels, names):
+            by = wheel.drive if wheel.drive >= 0 and not wheel.own_motor else name
+            if turned_by.setdefault(joint, by) != by or joint in steers.values():
+                raise Error(f"joints: got '{joint}' of wheel '{name}' and of another, expected one for each drive at "
+                            "least, and others for steering")
         self.driven = [joint for joint, wheel in zip(self.spin, self.wheels) if wheel.drive >= 0]
         self.along = [(w.x_m - vehicle.steering_centre_m) / vehicle.steering_length_m for w in self.wheels]
         self.across = [w.y_m / vehicle.steering_length_m for w in self.wheels]
@@ -65,17 +76,24 @@ class JointReader:
                 hint = f"; did you mean '{near[0]}'?" if near and near[0] not in needed else ""
                 raise Error(f"joint_states: got no joint '{joint}' among {', '.join(names)}, expected it{hint}")
 
-        def value(what, array, joint):
+        def value(what, array, joint, free=False):
             if len(array) != len(names):
                 raise Error(f"joint_states: {what}: got {len(array)} entries, expected {len(names)}, one a name")
-            if not math.isfinite(array[at[joint]]):
-                raise Error(f"joint_states: {what} of '{joint}': got {array[at[joint]]}, expected a finite number")
-            return float(array[at[joint]])
+            number = float(array[at[joint]])
+            if not (math.isfinite(number) or free):
+                raise Error(f"joint_states: {what} of '{joint}': got {number}, expected a finite number")
+            return number if math.isfinite(number) else math.nan
 
-        rims = [w.radius_m * value("velocity", velocity, joint) if joint in at else math.nan
+        rims = [w.radius_m * value("velocity", velocity, joint, w.drive < 0) if joint in at else math.nan
                 for joint, w in zip(self.spin, self.wheels)]
-        angles = [self._psi(i, value("position", position, joint)) for i, joint in self.steers.items()]
-        return np.array(rims), sum(angles) / len(angles) if angles else 0.0
+        angles = {i: value("position", position, joint) for i, joint in self.steers.items()}
+        psi = sum(self._psi(*a) for a in angles.items()) / max(len(angles), 1)
+        c, s = self.directions(psi)
+        for i, delta in angles.items():
+            if abs(s[i] * math.cos(delta) - c[i] * math.sin(delta)) > math.sin(MOST_OFF) * math.hypot(c[i], s[i]):
+                raise Error(f"joint_states: position of '{self.steers[i]}': got {delta}, expected "
+                            f"{math.atan2(s[i], c[i]):.3g} by the mean of all steering joints, to {MOST_OFF}")
+        return np.array(rims), psi
 
     def _psi(self, i, delta):
         sense, a, b = math.copysign(1, self.along[i]), abs(self.along[i]), self.across[i]

@@ -16,8 +16,9 @@ UNKNOWN, FREE, NOT_DRIVEN, SLOWEST = -1, 0, 100, 1
 class SpeedMask:
     """Two grids of int8, rows from south to north, columns from west to east.
 
-    speed: 1 to 100, percent of `limit`; -1: unknown. Never 0, which means "no limit" to Nav2's speed filter.
-    keepout: 100: not driven at the risk of the map, or slower than 1 % of the limit; 0: driven; -1: unknown.
+    speed: 1 to 100, percent of `limit`. Never 0, which means "no limit" to Nav2's speed filter.
+    keepout: 100: not driven at the risk of the map, or slower than 1 % of the limit; 0: driven.
+    Both -1 where the map knows nothing, if that may be driven: Nav2's filters pass over -1.
     """
 
     speed: np.ndarray
@@ -27,10 +28,11 @@ class SpeedMask:
     origin: tuple  #: of the south-west corner: easting and northing less those of the datum [m]
 
 
-def percent_of(speed, limit):
+def percent_of(speed, limit, drive_unknown=False):
     """(speed, keepout) of speeds made good [m/s], NaN: unknown. Rounded down: no cell is faster than the map."""
     share = np.floor(100.0 * (speed.astype(np.float32) / np.float32(limit)).astype(float))
-    unknown = np.isnan(share)
+    unknown = np.isnan(share) & drive_unknown
+    share = np.nan_to_num(share, nan=0.0)
     percent = np.where(unknown, UNKNOWN, np.clip(share, SLOWEST, 100)).astype(np.int8)
     keepout = np.where(unknown, UNKNOWN, np.where(share < 1, NOT_DRIVEN, FREE)).astype(np.int8)
     return percent, keepout
@@ -45,11 +47,12 @@ def _bands_of(way, known, file):
     return [known.index(band) + 1 for band in wanted], np.maximum if way == "most" else np.minimum
 
 
-def read_speed_mask(folder, way="least", datum=(0.0, 0.0)):
+def read_speed_mask(folder, way="least", datum=(0.0, 0.0), drive_unknown=False):
     """The SpeedMask of a folder of ./grouser map.
 
     way: a band of its rasters, or of all headings the slowest ('least': driven whichever way one goes) or the fastest.
     datum: easting and northing of the origin of ROS's map frame, in the map's reference system [m].
+    drive_unknown: cells of which the map knows nothing are unknown, not kept out.
     Raises Error for a folder without a map, a raster without projection, cells that are not square, unknown bands.
     """
     try:
@@ -66,7 +69,7 @@ def read_speed_mask(folder, way="least", datum=(0.0, 0.0)):
     if not (isinstance(limit, (int, float)) and math.isfinite(limit) and limit > 0):
         raise Error(f"{folder / 'map.json'}: speed_limit_m_per_s: got {limit}, expected a number above 0")
     reference = raster.GetSpatialRef()
-    if reference is None or not reference.IsProjected():
+    if reference is None or not reference.IsProjected() or reference.GetLinearUnits() != 1:
         got = "no reference system" if reference is None else reference.GetName()
         raise Error(f"{file}: got {got}, expected a projected reference system in metres")
     x, width, turn_x, y, turn_y, height = raster.GetGeoTransform()
@@ -79,7 +82,7 @@ def read_speed_mask(folder, way="least", datum=(0.0, 0.0)):
     for band in bands:
         cells = raster.GetRasterBand(band).ReadAsArray()
         speed = cells if speed is None else together(speed, cells)
-    percent, keepout = percent_of(speed[::-1], limit)
+    percent, keepout = percent_of(speed[::-1], limit, drive_unknown)
     return SpeedMask(percent, keepout, float(limit), width,
                      (x - datum[0], y + height * raster.RasterYSize - datum[1]))
 
