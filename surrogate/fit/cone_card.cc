@@ -10,14 +10,14 @@
 namespace grouser::surrogate {
 namespace {
 
-void AddLines(const std::string& path, const Json& node, std::vector<std::string>* lines) {
+void AddSoilLines(const std::string& path, const Json& node, std::vector<std::string>* lines) {
   if (node.is_object()) {
     for (const auto& [key, one] : node.items()) {
-      AddLines(path.empty() ? key : path + "." + key, one, lines);
+      AddSoilLines(path.empty() ? key : path + "." + key, one, lines);
     }
   } else if (node.is_array()) {
     for (std::size_t k = 0; k < node.size(); ++k) {
-      AddLines(fmt::format("{}[{}]", path, k), node[k], lines);
+      AddSoilLines(fmt::format("{}[{}]", path, k), node[k], lines);
     }
   } else if (node.is_number()) {
     if (node != 0) lines->push_back(fmt::format("{}={:.9g}\n", path, node.get<double>()));
@@ -33,7 +33,7 @@ std::string SoilIdentity(const v1alpha1::Soil& soil) {
   values.clear_name();
   values.clear_source();
   std::vector<std::string> lines;
-  AddLines("", Json::parse(records::ToJson(values)), &lines);
+  AddSoilLines("", Json::parse(records::ToJson(values)), &lines);
   std::ranges::sort(lines);
   return records::Sha256OfString(fmt::format("{}", fmt::join(lines, "")));
 }

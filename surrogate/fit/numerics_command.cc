@@ -21,7 +21,7 @@ void AddNumericsOptions(CLI::App* sub, NumericsArguments* a) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   sub->add_option("--section-height", r.section_height_m,
-                  "h of the tyre [m]; its width if not given")
+                  "h of the tyre [m]; the lesser of width and radius if not given")
       ->check(CLI::PositiveNumber);
   auto* index = sub->add_option("--cone-index", a->index_kpa,
                                 "[kPa], instead of that of the model's soil (grouser-soil cones)");

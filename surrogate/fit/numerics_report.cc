@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "surrogate/fit/calibration.h"
@@ -14,27 +15,34 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr std::size_t kGross = 0, kNet = 1;
-constexpr std::array kQuantities = {"gross", "net"};
+constexpr std::size_t kGrossRatio = 0, kNetRatio = 1;
+constexpr std::array kGrossAndNet = {"gross", "net"};
 
-[[noreturn]] void Refuse(const std::string& what) { throw std::invalid_argument(what); }
+[[noreturn]] void RefuseOption(const std::string& what) { throw std::invalid_argument(what); }
 
-std::array<double, 2> Both(const TractionRatios& r) { return {r.gross, r.net()}; }
+std::array<double, 2> GrossAndNet(const TractionRatios& r) { return {r.gross, r.net()}; }
 
-/// Half width of the 90 % interval of a mean over beds, over the mean; NaN: one bed.
-double ShareOf(const ConeIndex& cone) {
-  return cone.index_se_pa ? StudentT95(cone.beds - 1) * *cone.index_se_pa / cone.index_pa : NAN;
+/// t quantile of Student at 95 %: in closed form where StudentT95 is not exact.
+double BedsT95(int degrees) {
+  if (degrees == 1) return std::tan(0.45 * std::numbers::pi);
+  if (degrees == 2) return 0.9 / std::sqrt(2 * 0.95 * 0.05);
+  return StudentT95(degrees);
 }
 
-NumericsReport::OfLaw Ask(const NumericLaw& law, const NumericsReport& report,
-                          const NumericsReport::AtSlip& row) {
+/// Half width of the 90 % interval of a mean over beds, over the mean; NaN: one bed.
+double ConeShareOf(const ConeIndex& cone) {
+  return cone.index_se_pa ? BedsT95(cone.beds - 1) * *cone.index_se_pa / cone.index_pa : NAN;
+}
+
+NumericsReport::OfLaw AskLaw(const NumericLaw& law, const NumericsReport& report,
+                             const NumericsReport::AtSlip& row) {
   const ConeStrength cone{report.cone.index_pa, report.cone.gradient_pa_per_m};
   NumericsReport::OfLaw out{law.ratios(report.wheel, cone, row.slip), {}, {}, {}};
-  out.low = out.high = Both(out.at);
+  out.low = out.high = GrossAndNet(out.at);
   const double share = std::isnan(report.cone_share) ? 0 : report.cone_share;
   for (const double by : {std::max(1 - share, 0.01), 1 + share}) {  // strength is positive
-    const auto at =
-        Both(law.ratios(report.wheel, {by * cone.index_pa, by * cone.gradient_pa_per_m}, row.slip));
+    const auto at = GrossAndNet(
+        law.ratios(report.wheel, {by * cone.index_pa, by * cone.gradient_pa_per_m}, row.slip));
     for (std::size_t k = 0; k < 2; ++k) {
       out.low[k] = std::min(out.low[k], at[k]);
       out.high[k] = std::max(out.high[k], at[k]);
@@ -46,11 +54,12 @@ NumericsReport::OfLaw Ask(const NumericLaw& law, const NumericsReport& report,
   return out;
 }
 
-NumericsReport::AtSlip Row(const WheelModel& model, const v1alpha1::Model& message, double slip,
-                           const NumericsReport& report) {
+NumericsReport::AtSlip AtOneSlip(const WheelModel& model, const v1alpha1::Model& message,
+                                 double slip, const NumericsReport& report) {
   const double load = report.wheel.load_n;
   const VelocityState motion = FromSlip(slip, 0, message.domain().speed_m_per_s());
-  if (std::isnan(motion.v_x)) Refuse(fmt::format("--slip: got {:g}, expected -1 to below 1", slip));
+  if (std::isnan(motion.v_x))
+    RefuseOption(fmt::format("--slip: got {:g}, expected -1 to below 1", slip));
   const WheelAnswer answer = AnswerOf(model, motion, load);
   NumericsReport::AtSlip row{slip, answer.flags, {}, {}, {}, {}};
   const std::array<std::pair<Output, double>, 2> parts = {
@@ -62,13 +71,13 @@ NumericsReport::AtSlip Row(const WheelModel& model, const v1alpha1::Model& messa
     row.high[k] = (answer.value[output] + answer.half_width[output]) / scale;
   }
   for (std::size_t l = 0; l < kNumericLaws.size(); ++l) {
-    row.laws[l] = Ask(kNumericLaws[l], report, row);
+    row.laws[l] = AskLaw(kNumericLaws[l], report, row);
   }
   return row;
 }
 
 /// One quantity of all rows.
-std::string Table(const NumericsReport& report, std::size_t k) {
+std::string TableOfLaws(const NumericsReport& report, std::size_t k) {
   std::string text = fmt::format("{:>6}  {:<26}", "slip", "model [90 %, a DEM run]");
   for (const NumericLaw& law : kNumericLaws) text += fmt::format("{:>14}", law.name);
   text += '\n';
@@ -78,7 +87,7 @@ std::string Table(const NumericsReport& report, std::size_t k) {
                         fmt::format("{:.3f} [{:.3f}, {:.3f}]{}", row.value[k], row.low[k],
                                     row.high[k], flagged ? " *" : ""));
     for (const NumericsReport::OfLaw& law : row.laws) {
-      const double value = Both(law.at)[k];
+      const double value = GrossAndNet(law.at)[k];
       text += std::isnan(value) ? fmt::format("{:>14}", "-  ")
                                 : fmt::format("{:>12.3f}{:>2}", value, law.apart[k] ? "!" : "");
     }
@@ -87,18 +96,18 @@ std::string Table(const NumericsReport& report, std::size_t k) {
   return text;
 }
 
-Json RowJson(const NumericsReport::AtSlip& row) {
+Json AtSlipJson(const NumericsReport::AtSlip& row) {
   Json model, laws;
   for (std::size_t k = 0; k < 2; ++k) {
-    model[kQuantities[k]] = {{"value", row.value[k]}, {"low", row.low[k]}, {"high", row.high[k]}};
+    model[kGrossAndNet[k]] = {{"value", row.value[k]}, {"low", row.low[k]}, {"high", row.high[k]}};
   }
   for (std::size_t l = 0; l < kNumericLaws.size(); ++l) {
     const NumericsReport::OfLaw& law = row.laws[l];
     for (std::size_t k = 0; k < 2; ++k) {
-      laws[kNumericLaws[l].key][kQuantities[k]] = {{"value", Both(law.at)[k]},
-                                                   {"low", law.low[k]},
-                                                   {"high", law.high[k]},
-                                                   {"apart", law.apart[k]}};
+      laws[kNumericLaws[l].key][kGrossAndNet[k]] = {{"value", GrossAndNet(law.at)[k]},
+                                                    {"low", law.low[k]},
+                                                    {"high", law.high[k]},
+                                                    {"apart", law.apart[k]}};
     }
   }
   return {{"slip", row.slip}, {"flags", row.flags}, {"model", model}, {"laws", laws}};
@@ -108,27 +117,27 @@ Json RowJson(const NumericsReport::AtSlip& row) {
 
 NumericsReport CompareWithNumerics(const v1alpha1::Model& message, const NumericsRequest& request) {
   if (!request.cone) {
-    Refuse(
+    RefuseOption(
         "--cone-index: got none, expected one with --gradient: that of this model's soil is not "
         "known (grouser-soil cones; a bevameter's cone_index.csv by --cones)");
   }
   const v1alpha1::Domain& domain = message.domain();
   const double load =
       request.load_n > 0 ? request.load_n : std::sqrt(domain.load_min_n() * domain.load_max_n());
-  if (!(load > 0)) Refuse("--load: got none, expected one: the model has no training loads");
+  if (!(load > 0)) RefuseOption("--load: got none, expected one: the model has no training loads");
   const v1alpha1::Wheel& wheel = message.wheel();
   NumericsReport report;
-  report.wheel = {2 * wheel.radius_m(), wheel.width_m(), load, request.deflection,
-                  request.section_height_m.value_or(wheel.width_m())};
-  if (!(report.wheel.section_height_m < wheel.radius_m() * 1.000001)) {
-    Refuse(fmt::format("--section-height: got {:g} m, expected at most the radius, {:g} m",
-                       report.wheel.section_height_m, wheel.radius_m()));
+  if (request.section_height_m.value_or(0) > wheel.radius_m()) {
+    RefuseOption(fmt::format("--section-height: got {:g} m, expected at most the radius, {:g} m",
+                             *request.section_height_m, wheel.radius_m()));
   }
+  report.wheel = {2 * wheel.radius_m(), wheel.width_m(), load, request.deflection,
+                  request.section_height_m.value_or(std::min(wheel.width_m(), wheel.radius_m()))};
   report.cone = *request.cone;
-  report.cone_share = ShareOf(report.cone);
+  report.cone_share = ConeShareOf(report.cone);
   const auto model = MakeLaw(message);
   for (const double slip : request.slips) {
-    report.rows.push_back(Row(*model, message, slip, report));
+    report.rows.push_back(AtOneSlip(*model, message, slip, report));
   }
   return report;
 }
@@ -158,8 +167,8 @@ std::string NumericsText(const NumericsReport& r, const v1alpha1::Model& model,
       "index {:.3g}\n",
       WheelNumeric(r.wheel, cone), BrixiusNumeric(r.wheel, cone), SandNumeric(r.wheel, cone),
       PressureOverCone(r.wheel, cone));
-  text += "\nnet traction: pull over load\n" + Table(r, kNet);
-  text += "\ngross traction: torque over load and radius\n" + Table(r, kGross);
+  text += "\nnet traction: pull over load\n" + TableOfLaws(r, kNetRatio);
+  text += "\ngross traction: torque over load and radius\n" + TableOfLaws(r, kGrossRatio);
   text += "\n!: outside of the model's interval, over all the cone index' own 90 % interval";
   text += std::isnan(r.cone_share) ? " (not known)\n"
                                    : fmt::format(" (+-{:.0f} %)\n", 100 * r.cone_share);
@@ -176,7 +185,7 @@ std::string NumericsText(const NumericsReport& r, const v1alpha1::Model& model,
 std::string NumericsJson(const NumericsReport& r, const std::string& reference) {
   const ConeStrength cone{r.cone.index_pa, r.cone.gradient_pa_per_m};
   Json rows = Json::array();
-  for (const NumericsReport::AtSlip& row : r.rows) rows.push_back(RowJson(row));
+  for (const NumericsReport::AtSlip& row : r.rows) rows.push_back(AtSlipJson(row));
   return Text({{"model", reference},
                {"load_n", r.wheel.load_n},
                {"diameter_m", r.wheel.diameter_m},

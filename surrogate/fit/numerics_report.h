@@ -16,7 +16,7 @@ struct NumericsRequest {
   double load_n = 0;  ///< 0: the middle of the training loads
   std::vector<double> slips = {0.05, 0.1, 0.2, 0.3, 0.5, 0.7};
   double deflection = 0;                   ///< delta/h [-]; 0: a rigid wheel, as models are of
-  std::optional<double> section_height_m;  ///< h; the wheel's width if not given
+  std::optional<double> section_height_m;  ///< h; if not given the lesser of width and radius
   std::optional<ConeIndex> cone;           ///< of the model's soil
 };
 

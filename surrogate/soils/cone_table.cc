@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
@@ -19,28 +20,28 @@
 namespace grouser::surrogate {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::array kColumns = {"soil",
-                                 "soil_sha256",
-                                 "cone_index_kPa",
-                                 "cone_index_se_kPa",
-                                 "gradient_kPa_per_m",
-                                 "gradient_se_kPa_per_m",
-                                 "beds",
-                                 "to_depth_mm",
-                                 "cone_diameter_mm",
-                                 "cone_angle_deg",
-                                 "speed_mm_per_s",
-                                 "grain_mm",
-                                 "bevameter_sha256",
-                                 "source"};
+constexpr double kConeDegree = std::numbers::pi / 180;
+constexpr std::array kConeColumns = {"soil",
+                                     "soil_sha256",
+                                     "cone_index_kPa",
+                                     "cone_index_se_kPa",
+                                     "gradient_kPa_per_m",
+                                     "gradient_se_kPa_per_m",
+                                     "beds",
+                                     "to_depth_mm",
+                                     "cone_diameter_mm",
+                                     "cone_angle_deg",
+                                     "speed_mm_per_s",
+                                     "grain_mm",
+                                     "bevameter_sha256",
+                                     "source"};
 
 struct ConeCells {
   const std::string& place;
   const std::vector<std::string>& cells;
 
   [[noreturn]] void Fail(std::size_t column, const std::string& expected) const {
-    throw std::invalid_argument(fmt::format("{}: {}: {}, expected {}", place, kColumns[column],
+    throw std::invalid_argument(fmt::format("{}: {}: {}, expected {}", place, kConeColumns[column],
                                             cells[column].empty() ? "empty" : cells[column],
                                             expected));
   }
@@ -83,7 +84,7 @@ ConeIndex ReadCone(const ConeCells& row) {
   cone.beds = static_cast<int>(beds);
   cone.to_depth_m = 1e-3 * row.Number(7, 1, 1000);
   cone.diameter_m = 1e-3 * row.Number(8, 1, 1000);
-  cone.angle_rad = kDegree * row.Number(9, 5, 180);
+  cone.angle_rad = kConeDegree * row.Number(9, 5, 180);
   cone.speed_m_per_s = 1e-3 * row.Number(10, 0.01, 1e4);
   cone.grain_m = 1e-3 * row.Number(11, 0.01, 1000);
   cone.bevameter_sha256 = row.Hash(12);
@@ -91,7 +92,7 @@ ConeIndex ReadCone(const ConeCells& row) {
   return cone;
 }
 
-std::string Lower(std::string text) {
+std::string LowerCase(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
@@ -112,14 +113,14 @@ std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& n
     if (line.empty() || line[0] == '#') continue;
     const std::string place = fmt::format("{}:{}", name, number);
     const std::vector<std::string> cells = CsvCells(line);
-    if (cells.size() != kColumns.size()) {
+    if (cells.size() != kConeColumns.size()) {
       throw std::invalid_argument(
-          fmt::format("{}: {} columns, expected {}", place, cells.size(), kColumns.size()));
+          fmt::format("{}: {} columns, expected {}", place, cells.size(), kConeColumns.size()));
     }
-    for (std::size_t i = 0; header && i < kColumns.size(); ++i) {
-      if (cells[i] == kColumns[i]) continue;
+    for (std::size_t i = 0; header && i < kConeColumns.size(); ++i) {
+      if (cells[i] == kConeColumns[i]) continue;
       throw std::invalid_argument(
-          fmt::format("{}: column {}, expected {}", place, cells[i], kColumns[i]));
+          fmt::format("{}: column {}, expected {}", place, cells[i], kConeColumns[i]));
     }
     if (!header) {
       const ConeCells row{place, cells};
@@ -135,8 +136,9 @@ std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& n
 }
 
 std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files) {
-  std::vector<std::string> files = {SurrogateFile("soils/cone_indices.csv")};
-  files.insert(files.end(), more_files.begin(), more_files.end());
+  std::vector<std::string> files = more_files;
+  const std::string shipped = SurrogateFile("soils/cone_indices.csv");
+  if (std::filesystem::exists(shipped)) files.insert(files.begin(), shipped);
   std::vector<ConeIndex> all;
   for (const std::string& file : files) {
     std::istringstream table(records::ReadInputFile(file, "a table of cone indices"));
@@ -150,7 +152,8 @@ std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files) {
 
 const ConeIndex* FindConeIndex(const std::vector<ConeIndex>& cones, const std::string& soil) {
   const auto found = std::ranges::find_if(cones, [&](const ConeIndex& cone) {
-    return Lower(cone.soil) == Lower(soil) || Lower(cone.soil) + ", dem" == Lower(soil);
+    return LowerCase(cone.soil) == LowerCase(soil) ||
+           LowerCase(cone.soil) + ", dem" == LowerCase(soil);
   });
   return found == cones.end() ? nullptr : &*found;
 }
@@ -167,8 +170,8 @@ std::string ConeText(const ConeIndex& c) {
       WithError(c.index_pa, c.index_se_pa, 1e3, "kPa"), 1e3 * c.to_depth_m,
       WithError(c.gradient_pa_per_m, c.gradient_se_pa_per_m, 1e3, "kPa/m"),
       c.index_se_pa ? fmt::format("; standard errors of {} beds in brackets", c.beds) : ", one bed",
-      1e3 * c.diameter_m, c.angle_rad / kDegree, 1e3 * c.speed_m_per_s, 1e3 * c.grain_m, c.source,
-      c.bevameter_sha256.substr(0, 12));
+      1e3 * c.diameter_m, c.angle_rad / kConeDegree, 1e3 * c.speed_m_per_s, 1e3 * c.grain_m,
+      c.source, c.bevameter_sha256.substr(0, 12));
 }
 
 std::string ConeListText(const std::vector<ConeIndex>& cones) {

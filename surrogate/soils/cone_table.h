@@ -33,9 +33,9 @@ struct ConeIndex {
 /// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; also where a soil stands twice.
 std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& name);
 
-/// surrogate/soils/cone_indices.csv of the checkout or installation, then those of the files. Of a
-/// soil that comes again the last one holds. Throws as ReadConeIndices, or "FILE: cause, expected
-/// ...".
+/// surrogate/soils/cone_indices.csv of the checkout or installation, where there is one, then those
+/// of the files. Of a soil that comes again the last one holds. Throws as ReadConeIndices, or
+/// "FILE: cause, expected ...".
 std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files = {});
 
 /// The row of a soil's name (letters of either case); nullptr: none. The name that the bevameter

@@ -5,7 +5,7 @@
 
 namespace grouser::surrogate {
 namespace {
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotSaid = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 double WheelNumeric(const NumericWheel& w, const ConeStrength& cone) {
@@ -28,13 +28,13 @@ double PressureOverCone(const NumericWheel& w, const ConeStrength& cone) {
 }
 
 TractionRatios WismerLuth(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
-  if (!(slip >= 0)) return {kUnknown, kUnknown};
+  if (!(slip >= 0)) return {kNotSaid, kNotSaid};
   const double cn = WheelNumeric(wheel, cone);
   return {0.75 * (1 - std::exp(-0.3 * cn * slip)), 1.2 / cn + 0.04};
 }
 
 TractionRatios Brixius(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
-  if (!(slip >= 0)) return {kUnknown, kUnknown};
+  if (!(slip >= 0)) return {kNotSaid, kNotSaid};
   const double bn = BrixiusNumeric(wheel, cone);
   return {0.88 * (1 - std::exp(-0.1 * bn)) * (1 - std::exp(-7.5 * slip)) + 0.04,
           1 / bn + 0.04 + 0.5 * slip / std::sqrt(bn)};
@@ -42,16 +42,16 @@ TractionRatios Brixius(const NumericWheel& wheel, const ConeStrength& cone, doub
 
 TractionRatios SandByNumeric(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
   const double ns = SandNumeric(wheel, cone);
-  if (!(slip > 0) || !(ns > 0)) return {kUnknown, kUnknown};
+  if (!(slip > 0) || !(ns > 0)) return {kNotSaid, kNotSaid};
   constexpr double kX = 0.66;
   const double y = 4.71 + 1.72 / slip;
-  return {kX - kX * y / (ns + 10 + y), kUnknown};
+  return {kX - kX * y / (ns + 10 + y), kNotSaid};
 }
 
 TractionRatios MasonSand(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
   const double q = PressureOverCone(wheel, cone);
   const double most = 0.42 + 0.009 / q, a = 0.76 + 0.014 / q, c = 1.56 - 0.022 / q;
-  if (!(c > 0)) return {kUnknown, kUnknown};
+  if (!(c > 0)) return {kNotSaid, kNotSaid};
   const double resistance = slip >= 0 ? 0.4 * q + 0.6 * slip - 0.03 : 0.21 * q - 0.75 * slip + 0.04;
   return {-0.5 + (most + 0.5) / std::pow(1 + a * std::exp(-7 * slip), 1 / c), resistance};
 }

@@ -215,9 +215,9 @@ TEST(MavsVti, AnswersAsTheModel) {
         const double by = speed / std::max(rim, std::hypot(v_x, v_y));
         const Answer a = model.Evaluate(State{by * v_x, by * v_y, by * rim, load});
         vti.Update(0, 1e-3 * load, 0, slip, angle);
-        EXPECT_NEAR(vti.GetDrawbarPull(), a.output[kFx].value / load, 1e-9);
-        EXPECT_NEAR(vti.GetLateralTraction(), -a.output[kFy].value / load, 1e-9);
-        EXPECT_NEAR(vti.GetLongitudinalTraction(), a.output[kTorque].value / load / radius, 1e-9);
+        EXPECT_NEAR(vti.GetDrawbarPull(), a.output[kFx].value / load, 1e-12);
+        EXPECT_NEAR(vti.GetLateralTraction(), -a.output[kFy].value / load, 1e-12);
+        EXPECT_NEAR(vti.GetLongitudinalTraction(), a.output[kTorque].value / load / radius, 1e-12);
         EXPECT_NEAR(vti.GetLongitudinalTraction() - vti.GetLongitudinalMotionResistance(),
                     vti.GetDrawbarPull(), 1e-14);
         EXPECT_NEAR(vti.GetSinkage(), a.output[kSinkage].value, 1e-12);
