@@ -211,8 +211,6 @@ class Measures(InFolder):
                 ran = json.load(file)["scene"]["soil"]
             path = os.path.join(ROOT, "dem_offline", "campaigns", f"{soil}.soil.yaml")
             self.assertEqual(GrainSoil(path).identity, identity_of(ran))
-            with open(CONES, encoding="utf-8") as table:
-                self.assertIn(f"{ran['name']},{identity_of(ran)},", table.read())
         self.assertNotEqual(GrainSoil(LOOSE).identity, GrainSoil(self.soil_file()).identity)
 
     def test_what_is_not_told_does_not_agree(self):
