@@ -30,8 +30,8 @@ double BedsT95(int degrees) {
 }
 
 /// Half width of the 90 % interval of a mean over beds, over the mean; NaN: one bed.
-double ConeShareOf(const ConeIndex& cone) {
-  return cone.index_se_pa ? BedsT95(cone.beds - 1) * *cone.index_se_pa / cone.index_pa : NAN;
+double ShareOfBeds(double mean, std::optional<double> standard_error, int beds) {
+  return standard_error ? BedsT95(beds - 1) * *standard_error / mean : NAN;
 }
 
 NumericsReport::OfLaw AskLaw(const NumericLaw& law, const NumericsReport& report,
@@ -39,10 +39,15 @@ NumericsReport::OfLaw AskLaw(const NumericLaw& law, const NumericsReport& report
   const ConeStrength cone{report.cone.index_pa, report.cone.gradient_pa_per_m};
   NumericsReport::OfLaw out{law.ratios(report.wheel, cone, row.slip), {}, {}, {}};
   out.low = out.high = GrossAndNet(out.at);
-  const double share = std::isnan(report.cone_share) ? 0 : report.cone_share;
-  for (const double by : {std::max(1 - share, 0.01), 1 + share}) {  // strength is positive
-    const auto at = GrossAndNet(
-        law.ratios(report.wheel, {by * cone.index_pa, by * cone.gradient_pa_per_m}, row.slip));
+  const ConeIndex& c = report.cone;
+  const double gradient_share = ShareOfBeds(c.gradient_pa_per_m, c.gradient_se_pa_per_m, c.beds);
+  const auto scaled = [](double mean, double share, double sign) {
+    return std::isnan(share) ? mean : mean * std::max(1 + sign * share, 0.01);
+  };
+  for (const double sign : {-1.0, 1.0}) {  // a weak bed is weak in both
+    const ConeStrength bound{scaled(cone.index_pa, report.cone_share, sign),
+                             scaled(cone.gradient_pa_per_m, gradient_share, sign)};
+    const auto at = GrossAndNet(law.ratios(report.wheel, bound, row.slip));
     for (std::size_t k = 0; k < 2; ++k) {
       out.low[k] = std::min(out.low[k], at[k]);
       out.high[k] = std::max(out.high[k], at[k]);
@@ -134,7 +139,7 @@ NumericsReport CompareWithNumerics(const v1alpha1::Model& message, const Numeric
   report.wheel = {2 * wheel.radius_m(), wheel.width_m(), load, request.deflection,
                   request.section_height_m.value_or(std::min(wheel.width_m(), wheel.radius_m()))};
   report.cone = *request.cone;
-  report.cone_share = ConeShareOf(report.cone);
+  report.cone_share = ShareOfBeds(report.cone.index_pa, report.cone.index_se_pa, report.cone.beds);
   const auto model = MakeLaw(message);
   for (const double slip : request.slips) {
     report.rows.push_back(AtOneSlip(*model, message, slip, report));
@@ -169,9 +174,10 @@ std::string NumericsText(const NumericsReport& r, const v1alpha1::Model& model,
       PressureOverCone(r.wheel, cone));
   text += "\nnet traction: pull over load\n" + TableOfLaws(r, kNetRatio);
   text += "\ngross traction: torque over load and radius\n" + TableOfLaws(r, kGrossRatio);
-  text += "\n!: outside of the model's interval, over all the cone index' own 90 % interval";
-  text += std::isnan(r.cone_share) ? " (not known)\n"
-                                   : fmt::format(" (+-{:.0f} %)\n", 100 * r.cone_share);
+  text += "\n!: outside of the model's interval, over all of the 90 % interval of cone index";
+  text += std::isnan(r.cone_share)
+              ? " (not known)\n"
+              : fmt::format(" (+-{:.0f} %) and gradient\n", 100 * r.cone_share);
   if (std::ranges::any_of(r.rows, [](const auto& row) {
         return (row.flags & ~static_cast<std::uint32_t>(kFormUnknown)) != 0;
       })) {

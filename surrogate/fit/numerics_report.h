@@ -24,7 +24,7 @@ struct NumericsRequest {
 struct NumericsReport {
   struct OfLaw {
     TractionRatios at;  ///< at the cone index
-    /// Of gross and of net: least and largest over the cone index' own 90 % interval.
+    /// Of gross and of net: least and largest over the 90 % intervals of cone index and gradient.
     std::array<double, 2> low, high;
     /// Of gross and of net: outside the model's interval. False where the law does not say.
     std::array<bool, 2> apart;

@@ -68,6 +68,17 @@ TEST(ConeTable, BadTablesAreRefused) {
               HasSubstr("soil_sha256: 12, expected 64 hex digits"));
 }
 
+TEST(ConeTable, PairsHaveTheConeIndexOfTheirSoil) {
+  for (const char* pair : {"atv-20x10-lugged-20mm"}) {
+    const v1alpha1::Model model = Shipped(pair);
+    const auto cone = ConeOf(model, ConeIndices());
+    ASSERT_TRUE(cone) << pair << ": " << SoilIdentity(model.soil());
+    EXPECT_EQ(cone->soil, model.soil().name());
+    EXPECT_GE(cone->beds, 2);
+    EXPECT_GT(cone->gradient_pa_per_m, 0);
+  }
+}
+
 TEST(ConeTable, AnotherSoilIsAnother) {
   v1alpha1::Model model = Shipped("cmu-smooth-62.5-8mm");
   const std::string before = SoilIdentity(model.soil());
