@@ -198,10 +198,11 @@ word_model() {
 Usage: ./grouser model VERB [arguments]      ./grouser model VERB --help
   list      models of a running server, their aliases and domain
   served    one model of a running server, its error table and provenance
-  show      what a model file holds: domain, errors, provenance
+  show      what a model file holds: domain, errors, provenance, cone index of its soil
   eval      states, answered from a file
   plot      curves over slip with intervals, of one model or several, measured points beside them
   explain   why a state is answered so: flags, parts of the interval, the runs behind it; --plot
+  numerics  traction beside published numeric laws at the soil's cone index
   make      a model of a wheel on a known soil or hard ground at once, nothing fitted
   compare   DEM, surrogate with interval, and measurement; --out: the model with sd_form
   regions   in which DEM is compared with measurements, and which a state is in
@@ -224,7 +225,7 @@ HELP
       require_packages run
       build_if_missing grouser-fit
       exec "$PYTHON" "$GROUSER_ROOT/surrogate/fit/plot_model.py" --program "$(program_path grouser-fit)" "$@" ;;
-    show | eval | make | compare | regions | gate) run_program grouser-fit "$@" ;;
+    show | eval | numerics | make | compare | regions | gate) run_program grouser-fit "$@" ;;
     *) usage_error "model: unknown verb '$verb'; see ./grouser model --help" ;;
   esac
 }

@@ -16,6 +16,8 @@ LEAST_GRAINS = 5.0      # across a plate, a pressed wheel
 RING_GRAINS = 3.5       # across the ring
 EXAMPLE_DIAMETER = 0.008  # [m] of the grains that the examples' sizes are for
 TAPS, TAP_OVER_GRAVITY, TAP_DIAMETERS = 30, 3.0, 0.05  # number, acceleration, amplitude
+CONE_RADIUS, CONE_SPEED = 0.016, 0.05  # [m], [m/s] of the example's cone
+CONE_ANGLE = 60         # [deg] between opposite flanks
 SHEAR_DEPTHS = (0.08, 0.16, 0.32)  # [m] of soil whose weight is the pressure on the ring
 SINKAGE = 0.03          # [m] of plates and wheel; plates from 60 mm: half their diameter
 SIDE = 2.25             # of the box over the widest plate
@@ -45,10 +47,11 @@ class Bench:
         self.grain_scale = max(1.0, d / EXAMPLE_DIAMETER)
         self.wheel_radius, self.wheel_width = wheel or (max(0.05, LEAST_GRAINS * d),) * 2
         self.ring = max(1.0, RING_GRAINS * d / 0.03)  # scale of the example's
-        self.cone_radius = max(0.016, 2 * d)
+        self.cone_radius = max(CONE_RADIUS, 2 * d)
         widest = 1e-3 * max(self.plates, default=0)
         self.depth = depth or max(0.12 * self.grain_scale, 1.25 * widest, 3 * max(self.sinkages.values(), default=0))
         self.side = max(0.18 if depth is None else 0, SIDE * widest, 0.18 * self.ring if "shear" in chosen else 0,
+                        0.18 * self.cone_radius / CONE_RADIUS if "cone" in chosen else 0,
                         CHORDS * self.chord if wheel and "press" in chosen else 0)
         self.speed = math.sqrt(soil.gravity * d / (9.81 * EXAMPLE_DIAMETER))  # over the examples'
         if "cone" in chosen and self.cone_travel < self.cone_height + soil.largest:
@@ -81,7 +84,7 @@ class Bench:
 
     @property
     def cone_height(self):
-        return self.cone_radius * math.sqrt(3)  # 60 degrees
+        return self.cone_radius / math.tan(math.radians(CONE_ANGLE / 2))
 
     @property
     def ring_radii(self):
@@ -119,7 +122,7 @@ class Bench:
         r = self.cone_radius
         return "cone.yaml", {"parts": {"shape": "cone", "radius_m": r, "height_m": self.cone_height,
                                        "shaft_radius_m": 0.625 * r, "shaft_length_m": self.cone_travel},
-                             "motion": [self._lower(self.cone_travel - 0.001 - self.soil.largest, 0.05)]}
+                             "motion": [self._lower(self.cone_travel - 0.001 - self.soil.largest, CONE_SPEED)]}
 
     def _shear(self, pressure):
         inner, outer = self.ring_radii

@@ -7,8 +7,8 @@ soil then finds Bekker's (or Reece's), Mohr-Coulomb and Janosi-Hanamoto paramete
 Tests, separated by commas: {tests}. Left out: all, with two plates that the grains allow.
 
 OUT gets runs/, the CSVs and measurements.yaml for ./grouser calibrate soil, calibrated/ (its answer, with
-soil.csv for ./grouser model make --soil), bevameter.json and report.html. A run that is done with
-the same values is not repeated: kill it at any time, start it again.
+soil.csv for ./grouser model make --soil), cone_index.csv (for ./grouser model show --cones), bevameter.json and
+report.html. A run that is done with the same values is not repeated: kill it at any time, start it again.
 
 Exit codes: 0 done, 1 a run or the calibration failed, 2 bad usage or input, 130 Ctrl-C.
 
@@ -19,6 +19,7 @@ Examples:
 """
 
 import argparse
+import hashlib
 import json
 import os
 import sys
@@ -33,6 +34,7 @@ matplotlib.use("Agg")
 
 import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
+import cone_row  # noqa: E402
 import html_page  # noqa: E402
 import measured as measurement  # noqa: E402
 from experiment_runs import Execution, Refused, check_plans, lock_of  # noqa: E402
@@ -128,7 +130,8 @@ def report(arguments, bench, results, processes):
             beside = calibrate(arguments, processes, arguments.beside, os.path.join(arguments.out, "beside"),
                                arguments.form)
     cone, curves = got.cone()
-    summary = {"soil": bench.soil.name, "soil_file": os.path.basename(arguments.soil), "engine_version": engine,
+    summary = {"soil": bench.soil.name, "soil_file": os.path.basename(arguments.soil),
+               "soil_sha256": bench.soil.identity, "engine_version": engine,
                "grain_diameter_m": bench.soil.diameter, "quick": arguments.quick, "beds": bench.beds,
                "tool_friction": bench.tool_friction,
                "bed": {"length_m": bench.side, "width_m": bench.side, "depth_m": bench.depth},
@@ -137,7 +140,11 @@ def report(arguments, bench, results, processes):
                "form": found["form"] if found else None,
                "large_overlaps": measurement.large_overlaps(results),
                "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
-    write_atomically(os.path.join(arguments.out, "bevameter.json"), json.dumps(summary, indent=1) + "\n")
+    text = json.dumps(summary, indent=1) + "\n"
+    write_atomically(os.path.join(arguments.out, "bevameter.json"), text)
+    if cone:
+        write_atomically(os.path.join(arguments.out, "cone_index.csv"),
+                         cone_row.table_of(summary, hashlib.sha256(text.encode()).hexdigest()))
     write_atomically(os.path.join(arguments.out, "report.html"),
                      page.render(summary, bench, results, found, beside, curves,
                                  ["./grouser", "bevameter", *sys.argv[1:]]))

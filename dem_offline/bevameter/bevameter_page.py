@@ -99,6 +99,7 @@ def number_rows(summary):
         one = summary["cone_index"]
         rows.append((f"cone index, mean over 0 to {1e3 * one['to_depth_m']:.0f} mm, kPa", with_sd(one, 1e-3),
                      one["beds"]))
+        rows.append(("its gradient with depth, kPa/m", with_sd(one["gradient"], 1e-3), one["beds"]))
     if summary["angle_of_repose"]:
         one = summary["angle_of_repose"]
         rows.append(("angle of repose, deg", with_sd(one), one["beds"]))

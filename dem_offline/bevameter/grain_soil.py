@@ -2,6 +2,7 @@
 
 This is the one place from which a soil reaches the experiments of the bevameter."""
 
+import hashlib
 import math
 import os
 
@@ -17,6 +18,29 @@ GRAIN_KEYS = (*GRAIN_NUMBERS, "sizes", "preparation", "top_layer", "contact")
 
 def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def identity_of(soil):
+    """SHA-256 of all that a soil of grains is: of its values a line "PATH=VALUE" each, sorted, numbers to 9 digits; without
+    name, source and zeros. soil: a mapping as in a soil file or a run's record. The same in C++: SoilIdentity
+    (surrogate/fit/cone_card.h)."""
+    lines = []
+
+    def walk(path, node):
+        if isinstance(node, dict):
+            for key, one in node.items():
+                walk(f"{path}.{key}" if path else key, one)
+        elif isinstance(node, list):
+            for k, one in enumerate(node):
+                walk(f"{path}[{k}]", one)
+        elif is_number(node):
+            if node != 0:
+                lines.append(f"{path}={node:.9g}\n")
+        elif node not in (None, ""):
+            lines.append(f"{path}={node}\n")
+
+    walk("", {key: one for key, one in soil.items() if key not in ("name", "source")})
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
 class GrainSoil:
@@ -35,6 +59,7 @@ class GrainSoil:
             self._number(grains, key, "grains.")
         self.grains = grains
         self.sizes = self._sizes(grains["sizes"])
+        self.identity = identity_of(file)
 
     def _fail(self, where, got, expected):
         raise Refused(f"{self.path}: {where}: got {got}, expected {expected}")

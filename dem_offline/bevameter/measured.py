@@ -6,6 +6,7 @@ import os
 import statistics
 
 import numpy
+from bench import CONE_ANGLE, CONE_SPEED
 from processes import write_atomically
 
 BINS = 15  # rows of one curve
@@ -52,7 +53,8 @@ class Measured:
 
     def cone(self):
         """Penetration resistance, force over base area, against depth of the base [m, Pa]: curves by
-        bed; their mean from 0 to the depth reached is the cone index (ASABE S313 takes 0 to 150 mm)."""
+        bed; their mean from 0 to the depth reached is the cone index (ASABE S313 takes 0 to 150 mm), the slope of
+        the line through each by least squares the gradient."""
         area = math.pi * self.bench.cone_radius**2
         curves = {}
         for seed, result in self._each("cone"):
@@ -63,7 +65,10 @@ class Measured:
         if not curves:
             return None, {}
         each = [float(c[:, 1].mean()) for c in curves.values()]
-        return {**summary(each), "unit": "Pa", "to_depth_m": float(min(c[-1, 0] for c in curves.values()))}, curves
+        slopes = [float(numpy.polyfit(c[:, 0], c[:, 1], 1)[0]) for c in curves.values()]
+        return {**summary(each), "unit": "Pa", "to_depth_m": float(min(c[-1, 0] for c in curves.values())),
+                "gradient": {**summary(slopes), "unit": "Pa/m"}, "diameter_m": 2 * self.bench.cone_radius,
+                "angle_deg": CONE_ANGLE, "speed_m_per_s": CONE_SPEED * self.bench.speed}, curves
 
     def repose(self):
         each = [math.degrees(r.series["repose.angle_rad"][-1]) for _, r in self._each("repose")]

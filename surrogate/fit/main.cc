@@ -16,11 +16,13 @@
 #include "proto/records/message_json.h"
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/compare.h"
+#include "surrogate/fit/cone_card.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/hard_model.h"
 #include "surrogate/fit/measured.h"
 #include "surrogate/fit/migrate.h"
+#include "surrogate/fit/numerics_command.h"
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
@@ -60,7 +62,8 @@ struct Arguments {
   int runs = kUsualRuns;
   bool json = false, accept_unusual = false, leave_angles_out = false;
   GateLimits limits;
-  std::vector<std::string> with;
+  std::vector<std::string> with, cones;
+  NumericsArguments numerics;
   std::string command;  // as typed
 };
 
@@ -222,7 +225,20 @@ int Refit(const Arguments& a) {
 int Show(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
   MakeTestedModel(loaded.model);  // says what is wrong with a bad one
-  Print(a.json ? ModelJson(loaded.model, loaded.digest) : ModelText(loaded.model, loaded.digest));
+  const std::optional<ConeIndex> cone = ConeOf(loaded.model, ConeIndices(a.cones));
+  if (a.json) {
+    Json shown = Json::parse(ModelJson(loaded.model, loaded.digest));
+    shown["cone_index"] = ConeCardJson(cone);
+    Print(Text(shown));
+    return kOk;
+  }
+  const bool hard = loaded.model.kind() == v1alpha1::MODEL_KIND_HARD;
+  Print(ModelText(loaded.model, loaded.digest) + (hard ? "" : "\n" + ConeCardText(cone)));
+  return kOk;
+}
+
+int Numerics(const Arguments& a) {
+  Print(NumericsOf(a.numerics, a.json));
   return kOk;
 }
 
@@ -448,7 +464,14 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
                     "further refits of this model: what they were fitted to and it was not, too");
   refit->add_option("--out", a->out, "model file to write")->required();
   refit->add_option("--reason", a->reason, "kept in the provenance");
-  model(add("show", "Say what a model file holds", Show));
+  CLI::App* show = add("show", "Say what a model file holds, and its soil's cone index", Show);
+  model(show);
+  show->add_option("--cones", a->cones, "further cone indices (a bevameter's cone_index.csv)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  AddNumericsOptions(
+      add("numerics", "Traction beside published numeric laws at the soil's cone index", Numerics),
+      &a->numerics);
   CLI::App* eval =
       add("eval", "Answer wheel states: all combinations of slips, angles and loads", Eval);
   model(eval);
@@ -516,6 +539,7 @@ int main(int argc, char** argv) {
       "  grouser-fit eval cmu.model --slip 0.3 --load 70 --radius 0.125 --gravity 1.62\n"
       "  grouser-fit explain cmu.model --slip 0.3 --angle-deg 30 --load 24 --runs 10\n"
       "  grouser-fit make --wheel my-wheel.yaml --soil 'LETE sand' --out my.model\n"
+      "  grouser-fit numerics tyre.model --load 600 --deflection 0.2\n"
       "  grouser-fit compare cmu.model --measured cmu.csv --runs campaign/\n"
       "  grouser-fit profiles --runs campaign/ --model cmu.model\n"
       "  grouser-fit refit --base cmu.model --run new.run.h5 --out cmu-2.model\n"

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "proto/records/command_line.h"
+#include "surrogate/soils/cone_table.h"
 #include "surrogate/soils/soil_library.h"
 
 namespace {
@@ -14,7 +15,7 @@ namespace {
 using namespace grouser::surrogate;
 
 struct Request {
-  std::vector<std::string> files;
+  std::vector<std::string> files, cones;
   std::string published, name, like;
   std::optional<double> moisture;
   bool json = false;
@@ -29,20 +30,38 @@ SoilLibrary LibraryOf(const Request& request) {
 
 void Print(const std::string& text) { std::fputs(text.c_str(), stdout); }
 
-void PrintAll(const SoilEntries& entries, bool json) {
-  Print(json ? SoilListJson(entries) : SoilListText(entries));
+void PrintAll(const SoilEntries& entries, const Request& request) {
+  Print(request.json ? SoilListJson(entries, ConeIndices(request.cones)) : SoilListText(entries));
 }
 
 void List(const Request& request) {
   const SoilLibrary library = LibraryOf(request);
   SoilEntries all;
   for (const SoilLibrary::Entry& e : library.entries) all.push_back(&e);
-  PrintAll(all, request.json);
+  PrintAll(all, request);
+  const std::vector<ConeIndex> cones = ConeIndices(request.cones);
+  if (!request.json && !cones.empty()) {
+    Print("\nsoils of DEM grains, by their cone index:\n" + ConeListText(cones));
+  }
 }
 
 void Show(const Request& request) {
-  const SoilLibrary::Entry entry = LibraryOf(request).Find(request.name);
-  Print(request.json ? SoilListJson({&entry}) : SoilText(entry));
+  const std::vector<ConeIndex> cones = ConeIndices(request.cones);
+  const SoilLibrary library = LibraryOf(request);
+  const ConeIndex* cone = FindConeIndex(cones, request.name);
+  if (cone != nullptr && !library.Has(request.name)) {  // grains alone, without Bekker's parameters
+    Print(request.json ? ConeListJson({*cone}) : cone->soil + "\n" + ConeText(*cone));
+    return;
+  }
+  const SoilLibrary::Entry entry = library.Find(request.name);
+  cone = FindConeIndex(cones, entry.soil.name);
+  Print(request.json ? SoilListJson({&entry}, cones)
+                     : SoilText(entry) + (cone == nullptr ? "" : ConeText(*cone)));
+}
+
+void Cones(const Request& request) {
+  const std::vector<ConeIndex> cones = ConeIndices(request.cones);
+  Print(request.json ? ConeListJson(cones) : ConeListText(cones));
 }
 
 void Suggest(const Request& request) {
@@ -56,7 +75,7 @@ void Suggest(const Request& request) {
                                 "': no soil has one of these words, expected such as sand, sandy "
                                 "loam, clay, snow");
   }
-  PrintAll(likest, request.json);
+  PrintAll(likest, request);
 }
 
 }  // namespace
@@ -72,6 +91,7 @@ int main(int argc, char** argv) {
       "  grouser-soil show 'LETE sand'\n"
       "  grouser-soil suggest --like 'sandy loam' --moisture 15\n"
       "  grouser-soil list --soils out/calibrate/soil.csv\n"
+      "  grouser-soil cones\n"
       "A model of one: grouser model make --wheel W.yaml --soil NAME.\n"
       "Exit codes: 0 ok, 1 failed, 2 usage or bad input.");
   Request request;
@@ -82,6 +102,8 @@ int main(int argc, char** argv) {
         ->delimiter(',');
     sub->add_option("--published", request.published, "table of published soils")
         ->capture_default_str();
+    sub->add_option("--cones", request.cones, "further cone indices (a bevameter's cone_index.csv)")
+        ->delimiter(',');
     sub->add_flag("--json", request.json, "machine-readable output on stdout");
     return sub;
   };
@@ -89,6 +111,7 @@ int main(int argc, char** argv) {
   CLI::App* show =
       add("show", "One soil, its source, and what is taken where nothing is published");
   show->add_option("soil", request.name, "name, or a file with one soil (.csv)")->required();
+  CLI::App* cones = add("cones", "Cone indices of soils of DEM grains");
   CLI::App* suggest = add("suggest", "Soils like a description, the likest first");
   suggest->add_option("--like", request.like, "words such as 'sandy loam'")->required();
   suggest->add_option("--moisture", request.moisture, "[%]")->check(CLI::Range(0.0, 100.0));
@@ -97,6 +120,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (list->parsed()) List(request);
     if (show->parsed()) Show(request);
+    if (cones->parsed()) Cones(request);
     if (suggest->parsed()) Suggest(request);
     return 0;
   } catch (const CLI::ParseError& error) {

@@ -68,7 +68,14 @@ std::string Nearest(const SoilLibrary& library, const std::string& what) {
   return records::NearestOf(what.substr(0, 100), names);
 }
 
-nlohmann::json JsonOf(const SoilLibrary::Entry& e) {
+const SoilLibrary::Entry* Named(const SoilLibrary& library, const std::string& name) {
+  for (const SoilLibrary::Entry& e : library.entries) {
+    if (Lower(e.soil.name) == Lower(name)) return &e;
+  }
+  return nullptr;
+}
+
+nlohmann::json JsonOf(const SoilLibrary::Entry& e, const ConeIndex* cone) {
   const auto optional = [](const std::optional<double>& value) {
     return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
   };
@@ -84,7 +91,9 @@ nlohmann::json JsonOf(const SoilLibrary::Entry& e) {
           {"shear_modulus_m", optional(s.shear_modulus_m)},
           {"source", s.source},
           {"file", e.file},
-          {"unusual", e.unusual}};
+          {"unusual", e.unusual},
+          {"cone_index", cone == nullptr ? nlohmann::json(nullptr)
+                                         : nlohmann::json::parse(ConeListJson({*cone}))[0]}};
 }
 
 std::string LineOf(const Soil& s) {
@@ -129,14 +138,14 @@ SoilLibrary::Entry SoilLibrary::Find(const std::string& what) const {
                     "name choose one",
                     what, names.size(), fmt::join(names, "; "), what));
   }
-  for (const Entry& e : entries) {
-    if (Lower(e.soil.name) == Lower(what)) return e;
-  }
+  if (const Entry* e = Named(*this, what)) return *e;
   throw std::invalid_argument(fmt::format(
       "soil '{}' is not known, expected one of `grouser soil list` or a file (.csv); the nearest: "
       "{}",
       what, Nearest(*this, what)));
 }
+
+bool SoilLibrary::Has(const std::string& name) const { return Named(*this, name) != nullptr; }
 
 std::vector<Suggestion> SuggestSoils(const SoilLibrary& library, const std::string& like,
                                      std::optional<double> moisture) {
@@ -183,9 +192,11 @@ std::string SoilText(const SoilLibrary::Entry& e) {
   return text;
 }
 
-std::string SoilListJson(const SoilEntries& entries) {
+std::string SoilListJson(const SoilEntries& entries, const std::vector<ConeIndex>& cones) {
   nlohmann::json list = nlohmann::json::array();
-  for (const SoilLibrary::Entry* e : entries) list.push_back(JsonOf(*e));
+  for (const SoilLibrary::Entry* e : entries) {
+    list.push_back(JsonOf(*e, FindConeIndex(cones, e->soil.name)));
+  }
   return list.dump(1) + "\n";
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "surrogate/soils/cone_table.h"
 #include "surrogate/soils/soil_table.h"
 
 namespace grouser::surrogate {
@@ -24,6 +25,8 @@ struct SoilLibrary {
   /// By name (letters of either case), or the one soil of a file: `what` ends with .csv. Throws
   /// std::invalid_argument that lists the nearest names, or the names in the file.
   Entry Find(const std::string& what) const;
+  /// Whether a soil has that name (letters of either case).
+  bool Has(const std::string& name) const;
 };
 
 /// A soil that may be like the one that is wanted.
@@ -41,7 +44,8 @@ std::vector<Suggestion> SuggestSoils(const SoilLibrary& library, const std::stri
 /// Tables for people and JSON for programs.
 using SoilEntries = std::vector<const SoilLibrary::Entry*>;
 std::string SoilListText(const SoilEntries& entries);
-std::string SoilListJson(const SoilEntries& entries);
+/// With `cone_index`, by name, of those that have one; null.
+std::string SoilListJson(const SoilEntries& entries, const std::vector<ConeIndex>& cones = {});
 std::string SoilText(const SoilLibrary::Entry& entry);
 
 }  // namespace grouser::surrogate

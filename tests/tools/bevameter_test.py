@@ -4,6 +4,8 @@ parameters, killed on its way.
 
 Usage: bevameter_test.py BIN"""
 
+import glob
+import hashlib
 import json
 import math
 import os
@@ -23,13 +25,17 @@ sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROO
 
 import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
+import cone_row  # noqa: E402
 import measured as measurement  # noqa: E402
 from experiment_runs import Plan, Refused, engine_of, record_of  # noqa: E402
-from grain_soil import GrainSoil  # noqa: E402
+from grain_soil import GrainSoil, identity_of  # noqa: E402
 from processes import ProgramFailed  # noqa: E402
 
 LOOSE = os.path.join(ROOT, "dem_offline", "campaigns", "cmu_loose.soil.yaml")
 MEASURED = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_plates.yaml")
+CONES = os.path.join(ROOT, "surrogate", "soils", "cone_indices.csv")
+CONE_HEADER = ("soil,soil_sha256,cone_index_kPa,cone_index_se_kPa,gradient_kPa_per_m,gradient_se_kPa_per_m,beds,to_depth_mm,"
+               "cone_diameter_mm,cone_angle_deg,speed_mm_per_s,grain_mm,bevameter_sha256,source")
 TINY = {"name": "tiny", "bulk_density_kg_per_m3": 1450, "gravity_m_per_s2": 9.81, "source": "a test",
         "grains": {"grain_density_kg_per_m3": 2500, "youngs_modulus_pa": 1e6, "poisson_ratio": 0.3,
                    "restitution": 0.5, "friction": 0.5, "rolling_friction": 0.1, "solid_fraction": 0.58,
@@ -89,6 +95,12 @@ class Plans(InFolder):
             "seed", "grains", "box.length_m", "box.width_m", "materials", "interfaces")) for name in bench.bed_tests()}
         self.assertEqual(len(beds), 1)
         self.assertEqual((bench.side, bench.depth), (2.25 * 0.1, 1.25 * 0.1))
+
+    def test_the_box_of_the_cone_grows_with_the_grains(self):
+        coarse = os.path.join(ROOT, "dem_offline", "campaigns", "cmu_sand_20mm.soil.yaml")
+        for soil in (GrainSoil(LOOSE), GrainSoil(coarse)):
+            bench = bench_of(soil, ["cone"])
+            self.assertAlmostEqual(bench.side / bench.cone_radius, 0.18 / 0.016)
 
     def test_frictions_that_made_two_layers_make_them_again(self):
         soil = GrainSoil(self.soil_file(top_layer={"thickness_m": 0.04, "solid_fraction": 0.56}))
@@ -170,7 +182,36 @@ class Measures(InFolder):
         base = bench.cone_radius * math.sqrt(3)
         self.assertAlmostEqual(cone["to_depth_m"], 0.08 - base)
         self.assertAlmostEqual(cone["value"], 0.5 * (base + 0.08) / (math.pi * bench.cone_radius**2), delta=1)
+        self.assertAlmostEqual(cone["gradient"]["value"], 1 / (math.pi * bench.cone_radius**2), places=3)
+        self.assertEqual((cone["diameter_m"], cone["angle_deg"], cone["speed_m_per_s"]), (0.032, 60, 0.05))
         self.assertAlmostEqual(got.density()["bed"]["value"], 0.5 * 2495.3)
+
+    def test_a_cone_index_is_a_row_of_the_table(self):
+        cone = {"value": 18e3, "sd_of_beds": 600.0, "beds": 2, "unit": "Pa", "to_depth_m": 0.049, "diameter_m": 0.032,
+                "angle_deg": 60, "speed_m_per_s": 0.05,
+                "gradient": {"value": 4e5, "sd_of_beds": None, "beds": 2, "unit": "Pa/m"}}
+        summary = {"soil": "a, b", "soil_sha256": "0" * 64, "soil_file": "a.soil.yaml", "engine_version": "6",
+                   "grain_diameter_m": 0.008, "tool_friction": 0.364, "cone_index": cone}
+        header, line = cone_row.table_of(summary, "f" * 64).splitlines()
+        self.assertEqual(header, CONE_HEADER)
+        self.assertEqual(line, '"a, b",' + "0" * 64 + ",18,0.424264,400,,2,49,32,60,50,8," + "f" * 64
+                         + ',"virtual bevameter, a.soil.yaml, engine 6, friction of the cone 0.364"')
+
+    def test_the_table_has_the_shipped_cone_runs(self):
+        for path in glob.glob(os.path.join(ROOT, "dem_offline", "campaigns", "**", "*cone.json"), recursive=True):
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+            line = cone_row.table_of(json.loads(text), hashlib.sha256(text.encode()).hexdigest()).splitlines()[1]
+            with open(CONES, encoding="utf-8") as table:
+                self.assertIn(line, table.read().splitlines())
+
+    def test_models_and_soil_files_name_the_same_soil(self):
+        for soil, pair in (("cmu_wheel/calibrated", "cmu-smooth-62.5-8mm"), ("cmu_sand_20mm", "atv-20x10-lugged-20mm")):
+            with open(os.path.join(ROOT, "surrogate", "pairs", pair, "runs.json"), encoding="utf-8") as file:
+                ran = json.load(file)["scene"]["soil"]
+            path = os.path.join(ROOT, "dem_offline", "campaigns", f"{soil}.soil.yaml")
+            self.assertEqual(GrainSoil(path).identity, identity_of(ran))
+        self.assertNotEqual(GrainSoil(LOOSE).identity, GrainSoil(self.soil_file()).identity)
 
     def test_what_is_not_told_does_not_agree(self):
         def told(low, high, identified=True):

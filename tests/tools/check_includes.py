@@ -75,6 +75,7 @@ RULES = {
     "clients/fmi/examples": (r"clients/fmi/loader/fmu\.h", None),
     # Adapters to others' simulators: the public headers and the simulator's own.
     "clients/mujoco": (r"grouser/(contact|model|mujoco|vehicle)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
+    "clients/hosts": (r"grouser/(contact|model|timed_wheel|vti)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
     "clients/python": (r"clients/python/|grouser/(model|model_selector|vehicle)\.h", HEAVY + "|grpc|lcm/|boost/|google/"),
 }
 # The engine's folders from below: each includes its own and those before it.

@@ -1,0 +1,2 @@
+#pragma once
+#include "chrono_vehicle/wheeled_vehicle/tire/ChForceElementTire.h"

@@ -1,0 +1,14 @@
+// grouser/mavs.h against MAVS' own header.
+#include <gtest/gtest.h>
+
+#include "grouser/mavs.h"
+
+TEST(MavsHeaders, AnswersAsTheModel) {
+  const auto model = grouser::Model::Open(GROUSER_PAIRS "/cmu-smooth-62.5-8mm/hybrid.model");
+  grouser::MavsSoilVti vti(model);
+  mavs::vti::MavsVti& base = vti;
+  base.Update(100, 0.024, 0, 0.2, 0);
+  const auto answer = grouser::AskVti(model, 0.2, 0, 24);
+  EXPECT_EQ(base.GetLongitudinalTraction(), answer.traction);
+  EXPECT_EQ(base.GetLongitudinalTraction() - base.GetLongitudinalMotionResistance(), answer.pull);
+}

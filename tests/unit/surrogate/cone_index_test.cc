@@ -1,0 +1,164 @@
+// Cone indices of soils: the table, the soils of shipped models, and the numeric laws of traction.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "surrogate/fit/cone_card.h"
+#include "surrogate/fit/numerics_report.h"
+#include "surrogate/model_io/upgrade.h"
+#include "tests/unit/refusal.h"
+
+namespace grouser::surrogate {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr char kHeader[] =
+    "soil,soil_sha256,cone_index_kPa,cone_index_se_kPa,gradient_kPa_per_m,gradient_se_kPa_per_m,"
+    "beds,to_depth_mm,cone_diameter_mm,cone_angle_deg,speed_mm_per_s,grain_mm,bevameter_sha256,"
+    "source\n";
+const std::string kHash(64, 'a');
+
+std::string TableLine(const std::string& numbers) {
+  return fmt::format("sand,{0},{1},{0},\"a test, of one\"\n", kHash, numbers);
+}
+std::vector<ConeIndex> Read(const std::string& text) {
+  std::istringstream table(text);
+  return ReadConeIndices(table, "t.csv");
+}
+v1alpha1::Model Shipped(const std::string& pair) {
+  return ReadModel(GROUSER_PAIRS "/" + pair + "/hybrid.model").model;
+}
+
+TEST(ConeTable, IsReadInSi) {
+  const auto cones =
+      Read(std::string("# a comment\n") + kHeader + TableLine("18,0.4,400,,2,49,32,60,50,8"));
+  ASSERT_EQ(cones.size(), 1u);
+  const ConeIndex& c = cones[0];
+  EXPECT_EQ(c.index_pa, 18e3);
+  EXPECT_EQ(*c.index_se_pa, 400);
+  EXPECT_EQ(c.gradient_pa_per_m, 4e5);
+  EXPECT_FALSE(c.gradient_se_pa_per_m);
+  EXPECT_DOUBLE_EQ(c.to_depth_m, 0.049);
+  EXPECT_DOUBLE_EQ(c.diameter_m, 0.032);
+  EXPECT_EQ(c.source, "a test, of one");
+  EXPECT_EQ(FindConeIndex(cones, "Sand, DEM"), cones.data());
+  EXPECT_EQ(FindConeIndex(cones, "sandy"), nullptr);
+  EXPECT_THAT(ConeText(c), HasSubstr("cone index 18 kPa (0.4), mean over 0 to 49 mm; gradient 400 "
+                                     "kPa/m; standard errors of 2 beds"));
+}
+
+TEST(ConeTable, BadTablesAreRefused) {
+  const auto said = [](const std::string& text) { return Refusal([&] { Read(text); }); };
+  const std::string good = "18,0.4,400,4,2,49,32,60,50,8";
+  EXPECT_THAT(said(""), HasSubstr("t.csv: no header"));
+  EXPECT_THAT(said("soil,sand\n"), HasSubstr("t.csv:1: 2 columns, expected 14"));
+  EXPECT_THAT(
+      said(kHeader + TableLine("18000000,,1,,1,49,32,60,50,8")),
+      HasSubstr("t.csv:2: cone_index_kPa: 18000000, expected a number from 0.001 to 100000"));
+  EXPECT_THAT(said(kHeader + TableLine(",,1,,1,49,32,60,50,8")),
+              HasSubstr("cone_index_kPa: empty"));
+  EXPECT_THAT(said(kHeader + TableLine("18,,1,,1.5,49,32,60,50,8")), HasSubstr("a whole number"));
+  EXPECT_THAT(said(kHeader + TableLine(good) + TableLine(good)),
+              HasSubstr("t.csv:3: soil_sha256: " + kHash + ", expected each soil once"));
+  EXPECT_THAT(said(std::string(kHeader) + "sand,12," + good + "," + kHash + ",x\n"),
+              HasSubstr("soil_sha256: 12, expected 64 hex digits"));
+}
+
+TEST(ConeTable, PairsHaveTheConeIndexOfTheirSoil) {
+  for (const char* pair : {"atv-20x10-lugged-20mm"}) {
+    const v1alpha1::Model model = Shipped(pair);
+    const auto cone = ConeOf(model, ConeIndices());
+    ASSERT_TRUE(cone) << pair << ": " << SoilIdentity(model.soil());
+    EXPECT_EQ(cone->soil, model.soil().name());
+    EXPECT_GE(cone->beds, 2);
+    EXPECT_GT(cone->gradient_pa_per_m, 0);
+  }
+}
+
+TEST(ConeTable, AnotherSoilIsAnother) {
+  v1alpha1::Model model = Shipped("cmu-smooth-62.5-8mm");
+  const std::string before = SoilIdentity(model.soil());
+  model.mutable_soil()->set_name("another name");
+  model.mutable_soil()->set_source("and source");
+  EXPECT_EQ(SoilIdentity(model.soil()), before);
+  model.mutable_soil()->mutable_grains()->set_friction(0.365);
+  EXPECT_NE(SoilIdentity(model.soil()), before);
+  EXPECT_FALSE(ConeOf(model, ConeIndices()));
+}
+
+// Worked by hand: Cn = 50e3 * 0.2 * 0.5/500 = 10, Bn = 10 * 2/(1 + 1.2) = 100/11,
+// Ns = 1e6 * 0.1^1.5/500 * 0.2 = 12.649110640673518.
+TEST(TractionNumerics, ByHand) {
+  const NumericWheel wheel{0.5, 0.2, 500, 0.2, 0.1};
+  const ConeStrength cone{50e3, 1e6};
+  EXPECT_DOUBLE_EQ(WheelNumeric(wheel, cone), 10);
+  EXPECT_DOUBLE_EQ(BrixiusNumeric(wheel, cone), 100.0 / 11);
+  EXPECT_NEAR(SandNumeric(wheel, cone), 12.649110640673518, 1e-12);
+  // a = 0.02 + 0.013, 2 b sqrt(d a - a^2) (b/h)^0.52 = 0.4 sqrt(0.0165 - 0.001089) 2^0.52
+  EXPECT_NEAR(PressureOverCone(wheel, cone),
+              500 / (0.4 * std::sqrt(0.015411) * std::pow(2, 0.52)) / 50e3, 1e-12);
+  const TractionRatios wl = WismerLuth(wheel, cone, 0.2);
+  EXPECT_NEAR(wl.gross, 0.75 * (1 - std::exp(-0.6)), 1e-12);
+  EXPECT_NEAR(wl.net(), 0.75 * (1 - std::exp(-0.6)) - 0.16, 1e-12);
+  const TractionRatios br = Brixius(wheel, cone, 0.2);
+  EXPECT_NEAR(br.gross, 0.88 * (1 - std::exp(-10.0 / 11)) * (1 - std::exp(-1.5)) + 0.04, 1e-12);
+  EXPECT_NEAR(br.resistance, 0.11 + 0.04 + 0.1 / std::sqrt(100.0 / 11), 1e-12);
+  EXPECT_NEAR(SandByNumeric(wheel, cone, 0.2).gross,
+              0.66 - 0.66 * 13.31 / (12.649110640673518 + 23.31), 1e-12);
+}
+
+TEST(TractionNumerics, LimitsAndWhatLawsDoNotSay) {
+  const ConeStrength cone{50e3, 1e6};
+  const NumericWheel rigid{0.5, 0.2, 500, 0, 0.2};
+  EXPECT_TRUE(std::isnan(SandByNumeric(rigid, cone, 0.2).gross));  // Ns = 0
+  EXPECT_DOUBLE_EQ(BrixiusNumeric(rigid, cone), 10 / 2.2);
+  EXPECT_TRUE(std::isnan(WismerLuth(rigid, cone, -0.1).gross));
+  EXPECT_EQ(WismerLuth(rigid, cone, 0).gross, 0);
+  EXPECT_LT(MasonSand(rigid, cone, -1).gross, -0.45);                // locked: to its least, -0.5
+  EXPECT_TRUE(std::isnan(MasonSand(rigid, {1e8, 1e9}, 0.2).gross));  // C < 0
+  // Stronger soil: more traction, less resistance.
+  for (const NumericLaw& law : kNumericLaws) {
+    const NumericWheel tyre{0.5, 0.2, 500, 0.2, 0.1};
+    const TractionRatios weak = law.ratios(tyre, cone, 0.3);
+    const TractionRatios strong = law.ratios(tyre, {1e5, 2e6}, 0.3);
+    EXPECT_GT(strong.gross, weak.gross) << law.name;
+    EXPECT_FALSE(strong.resistance >= weak.resistance) << law.name;
+  }
+}
+
+TEST(TractionNumerics, StandBesideAModel) {
+  const v1alpha1::Model model = Shipped("atv-20x10-lugged-20mm");
+  NumericsRequest request;
+  request.load_n = 600;
+  request.slips = {-0.2, 0.2};
+  ConeIndex cone = Read(kHeader + TableLine("50,0.5,400,4,2,150,80,60,79,20"))[0];
+  request.cone = cone;
+  const NumericsReport r = CompareWithNumerics(model, request);
+  EXPECT_DOUBLE_EQ(r.wheel.diameter_m, 0.508);
+  // Standard error 1 % of two beds: t of one degree of freedom.
+  EXPECT_NEAR(r.cone_share, 0.0631375, 1e-6);
+  ASSERT_EQ(r.rows.size(), 2u);
+  const auto& mason = r.rows[1].laws[3];
+  EXPECT_LT(mason.low[1], mason.at.net());
+  EXPECT_GT(mason.high[1], mason.at.net());
+  EXPECT_TRUE(std::isnan(r.rows[0].laws[0].at.gross));
+  EXPECT_FALSE(r.rows[0].laws[0].apart[0]);
+  for (const auto& law : r.rows[1].laws) {
+    const bool beside = law.high[1] < r.rows[1].low[1] || law.low[1] > r.rows[1].high[1];
+    EXPECT_EQ(law.apart[1], beside);
+  }
+  EXPECT_THAT(NumericsText(r, model, "ref"), HasSubstr("bars of 22 mm"));
+  EXPECT_THAT(NumericsJson(r, "ref"), HasSubstr("\"wismer_luth\""));
+  request.cone.reset();
+  EXPECT_THAT(Refusal([&] { CompareWithNumerics(model, request); }),
+              HasSubstr("--cone-index: got none"));
+  request.cone = cone, request.slips = {1.5};
+  EXPECT_THAT(Refusal([&] { CompareWithNumerics(model, request); }), HasSubstr("--slip: got 1.5"));
+}
+
+}  // namespace
+}  // namespace grouser::surrogate
