@@ -10,9 +10,7 @@
 namespace grouser::vehicle {
 
 /// A motion on the mean ground [0] and on grounds better [1] and worse [2] by `sds` standard
-/// deviations. An end that a search from afar does not balance is tried once more from the mean's
-/// solution, in steps (of a twist; of rim speeds no search begins elsewhere). `refine`: then all
-/// once more from there.
+/// deviations. `refine`: then all once more from there.
 std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds,
                                     const Effort* refine = nullptr);
 

@@ -63,7 +63,7 @@ class PlainSearch {
     m.soil.fill(p.soil);
     Solution s;
     if (near != nullptr) s = *near;
-    solver_.Solve({&m, 1}, {&s, 1}, near != nullptr);
+    solver_.Solve({&m, 1}, {&s, 1}, Effort{.warm = near != nullptr});
     if (!s.balanced) {  // once more from where it ended
       solver_.Solve({&m, 1}, {&s, 1},
                     Effort{.warm = true, .attempts = 1, .evaluations = 200, .from_least = true});
