@@ -10,8 +10,6 @@ namespace {
 constexpr Effort kWithAllStarts{.brief = true};
 constexpr Effort kFromNeighbour{
     .warm = true, .attempts = 2, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
-constexpr Effort kOnce{
-    .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
 constexpr Effort FromLeast(int evaluations) {
   return {.warm = true,
           .attempts = 1,
@@ -50,7 +48,7 @@ void LevelSearch::Clear(Track* t) {
   t->slope = 0;
   t->low = -1;
   t->stride = 0;
-  t->quick = t->light = t->hemmed = t->thorough = t->hard = false;
+  t->quick = t->light = t->wary = t->hopeless[0] = t->hopeless[1] = t->thorough = t->hard = false;
   t->wide = t->sure = t->goes_on = t->doubt = t->here = t->failed_here = false;
   t->failed.level = t->lowest.level = t->highest.level = kNone;
 }
@@ -103,7 +101,7 @@ bool LevelSearch::Remote(const Failure& f, const Motion& m) const {
 void LevelSearch::Prepare(Track* t) const {
   if (!t->near_failure || t->low >= 0) return;
   const Failure& f = t->level > 0 ? t->highest : t->lowest;
-  const bool near = t->hemmed || t->light;
+  const bool near = t->hopeless[t->level > 0] || t->light;
   if (Remote(f, t->motion) || (near && f.level != kNone && !f.solution.balanced)) return;
   t->near_failure = false;
   t->all_starts = true;
@@ -121,7 +119,7 @@ Effort LevelSearch::Start(const Track& t, Solution* start) {
     return kFromFailure;
   }
   *start = t.good;
-  return t.light && t.level > 0 ? kOnce : kFromNeighbour;
+  return kFromNeighbour;
 }
 
 void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const {
@@ -209,7 +207,7 @@ bool LevelSearch::Next(Track* t) const {
   if (t->low >= 0 && t->high > levels_) return Up(t);
   if (t->high == t->low + 1) {
     const bool surprise =
-        t->low < 0 ? t->suggested >= 0 : std::abs(t->low - t->suggested) > kExpected;
+        t->low < 0 ? t->suggested >= 0 : t->wary || std::abs(t->low - t->suggested) > kExpected;
     if (t->light && t->low >= 0) return false;
     if (t->low < 0 && t->sure && Unbalanced(t->failed.solution)) {
       t->level = 0;

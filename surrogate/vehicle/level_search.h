@@ -48,7 +48,9 @@ class LevelSearch {
     double slope = 0;       ///< of the slack by the level, at the limit; 0: unknown
     bool quick = false;     ///< the suggested level is the answer if it is good
     bool light = false;     ///< no level is asked twice
-    bool hemmed = false;    ///< between two items of which none is good
+    bool wary = false;      ///< what neighbours suggest is no more than a guess
+    /// The lowest and the highest level are as hopeless as at a neighbour.
+    bool hopeless[2] = {};
     bool thorough = false;  ///< the first failure and that at level 0 are asked as hard as can be
     bool hard = false;      ///< ... and the first was
     bool all_starts = false, near_failure = false;  ///< where this solve begins

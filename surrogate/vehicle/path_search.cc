@@ -9,9 +9,10 @@ namespace {
 
 // Inputs off the parabola: of the weight; of what is asked for in the middle.
 constexpr double kStraight = 1e-3, kStraightShare = 5e-3, kStraightAtMost = 5e-3;
-constexpr double kBend = 2;  // levels by which the middle may lie off the chord
+constexpr double kSteep = 6;  // levels from a point to the next
+constexpr double kBend = 2;   // levels by which the middle may lie off the chord
 // Force over weight above which nothing balances, by the most at which anything did on that soil.
-constexpr double kHeldShare = 1.1, kHeldMore = 0.003;
+constexpr double kHeldShare = 1.1, kHeldMore = 0.003, kMissedShare = 1.05;
 
 /// Weights of three points in the parabola through them, at s.
 std::array<double, 3> Parabola(double a, double m, double b, double s) {
@@ -117,7 +118,7 @@ bool PathSearch::Pop(std::size_t* i) {
   }
   while (none_begin_ < none_end_) {
     *i = none_[none_begin_++];
-    if (MayHold(*i)) return true;
+    if (MayHold(*i, 0) || MayHold(*i, levels_)) return true;
   }
   return false;
 }
@@ -165,9 +166,9 @@ void PathSearch::Between(std::size_t a, std::size_t b, std::size_t i, LevelSearc
   const double share = (path_[i].s_m - path_[a].s_m) / (path_[b].s_m - path_[a].s_m);
   const std::size_t near = share < 0.5 ? a : b;
   if (p.level < 0 && q.level < 0) {
-    if (each_ && MayHold(i)) return;
     t->suggested = -1;
-    t->hemmed = true;
+    t->hopeless[0] = !each_ || !MayHold(i, 0);
+    t->hopeless[1] = !each_ || !MayHold(i, levels_);
     Recall(near, t);
     return;
   }
@@ -179,6 +180,7 @@ void PathSearch::Between(std::size_t a, std::size_t b, std::size_t i, LevelSearc
     return;
   }
   t->suggested = Expected(a, b, i, share);
+  t->wary = Steep(a, b);
   Blend<2>({&good_[a], &good_[b]}, {1 - share, share}, &t->good);
   const std::size_t of = nodes_[near].level < levels_ ? near : near == a ? b : a;
   if (p.binding == q.binding && p.slope < 0 && q.slope < 0) {
@@ -354,7 +356,11 @@ bool PathSearch::Alike(std::size_t a, std::size_t m, std::size_t b) const {
     if (path_[i].curvature_per_m * path_[a].curvature_per_m < 0) return false;
   }
   const double share = (path_[m].s_m - path_[a].s_m) / (path_[b].s_m - path_[a].s_m);
-  return std::fabs(std::lerp(p.edge, r.edge, share) - q.edge) <= kBend;
+  return std::fabs(std::lerp(p.edge, r.edge, share) - q.edge) <= kBend && !Steep(a, b);
+}
+
+bool PathSearch::Steep(std::size_t a, std::size_t b) const {
+  return std::fabs(nodes_[a].edge - nodes_[b].edge) > kSteep * static_cast<double>(b - a);
 }
 
 // Whether what the points between ask for is on the parabolas.
@@ -392,14 +398,11 @@ void PathSearch::FillNone(std::size_t a, std::size_t m, std::size_t b) {
   }
 }
 
-// Whether the lowest or the highest level may be good.
-bool PathSearch::MayHold(std::size_t i) const {
-  for (const int level : {0, levels_}) {
-    const Held& held = held_[path_[i].soil][Pulls(i, level)];
-    const double most = held.balanced > 0 ? kHeldShare * held.balanced + kHeldMore : held.missed;
-    if (Demand(i, level) <= most) return true;
-  }
-  return false;
+// Whether a level asks for little more than has balanced on that soil, if for more.
+bool PathSearch::MayHold(std::size_t i, int level) const {
+  const Held& held = held_[path_[i].soil][Pulls(i, level)];
+  return Demand(i, level) <=
+         std::max(kHeldShare * held.balanced + kHeldMore, kMissedShare * held.missed);
 }
 
 bool PathSearch::Pulls(std::size_t i, int level) const {

@@ -100,7 +100,7 @@ class PathSearch final : private LevelSearch::Items {
   void Judge(std::size_t m);
   void Fill(std::size_t a, std::size_t m, std::size_t b);
   void FillNone(std::size_t a, std::size_t m, std::size_t b);
-  bool MayHold(std::size_t i) const;
+  bool MayHold(std::size_t i, int level) const;
   bool Pulls(std::size_t i, int level) const;
   void Learn(const LevelSearch::Track& t);
   void Between(std::size_t a, std::size_t b, std::size_t i, LevelSearch::Track* t) const;
@@ -110,6 +110,7 @@ class PathSearch final : private LevelSearch::Items {
   int Expected(std::size_t a, std::size_t b, std::size_t i, double share) const;
   double Demand(std::size_t i, int level) const;
   bool Equal(std::size_t a, std::size_t b) const;
+  bool Steep(std::size_t a, std::size_t b) const;
   bool Smooth(std::size_t a, std::size_t m, std::size_t b) const;
   bool Alike(std::size_t a, std::size_t m, std::size_t b) const;
   void Copy(std::size_t from, std::size_t to);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kReachLevels = 32;     // of acceleration and braking
 constexpr std::size_t kStride = 32;  // points between those whose reach is searched
-constexpr std::size_t kSpacing = 8;  // of these between those that are searched from nothing
+constexpr std::size_t kSpacing = 1;  // of these between those that are searched from nothing
 constexpr double kSample = 0.75;     // of the safe speed: where the reach is searched besides rest
 constexpr double kLeastShare = 0.05, kMostShare = 0.98, kLess = 0.9;
 

@@ -8,10 +8,10 @@
 namespace grouser::vehicle {
 namespace {
 
-constexpr int kSpeedLevels = 256;      // of the safe speed: 0.4 % of the limit
-constexpr std::size_t kSpacing = 128;  // points between those that are searched from nothing
-constexpr double kNoticed = 0.004;  // change of grade, bank and lateral acceleration over gravity
-constexpr double kFarBelow = 0.15;  // a neighbour, of its speed
+constexpr int kSpeedLevels = 256;     // of the safe speed: 0.4 % of the limit
+constexpr std::size_t kSpacing = 64;  // points between those that are searched from nothing
+constexpr double kNoticed = 0.004;    // change of grade, bank and lateral acceleration over gravity
+constexpr double kFarBelow = 0.15;    // a neighbour, of its speed
 
 // Whether the limit of grip is that of the point before although the motion has changed.
 bool Stays(std::span<const PathPoint> path, std::span<const SpeedPoint> out, std::size_t i,
