@@ -208,7 +208,7 @@ bool LevelSearch::Next(Track* t) const {
   if (t->high == t->low + 1) {
     const bool surprise =
         t->low < 0 ? t->suggested >= 0 : t->wary || std::abs(t->low - t->suggested) > kExpected;
-    if (t->light && t->low >= 0) return false;
+    if (t->light && (t->low >= 0 || t->sure)) return false;
     if (t->low < 0 && t->sure && Unbalanced(t->failed.solution)) {
       t->level = 0;
       t->goes_on = true;

@@ -57,27 +57,25 @@ PathSearch::PathSearch(std::size_t most)
     : nodes_(most), places_(most), full_(most), quick_(most), none_(most) {}
 
 void PathSearch::Run(LevelSearch* search, Solver* solver, std::span<const PathPoint> path,
-                     std::span<const std::uint8_t> apart, int levels, std::size_t spacing,
-                     bool each, const PathQuestion& question, std::span<Solution> good,
-                     std::span<Solution> failed) {
+                     int levels, std::size_t spacing, const PathQuestion& question,
+                     std::span<Solution> good, std::span<Solution> failed) {
   path_ = path;
   good_ = good;
   failed_ = failed;
   question_ = &question;
   levels_ = levels;
-  each_ = each;
   half_length_ = HalfLengthOf(solver->vehicle());
   gravity_ = solver->vehicle().gravity_m_per_s2;
   grip_.fill(0);
   held_.fill({});
   full_begin_ = full_end_ = quick_begin_ = quick_end_ = none_begin_ = none_end_ = 0;
-  Lay(apart, spacing);
+  Lay(spacing);
   search->Run(solver, levels, this);
 }
 
 // The points that are searched from nothing: both ends of every stretch that goes on, and some
 // between; of a stretch of equal points the first.
-void PathSearch::Lay(std::span<const std::uint8_t> apart, std::size_t spacing) {
+void PathSearch::Lay(std::size_t spacing) {
   const std::size_t n = path_.size();
   for (std::size_t i = 0; i < n; ++i) {
     nodes_[i] = Node{};
@@ -85,7 +83,7 @@ void PathSearch::Lay(std::span<const std::uint8_t> apart, std::size_t spacing) {
   }
   for (std::size_t first = 0, end = 0; first < n; first = end) {
     end = first + 1;
-    while (end < n && path_[end].soil == path_[first].soil && apart[end] == 0) ++end;
+    while (end < n && path_[end].soil == path_[first].soil) ++end;
     const std::size_t last = end - 1, gaps = (last - first + spacing - 1) / spacing;
     Push(first);
     if (Equal(first, last)) {
@@ -127,15 +125,11 @@ bool PathSearch::Begin(LevelSearch::Track* t) {
   std::size_t i = 0;
   if (!Pop(&i)) return false;
   t->item = i;
-  t->light = !each_;
   const Place& p = places_[i];
   if (p.quick) {
     OnParabola(p, i, t);
   } else if (p.between) {
     Between(p.left, p.right, i, t);
-  } else if (const Solution* near = question_->Near(i); near != nullptr) {
-    t->suggested = levels_;
-    t->good = *near;
   }
   return true;
 }
@@ -167,8 +161,8 @@ void PathSearch::Between(std::size_t a, std::size_t b, std::size_t i, LevelSearc
   const std::size_t near = share < 0.5 ? a : b;
   if (p.level < 0 && q.level < 0) {
     t->suggested = -1;
-    t->hopeless[0] = !each_ || !MayHold(i, 0);
-    t->hopeless[1] = !each_ || !MayHold(i, levels_);
+    t->hopeless[0] = !MayHold(i, 0);
+    t->hopeless[1] = !MayHold(i, levels_);
     Recall(near, t);
     return;
   }
@@ -394,7 +388,7 @@ void PathSearch::FillNone(std::size_t a, std::size_t m, std::size_t b) {
     nodes_[i] = middle;
     nodes_[i].binding = question_->BindingOf(MotionAt(i, nodes_[middle.failure].failed_level),
                                              failed_[middle.failure]);
-    if (each_) none_[none_end_++] = i;
+    none_[none_end_++] = i;
   }
 }
 
@@ -415,13 +409,6 @@ void PathSearch::Fill(std::size_t a, std::size_t m, std::size_t b) {
   const Node& middle = nodes_[m];
   for (std::size_t i = a + 1; i < b; ++i) {
     if (i == m) continue;
-    if (!each_) {
-      const auto w = Parabola(path_[a].s_m, path_[m].s_m, path_[b].s_m, path_[i].s_m);
-      nodes_[i] = middle;
-      const double level = w[0] * nodes_[a].edge + w[1] * middle.edge + w[2] * nodes_[b].edge;
-      nodes_[i].level = std::clamp(static_cast<int>(level), 0, levels_);
-      continue;
-    }
     places_[i] = {.left = a, .middle = m, .right = b, .quick = true};
     quick_[quick_end_++] = i;
   }

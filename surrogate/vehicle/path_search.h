@@ -14,12 +14,10 @@ namespace grouser::vehicle {
 /// What is asked of every point of a path: the highest level at which it is good.
 class PathQuestion {
  public:
-  virtual Motion MotionAt(const PathPoint& point, std::size_t i, int level) const = 0;
+  virtual Motion MotionAt(const PathPoint& point, int level) const = 0;
   virtual double Slack(const Solution& solution) const = 0;      ///< see LevelSearch::Items
   virtual double Shortfall(const Solution& solution) const = 0;  ///< the same
   virtual Binding BindingOf(const Motion& motion, const Solution& solution) const = 0;
-  /// A solution to begin from; null: none is known.
-  virtual const Solution* Near(std::size_t /*i*/) const { return nullptr; }
 
  protected:
   ~PathQuestion() = default;
@@ -64,15 +62,13 @@ class PathSearch final : private LevelSearch::Items {
   /// Room for so many points.
   explicit PathSearch(std::size_t most);
 
-  /// All points; `spacing`: of those that are searched from nothing [points]. `good`, of as many
-  /// points: solutions at their levels, of points without one that at the highest level; `failed`:
-  /// beyond them, where one was solved. each: false: points between are taken from the chords
-  /// without a solve, and without a solution. `path` in the order driven; points of one soil go on
-  /// from one another where `apart` of the second is false. No allocation. Throws what Slack
+  /// All points, in the order driven; `spacing`: of those that are searched from nothing [points].
+  /// `good`, of as many points: solutions at their levels, of points without one that at the
+  /// highest level; `failed`: beyond them, where one was solved. No allocation. Throws what Slack
   /// throws.
-  void Run(LevelSearch* search, Solver* solver, std::span<const PathPoint> path,
-           std::span<const std::uint8_t> apart, int levels, std::size_t spacing, bool each,
-           const PathQuestion& question, std::span<Solution> good, std::span<Solution> failed);
+  void Run(LevelSearch* search, Solver* solver, std::span<const PathPoint> path, int levels,
+           std::size_t spacing, const PathQuestion& question, std::span<Solution> good,
+           std::span<Solution> failed);
 
   std::span<const Node> nodes() const { return std::span(nodes_).first(path_.size()); }
 
@@ -87,13 +83,13 @@ class PathSearch final : private LevelSearch::Items {
 
   bool Begin(LevelSearch::Track* t) override;
   Motion MotionAt(std::size_t i, int level) const override {
-    return question_->MotionAt(path_[i], i, level);
+    return question_->MotionAt(path_[i], level);
   }
   double Slack(const Solution& s) const override { return question_->Slack(s); }
   double Shortfall(const Solution& s) const override { return question_->Shortfall(s); }
   void Found(const LevelSearch::Track& t) override;
 
-  void Lay(std::span<const std::uint8_t> apart, std::size_t spacing);
+  void Lay(std::size_t spacing);
   void Push(std::size_t i);
   bool Pop(std::size_t* i);
   void Split(std::size_t a, std::size_t b);
@@ -119,7 +115,6 @@ class PathSearch final : private LevelSearch::Items {
   std::span<Solution> good_, failed_;
   const PathQuestion* question_ = nullptr;
   int levels_ = 0;
-  bool each_ = true;
   double half_length_ = 0, gravity_ = 0;
   /// Over the weight, by soil: force along the ground at which grip ended last; the most that
   /// balanced, braking and pulling, and that would have but for the least imbalance.

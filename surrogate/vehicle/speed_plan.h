@@ -80,15 +80,13 @@ class SpeedPlanner {
   class Question;
   class Raising;
   class Tries;
+  class Reaching;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);
   void Raise(std::span<const PathPoint> path, const SpeedOptions& options,
              std::span<SpeedPoint> out);
   std::size_t Low(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
-  std::size_t AddKnots(std::span<const PathPoint> path, double most, std::size_t count,
-                       std::span<const SpeedPoint> out);
-  void SearchReach(std::size_t count, const SpeedOptions& options, double part,
-                   std::span<const SpeedPoint> out);
+  std::size_t Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
   void Reach(std::span<const PathPoint> path, const SpeedOptions& options,
              std::span<const SpeedPoint> out);
   void Spread(std::size_t knots, std::size_t points, std::vector<double>* numbers) const;
@@ -111,10 +109,7 @@ class SpeedPlanner {
   std::vector<Solution> tried_;
   LevelSearch search_;
   PathSearch path_search_;
-  std::vector<std::uint8_t> apart_;     // see PathSearch
-  std::vector<PathPoint> knot_points_;  // of Reach
-  std::vector<double> knot_speed_, knot_most_;
-  std::vector<Solution> reached_;
+  std::vector<int> reached_;        // by Reach: levels, -1: not asked
   std::vector<std::size_t> open_;   // points that are verified
   std::vector<std::size_t> knots_;  // points whose reach is searched; before: see Low
   std::vector<std::size_t> higher_;

@@ -3,14 +3,12 @@
 #include <cmath>
 
 #include "surrogate/vehicle/speed_plan.h"
-#include "surrogate/vehicle/speed_question.h"
 
 namespace grouser::vehicle {
 namespace {
 
 constexpr int kReachLevels = 32;     // of acceleration and braking
 constexpr std::size_t kStride = 32;  // points between those whose reach is searched
-constexpr std::size_t kSpacing = 1;  // of these between those that are searched from nothing
 constexpr double kSample = 0.75;     // of the safe speed: where the reach is searched besides rest
 constexpr double kLeastShare = 0.05, kMostShare = 0.98, kLess = 0.9;
 
@@ -41,83 +39,112 @@ double Left(const SpeedPoint& p, double v, double share, bool faster) {
 
 }  // namespace
 
-// At the first `count` of the questions (knots of accelerating, then of braking), at a part of the
-// safe speed.
-void SpeedPlanner::SearchReach(std::size_t count, const SpeedOptions& o, double part,
-                               std::span<const SpeedPoint> out) {
-  for (std::size_t k = 0; k < count; ++k) knot_speed_[k] = part * out[knots_[k]].safe_m_per_s;
-  path_search_.Run(&search_, &solver_, std::span(knot_points_).first(count), apart_, kReachLevels,
-                   kSpacing, /*each=*/false,
-                   Question(*this, o, 1.0 / kReachLevels, knot_speed_, knots_, knot_most_),
-                   reached_, tried_);
-}
+/// Accelerations and braking at kSample of the safe speed and at rest, of all knots. Rest is left
+/// out where the sample holds all that comfort allows; so is a knot that is equal to the one
+/// before.
+class SpeedPlanner::Reaching final : public LevelSearch::Items {
+ public:
+  Reaching(SpeedPlanner* planner, std::span<const PathPoint> path, const SpeedOptions& options,
+           std::size_t knots, std::span<const SpeedPoint> plan)
+      : planner_(*planner), path_(path), options_(options), knots_(knots), plan_(plan) {
+    std::fill_n(planner_.reached_.begin(), kAsked * knots, -1);
+  }
 
-// Adds the knots of one way, accelerating or braking, to the questions; returns how many there are.
-std::size_t SpeedPlanner::AddKnots(std::span<const PathPoint> path, double most, std::size_t count,
-                                   std::span<const SpeedPoint> out) {
-  const std::size_t n = path.size(), first = count;
+  bool Begin(LevelSearch::Track* t) override {
+    while (next_ < kAsked * knots_ && Known(next_)) ++next_;
+    if (next_ == kAsked * knots_) return false;
+    t->item = next_++;
+    t->suggested = kReachLevels;
+    t->good = planner_.solutions_[Point(t->item)];
+    t->light = true;
+    return true;
+  }
+  Motion MotionAt(std::size_t item, int level) const override {
+    const std::size_t i = Point(item);
+    const double speed = item < 2 * knots_ ? kSample * plan_[i].safe_m_per_s : 0;
+    const double most =
+        item / knots_ % 2 == 0 ? options_.acceleration_m_per_s2 : -options_.braking_m_per_s2;
+    return SpeedPlanner::MotionAt(path_[i], options_, speed, most * level / kReachLevels);
+  }
+  double Slack(const Solution& s) const override { return planner_.Slack(s, options_); }
+  double Shortfall(const Solution& s) const override { return planner_.ShortfallOf(s, options_); }
+  void Found(const LevelSearch::Track& t) override {
+    planner_.reached_[t.item] = std::max(0, t.low);
+  }
+
+  /// Share of comfort, of accelerating or braking, at the sample or at rest.
+  double Share(std::size_t k, bool faster, bool at_rest) const {
+    std::size_t item = k + (faster ? 0 : knots_) + (at_rest ? 2 * knots_ : 0);
+    if (at_rest && Share(k, faster, false) >= 1) return 1;
+    while (planner_.reached_[item] < 0) --item;  // of an equal knot
+    return static_cast<double>(planner_.reached_[item]) / kReachLevels;
+  }
+
+ private:
+  static constexpr std::size_t kAsked = 4;  // sample and rest, accelerating and braking
+
+  std::size_t Point(std::size_t item) const { return planner_.knots_[item % knots_]; }
+  bool Known(std::size_t item) const {
+    if (item >= 2 * knots_ && planner_.reached_[item - 2 * knots_] == kReachLevels) return true;
+    if (item % knots_ == 0) return false;
+    const std::size_t i = Point(item), before = Point(item - 1);
+    const PathPoint &p = path_[i], &q = path_[before];
+    return p.soil == q.soil && p.curvature_per_m == q.curvature_per_m &&
+           p.grade_rad == q.grade_rad && p.bank_rad == q.bank_rad &&
+           plan_[i].safe_m_per_s == plan_[before].safe_m_per_s;
+  }
+
+  SpeedPlanner& planner_;
+  std::span<const PathPoint> path_;
+  const SpeedOptions& options_;
+  std::size_t knots_, next_ = 0;
+  std::span<const SpeedPoint> plan_;
+};
+
+// Points whose reach is searched: both ends of every stretch of one soil that can be driven, and
+// some between. Returns how many.
+std::size_t SpeedPlanner::Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out) {
+  const std::size_t n = path.size();
   const auto drives = [&](std::size_t i) { return out[i].safe_m_per_s > 0; };
   const auto joined = [&](std::size_t i) {  // with the next point
     return i + 1 < n && drives(i + 1) && path[i + 1].soil == path[i].soil;
   };
-  std::size_t since = 0;
+  std::size_t count = 0, since = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (!drives(i)) continue;
     const bool begins = i == 0 || !drives(i - 1) || !joined(i - 1);
     if (!begins && joined(i) && ++since < kStride) continue;
-    apart_[count] = begins || count == first;
-    knot_points_[count] = path[i];
-    knot_most_[count] = most;
     knots_[count++] = i;
     since = 0;
   }
   return count;
 }
 
-// Acceleration and braking within comfort that hold at kSample of the safe speed and, where that is
-// not all of it, at rest: searched at both ends of every stretch of one soil that can be driven and
-// at some points between, on the chord elsewhere.
+// Acceleration and braking within comfort that hold at rest, and the share of them that does at
+// kSample of the safe speed: searched at the knots, on the chord elsewhere.
 void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
                          std::span<const SpeedPoint> out) {
-  const std::size_t n = path.size();
+  const std::size_t n = path.size(), knots = Knots(path, out);
   // What cannot be driven bears all; a step has one acceleration, which both its ends must bear.
   std::fill_n(faster_.begin(), n, o.acceleration_m_per_s2);
   std::fill_n(slower_.begin(), n, o.braking_m_per_s2);
   std::fill_n(faster_share_.begin(), n, 1.0);
   std::fill_n(slower_share_.begin(), n, 1.0);
   std::fill_n(most_faster_.begin(), n, o.acceleration_m_per_s2);
-  const std::size_t half = AddKnots(path, o.acceleration_m_per_s2, 0, out);
-  const std::size_t knots = AddKnots(path, -o.braking_m_per_s2, half, out);
-  const auto held = [&](std::size_t k) {
-    return std::fabs(knot_most_[k]) / kReachLevels * std::max(0, path_search_.nodes()[k].level);
-  };
-  const auto reach = [&](std::size_t k) -> double& {
-    return (knot_most_[k] > 0 ? faster_ : slower_)[knots_[k]];
-  };
-  const auto share = [&](std::size_t k) -> double& {
-    return (knot_most_[k] > 0 ? faster_share_ : slower_share_)[knots_[k]];
-  };
-  SearchReach(knots, o, kSample, out);
-  std::size_t less = 0;
+  if (knots == 0) return;
+  Reaching reaching(this, path, o, knots, out);
+  search_.Run(&solver_, kReachLevels, &reaching);
   for (std::size_t k = 0; k < knots; ++k) {
-    share(k) = held(k) / std::fabs(knot_most_[k]);
-    if (!(share(k) < 1)) continue;
-    const bool begins = less == 0 || apart_[k] || knot_most_[less - 1] != knot_most_[k] ||
-                        knots_[k] > knots_[less - 1] + kStride;
-    apart_[less] = begins;
-    knot_points_[less] = knot_points_[k];
-    knot_most_[less] = knot_most_[k];
-    knots_[less++] = knots_[k];
+    const std::size_t i = knots_[k];
+    for (const bool faster : {true, false}) {
+      const double sample = reaching.Share(k, faster, false);
+      const double rest = std::max(sample, reaching.Share(k, faster, true));
+      (faster ? faster_ : slower_)[i] *= rest;
+      (faster ? faster_share_ : slower_share_)[i] = rest > 0 ? sample / rest : 1;
+    }
   }
-  SearchReach(less, o, 0, out);
-  for (std::size_t k = 0; k < less; ++k) {
-    const double sampled = share(k) * std::fabs(knot_most_[k]);
-    reach(k) = std::max(held(k), sampled);
-    share(k) = reach(k) > 0 ? sampled / reach(k) : 1;
-  }
-  const std::size_t all = AddKnots(path, o.acceleration_m_per_s2, 0, out);
   for (std::vector<double>* numbers : {&faster_, &slower_, &faster_share_, &slower_share_}) {
-    Spread(all, n, numbers);
+    Spread(knots, n, numbers);
   }
 }
 

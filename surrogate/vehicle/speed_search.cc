@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "surrogate/vehicle/speed_plan.h"
-#include "surrogate/vehicle/speed_question.h"
 
 namespace grouser::vehicle {
 namespace {
@@ -34,6 +33,28 @@ int LevelOf(const SpeedPoint& p, const SpeedOptions& o) {
 }
 
 }  // namespace
+
+/// What a planner asks of the points of a path: speeds by levels.
+class SpeedPlanner::Question final : public PathQuestion {
+ public:
+  /// Level l: speed l step.
+  Question(const SpeedPlanner& planner, const SpeedOptions& options, double step)
+      : planner_(planner), options_(options), step_(step) {}
+
+  Motion MotionAt(const PathPoint& p, int level) const override {
+    return SpeedPlanner::MotionAt(p, options_, step_ * level, 0);
+  }
+  double Slack(const Solution& s) const override { return planner_.Slack(s, options_); }
+  double Shortfall(const Solution& s) const override { return planner_.ShortfallOf(s, options_); }
+  Binding BindingOf(const Motion& m, const Solution& s) const override {
+    return planner_.BindingOf(m, s, options_);
+  }
+
+ private:
+  const SpeedPlanner& planner_;
+  const SpeedOptions& options_;
+  double step_;
+};
 
 /// Points that are searched once more, each from a point that is driven faster.
 class SpeedPlanner::Raising final : public LevelSearch::Items {
@@ -81,9 +102,8 @@ class SpeedPlanner::Raising final : public LevelSearch::Items {
 // The solution at the safe speed stays in solutions_.
 void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
                         std::span<SpeedPoint> out) {
-  std::fill_n(apart_.begin(), path.size(), std::uint8_t{0});
-  path_search_.Run(&search_, &solver_, path, apart_, kSpeedLevels, kSpacing, /*each=*/true,
-                   Question(*this, o, StepOf(o)), solutions_, tried_);
+  path_search_.Run(&search_, &solver_, path, kSpeedLevels, kSpacing, Question(*this, o, StepOf(o)),
+                   solutions_, tried_);
   const std::span<const PathSearch::Node> nodes = path_search_.nodes();
   for (std::size_t i = 0; i < path.size(); ++i) {
     out[i].safe_m_per_s = StepOf(o) * std::max(0, nodes[i].level);
