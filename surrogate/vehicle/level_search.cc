@@ -24,6 +24,7 @@ constexpr int kMostChange = 16;  // levels that are followed at once
 constexpr double kRemote = 0.5;  // of the least imbalance: changes that cannot make up for it
 constexpr double kDoubt = 2;     // of the imbalance beyond the limit at the neighbour
 constexpr double kOpen = 0.12;   // of a level: loss by a wrong failure that is worth more solves
+constexpr double kClear = 0.75;  // of a level: a limit nearer than that is not taken for the next
 constexpr double kAmple = 1.5;   // levels of slack that a suggested one may leave
 constexpr double kMostSlope = 0.05;  // of the slack in a level; more is another balance
 
@@ -243,6 +244,10 @@ bool LevelSearch::Up(Track* t) const {
   int way = 0;
   if (t->slope < 0) {
     const double left = t->slack / -t->slope;
+    if (left < kClear && !t->wary && !t->light && std::abs(t->low - t->suggested) <= kExpected) {
+      t->high = t->low + 1;
+      return false;
+    }
     way = std::max(1, static_cast<int>(std::min<double>(left, kMostChange)));
   }
   if (way == 0) {

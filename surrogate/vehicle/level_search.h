@@ -13,8 +13,9 @@ namespace grouser::vehicle {
 ///
 /// An item begins at the level, and from the solution, that its neighbours suggest. Slack (what is
 /// left to the nearest limit; below 0: exceeded) is taken to be linear in the level near the limit:
-/// where its slope is known from neighbours, the level follows by the secant; otherwise levels go
-/// on up or down by 1, 1, 2, 4, ..., then by halves.
+/// where its slope is known from neighbours, the level follows by the secant, and a level above the
+/// best one that it puts clearly beyond the limit is not solved. Otherwise levels go on up or down
+/// by 1, 1, 2, 4, ..., then by halves.
 ///
 /// A level at which nothing is expected to balance, as at a neighbour, is asked from the point
 /// where the imbalance was least there. Where the level found is far from the suggested one it is

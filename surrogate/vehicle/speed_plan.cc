@@ -61,9 +61,9 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       failures_(most),
       slowed_by_(most) {}
 
-// Solves the first motions, each from that of the point before where that is one of them and good,
-// else from what stands in solutions_, and anew where that finds nothing that is good: with two
-// starts, at every fourth failure of a point with all.
+// Solves the first motions, each from what stands in solutions_ or, if that is of another speed,
+// from that of the point before where that is one of them and good; and anew where that finds
+// nothing that is good: with two starts, at every fourth failure of a point with all.
 class SpeedPlanner::Tries final : public SolveSource {
  public:
   Tries(SpeedPlanner* planner, std::size_t count, const SpeedOptions& options)
@@ -92,8 +92,11 @@ class SpeedPlanner::Tries final : public SolveSource {
       next_ = row.end;
     }
     const std::size_t k = row.next++, i = planner_.open_[k];
+    const Motion& motion = planner_.motions_[k];
+    const double own = planner_.solutions_[i].v_x_m_per_s;
     const bool from_last = row.good && planner_.open_[k - 1] + 1 == i &&
-                           planner_.motions_[k].soil[0] == planner_.motions_[k - 1].soil[0];
+                           motion.soil[0] == planner_.motions_[k - 1].soil[0] &&
+                           std::fabs(own - motion.v_x_m_per_s) > kNear * motion.v_x_m_per_s;
     planner_.tried_[k] = from_last ? planner_.tried_[k - 1] : planner_.solutions_[i];
     row.at = k;
     *task = {&planner_.motions_[k], &planner_.tried_[k], kQuick};
@@ -107,6 +110,7 @@ class SpeedPlanner::Tries final : public SolveSource {
 
  private:
   static constexpr int kOften = 4;
+  static constexpr double kNear = 0.02;  // of the speed: a solution that is better than another's
   static constexpr std::size_t kRow = 8;
   struct Row {
     std::size_t next = 0, end = 0, at = 0;
