@@ -31,7 +31,8 @@ struct SkidConstants {
 
 /// For each soil of `soils`, indices of `grounds` (none: all of it, mixtures among them), and each
 /// speed and radius. Throws std::invalid_argument where the vehicle is no skid-steered one, a
-/// number is not above 0, or a soil is not there; Stopped, at most 31 solves after `stop` was set.
+/// number is not above 0, or a soil is not there; Stopped, at most one speed and radius
+/// after `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,
                                        std::span<const double> radii, StopFlag stop = nullptr,

@@ -9,6 +9,8 @@ namespace grouser::vehicle {
 namespace {
 
 constexpr double kFirstStep = 0.25, kMostStep = 0.5, kLeastStep = 1.0 / 64;  // of the way
+// Of one way; all three take fewer than SpeedPlanner::kMostSolvesToStop.
+constexpr int kMostSolves = 18;
 
 // Whether more steps may balance it: neither tipped over nor outside of what the models know.
 bool Unbalanced(const Solution& s) {
@@ -51,7 +53,8 @@ bool Solver::Work::FollowWay(const Motion& motion, bool ground, bool turn,
   Solution good;
   SolveOne(at, Effort{}, &good);
   int evaluations = good.evaluations;
-  for (double t = 0, step = kFirstStep; good.balanced && t < 1;) {
+  double t = 0, step = kFirstStep;
+  for (int k = 0; k < kMostSolves && good.balanced && t < 1; ++k) {
     const double next = std::min(1.0, t + step);
     at = way.At(motion, drives, next);
     Solution tried = good;
@@ -65,7 +68,7 @@ bool Solver::Work::FollowWay(const Motion& motion, bool ground, bool turn,
       return false;
     }
   }
-  if (!good.balanced) return false;
+  if (!good.balanced || t < 1) return false;
   good.evaluations = evaluations;
   *solution = good;
   return true;
