@@ -48,8 +48,11 @@ class VehicleAnswers {
                            PlanOnDraws* on_draws) = 0;
   virtual vehicle::GradeRange Grades(double speed, std::uint8_t soil,
                                      const vehicle::SpeedOptions& options) = 0;
+  /// Of soils of described(); none: of each. Of a server not of soils of AddMixture, which its call
+  /// does not take: std::invalid_argument.
   virtual std::vector<vehicle::SkidConstants> Constants(std::span<const double> speeds,
-                                                        std::span<const double> radii) = 0;
+                                                        std::span<const double> radii,
+                                                        std::span<const std::uint8_t> soils) = 0;
 
  protected:
   vehicle::DescribedVehicle described_;

@@ -81,8 +81,9 @@ class FileAnswers final : public VehicleAnswers {
     return SpeedPlanner(file_.vehicle, file_.grounds, 1).Grades(speed, soil, options);
   }
   std::vector<SkidConstants> Constants(std::span<const double> speeds,
-                                       std::span<const double> radii) override {
-    return ConstantsOf(file_.vehicle, file_.grounds, speeds, radii);
+                                       std::span<const double> radii,
+                                       std::span<const std::uint8_t> soils) override {
+    return ConstantsOf(file_.vehicle, file_.grounds, speeds, radii, nullptr, soils);
   }
 
  private:

@@ -106,14 +106,26 @@ class ServerAnswers final : public VehicleAnswers {
     return FromMessage(response.grades(0));
   }
   std::vector<SkidConstants> Constants(std::span<const double> speeds,
-                                       std::span<const double> radii) override {
+                                       std::span<const double> radii,
+                                       std::span<const std::uint8_t> soils) override {
+    const std::size_t own = described_.soils.size() - static_cast<std::size_t>(mixtures_.size());
+    for (const std::uint8_t soil : soils) {
+      if (soil < own) continue;
+      throw std::invalid_argument(
+          "soil " + described_.soils[soil] +
+          ": a server answers constants of the soils of its vehicles alone, "
+          "expected one of these, or no --server");
+    }
     v1alpha1::ConstantsRequest request;
     request.set_vehicle(described_.vehicle.name);
     *request.mutable_speeds_m_per_s() = {speeds.begin(), speeds.end()};
     *request.mutable_radii_m() = {radii.begin(), radii.end()};
     const v1alpha1::ConstantsResponse response = Ask(&VehicleClient::Constants, request);
     std::vector<SkidConstants> constants;
-    for (const auto& c : response.constants()) constants.push_back(FromMessage(c));
+    for (const auto& c : response.constants()) {
+      const auto asked = [&](std::uint8_t s) { return described_.soils[s] == c.soil(); };
+      if (soils.empty() || std::ranges::any_of(soils, asked)) constants.push_back(FromMessage(c));
+    }
     return constants;
   }
 

@@ -33,6 +33,7 @@ constexpr const char* kExamples =
     "  grouser-vehicle energy FILE --drive log.csv > watts.csv\n"
     "  grouser-vehicle energy FILE --drive one.csv other.csv: a line each, to compare\n"
     "  grouser-vehicle constants FILE --speeds 0.5 --radii 1 5\n"
+    "  grouser-vehicle constants FILE --soil '{asphalt: 0.7, ice: 0.3}' --speeds 0.5\n"
     "  grouser-vehicle list --server 127.0.0.1:50151\n"
     "  grouser-vehicle speed husky PATH.csv --limit 1.5 --server 127.0.0.1:50151\n"
     "  grouser-vehicle schema\n"
@@ -174,7 +175,10 @@ int SteepestGrades(Arguments a) {
 
 int Constants(const Arguments& a) {
   const auto answers = a.Open();
-  std::cout << YamlOf(answers->described().vehicle, answers->Constants(a.speeds, a.radii));
+  a.AddMixtures(answers.get());
+  std::vector<std::uint8_t> soils;
+  if (!a.motion.soil.empty()) soils.push_back(SoilOption(answers->described(), a.motion.soil));
+  std::cout << YamlOf(answers->described().vehicle, answers->Constants(a.speeds, a.radii, soils));
   return kOk;
 }
 
@@ -279,6 +283,8 @@ int main(int argc, char** argv) {
   auto* constants = app.add_subcommand("constants", "Multipliers of a skid-steered robot, as YAML");
   AddVehicle(constants, &a);
   constants->add_option("--speeds", a.speeds, "[m/s]")->capture_default_str();
+  constants->add_option("--soil", a.motion.soil,
+                        "One soil, or '{NAME: WEIGHT, ...}'; default: each of the vehicle");
   constants->add_option("--radii", a.radii, "[m]")->capture_default_str();
   auto* list = app.add_subcommand("list", "The vehicles of a server");
   AddServer(list, &a);

@@ -130,6 +130,12 @@ bool MixtureModel::HoldsOnSlopes() const noexcept {
   return std::ranges::all_of(parts_, [](const MixturePart& p) { return p.model->HoldsOnSlopes(); });
 }
 
+double MixtureModel::FastestOfRuns() const noexcept {
+  double fastest = std::numeric_limits<double>::infinity();
+  for (const MixturePart& p : parts_) fastest = std::min(fastest, p.model->FastestOfRuns());
+  return fastest;
+}
+
 void MixtureModel::Evaluate(const WheelStatesView& in, const ResponsesView& out) const noexcept {
   std::array<std::array<bool, kParts>, kOutputs> wanted;
   for (int o = 0; o < kOutputs; ++o) {

@@ -55,6 +55,8 @@ class MixtureModel final : public WheelModel {
   /// Of any part; the others flag it.
   bool UsesYawRate() const noexcept override;
   bool HoldsOnSlopes() const noexcept override;
+  /// Of the part with the slowest runs, as flags are those of every part.
+  double FastestOfRuns() const noexcept override;
   const WheelModel& OfDraw(double which) const noexcept override {
     return *PartAt(parts(), which).model;
   }

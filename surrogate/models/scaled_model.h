@@ -57,6 +57,7 @@ class ScaledModel final : public WheelModel {
   double Tolerance() const noexcept override { return model_->Tolerance(); }
   bool UsesYawRate() const noexcept override { return model_->UsesYawRate(); }
   bool HoldsOnSlopes() const noexcept override { return model_->HoldsOnSlopes(); }
+  double FastestOfRuns() const noexcept override { return by_.Speed() * model_->FastestOfRuns(); }
   ErrorForm Errors() const noexcept override {
     ErrorForm form = model_->Errors();
     form.friction_radius_m *= by_.length;

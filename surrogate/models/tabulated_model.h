@@ -39,6 +39,8 @@ class TabulatedModel : public WheelModel {
   /// false, and no change, where this machine lacks it. For tests and benches.
   bool SelectIsa(const char* isa) noexcept;
 
+  double FastestOfRuns() const noexcept override { return hull_.Fastest(constants_.radius); }
+
   /// A table made of a law lies within 1 % of it at the golden vectors (0.15 %
   /// in the shipped model, whose farthest stand well outside the hull); a table that is the law
   /// itself has but single precision.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -90,6 +91,8 @@ class WheelModel {
   /// The model whose draw is taken where the draw's uniform number is `which`: itself, but of a
   /// mixture one of its soils'.
   virtual const WheelModel& OfDraw(double /*which*/) const noexcept { return *this; }
+  /// Speed max(|r w|, V) [m/s] above which answers have the flag kRate; infinite: none.
+  virtual double FastestOfRuns() const noexcept { return std::numeric_limits<double>::infinity(); }
   /// Whether it holds on slopes, the load being that across the ground; else a slope that is
   /// given is flagged and answered NaN.
   virtual bool HoldsOnSlopes() const noexcept { return false; }

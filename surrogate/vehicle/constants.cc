@@ -39,11 +39,44 @@ double PullOf(Solver* solver, Motion motion, StopFlag stop) {
   return low;
 }
 
-}  // namespace
+/// Drives of both sides and the distance of their wheels.
+struct Sides {
+  std::size_t left, right;
+  double track;
+};
+Sides SidesOf(const Vehicle& v) {
+  const std::size_t left = SideOf(v, 0) > SideOf(v, 1) ? 0 : 1;
+  return {left, 1 - left, std::fabs(SideOf(v, 0) - SideOf(v, 1))};
+}
 
-std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
-                                       std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop) {
+// Of one soil, speed and radius; but for the pull.
+SkidConstants ConstantsAt(Solver* solver, const Sides& sides, const Motion& motion, double radius) {
+  const double speed = motion.v_x_m_per_s;
+  const std::array<Solution, 3> s = SolveSpread(solver, motion, kSds);
+  std::array<double, 3> separation, wheel;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double l = s[k].rim_speed_m_per_s[sides.left], r = s[k].rim_speed_m_per_s[sides.right];
+    separation[k] = s[k].balanced ? (r - l) * radius / (sides.track * speed) : NAN;
+    wheel[k] = s[k].balanced ? 2 * speed / (l + r) : NAN;
+  }
+  SkidConstants c{};
+  c.speed_m_per_s = speed;
+  c.radius_m = radius;
+  c.separation_multiplier = separation[0];
+  std::tie(c.separation_low, c.separation_high) = EndsOf(separation[1], separation[2]);
+  c.radius_multiplier = wheel[0];
+  std::tie(c.radius_low, c.radius_high) = EndsOf(wheel[1], wheel[2]);
+  const double sd_v = speed * (c.radius_high - c.radius_low) / (2 * kSds * wheel[0]);
+  const double sd_w =
+      speed / radius * (c.separation_high - c.separation_low) / (2 * kSds * separation[0]);
+  c.variance_speed = sd_v * sd_v;
+  c.variance_yaw_rate = sd_w * sd_w;
+  c.reasons = s[0].reasons;
+  return c;
+}
+
+void CheckConstants(const Vehicle& v, const Grounds& grounds, std::span<const double> speeds,
+                    std::span<const double> radii, std::span<const std::uint8_t> soils) {
   if (v.steered()) {
     throw std::invalid_argument("constants: got steered wheels, expected a skid-steered vehicle");
   }
@@ -55,45 +88,41 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
       }
     }
   }
+  for (const std::uint8_t soil : soils) {
+    if (soil >= grounds.soils.size()) {
+      throw std::invalid_argument("constants: got soil " + std::to_string(soil) +
+                                  ", expected 0 to " + std::to_string(grounds.soils.size() - 1));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
+                                       std::span<const double> speeds,
+                                       std::span<const double> radii, StopFlag stop,
+                                       std::span<const std::uint8_t> soils) {
+  CheckConstants(v, grounds, speeds, radii, soils);
   Solver solver(v, grounds);
-  const int left = SideOf(v, 0) > SideOf(v, 1) ? 0 : 1, right = 1 - left;
-  const double track = SideOf(v, left) - SideOf(v, right);
+  const Sides sides = SidesOf(v);
   std::vector<SkidConstants> out;
-  for (std::size_t soil = 0; soil < grounds.soils.size(); ++soil) {
+  const std::size_t count = soils.empty() ? grounds.soils.size() : soils.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto soil = soils.empty() ? static_cast<std::uint8_t>(k) : soils[k];
     Motion straight = Motion::OnPath(*std::min_element(speeds.begin(), speeds.end()), 0);
-    straight.soil.fill(static_cast<std::uint8_t>(soil));
+    straight.soil.fill(soil);
     const double pull = PullOf(&solver, straight, stop);
     straight.worse_by_sd = kSds;
     const double pull_low = PullOf(&solver, straight, stop);
     for (const double speed : speeds) {
       for (const double radius : radii) {
         Motion motion = Motion::OnPath(speed, 1 / radius);
-        motion.soil.fill(static_cast<std::uint8_t>(soil));
+        motion.soil.fill(soil);
         StopIfAsked(stop);
-        const std::array<Solution, 3> s = SolveSpread(&solver, motion, kSds);
-        std::array<double, 3> separation, wheel;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double l = s[k].rim_speed_m_per_s[static_cast<std::size_t>(left)];
-          const double r = s[k].rim_speed_m_per_s[static_cast<std::size_t>(right)];
-          separation[k] = s[k].balanced ? (r - l) * radius / (track * speed) : NAN;
-          wheel[k] = s[k].balanced ? 2 * speed / (l + r) : NAN;
-        }
-        SkidConstants c{};
+        SkidConstants c = ConstantsAt(&solver, sides, motion, radius);
         c.soil = grounds.soils[soil];
-        c.speed_m_per_s = speed;
-        c.radius_m = radius;
-        c.separation_multiplier = separation[0];
-        std::tie(c.separation_low, c.separation_high) = EndsOf(separation[1], separation[2]);
-        c.radius_multiplier = wheel[0];
-        std::tie(c.radius_low, c.radius_high) = EndsOf(wheel[1], wheel[2]);
-        const double sd_v = speed * (c.radius_high - c.radius_low) / (2 * kSds * wheel[0]);
-        const double sd_w =
-            speed / radius * (c.separation_high - c.separation_low) / (2 * kSds * separation[0]);
-        c.variance_speed = sd_v * sd_v;
-        c.variance_yaw_rate = sd_w * sd_w;
         c.pull_over_weight = pull;
         c.pull_low = pull_low;
-        c.reasons = s[0].reasons;
         out.push_back(c);
       }
     }
@@ -102,8 +131,7 @@ std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
 }
 
 std::string YamlOf(const Vehicle& v, std::span<const SkidConstants> constants) {
-  const int left = SideOf(v, 0) > SideOf(v, 1) ? 0 : 1;
-  const double track = SideOf(v, left) - SideOf(v, 1 - left);
+  const double track = SidesOf(v).track;
   std::string out;
   for (const SkidConstants& c : constants) {
     char text[1600];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,12 +29,14 @@ struct SkidConstants {
   std::uint32_t reasons;
 };
 
-/// For each soil of `grounds` and each speed and radius. Throws std::invalid_argument where the
-/// vehicle is no skid-steered one, or a number is not above 0; Stopped, at most eleven solves after
-/// `stop` was set.
+/// For each soil of `soils`, indices of `grounds` (none: all of it, mixtures among them), and each
+/// speed and radius. Throws std::invalid_argument where the vehicle is no skid-steered one, a
+/// number is not above 0, or a soil is not there; Stopped, at most one speed and radius
+/// after `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop = nullptr);
+                                       std::span<const double> radii, StopFlag stop = nullptr,
+                                       std::span<const std::uint8_t> soils = {});
 
 /// As YAML for ros2_control's diff_drive_controller, a document a soil, speed and radius.
 std::string YamlOf(const Vehicle& vehicle, std::span<const SkidConstants> constants);

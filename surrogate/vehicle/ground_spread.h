@@ -12,16 +12,16 @@
 namespace grouser::vehicle {
 
 /// Motions on the mean ground and on grounds better and worse by `sds` standard deviations:
-/// solutions of all on the mean one, then of all on the better, then on the worse. An end that a
-/// search from afar does not balance is tried once more from the mean's solution, in steps (of a
-/// twist; of rim speeds no search begins elsewhere). `refine`: then all once more from there.
-/// What is found for a motion does not depend on the others. No allocation. Throws Stopped where
-/// `stop` is set, 3n solves later at most. Precondition: 3n motions of room and 3n solutions.
+/// solutions of all on the mean one, then of all on the better, then on the worse. `refine`: then
+/// all once more from there. What is found for a motion does not depend on the others. No
+/// allocation. Throws Stopped where `stop` is set, 3n solves later at most. Precondition: 3n
+/// motions of room and 3n solutions.
 void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
                   StopFlag stop);
 /// The same of one motion: on the mean ground [0], the better [1] and the worse one [2].
-std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds);
+std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds,
+                                    const Effort* refine = nullptr);
 
 /// The smaller and the larger; both NaN where one is, as the interval is then not known.
 inline std::pair<double, double> EndsOf(double a, double b) {

@@ -19,30 +19,14 @@ constexpr Effort FromLeast(int evaluations) {
           .from_least = true};
 }
 constexpr Effort kFromFailure = FromLeast(12), kGoingOn = FromLeast(200);
-constexpr int kExpected = 1;      // levels around the suggested one that are no surprise
-constexpr int kMostUnsolved = 8;  // items in a row whose limit is not asked in full
-constexpr int kMostChange = 16;   // levels between items that are followed
-constexpr double kClear = 0.75;   // of a level: a limit nearer than that is not taken for the next
-constexpr double kRemote = 0.5;   // of the least imbalance: changes that cannot make up for it
-constexpr double kDoubt = 2;      // of the imbalance beyond the limit at the items before
-constexpr double kOpen = 0.12;    // of a level: loss by a wrong failure that is worth more solves
+constexpr int kExpected = 1;     // levels around the suggested one that are no surprise
+constexpr int kMostChange = 16;  // levels that are followed at once
+constexpr double kRemote = 0.5;  // of the least imbalance: changes that cannot make up for it
+constexpr double kDoubt = 2;     // of the imbalance beyond the limit at the neighbour
+constexpr double kOpen = 0.12;   // of a level: loss by a wrong failure that is worth more solves
+constexpr double kClear = 0.75;  // of a level: a limit nearer than that is not taken for the next
+constexpr double kAmple = 1.5;   // levels of slack that a suggested one may leave
 constexpr double kMostSlope = 0.05;  // of the slack in a level; more is another balance
-
-// The last solution, moved on as from the one before to it, in proportion to the speed.
-void MoveOn(const Solution& before, Solution* s) {
-  if (!(before.v_x_m_per_s != 0)) return;
-  const double ratio = s->v_x_m_per_s / before.v_x_m_per_s;
-  const auto speed = [ratio](double* x, double last) { *x = 2 * *x - last * ratio; };
-  speed(&s->v_y_m_per_s, before.v_y_m_per_s);
-  for (std::size_t d = 0; d < kMostDrives; ++d) {
-    speed(&s->rim_speed_m_per_s[d], before.rim_speed_m_per_s[d]);
-  }
-  for (std::size_t i = 0; i < kMostWheels; ++i) {
-    speed(&s->wheel[i].rim_speed_m_per_s, before.wheel[i].rim_speed_m_per_s);
-  }
-  s->steering_rad = 2 * s->steering_rad - before.steering_rad;
-  s->pitching_moment_n_m = 2 * s->pitching_moment_n_m - before.pitching_moment_n_m;
-}
 
 // Levels to go on by: 1, 1, 2, 4, ...
 int Stride(LevelSearch::Track* t) {
@@ -58,64 +42,68 @@ bool Unbalanced(const Solution& s) {
 
 }  // namespace
 
-void LevelSearch::Forget(Track* t) {
-  t->suggested = t->low_before = kNone;
-  t->edge_before = kNone;
+// Nothing is known of an item.
+void LevelSearch::Clear(Track* t) {
+  t->suggested = kNone;
+  t->slack = NAN;
   t->slope = 0;
-  t->two = false;
+  t->low = -1;
+  t->stride = 0;
+  t->quick = t->light = t->wary = t->hopeless[0] = t->hopeless[1] = t->thorough = t->hard = false;
+  t->wide = t->sure = t->goes_on = t->doubt = t->here = t->failed_here = false;
   t->failed.level = t->lowest.level = t->highest.level = kNone;
 }
 
-// The first level of an item: where those before it point to.
+// The first level: where the neighbours point to.
 void LevelSearch::Begin(Track* t) const {
-  if (t->suggested == -1 && t->unsolved >= kMostUnsolved) Forget(t);
-  t->low = -1;
-  t->high = levels_ + 1;
-  t->stride = 0;
+  t->high = t->above = levels_ + 1;
   t->level = t->suggested < 0 ? levels_ : std::min(t->suggested, levels_);
   t->all_starts = t->suggested == kNone;
-  t->thorough = t->wide = t->sure = t->goes_on = t->doubt = t->here = t->failed_here = false;
   t->near_failure = t->suggested == -1;
 }
 
 void LevelSearch::BeginAt(int level, const Solution& solution, Track* t) {
-  t->suggested = t->level = level;
+  t->suggested = level;
   t->good = solution;
-  t->slack = NAN;  // at a `low` that was known before
-  t->all_starts = t->near_failure = false;
   t->thorough = true;
+}
+
+double HalfLengthOf(const Vehicle& vehicle) {
+  double longest = 0;
+  for (const Wheel& a : vehicle.wheels) {
+    for (const Wheel& b : vehicle.wheels) {
+      longest = std::max(longest, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m));
+    }
+  }
+  return longest / 2;
 }
 
 void LevelSearch::SetScales(const Vehicle& vehicle) {
   gravity_ = vehicle.gravity_m_per_s2;
-  length_ = 0;
-  for (const Wheel& a : vehicle.wheels) {
-    for (const Wheel& b : vehicle.wheels) {
-      length_ = std::max(length_, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) / 2);
-    }
-  }
+  length_ = HalfLengthOf(vehicle);
+}
+
+double ChangeOf(const Motion& a, const Motion& b, double half_length, double gravity) {
+  const double across = b.v_x_m_per_s * b.yaw_rate_rad_per_s - a.v_x_m_per_s * a.yaw_rate_rad_per_s;
+  const double along = b.acceleration_m_per_s2 - a.acceleration_m_per_s2;
+  const double bend = b.yaw_rate_rad_per_s / b.v_x_m_per_s - a.yaw_rate_rad_per_s / a.v_x_m_per_s;
+  return std::fabs(b.grade_rad - a.grade_rad) + std::fabs(b.bank_rad - a.bank_rad) +
+         (std::fabs(across) + std::fabs(along)) / gravity + std::fabs(bend) * half_length;
 }
 
 // Whether the imbalance that was left is far more than what the motion has changed since can make
-// up for: what gravity and inertia ask for over the weight, and the path of the wheels.
+// up for.
 bool LevelSearch::Remote(const Failure& f, const Motion& m) const {
   if (f.level == kNone || f.solution.balanced) return false;
-  const Motion& last = f.asked;
-  const double across =
-      m.v_x_m_per_s * m.yaw_rate_rad_per_s - last.v_x_m_per_s * last.yaw_rate_rad_per_s;
-  const double along = m.acceleration_m_per_s2 - last.acceleration_m_per_s2;
-  const double bend =
-      m.yaw_rate_rad_per_s / m.v_x_m_per_s - last.yaw_rate_rad_per_s / last.v_x_m_per_s;
-  const double change =
-      std::fabs(m.grade_rad - last.grade_rad) + std::fabs(m.bank_rad - last.bank_rad) +
-      (std::fabs(across) + std::fabs(along)) / gravity_ + std::fabs(bend) * length_;
-  return change < kRemote * f.least;
+  return ChangeOf(f.asked, m, length_, gravity_) < kRemote * f.least;
 }
 
 // Where none is good yet: near a failure only where nothing can have changed that.
 void LevelSearch::Prepare(Track* t) const {
   if (!t->near_failure || t->low >= 0) return;
-  if (Remote(t->level > 0 ? t->highest : t->lowest, t->motion)) return;
+  const Failure& f = t->level > 0 ? t->highest : t->lowest;
+  const bool near = t->hopeless[t->level > 0] || t->light;
+  if (Remote(f, t->motion) || (near && f.level != kNone && !f.solution.balanced)) return;
   t->near_failure = false;
   t->all_starts = true;
 }
@@ -132,7 +120,6 @@ Effort LevelSearch::Start(const Track& t, Solution* start) {
     return kFromFailure;
   }
   *start = t.good;
-  if (t.two && !t.here) MoveOn(t.before, start);
   return kFromNeighbour;
 }
 
@@ -146,10 +133,6 @@ void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const
     }
     t->low = t->level;
     t->slack = slack;
-    if (!t->here && t->good.balanced) {
-      t->before = t->good;
-      t->two = t->suggested >= 0;
-    }
     t->good = solution;
     t->here = true;
   } else {
@@ -158,7 +141,6 @@ void LevelSearch::Settle(Track* t, double slack, const Solution& solution) const
   if (t->failed_here && t->low >= 0 && t->high == t->low + 1) {  // both ends of the limit
     const double slope = t->failed.slack - t->slack;
     t->slope = slope < 0 && slope > -kMostSlope ? slope : 0;  // 0 also where it is not a number
-    t->unsolved = t->near_failure ? t->unsolved + 1 : 0;
   }
 }
 
@@ -179,6 +161,7 @@ void LevelSearch::Fail(Track* t, double slack, const Solution& solution) const {
     f->level = t->level;
     if (t->near_failure) return;
     f->asked = t->motion;
+    f->asked_item = t->item;
     f->least = solution.residual;
   };
   keep(&t->failed);
@@ -191,8 +174,8 @@ void LevelSearch::Fail(Track* t, double slack, const Solution& solution) const {
 
 // Whether the level that failed last is to be tried harder: much is lost if it is good.
 bool LevelSearch::Open(const Track& t) {
-  return t.thorough && t.failed_here && t.high == t.level && Unbalanced(t.failed.solution) &&
-         t.above - std::max(t.low, 0) > kOpen * t.above;
+  return t.thorough && (!t.hard || t.level == 0) && t.failed_here && t.high == t.level &&
+         Unbalanced(t.failed.solution) && t.above - std::max(t.low, 0) > kOpen * t.above;
 }
 
 // The next level to try; false: found.
@@ -200,6 +183,10 @@ bool LevelSearch::Next(Track* t) const {
   const bool all = t->all_starts, went_on = t->goes_on;
   t->all_starts = t->suggested == kNone;
   t->near_failure = t->goes_on = false;
+  if (t->quick && t->here && t->level == t->suggested && !t->failed_here &&
+      !(t->slope < 0 && t->slack > kAmple * -t->slope)) {
+    return false;
+  }
   if (t->level > t->high) return false;          // the highest, the last that was left
   if (went_on && t->low < 0 && t->level == 0) {  // none below the highest, which is still to ask
     t->goes_on = t->wide;
@@ -212,6 +199,7 @@ bool LevelSearch::Next(Track* t) const {
     t->goes_on = all;
     return true;
   }
+  if (t->thorough && t->failed_here && Unbalanced(t->failed.solution)) t->hard = true;
   if (t->doubt) {  // the same level in full
     t->doubt = false;
     return true;
@@ -220,13 +208,16 @@ bool LevelSearch::Next(Track* t) const {
   if (t->low >= 0 && t->high > levels_) return Up(t);
   if (t->high == t->low + 1) {
     const bool surprise =
-        t->low < 0 ? t->suggested >= 0 : std::abs(t->low - t->suggested) > kExpected;
+        t->low < 0 ? t->suggested >= 0 : t->wary || std::abs(t->low - t->suggested) > kExpected;
+    if (t->light && (t->low >= 0 || t->sure)) return false;
     if (t->low < 0 && t->sure && Unbalanced(t->failed.solution)) {
       t->level = 0;
       t->goes_on = true;
       return true;
     }
-    if (t->sure || !surprise) return false;
+    // A fall of the slack like no limit's: the failure is of another balance.
+    const bool jump = t->low >= 0 && t->slack - t->failed.slack > kMostSlope;
+    if (t->sure || !(surprise || jump)) return false;
     t->level = t->high;
     t->all_starts = true;
     return true;
@@ -253,18 +244,16 @@ bool LevelSearch::Up(Track* t) const {
   int way = 0;
   if (t->slope < 0) {
     const double left = t->slack / -t->slope;
-    if (left < kClear && t->unsolved < kMostUnsolved &&
-        std::abs(t->low - t->suggested) <= kExpected) {
+    if (left < kClear && !t->wary && !t->light && std::abs(t->low - t->suggested) <= kExpected) {
       t->high = t->low + 1;
-      ++t->unsolved;
       return false;
     }
     way = std::max(1, static_cast<int>(std::min<double>(left, kMostChange)));
   }
   if (way == 0) {
     way = Stride(t);
-    t->near_failure = way == 1 && !t->all_starts && t->failed.level > 0 &&
-                      !t->failed.solution.balanced && t->unsolved < kMostUnsolved;
+    t->near_failure =
+        way == 1 && !t->all_starts && t->failed.level > 0 && !t->failed.solution.balanced;
   }
   t->level = std::min(levels_, t->low + way);
   return true;
@@ -277,6 +266,14 @@ void LevelSearch::Down(Track* t) const {
     t->near_failure = !t->all_starts;  // see Prepare
     return;
   }
+  if (t->hard) {
+    t->level = 0;
+    return;
+  }
+  if (t->light && !(t->slope < 0)) {
+    t->level = t->high / 2;
+    return;
+  }
   int way = 0;
   if (t->slope < 0 && t->failed.slack < 0) {
     way = static_cast<int>(std::min<double>(std::ceil(t->failed.slack / t->slope), kMostChange));
@@ -284,19 +281,49 @@ void LevelSearch::Down(Track* t) const {
   t->level = std::max(0, t->high - std::max(way, 1) * (way > 0 ? 1 : Stride(t)));
 }
 
-// What an item suggests to the next: its level, moved on as from the one before it.
-void LevelSearch::Follow(Track* t) const {
-  const double edge = t->low >= 0 && t->slope < 0 ? t->low + t->slack / -t->slope : kNone;
-  const int change = t->low_before >= 0 && t->low >= 0 ? t->low - t->low_before : 0;
-  t->suggested = t->low;
-  if (t->low >= 0 && t->low < levels_ && std::abs(change) <= kMostChange) {
-    const double next = edge >= 0 && t->edge_before >= 0 ? 2 * edge - t->edge_before
-                                                         : static_cast<double>(t->low + change);
-    t->suggested = static_cast<int>(std::clamp<double>(next, 0, levels_));
+// To each lane an item at a time.
+class LevelSearch::Source final : public SolveSource {
+ public:
+  Source(LevelSearch* search, Items* items) : search_(*search), items_(*items) {}
+
+  bool Next(std::size_t lane, Task* task) override {
+    Track& t = search_.tracks_[lane];
+    if (!busy_[lane]) {
+      Clear(&t);
+      if (!items_.Begin(&t)) return false;
+      search_.Begin(&t);
+      busy_[lane] = true;
+    }
+    t.motion = items_.MotionAt(t.item, t.level);
+    search_.Prepare(&t);
+    Solution* solution = &search_.solutions_[lane];
+    *task = {&t.motion, solution, Start(t, solution)};
+    return true;
   }
-  if (t->low < 0) t->unsolved = t->sure ? 0 : t->unsolved + 1;
-  t->low_before = t->low;
-  t->edge_before = edge;
+  void Done(std::size_t lane) override {
+    Track& t = search_.tracks_[lane];
+    const Solution& solution = search_.solutions_[lane];
+    search_.Settle(&t, items_.Slack(solution), solution);
+    if (search_.Next(&t)) return;
+    t.shortfall = t.low == search_.levels_ ? 0
+                  : t.failed_here          ? items_.Shortfall(t.failed.solution)
+                                           : -(t.slack + t.slope);
+    busy_[lane] = false;
+    items_.Found(t);
+  }
+
+ private:
+  LevelSearch& search_;
+  Items& items_;
+  std::array<bool, kTracks> busy_{};
+};
+
+void LevelSearch::Run(Solver* solver, int levels, Items* items) {
+  levels_ = levels;
+  SetScales(solver->vehicle());
+  for (Track& t : tracks_) t.good.balanced = false;
+  Source source(this, items);
+  solver->Solve(&source);
 }
 
 }  // namespace grouser::vehicle

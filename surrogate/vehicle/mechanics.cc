@@ -171,14 +171,23 @@ void Mechanics::Guess(Lane* lane) const noexcept {
 
 bool Mechanics::Recall(const Solution& from, bool unbalanced, Lane* lane) const noexcept {
   const Layout& l = *lane->layout;
+  if (!(from.balanced || (unbalanced && std::isfinite(from.residual)))) return false;
   // What was found for another speed, in proportion.
-  const double before =
+  double before =
       std::max(std::fabs(from.v_x_m_per_s), std::fabs(from.yaw_rate_rad_per_s) * length_);
-  if (!(from.balanced || (unbalanced && std::isfinite(from.residual))) || !(before > 0) ||
-      l.v_x >= 0)
-    return false;
+  if (l.v_x >= 0) {
+    before = 0;
+    for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {
+      before = std::max(before, std::fabs(from.rim_speed_m_per_s[d]));
+    }
+  }
+  if (!(before > 0)) return false;
   const double ratio = lane->speed / before;
   lane->at[0] = from.v_y_m_per_s * ratio;
+  if (l.v_x >= 0) {
+    lane->at[static_cast<std::size_t>(l.v_x)] = from.v_x_m_per_s * ratio;
+    lane->at[static_cast<std::size_t>(l.yaw)] = from.yaw_rate_rad_per_s * ratio;
+  }
   lane->at[static_cast<std::size_t>(l.moment)] = from.pitching_moment_n_m;
   if (l.psi >= 0) lane->at[1] = from.steering_rad;
   for (std::size_t d = 0; d < vehicle_.drives.size(); ++d) {

@@ -48,6 +48,7 @@ Solver::Work::Work(const Vehicle& vehicle, const Grounds& g) : mechanics(vehicle
     const auto at = std::find(models.begin(), models.end(), g.models[k]);
     place.push_back(static_cast<std::uint32_t>(at - models.begin()));
   }
+  for (const auto* model : models) fastest.push_back(model->FastestOfRuns());
   body = mechanics.Body();
 }
 
@@ -131,6 +132,13 @@ void Solver::Work::Finish(std::size_t l) noexcept {
     }
   }
   mechanics.Write(end, &s);
+  s.speed_margin = 1;
+  for (std::size_t i = 0; i < mechanics.wheels(); ++i) {
+    if ((end.felt[i].flags & surrogate::kAirborne) != 0) continue;
+    const WheelState& w = end.wheel[i];
+    const double speed = std::max(std::fabs(w.rim), std::sqrt(w.v_x * w.v_x + w.v_y * w.v_y));
+    s.speed_margin = std::min(s.speed_margin, 1 - speed / fastest[lane.model[i]]);
+  }
   s.given = given;
   const std::size_t n = std::min(layout->size, s.interval_slope.size());
   for (std::size_t i = 0; i < n; ++i) {
@@ -152,7 +160,7 @@ void Solver::Work::Run(SolveSource* source, Motion::Given of) {
   risky = drawn = false;
   // What the source calls a lane is a seat, and gets the lowest lane that is free: so few motions
   // leave whole groups of lanes empty.
-  std::array<bool, kLanes> over{};
+  std::array<bool, kLanes> idle{};  // there was nothing for it
   std::array<std::size_t, kLanes> lane_of;
   lane_of.fill(kLanes);
   for (Lane& lane : lanes) lane.phase = Lane::Phase::kIdle;
@@ -161,18 +169,20 @@ void Solver::Work::Run(SolveSource* source, Motion::Given of) {
       if (lane_of[seat] == kLanes || Active(lane_of[seat])) continue;
       lane_of[seat] = kLanes;
       source->Done(seat);
+      idle = {};
     }
     for (std::size_t seat = 0; seat < kLanes; ++seat) {
-      while (lane_of[seat] == kLanes && !over[seat]) {
+      while (lane_of[seat] == kLanes && !idle[seat]) {
         SolveSource::Task task;
-        over[seat] = !source->Next(seat, &task);
-        if (over[seat]) break;
+        idle[seat] = !source->Next(seat, &task);
+        if (idle[seat]) break;
         std::size_t l = 0;
         while (Active(l)) ++l;
         if (Start(task, l)) {
           lane_of[seat] = l;
         } else {
           source->Done(seat);
+          idle = {};
         }
       }
     }
@@ -180,7 +190,7 @@ void Solver::Work::Run(SolveSource* source, Motion::Given of) {
     for (std::size_t l = 0; l < kLanes; ++l) {
       if (Active(l)) count = l + 1;
     }
-    if (count == 0) return;
+    if (count == 0 && std::count(idle.begin(), idle.end(), false) == 0) return;
     Round((count + pack::kGroup - 1) / pack::kGroup * pack::kGroup);
   }
 }
@@ -210,15 +220,24 @@ void Solver::UseDraws(std::shared_ptr<const GroundDraws> draws) {
   work_->draws = std::move(draws);
 }
 
+void Solver::Work::SolveOne(const Motion& motion, const Effort& effort,
+                            Solution* solution) noexcept {
+  SpanSource source(mechanics, {&motion, 1}, {solution, 1}, effort, mechanics.GivenOf(motion));
+  Run(&source, mechanics.GivenOf(motion));
+}
+
 void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out,
                    Effort effort) noexcept {
   const bool controls = std::any_of(motions.begin(), motions.end(), [](const Motion& m) {
     return m.given == Motion::Given::kControls;
   });
   for (const auto given : {Motion::Given::kTwist, Motion::Given::kControls}) {
-    if (given == Motion::Given::kControls && !controls) return;
+    if (given == Motion::Given::kControls && !controls) continue;
     SpanSource source(work_->mechanics, motions, out, effort, given);
     work_->Run(&source, given);
+  }
+  for (std::size_t i = 0; effort.follows && i < motions.size(); ++i) {
+    work_->Follow(motions[i], &out[i]);
   }
 }
 

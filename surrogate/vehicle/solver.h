@@ -126,6 +126,9 @@ struct Solution {
   double tip_margin = 0;      ///< see Loads
   double torque_margin = 0;   ///< 1 - largest use of a motor's limit or of the steering
   double sinkage_margin = 0;  ///< 1 - largest sinkage over its limit
+  /// 1 - the largest of max(|r w|, V) over what the runs of the wheel's model cover; wheels in the
+  /// air do not count.
+  double speed_margin = 1;
   std::array<WheelSolution, kMostWheels> wheel;  ///< as many as the vehicle has
   /// What intervals add to the gradients of up to eight unknowns, for the next warm search of a
   /// motion of which the same is given.
@@ -148,6 +151,9 @@ struct Effort {
   bool brief = false;
   /// With `warm`: solutions that did not balance, too, from where their imbalance is least.
   bool from_least = false;
+  /// Of motions that no start balances, from motions beside that are: on ground that gets worse
+  /// from the mean, in a curve that gets tighter from straight on, and in both at once.
+  bool follows = false;
 };
 
 /// Motions that come one by one, as what is asked next depends on what was found.
@@ -158,7 +164,7 @@ class SolveSource {
     Solution* solution;    ///< with effort.warm, where the search begins
     Effort effort;
   };
-  /// What a lane, which is free, solves next; false: nothing any more.
+  /// What a lane, which is free, solves next; false: nothing now. Asked again after each Done.
   virtual bool Next(std::size_t lane, Task* task) = 0;
   /// The lane's solution is written. May throw, which ends the solve.
   virtual void Done(std::size_t lane) = 0;
@@ -200,7 +206,7 @@ class Solver {
   /// Precondition: as many solutions as motions.
   void Solve(std::span<const Motion> motions, std::span<Solution> out, Effort effort) noexcept;
   void Solve(std::span<const Motion> motions, std::span<Solution> out, bool warm = false) noexcept {
-    Solve(motions, out, Effort{.warm = warm});
+    Solve(motions, out, Effort{.warm = warm, .follows = true});
   }
 
   /// The same for motions of kTwist that come one by one: each of kLanes lanes is asked for its

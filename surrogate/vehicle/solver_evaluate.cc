@@ -9,6 +9,7 @@ using surrogate::kFx, surrogate::kFy, surrogate::kTorque, surrogate::kMz, surrog
 
 constexpr surrogate::Part kParts[5] = {surrogate::kValue, surrogate::kDvX, surrogate::kDvY,
                                        surrogate::kDRim, surrogate::kDLoad};
+constexpr double kTouches = 1e-8;  // load of a wheel of a vehicle that tips, over that of all
 constexpr surrogate::Output kAsked[4] = {kFx, kFy, kTorque, kMz};
 
 }  // namespace
@@ -42,7 +43,9 @@ void Solver::Work::Lift(std::size_t l) noexcept {
   for (std::size_t i = 0; i < mechanics.wheels(); ++i) {
     pack::Placed& p = all.placed;
     const Resultant s = loads.tip_margin > 0 ? loads.slope[i] : Resultant{};
-    p.load[i][l] = loads.load[i];
+    // The edge of the support polygon itself (Support takes the limit from inside): in the air.
+    const bool touches = loads.tip_margin > 0 || loads.load[i] > kTouches * load;
+    p.load[i][l] = touches ? loads.load[i] : 0;
     p.load_by_moment[i][l] = s.by_x;
     p.load_by_v_y[i][l] = s.by_x * z * m * yaw_rate;
     p.load_by_v_x[i][l] = -s.by_y * z * m * yaw_rate;

@@ -20,11 +20,14 @@ inline constexpr int kGuesses = 4;  // starts of Mechanics::Guess
 static_assert(Solver::kLanes == pack::kLanes);
 
 /// All that a solver holds. solver.cc: from motions to lanes and back; solver_evaluate.cc: wheels
-/// in batches; solver_newton.cc: what each lane does next.
+/// in batches; solver_newton.cc: what each lane does next; solver_follow.cc: what no start finds.
 struct Solver::Work {
   Work(const Vehicle& vehicle, const Grounds& g);
 
   void Run(SolveSource* source, Motion::Given of);
+  void SolveOne(const Motion& motion, const Effort& effort, Solution* solution) noexcept;
+  void Follow(const Motion& motion, Solution* solution) noexcept;
+  bool FollowWay(const Motion& motion, bool ground, bool turn, Solution* solution) noexcept;
   bool Start(const SolveSource::Task& task, std::size_t lane) noexcept;
   void Round(std::size_t count) noexcept;
   void Place(std::size_t count) noexcept;
@@ -47,6 +50,7 @@ struct Solver::Work {
   Mechanics mechanics;
   Grounds grounds;
   std::vector<const surrogate::WheelModel*> models;
+  std::vector<double> fastest;       ///< by model: FastestOfRuns [m/s]
   std::vector<std::uint32_t> place;  ///< in `models`, by Grounds::models
   pack::Body body;
   pack::Unknowns unknowns{};

@@ -52,17 +52,21 @@ double SpeedPlanner::Slack(const Solution& s, const SpeedOptions& o) const {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   StopIfAsked(o.stop);
   if (!s.balanced || (s.reasons & (kNoBalance | kTips | kBadInput)) != 0) return kNaN;
-  if (o.trained_only && (s.reasons & kUntrained) != 0) return kNaN;
+  if (o.trained_only && (s.reasons & kModelDomain) != 0) return kNaN;
+  if (o.trained_only && (s.reasons & kUntrainedSpeed) != 0 && s.speed_margin >= 0) return kNaN;
   if ((s.reasons & kSinksIn) != 0 && s.sinkage_margin >= 0) return kNaN;  // carried nowhere
   return std::min({s.tip_margin - o.tip_margin, s.torque_margin - std::max(0.0, o.torque_margin),
-                   s.sinkage_margin - std::max(0.0, o.sinkage_margin)});
+                   s.sinkage_margin - std::max(0.0, o.sinkage_margin),
+                   o.trained_only ? s.speed_margin : 1.0});
 }
 
 Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& o, double g) {
   if ((s.reasons & kBadInput) != 0) return Binding::kInput;
   if (s.tip_margin < o.tip_margin) return Binding::kRollover;
   if ((s.reasons & kSinksIn) != 0 || s.sinkage_margin < o.sinkage_margin) return Binding::kSinkage;
-  if (o.trained_only && (s.reasons & kUntrainedSpeed) != 0) return Binding::kUntrainedSpeed;
+  if (o.trained_only && ((s.reasons & kUntrainedSpeed) != 0 || s.speed_margin < 0)) {
+    return Binding::kUntrainedSpeed;
+  }
   if ((s.reasons & kModelDomain) != 0 && (o.trained_only || !s.balanced)) {
     return Binding::kModelDomain;
   }
@@ -75,7 +79,7 @@ Binding BindingOf(const Motion& m, const Solution& s, const SpeedOptions& o, dou
 double SpeedPlanner::ShortfallOf(const Solution& s, const SpeedOptions& o) const {
   if (!s.balanced) return s.residual;
   return std::max({0.0, o.tip_margin - s.tip_margin, o.torque_margin - s.torque_margin,
-                   o.sinkage_margin - s.sinkage_margin});
+                   o.sinkage_margin - s.sinkage_margin, o.trained_only ? -s.speed_margin : 0.0});
 }
 
 GradeRange SpeedPlanner::Grades(double speed, std::uint8_t soil, const SpeedOptions& o) {

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kResolution = 1.0 / 256;  // of the safe speed, over the limit
 constexpr int kMostVerifications = 100;
+constexpr std::size_t kAlike = 8;  // points after one that bear no more acceleration
+constexpr int kPatience = 4;       // failures before an accelerating point is driven slower
 
 // Where the plan does not hold: shares of speed and acceleration that are left, by how many times
 // the point failed; in the end it stands still.
@@ -42,6 +44,8 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       motions_(most),
       solutions_(most),
       tried_(most),
+      path_search_(most),
+      reached_(4 * most),
       open_(most),
       knots_(most),
       higher_(most),
@@ -49,93 +53,74 @@ SpeedPlanner::SpeedPlanner(const Vehicle& vehicle, const Grounds& grounds, std::
       cap_(most),
       faster_(most),
       slower_(most),
+      faster_share_(most),
+      slower_share_(most),
+      most_faster_(most),
       tried_speed_(most),
       tried_acceleration_(most),
       failures_(most),
       slowed_by_(most) {}
 
-void SpeedPlanner::Passes(std::span<const PathPoint> path, const SpeedOptions& o,
-                          std::span<SpeedPoint> out) {
-  const std::size_t n = path.size();
-  // What is left along the path where grip is used across it, or a motor by the speed: an ellipse
-  // in speed^2.
-  const auto left = [&](std::size_t i, double v, bool faster) {
-    const Binding b = out[i].safe_binding;
-    if (b != Binding::kLateralGrip && b != Binding::kRollover && b != Binding::kTraction &&
-        !(faster && b == Binding::kTorque)) {
-      return 1.0;
-    }
-    if (!(out[i].safe_m_per_s > 0)) return 1.0;  // at rest
-    const double share = v / out[i].safe_m_per_s;
-    return std::sqrt(std::max(0.0, 1 - share * share * share * share));
-  };
-  for (std::size_t i = 0; i < n; ++i) {
-    out[i].speed_m_per_s = cap_[i];
-    out[i].binding = failures_[i] > 0 ? slowed_by_[i] : out[i].safe_binding;
-  }
-  const auto cap = [&](std::size_t i, double v, Binding binding) {
-    if (v >= out[i].speed_m_per_s) return;
-    out[i].speed_m_per_s = v;
-    out[i].binding = binding;
-  };
-  cap(0, o.start_m_per_s, Binding::kSpeedLimit);
-  cap(n - 1, o.end_m_per_s, Binding::kSpeedLimit);
-  for (std::size_t i = 0; i + 1 < n; ++i) {
-    const double v = out[i].speed_m_per_s, d = path[i + 1].s_m - path[i].s_m;
-    cap(i + 1, std::sqrt(v * v + 2 * faster_[i] * left(i, v, true) * d), Binding::kAcceleration);
-  }
-  for (std::size_t i = n - 1; i-- > 0;) {
-    const double v = out[i + 1].speed_m_per_s, d = path[i + 1].s_m - path[i].s_m;
-    cap(i, std::sqrt(v * v + 2 * slower_[i] * left(i + 1, v, false) * d), Binding::kBraking);
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t k = std::min(i, n - 2);
-    const double a = out[k].speed_m_per_s, b = out[k + 1].speed_m_per_s;
-    out[i].acceleration_m_per_s2 = (b * b - a * a) / (2 * (path[k + 1].s_m - path[k].s_m));
-  }
-}
+// Solves the first motions, each from what stands in solutions_ or, if that is of another speed,
+// from that of the point before where that is one of them and good; and anew where that finds
+// nothing that is good: with two starts, at every fourth failure of a point with all.
+class SpeedPlanner::Tries final : public SolveSource {
+ public:
+  Tries(SpeedPlanner* planner, std::size_t count, const SpeedOptions& options)
+      : planner_(*planner), options_(options), count_(count) {}
 
-// Solves the first motions from what stands in tried_, and anew where that finds nothing that is
-// good: with two starts, at every fourth failure of a point with all.
-void SpeedPlanner::Try(std::size_t count, const SpeedOptions& o) {
-  constexpr Effort kQuick{
-      .warm = true, .attempts = 1, .evaluations = 12, .goal = Solution::kTolerance, .brief = true};
-  constexpr Effort kSome{
-      .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
-  constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
-  constexpr int kOften = 4;
-  // Each lane a motion at a time: quickly, then anew.
-  class Tries final : public SolveSource {
-   public:
-    Tries(SpeedPlanner* planner, std::size_t count, const SpeedOptions& options)
-        : planner_(*planner), options_(options), count_(count) {}
-    bool Next(std::size_t lane, Task* task) override {
-      std::size_t& k = at_[lane];
-      if (anew_[lane]) {
-        const int failures = planner_.failures_[planner_.open_[k]];
-        *task = {&planner_.motions_[k], &planner_.tried_[k],
-                 failures % kOften == kOften - 1 ? kAll : kSome};
-        return true;
-      }
-      if (next_ == count_) return false;
-      k = next_++;
-      *task = {&planner_.motions_[k], &planner_.tried_[k], kQuick};
+  // To each lane some motions in a row.
+  bool Next(std::size_t lane, Task* task) override {
+    constexpr Effort kQuick{.warm = true,
+                            .attempts = 1,
+                            .evaluations = 12,
+                            .goal = Solution::kTolerance,
+                            .brief = true};
+    constexpr Effort kSome{
+        .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
+    constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
+    Row& row = rows_[lane];
+    if (row.anew) {
+      const int failures = planner_.failures_[planner_.open_[row.at]];
+      *task = {&planner_.motions_[row.at], &planner_.tried_[row.at],
+               failures % kOften == kOften - 1 ? kAll : kSome};
       return true;
     }
-    void Done(std::size_t lane) override {
-      anew_[lane] = !anew_[lane] && !planner_.Good(planner_.tried_[at_[lane]], options_);
+    if (row.next == row.end) {
+      if (next_ == count_) return false;
+      row = {.next = next_, .end = std::min(next_ + kRow, count_)};
+      next_ = row.end;
     }
+    const std::size_t k = row.next++, i = planner_.open_[k];
+    const Motion& motion = planner_.motions_[k];
+    const double own = planner_.solutions_[i].v_x_m_per_s;
+    const bool from_last = row.good && planner_.open_[k - 1] + 1 == i &&
+                           motion.soil[0] == planner_.motions_[k - 1].soil[0] &&
+                           std::fabs(own - motion.v_x_m_per_s) > kNear * motion.v_x_m_per_s;
+    planner_.tried_[k] = from_last ? planner_.tried_[k - 1] : planner_.solutions_[i];
+    row.at = k;
+    *task = {&planner_.motions_[k], &planner_.tried_[k], kQuick};
+    return true;
+  }
+  void Done(std::size_t lane) override {
+    Row& row = rows_[lane];
+    row.good = planner_.Good(planner_.tried_[row.at], options_);
+    row.anew = !row.anew && !row.good;
+  }
 
-   private:
-    SpeedPlanner& planner_;
-    const SpeedOptions& options_;
-    std::size_t count_, next_ = 0;
-    std::array<std::size_t, Solver::kLanes> at_{};
-    std::array<bool, Solver::kLanes> anew_{};
-  } source(this, count, o);
-  StopIfAsked(o.stop);
-  solver_.Solve(&source);
-}
+ private:
+  static constexpr int kOften = 4;
+  static constexpr double kNear = 0.02;  // of the speed: a solution that is better than another's
+  static constexpr std::size_t kRow = 8;
+  struct Row {
+    std::size_t next = 0, end = 0, at = 0;
+    bool good = false, anew = false;
+  };
+  SpeedPlanner& planner_;
+  const SpeedOptions& options_;
+  std::size_t count_, next_ = 0;
+  std::array<Row, Solver::kLanes> rows_{};
+};
 
 // Solves the points whose speed or acceleration is new, slows those that do not hold. False: none
 // was slowed.
@@ -154,10 +139,11 @@ bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o
       continue;
     }
     motions_[open] = MotionAt(path[i], o, v, a);
-    tried_[open] = solutions_[i];
     open_[open++] = i;
   }
-  Try(open, o);
+  Tries tries(this, open, o);
+  StopIfAsked(o.stop);
+  solver_.Solve(&tries);
   bool slowed = false;
   for (std::size_t k = 0; k < open; ++k) {
     const std::size_t i = open_[k];
@@ -167,17 +153,28 @@ bool SpeedPlanner::Verify(std::span<const PathPoint> path, const SpeedOptions& o
     if (out[i].speed_m_per_s == 0 && out[i].acceleration_m_per_s2 == 0) continue;  // no slower
     slowed = true;
     slowed_by_[i] = BindingOf(motions_[k], tried_[k], o);
-    Slow(i, out);
+    Slow(path, i, out);
   }
   return slowed;
 }
 
-// Point i bears less acceleration, and of the two ends of its step the faster is too fast.
-void SpeedPlanner::Slow(std::size_t i, std::span<const SpeedPoint> out) {
+// Point i bears less acceleration, and so do the points after it; where that does not help, of the
+// two ends of its step the faster is too fast.
+void SpeedPlanner::Slow(std::span<const PathPoint> path, std::size_t i,
+                        std::span<const SpeedPoint> out) {
   const Slowing left = SlowingOf(++failures_[i]);
   const std::size_t last = out.size() - 1, step = std::min(i, last - 1);
   const bool accelerates = out[i].acceleration_m_per_s2 > 0;
-  (accelerates ? faster_ : slower_)[step] *= left.acceleration;
+  if (accelerates) {
+    const double most = left.acceleration * out[i].acceleration_m_per_s2;
+    for (std::size_t k = step; k < std::min(last, step + kAlike); ++k) {
+      if (path[k].soil != path[i].soil) break;
+      most_faster_[k] = std::min(most_faster_[k], most);
+    }
+    if (failures_[i] < kPatience) return;
+  } else {
+    slower_[step] *= left.acceleration;
+  }
   cap_[i] = std::min(cap_[i], left.speed * out[i].speed_m_per_s);
   if (!accelerates || i == last) return;
   cap_[i + 1] = std::min(cap_[i + 1], left.speed * out[i + 1].speed_m_per_s);

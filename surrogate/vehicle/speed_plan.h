@@ -5,68 +5,11 @@
 #include <vector>
 
 #include "surrogate/vehicle/level_search.h"
+#include "surrogate/vehicle/path_search.h"
 #include "surrogate/vehicle/solver.h"
-#include "surrogate/vehicle/stop.h"
+#include "surrogate/vehicle/speed_types.h"
 
 namespace grouser::vehicle {
-
-/// A point of a path.
-struct PathPoint {
-  double s_m = 0;  ///< way along the path, ascending
-  double curvature_per_m = 0, grade_rad = 0, bank_rad = 0;
-  std::uint8_t soil = 0;  ///< index, of all wheels
-};
-
-struct SpeedOptions {
-  double speed_limit_m_per_s = 0;           ///< > 0: never faster
-  double worse_by_sd = 1.6448536269514722;  ///< ground that the plan must stand; see Motion
-  double tip_margin = 0.1, torque_margin = 0, sinkage_margin = 0;  ///< least ones
-  double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;          ///< of comfort, largest
-  double start_m_per_s = 0, end_m_per_s = 0;
-  bool trained_only = true;  ///< no faster than what the models' runs cover
-  /// Asked for every solution that is judged; set: what is under way throws Stopped, at most
-  /// SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
-  StopFlag stop = nullptr;
-};
-
-/// Throws std::invalid_argument "FIELD: expected X" unless `good`.
-void Need(bool good, const char* field, const char* expected);
-/// The same for a risk or margins that make no sense.
-void CheckMargins(const SpeedOptions& options);
-
-/// What keeps a point from being driven faster.
-enum class Binding : std::uint8_t {
-  kSpeedLimit,
-  kTraction,
-  kLateralGrip,
-  kTorque,
-  kRollover,
-  kSinkage,
-  kUntrainedSpeed,
-  kModelDomain,
-  kAcceleration,
-  kBraking,
-  kInput
-};
-const char* NameOf(Binding binding);
-/// Of a motion whose solution is not within the limits; `gravity` [m/s^2].
-Binding BindingOf(const Motion& motion, const Solution& solution, const SpeedOptions& options,
-                  double gravity);
-
-struct SpeedPoint {
-  double safe_m_per_s = 0;  ///< highest at constant speed; 0: cannot be driven (see binding)
-  Binding safe_binding = Binding::kSpeedLimit;
-  double speed_m_per_s = 0;  ///< of the plan
-  double acceleration_m_per_s2 = 0;
-  Binding binding = Binding::kSpeedLimit;  ///< of the plan
-  /// By how much the binding one is exceeded one level of the search (1/256 of the speed limit)
-  /// above the safe speed: residual over weight, or the margin that is missing; by the secant of
-  /// the margin from the points before where that level was not solved. 0 for kSpeedLimit.
-  double shortfall = 0;
-  /// The plan can be driven here: solved with its speed and acceleration, every margin left, and
-  /// not at rest up to the next point; at the first point also no slower than the start asks.
-  bool holds = false;
-};
 
 /// The grades around the level that a vehicle drives, to 1e-4 rad, as far as 85 degrees.
 struct GradeRange {
@@ -143,22 +86,24 @@ class SpeedPlanner {
     return vehicle::BindingOf(m, s, options, vehicle_.gravity_m_per_s2);
   }
   double ShortfallOf(const Solution& s, const SpeedOptions& options) const;
+  class Question;
+  class Raising;
+  class Tries;
+  class Reaching;
   void Safe(std::span<const PathPoint> path, const SpeedOptions& options,
             std::span<SpeedPoint> out);
-  void Found(const LevelSearch::Track& t, const SpeedOptions& options, std::size_t i,
-             std::span<SpeedPoint> out);
   void Raise(std::span<const PathPoint> path, const SpeedOptions& options,
              std::span<SpeedPoint> out);
   std::size_t Low(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
   std::size_t Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out);
   void Reach(std::span<const PathPoint> path, const SpeedOptions& options,
              std::span<const SpeedPoint> out);
+  void Spread(std::size_t knots, std::size_t points, std::vector<double>* numbers) const;
   void Passes(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
   bool Verify(std::span<const PathPoint> path, const SpeedOptions& options,
               std::span<SpeedPoint> out);
-  void Try(std::size_t count, const SpeedOptions& options);
-  void Slow(std::size_t i, std::span<const SpeedPoint> out);
+  void Slow(std::span<const PathPoint> path, std::size_t i, std::span<const SpeedPoint> out);
   /// Not at rest from point i to the next.
   static bool Moves(std::span<const SpeedPoint> plan, std::size_t i);
   /// Whether point i of a plan holds wherever its solution is good, by its speeds alone.
@@ -172,6 +117,8 @@ class SpeedPlanner {
   std::vector<Solution> solutions_;  // the last good one of each point
   std::vector<Solution> tried_;
   LevelSearch search_;
+  PathSearch path_search_;
+  std::vector<int> reached_;        // by Reach: levels, -1: not asked
   std::vector<std::size_t> open_;   // points that are verified
   std::vector<std::size_t> knots_;  // points whose reach is searched; before: see Low
   std::vector<std::size_t> higher_;
@@ -181,7 +128,10 @@ class SpeedPlanner {
   std::vector<Solution> drawn_;
   std::vector<std::uint8_t> least_, most_;
   std::vector<double> cap_;
-  std::vector<double> faster_, slower_;  // most acceleration and braking of the step from a point
+  // Of the step from a point: most acceleration and braking that hold at rest, and the share of
+  // them that is left at kSample of the safe speed.
+  std::vector<double> faster_, slower_, faster_share_, slower_share_;
+  std::vector<double> most_faster_;  // the same, at any speed, by what did not hold
   std::vector<double> tried_speed_, tried_acceleration_;  // as last verified
   std::vector<int> failures_;
   std::vector<Binding> slowed_by_;

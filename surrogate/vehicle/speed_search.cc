@@ -1,3 +1,4 @@
+// How fast each point of a path is driven at constant speed.
 #include <algorithm>
 #include <cmath>
 
@@ -6,11 +7,10 @@
 namespace grouser::vehicle {
 namespace {
 
-constexpr int kSpeedLevels = 256;   // of the safe speed: 0.4 % of the limit
-constexpr int kReachLevels = 32;    // of acceleration and braking
-constexpr std::size_t kStride = 8;  // points between those whose reach is searched
-constexpr double kNoticed = 0.004;  // change of grade, bank and lateral acceleration over gravity
-constexpr double kFarBelow = 0.15;  // a neighbour, of its speed
+constexpr int kSpeedLevels = 256;     // of the safe speed: 0.4 % of the limit
+constexpr std::size_t kSpacing = 64;  // points between those that are searched from nothing
+constexpr double kNoticed = 0.004;    // change of grade, bank and lateral acceleration over gravity
+constexpr double kFarBelow = 0.15;    // a neighbour, of its speed
 
 // Whether the limit of grip is that of the point before although the motion has changed.
 bool Stays(std::span<const PathPoint> path, std::span<const SpeedPoint> out, std::size_t i,
@@ -28,36 +28,89 @@ bool Stays(std::span<const PathPoint> path, std::span<const SpeedPoint> out, std
 
 double StepOf(const SpeedOptions& o) { return o.speed_limit_m_per_s / kSpeedLevels; }
 
-bool Same(const PathPoint& a, const PathPoint& b) {
-  return a.soil == b.soil && a.curvature_per_m == b.curvature_per_m && a.grade_rad == b.grade_rad &&
-         a.bank_rad == b.bank_rad;
+int LevelOf(const SpeedPoint& p, const SpeedOptions& o) {
+  return static_cast<int>(std::lround(p.safe_m_per_s / StepOf(o)));
 }
 
 }  // namespace
 
+/// What a planner asks of the points of a path: speeds by levels.
+class SpeedPlanner::Question final : public PathQuestion {
+ public:
+  /// Level l: speed l step.
+  Question(const SpeedPlanner& planner, const SpeedOptions& options, double step)
+      : planner_(planner), options_(options), step_(step) {}
+
+  Motion MotionAt(const PathPoint& p, int level) const override {
+    return SpeedPlanner::MotionAt(p, options_, step_ * level, 0);
+  }
+  double Slack(const Solution& s) const override { return planner_.Slack(s, options_); }
+  double Shortfall(const Solution& s) const override { return planner_.ShortfallOf(s, options_); }
+  Binding BindingOf(const Motion& m, const Solution& s) const override {
+    return planner_.BindingOf(m, s, options_);
+  }
+
+ private:
+  const SpeedPlanner& planner_;
+  const SpeedOptions& options_;
+  double step_;
+};
+
+/// Points that are searched once more, each from a point that is driven faster.
+class SpeedPlanner::Raising final : public LevelSearch::Items {
+ public:
+  Raising(SpeedPlanner* planner, std::span<const PathPoint> path, const SpeedOptions& options,
+          std::size_t count, std::span<SpeedPoint> out)
+      : planner_(*planner), path_(path), options_(options), count_(count), out_(out) {}
+
+  bool Begin(LevelSearch::Track* t) override {
+    if (next_ == count_) return false;
+    t->item = next_++;
+    const std::size_t from = planner_.higher_[t->item], at = planner_.knots_[t->item];
+    const double most =
+        from == at ? LevelOf(out_[at], options_) / (1 - kFarBelow) : LevelOf(out_[from], options_);
+    LevelSearch::BeginAt(std::min<int>(kSpeedLevels, std::ceil(most)), planner_.solutions_[from],
+                         t);
+    if (out_[at].safe_m_per_s > 0) t->low = LevelOf(out_[at], options_);
+    return true;
+  }
+  Motion MotionAt(std::size_t k, int level) const override {
+    return SpeedPlanner::MotionAt(path_[planner_.knots_[k]], options_, StepOf(options_) * level, 0);
+  }
+  double Slack(const Solution& s) const override { return planner_.Slack(s, options_); }
+  double Shortfall(const Solution& s) const override { return planner_.ShortfallOf(s, options_); }
+  void Found(const LevelSearch::Track& t) override {
+    if (!t.here) return;  // none above the one that was known
+    const std::size_t i = planner_.knots_[t.item];
+    out_[i].safe_m_per_s = StepOf(options_) * t.low;
+    out_[i].safe_binding = t.low == kSpeedLevels
+                               ? Binding::kSpeedLimit
+                               : planner_.BindingOf(t.failed.motion, t.failed.solution, options_);
+    out_[i].shortfall = t.shortfall;
+    planner_.solutions_[i] = t.good;
+    planner_.risen_[i] = true;
+  }
+
+ private:
+  SpeedPlanner& planner_;
+  std::span<const PathPoint> path_;
+  const SpeedOptions& options_;
+  std::size_t count_, next_ = 0;
+  std::span<SpeedPoint> out_;
+};
+
 // The solution at the safe speed stays in solutions_.
 void SpeedPlanner::Safe(std::span<const PathPoint> path, const SpeedOptions& o,
                         std::span<SpeedPoint> out) {
-  search_.Run(
-      &solver_, path.size(), 1, kSpeedLevels,
-      [&](std::size_t i, int level) { return MotionAt(path[i], o, StepOf(o) * level, 0); },
-      [&](const Solution& s) { return Slack(s, o); },
-      [&](const Solution& s) { return ShortfallOf(s, o); },
-      [&](std::size_t i) { return Same(path[i], path[i - 1]); },
-      [&](std::size_t i) { return path[i].soil != path[i - 1].soil; },
-      [](std::size_t, LevelSearch::Track*) {},
-      [&](std::size_t i, const LevelSearch::Track& t) { Found(t, o, i, out); });
+  path_search_.Run(&search_, &solver_, path, kSpeedLevels, kSpacing, Question(*this, o, StepOf(o)),
+                   solutions_, tried_);
+  const std::span<const PathSearch::Node> nodes = path_search_.nodes();
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    out[i].safe_m_per_s = StepOf(o) * std::max(0, nodes[i].level);
+    out[i].safe_binding = nodes[i].binding;
+    out[i].shortfall = nodes[i].shortfall;
+  }
   Raise(path, o, out);
-}
-
-void SpeedPlanner::Found(const LevelSearch::Track& t, const SpeedOptions& o, std::size_t i,
-                         std::span<SpeedPoint> out) {
-  SpeedPoint& p = out[i];
-  p.safe_m_per_s = StepOf(o) * std::max(0, t.low);
-  solutions_[i] = t.good;
-  p.safe_binding = Binding::kSpeedLimit;
-  p.shortfall = t.shortfall;
-  if (t.low < kSpeedLevels) p.safe_binding = BindingOf(t.failed.motion, t.failed.solution, o);
 }
 
 // Points far below a neighbour are searched once more, from its speed and its solution down; those
@@ -65,28 +118,10 @@ void SpeedPlanner::Found(const LevelSearch::Track& t, const SpeedOptions& o, std
 // as far above themselves.
 void SpeedPlanner::Raise(std::span<const PathPoint> path, const SpeedOptions& o,
                          std::span<SpeedPoint> out) {
-  const auto level = [&](std::size_t i) {
-    return static_cast<int>(std::lround(out[i].safe_m_per_s / StepOf(o)));
-  };
   std::fill(risen_.begin(), risen_.end(), true);
   for (std::size_t low = Low(path, out); low > 0; low = Low(path, out)) {
-    search_.Run(
-        &solver_, low, 1, kSpeedLevels,
-        [&](std::size_t k, int l) { return MotionAt(path[knots_[k]], o, StepOf(o) * l, 0); },
-        [&](const Solution& s) { return Slack(s, o); },
-        [&](const Solution& s) { return ShortfallOf(s, o); }, [](std::size_t) { return false; },
-        [](std::size_t) { return true; },
-        [&](std::size_t k, LevelSearch::Track* t) {
-          const std::size_t from = higher_[k], at = knots_[k];
-          const double most = from == at ? level(at) / (1 - kFarBelow) : level(from);
-          LevelSearch::BeginAt(std::min<int>(kSpeedLevels, std::ceil(most)), solutions_[from], t);
-          if (out[knots_[k]].safe_m_per_s > 0) t->low = level(knots_[k]);
-        },
-        [&](std::size_t k, const LevelSearch::Track& t) {
-          if (!t.here) return;  // none above the one that was known
-          Found(t, o, knots_[k], out);
-          risen_[knots_[k]] = true;
-        });
+    Raising raising(this, path, o, low, out);
+    search_.Run(&solver_, kSpeedLevels, &raising);
   }
 }
 
@@ -110,65 +145,6 @@ std::size_t SpeedPlanner::Low(std::span<const PathPoint> path, std::span<const S
   }
   std::fill(risen_.begin(), risen_.end(), false);
   return count;
-}
-
-// Points whose reach is searched: both ends of every stretch of one soil that can be driven, and
-// every eighth point between. Returns how many.
-std::size_t SpeedPlanner::Knots(std::span<const PathPoint> path, std::span<const SpeedPoint> out) {
-  const std::size_t n = path.size();
-  const auto drives = [&](std::size_t i) { return out[i].safe_m_per_s > 0; };
-  const auto joined = [&](std::size_t i) {  // with the next point
-    return i + 1 < n && drives(i + 1) && path[i + 1].soil == path[i].soil;
-  };
-  std::size_t count = 0, since = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!drives(i)) continue;
-    const bool begins = i == 0 || !drives(i - 1) || !joined(i - 1);
-    if (!begins && joined(i) && ++since < kStride) continue;
-    knots_[count++] = i;
-    since = 0;
-  }
-  return count;
-}
-
-// Acceleration and braking within comfort that hold at rest: searched at the knots, the least of
-// both neighbours between.
-void SpeedPlanner::Reach(std::span<const PathPoint> path, const SpeedOptions& o,
-                         std::span<const SpeedPoint> out) {
-  const std::size_t knots = Knots(path, out);
-  // Items: the knots for acceleration, then again for braking.
-  const auto faster = [&](std::size_t k) { return k < knots; };
-  const auto at = [&](std::size_t k) { return knots_[k % knots]; };
-  const auto most = [&](std::size_t k) {
-    return faster(k) ? o.acceleration_m_per_s2 : o.braking_m_per_s2;
-  };
-  // What cannot be driven bears all; a step has one acceleration, which both its ends must bear.
-  std::fill_n(faster_.begin(), path.size(), o.acceleration_m_per_s2);
-  std::fill_n(slower_.begin(), path.size(), o.braking_m_per_s2);
-  if (knots == 0) return;
-  search_.Run(
-      &solver_, 2 * knots, 2, kReachLevels,
-      [&](std::size_t k, int level) {
-        const double step = (faster(k) ? 1 : -1) * most(k) / kReachLevels;
-        return MotionAt(path[at(k)], o, 0, step * level);
-      },
-      [&](const Solution& s) { return Slack(s, o); },
-      [&](const Solution& s) { return ShortfallOf(s, o); },
-      [&](std::size_t k) { return k != knots && Same(path[at(k)], path[at(k - 1)]); },
-      [&](std::size_t k) { return k == knots || path[at(k)].soil != path[at(k - 1)].soil; },
-      [](std::size_t, LevelSearch::Track*) {},
-      [&](std::size_t k, const LevelSearch::Track& t) {
-        (faster(k) ? faster_ : slower_)[at(k)] = most(k) / kReachLevels * std::max(0, t.low);
-      });
-  for (std::vector<double>* all : {&faster_, &slower_}) {
-    std::vector<double>& reach = *all;
-    for (std::size_t k = 0; k + 1 < knots; ++k) {
-      const std::size_t a = knots_[k], b = knots_[k + 1];
-      if (b > a + kStride) continue;
-      for (std::size_t i = a + 1; i < b; ++i) reach[i] = std::min(reach[a], reach[b]);
-    }
-    for (std::size_t i = 0; i + 1 < path.size(); ++i) reach[i] = std::min(reach[i], reach[i + 1]);
-  }
 }
 
 }  // namespace grouser::vehicle

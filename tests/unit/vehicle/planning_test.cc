@@ -16,6 +16,7 @@ using testing::OnHard;
 using testing::Planning;
 using testing::Rover;
 using testing::Skid;
+using testing::WithFriction;
 
 TEST(Energy, SplitAddsUpToTheElectricPower) {
   for (Vehicle v : {Skid(), Cart(), Rover()}) {
@@ -84,6 +85,23 @@ TEST(Constants, UndoTheSlipOfTheSolve) {
     EXPECT_NEAR(c.pull_over_weight, 0.8, 0.03);
   }
   EXPECT_THROW(ConstantsOf(Cart(), p.table, speeds, radii), std::invalid_argument);
+}
+
+// Of some soils alone; those of a mixture lie between those of its soils.
+TEST(Constants, OfSoilsThatAreAskedFor) {
+  Planning p(Skid(), {Asphalt(), WithFriction(0.3)});
+  const std::vector<double> speeds = {0.5}, radii = {1.0, 5.0};
+  const auto all = ConstantsOf(Skid(), p.table, speeds, radii);
+  ASSERT_EQ(all.size(), 4u);
+  const std::vector<std::uint8_t> second = {1}, none = {2};
+  const auto some = ConstantsOf(Skid(), p.table, speeds, radii, nullptr, second);
+  ASSERT_EQ(some.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(some[k].soil, "1");
+    EXPECT_EQ(some[k].separation_multiplier, all[2 + k].separation_multiplier);
+    EXPECT_EQ(some[k].pull_over_weight, all[2 + k].pull_over_weight);
+  }
+  EXPECT_THROW(ConstantsOf(Skid(), p.table, speeds, radii, nullptr, none), std::invalid_argument);
 }
 
 }  // namespace

@@ -63,13 +63,16 @@ class PlainSearch {
     m.soil.fill(p.soil);
     Solution s;
     if (near != nullptr) s = *near;
-    solver_.Solve({&m, 1}, {&s, 1}, near != nullptr);
+    solver_.Solve({&m, 1}, {&s, 1}, Effort{.warm = near != nullptr});
     if (!s.balanced) {  // once more from where it ended
       solver_.Solve({&m, 1}, {&s, 1},
                     Effort{.warm = true, .attempts = 1, .evaluations = 200, .from_least = true});
     }
     const bool good = s.balanced && s.reasons == 0 && s.tip_margin >= options_.tip_margin;
     if (near != nullptr && good) *near = s;
+    if (!good) {
+      binding_ = BindingOf(m, s, options_, solver_.vehicle().gravity_m_per_s2);
+    }
     return good;
   }
   /// Whether it is good from some start: none, where the imbalance is least, the neighbour's in
@@ -104,6 +107,7 @@ class PlainSearch {
   }
   double Safe(const PathPoint& p) {
     double low = 0, high = options_.speed_limit_m_per_s;
+    binding_ = Binding::kSpeedLimit;
     if (Good(p, high)) return high;
     if (!Good(p, 0)) return 0;
     for (int i = 0; i < 8; ++i) {
@@ -112,15 +116,19 @@ class PlainSearch {
     }
     return low;
   }
+  /// Of the lowest speed of the last Safe that failed.
+  Binding binding() const { return binding_; }
 
  private:
   Solver solver_;
   SpeedOptions options_;
+  Binding binding_ = Binding::kSpeedLimit;
 };
 
 struct Count {
   int points = 0, higher = 0, lower = 0;
-  double worst = 0;  ///< what is lost, of the plain one
+  int alike = 0, other = 0;  ///< within a level of the plain one; of these bound by something else
+  double worst = 0;          ///< what is lost, of the plain one
 };
 
 /// A path planned and compared point by point.
@@ -136,6 +144,10 @@ void Compare(const VehicleFile& file, const std::string& where, const SpeedOptio
   Solution near;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const double expected = plain.Safe(path[i]), got = out[i].safe_m_per_s;
+    if (std::fabs(got - expected) <= 1.001 * step) {
+      ++count->alike;
+      count->other += plain.binding() != out[i].safe_binding;
+    }
     const std::string at = where + " point " + std::to_string(i) + " levels " +
                            std::to_string(got / step) + " " + std::to_string(expected / step) +
                            " " + NameOf(out[i].safe_binding);
@@ -181,7 +193,9 @@ Count CompareAll(unsigned seed) {
     for (const char* kind : {"curvy", "hilly", "mixed"}) CompareOne(c, kind, seed, &count);
   }
   std::cout << "paths " << seed << ": " << count.points << " points, " << count.lower
-            << " lower, at most by " << 100 * count.worst << " %, " << count.higher << " higher\n";
+            << " lower, at most by " << 100 * count.worst << " %, " << count.higher
+            << " higher, of " << count.alike << " alike " << count.other
+            << " bound by something else\n";
   return count;
 }
 
@@ -192,6 +206,8 @@ TEST(SpeedSearch, FindsWhatPlainHalvingFinds) {
     EXPECT_LE(count.worst, 0.2) << seed;
     EXPECT_LE(count.lower, count.points / 100) << seed;
     EXPECT_LE(count.higher, count.points / 20) << seed;
+    EXPECT_GE(count.alike, count.points * 9 / 10) << seed;
+    EXPECT_LE(count.other, count.points / 50) << seed;
   }
 }
 
@@ -208,6 +224,45 @@ TEST(SpeedSearch, FindsAPointThatIsDrivenFastAlone) {
   Count count;
   CompareOne(kCases[1], "mixed", 14, &count);
   EXPECT_LE(count.worst, 0.2);
+}
+
+/// A path whose curvature passes through zero with a corner, which lies between points that are
+/// searched from nothing, and steps of soil; on ground as bad as `worse_by_sd`.
+Count CompareCorners(const Case& c, double worse_by_sd) {
+  const VehicleFile file =
+      ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + c.vehicle + ".vehicle.yaml");
+  SpeedOptions options;
+  options.speed_limit_m_per_s = c.limit_m_per_s;
+  options.worse_by_sd = worse_by_sd;
+  std::vector<PathPoint> path(150);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    PathPoint& p = path[i];
+    p.s_m = 0.1 * static_cast<double>(i);
+    const double turn = std::remainder(p.s_m, 5.2) / 2.6;  // a saw: -1 to 1, then a step
+    p.curvature_per_m = c.curvature_per_m * turn;
+    p.grade_rad = 0.02 * std::sin(p.s_m);
+    p.soil = i / 29 % 2 == 0 ? 0 : static_cast<std::uint8_t>(file.grounds.soils.size() - 1);
+  }
+  Count count;
+  const std::string where = std::string(c.vehicle) + " corners " + std::to_string(worse_by_sd);
+  Compare(file, where, options, path, &count);
+  std::cout << where << ": " << count.lower << " lower, at most by " << 100 * count.worst << " %, "
+            << count.higher << " higher, of " << count.alike << " alike " << count.other
+            << " bound by something else\n";
+  return count;
+}
+
+// Ground from the mean to where little is driven: the borders of what goes lie between.
+TEST(SpeedSearch, FindsCornersOfTheCurvatureAndStepsOfSoilOnAnyGround) {
+  for (const Case& c : kCases) {
+    for (const double worse_by_sd : {0.0, 1.645, 2.0}) {
+      const Count count = CompareCorners(c, worse_by_sd);
+      EXPECT_LE(count.worst, 0.2) << c.vehicle << worse_by_sd;
+      EXPECT_LE(count.lower, count.points / 20) << c.vehicle << worse_by_sd;
+      EXPECT_GE(count.alike, count.points * 9 / 10) << c.vehicle << worse_by_sd;
+      EXPECT_LE(count.other, count.points / 20) << c.vehicle << worse_by_sd;
+    }
+  }
 }
 
 }  // namespace

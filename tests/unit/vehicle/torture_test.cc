@@ -327,6 +327,58 @@ TEST(VehicleTorture, IntervalsOfPowerHaveNoHolesAlongTheRadius) {
   }
 }
 
+// A balance on better and worse ground is found from nothing at every radius at which it is there
+// (neighbouring radii have one): in one call, and not only from the mean ground's solution. The
+// solver's own starts alone miss some.
+TEST(VehicleTorture, WorseGroundIsFoundFromNothingAtEveryRadius) {
+  std::size_t missed = 0;
+  for (const char* name : {"atv", "husky"}) {
+    const VehicleFile file = Shipped(name);
+    Solver solver(file.vehicle, file.grounds);
+    std::vector<Motion> motions;
+    for (int i = 0; i < 160; ++i) {
+      for (const double worse_by_sd : {-1.645, 1.645, 2.0}) {
+        motions.push_back(Motion::OnPath(0.5, 1 / (2 * std::pow(1.0125, i))));
+        motions.back().worse_by_sd = worse_by_sd;
+      }
+    }
+    std::vector<Solution> starts(motions.size()), all(motions.size());
+    solver.Solve(motions, starts, Effort{});
+    const long before = g_allocations;
+    solver.Solve(motions, all);
+    EXPECT_EQ(g_allocations, before) << name;
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      const Motion& m = motions[k];
+      EXPECT_TRUE(all[k].balanced) << name << " radius " << m.v_x_m_per_s / m.yaw_rate_rad_per_s
+                                   << " sds " << m.worse_by_sd << " residual " << all[k].residual;
+      ExpectSound(file, m, all[k], name);
+      missed += !starts[k].balanced;
+    }
+  }
+  EXPECT_GT(missed, 0u);
+}
+
+// The same of given rim speeds: from equal rims on.
+TEST(VehicleTorture, RimSpeedsAreFollowedFromEqualOnes) {
+  const VehicleFile file = Shipped("husky");
+  Solver solver(file.vehicle, file.grounds);
+  for (const double side : {-0.4, 0.1, 0.3, 0.7}) {
+    Motion m;
+    m.given = Motion::Given::kControls;
+    m.rim_speed_m_per_s = {0.8, side};
+    m.worse_by_sd = 1.645;
+    Solution s, again;
+    solver.Solve({&m, 1}, {&s, 1});
+    ASSERT_TRUE(s.balanced) << side;
+    // From its own solution, which a warm search of rim speeds begins at.
+    again = s;
+    solver.Solve({&m, 1}, {&again, 1}, Effort{.warm = true, .attempts = 1});
+    ASSERT_TRUE(again.balanced) << side;
+    EXPECT_LE(again.evaluations, 3) << side;
+    EXPECT_NEAR(again.yaw_rate_rad_per_s, s.yaw_rate_rad_per_s, 1e-4) << side;
+  }
+}
+
 TEST(VehicleTorture, AnIntervalWithAnUnknownEndIsUnknown) {
   const auto [low, high] = EndsOf(2, 1);
   EXPECT_EQ(low, 1);

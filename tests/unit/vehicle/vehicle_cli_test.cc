@@ -155,6 +155,24 @@ TEST_F(VehicleCli, TakesASoilThatIsOneOfSeveral) {
   }
 }
 
+// Of each soil, of one, and of a mixture, whose pull lies between those of its soils.
+TEST_F(VehicleCli, ConstantsOfOneSoilAndOfAMixture) {
+  const std::string call = "constants " + kHusky + " --speeds 0.5 --radii 2";
+  const auto pull = [&](const std::string& soil) {
+    EXPECT_EQ(Run(call + " --soil '" + soil + "'"), 0) << error_;
+    EXPECT_EQ(out_.find("---", 3), std::string::npos) << "one document: " << out_;
+    EXPECT_NE(out_.find("# husky on " + soil + ","), std::string::npos) << out_;
+    const std::size_t at = out_.find("pull_over_weight: ");
+    return at == std::string::npos ? 0 : std::stod(out_.substr(at + 18));
+  };
+  const double asphalt = pull("asphalt"), ice = pull("ice");
+  const double mixed = pull("{asphalt: 0.5, ice: 0.5}");
+  EXPECT_GT(mixed, ice + 0.1);
+  EXPECT_LT(mixed, asphalt - 0.1);
+  EXPECT_EQ(Run(call + " --soil mud"), 2);
+  EXPECT_EQ(Run(call + " --soil '{mud: 1}'"), 2);
+}
+
 TEST_F(VehicleCli, ClimbSaysTheSteepestGrades) {
   ASSERT_EQ(Run("climb " + kHusky + " --json"), 0) << error_;
   const auto all = nlohmann::json::parse(out_);
