@@ -24,11 +24,10 @@ void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
   for (std::size_t k = grounds * n; k < 3 * n; ++k) out[k] = out[k % n];
 }
 
-std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds,
-                                    const Effort* refine) {
+std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds) {
   std::array<Motion, 3> room;
   std::array<Solution, 3> out;
-  SolveSpreads(solver, {&motion, 1}, sds, room, out, refine, nullptr);
+  SolveSpreads(solver, {&motion, 1}, sds, room, out, nullptr, nullptr);
   return out;
 }
 

@@ -20,8 +20,7 @@ void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
                   StopFlag stop);
 /// The same of one motion: on the mean ground [0], the better [1] and the worse one [2].
-std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds,
-                                    const Effort* refine = nullptr);
+std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds);
 
 /// The smaller and the larger; both NaN where one is, as the interval is then not known.
 inline std::pair<double, double> EndsOf(double a, double b) {
