@@ -69,7 +69,7 @@ TEST(ConeTable, BadTablesAreRefused) {
 }
 
 TEST(ConeTable, PairsHaveTheConeIndexOfTheirSoil) {
-  for (const char* pair : {"atv-20x10-lugged-20mm"}) {
+  for (const char* pair : {"cmu-smooth-62.5-8mm", "atv-20x10-lugged-20mm"}) {
     const v1alpha1::Model model = Shipped(pair);
     const auto cone = ConeOf(model, ConeIndices());
     ASSERT_TRUE(cone) << pair << ": " << SoilIdentity(model.soil());
