@@ -17,7 +17,9 @@ namespace grouser::server {
 /// Requests are checked (see vehicle_check.h) before they wait. At most kMostWaiting calls wait, in
 /// 128 MiB; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its deadline and the
 /// server's end among the reasons) gives its place up at once, and its work ends at the next round
-/// of solves. `fleet` and `gate` must outlive the service.
+/// of solves; so does work of more than kMostCallTime, with RESOURCE_EXHAUSTED. Answers that are
+/// large beside their requests are counted before they are made. `fleet` and `gate` must outlive
+/// the service.
 class VehicleService final : public v1alpha1::VehicleService::CallbackService {
  public:
   static constexpr std::size_t kMostWaiting = 64;

@@ -25,7 +25,7 @@ double SideOf(const Vehicle& v, int drive) {
 }
 
 // Largest acceleration that balances on the level, over g.
-double PullOf(Solver* solver, Motion motion, StopFlag stop) {
+double PullOf(Solver* solver, Motion motion, const StopWhen& stop) {
   const double g = solver->vehicle().gravity_m_per_s2;
   double low = 0, high = 2;
   for (int i = 0; i < 20; ++i) {
@@ -43,7 +43,7 @@ double PullOf(Solver* solver, Motion motion, StopFlag stop) {
 
 std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop) {
+                                       std::span<const double> radii, const StopWhen& stop) {
   if (v.steered()) {
     throw std::invalid_argument("constants: got steered wheels, expected a skid-steered vehicle");
   }

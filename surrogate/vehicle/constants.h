@@ -33,7 +33,7 @@ struct SkidConstants {
 /// `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop = nullptr);
+                                       std::span<const double> radii, const StopWhen& stop = {});
 
 /// As YAML for ros2_control's diff_drive_controller, a document a soil, speed and radius.
 std::string YamlOf(const Vehicle& vehicle, std::span<const SkidConstants> constants);

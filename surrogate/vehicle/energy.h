@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,8 +30,12 @@ struct PowerInterval {
   Power mean;
   double electric_low = 0, electric_high = 0;      ///< both NaN: no balance at one
   double joules_per_metre = 0, low = 0, high = 0;  ///< of way of the centre; NaN turning in place
+  double speed_m_per_s = 0;                        ///< of the centre, by SpeedOf
   Solution solution;                               ///< at the mean
 };
+/// Speed from watts over J/m, which messages carry; `otherwise` where that says nothing: no power,
+/// or turning in place.
+double SpeedOf(double watts, double joules_per_metre, double otherwise) noexcept;
 PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds = 1.6448536269514722);
 
 /// PowerOf of many motions, the same bits: all of a call are solved side by side.
@@ -41,13 +46,17 @@ class PowerBatch {
   /// With room for so many motions a call, at most kMost.
   explicit PowerBatch(Solver* solver, std::size_t most = kMost);
   std::size_t most() const { return powers_.size(); }
+  /// Of n motions: asks for each, and tells of each in the same order. `sds`, `stop` as of Of.
+  void ForEach(std::size_t n, double sds, const StopWhen& stop, const std::function<Motion()>& next,
+               const std::function<void(const PowerInterval&)>& tell);
   /// Valid until the next call; `sds` 0: the ends are the mean, in a third of the time. Throws
-  /// Stopped where `stop` is set, after 3 kMost solves at most. Precondition: at most most()
-  /// motions.
-  std::span<const PowerInterval> Of(std::span<const Motion> motions, double sds, StopFlag stop);
+  /// as StopIfAsked, after 3 kMost solves at most. Precondition: at most most() motions.
+  std::span<const PowerInterval> Of(std::span<const Motion> motions, double sds,
+                                    const StopWhen& stop);
 
  private:
   Solver* solver_;
+  std::vector<Motion> asked_;  // of ForEach
   std::vector<Motion> room_;
   std::vector<Solution> solutions_;
   std::vector<PowerInterval> powers_;

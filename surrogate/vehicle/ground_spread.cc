@@ -15,7 +15,7 @@ double WorseAt(const Motion& motion, std::size_t end, double share, double sds) 
 
 // From the mean's solution to an end; leaves `out` where that does not balance.
 void GoToEnd(Solver* solver, const Motion& motion, const Solution& mean, std::size_t end,
-             double sds, Solution* out, StopFlag stop) {
+             double sds, Solution* out, const StopWhen& stop) {
   StopIfAsked(stop);
   Motion between = motion;
   Solution from = mean;
@@ -30,7 +30,7 @@ void GoToEnd(Solver* solver, const Motion& motion, const Solution& mean, std::si
 
 void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
-                  StopFlag stop) {
+                  const StopWhen& stop) {
   const std::size_t n = motions.size();
   const std::size_t grounds = sds == 0 ? 1 : 3;  // without a spread both ends are the mean
   for (std::size_t k = 0; k < grounds * n; ++k) {
@@ -56,7 +56,7 @@ void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
 std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds) {
   std::array<Motion, 3> room;
   std::array<Solution, 3> out;
-  SolveSpreads(solver, {&motion, 1}, sds, room, out, nullptr, nullptr);
+  SolveSpreads(solver, {&motion, 1}, sds, room, out, nullptr, {});
   return out;
 }
 

@@ -15,11 +15,11 @@ namespace grouser::vehicle {
 /// solutions of all on the mean one, then of all on the better, then on the worse. An end that a
 /// search from afar does not balance is tried once more from the mean's solution, in steps (of a
 /// twist; of rim speeds no search begins elsewhere). `refine`: then all once more from there.
-/// What is found for a motion does not depend on the others. No allocation. Throws Stopped where
-/// `stop` is set, 3n solves later at most. Precondition: 3n motions of room and 3n solutions.
+/// What is found for a motion does not depend on the others. No allocation. Throws as
+/// StopIfAsked, 3n solves later at most. Precondition: 3n motions of room and 3n solutions.
 void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
-                  StopFlag stop);
+                  const StopWhen& stop);
 /// The same of one motion: on the mean ground [0], the better [1] and the worse one [2].
 std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds);
 

@@ -24,9 +24,9 @@ struct SpeedOptions {
   double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;          ///< of comfort, largest
   double start_m_per_s = 0, end_m_per_s = 0;
   bool trained_only = true;  ///< no faster than what the models' runs cover
-  /// Asked for every solution that is judged; set: what is under way throws Stopped, at most
-  /// SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
-  StopFlag stop = nullptr;
+  /// Asked for every solution that is judged: what is under way throws Stopped or OutOfTime, at
+  /// most SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
+  StopWhen stop = {};
 };
 
 /// Throws std::invalid_argument "FIELD: expected X" unless `good`.
@@ -120,6 +120,9 @@ class SpeedPlanner {
   /// `least` is. Throws as ProbabilityByDraws.
   void KeepGoing(const Motion& motion, const SpeedOptions& options, std::span<std::uint8_t> least,
                  std::span<std::uint8_t> most);
+  /// The same of motions one after the other, up to the first after which no draw is left.
+  void KeepGoing(std::span<const Motion> motions, const SpeedOptions& options,
+                 std::span<std::uint8_t> least, std::span<std::uint8_t> most);
   /// Share of the draws on which a plan holds at all points with every margin left, all points of
   /// a soil on the same draw; `by_point`: at each (as many as points, or none). The plan is that of
   /// Plan, for the same path and options; a point that does not hold by its speeds alone (a start
@@ -129,6 +132,8 @@ class SpeedPlanner {
                      std::span<const SpeedPoint> plan, std::span<double> by_point);
 
  private:
+  void KeepGoingFrom(const Motion& motion, const Solution& mean, const SpeedOptions& options,
+                     std::span<std::uint8_t> least, std::span<std::uint8_t> most);
   static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                          double acceleration);
   /// What is left to the nearest margin; below 0: exceeded, NaN: not good for another reason.
