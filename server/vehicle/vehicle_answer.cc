@@ -6,10 +6,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <memory>
 #include <span>
 #include <vector>
 
+#include "server/vehicle/call_draws.h"
 #include "server/vehicle/call_vehicle.h"
 #include "server/vehicle/vehicle_check.h"
 #include "surrogate/vehicle/message_checks.h"
@@ -108,36 +108,6 @@ SpeedOptions OptionsOf(const StopWhen& stop, const v1alpha1::PlanSpeedRequest& r
 std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const CallVehicle& v) {
   return Reading([&] { return vehicle::FromMessage(motions, v.described()); });
 }
-
-/// Draws of a vehicle's grounds for one call: those who use them forget them at its end, so that
-/// their memory is given back.
-class CallDraws {
- public:
-  CallDraws(const CallVehicle& v, std::size_t count) {
-    if (count > 0) draws_ = std::make_shared<const GroundDraws>(v.file().grounds, count);
-  }
-  CallDraws(const CallDraws&) = delete;
-  ~CallDraws() {
-    if (solver_ != nullptr) solver_->UseDraws(nullptr);
-    if (planner_ != nullptr) planner_->UseDraws(nullptr);
-  }
-  explicit operator bool() const { return draws_ != nullptr; }
-  void For(Solver* solver) {
-    if (draws_ == nullptr) return;
-    solver_ = solver;
-    solver->UseDraws(draws_);
-  }
-  void For(SpeedPlanner* planner) {
-    if (draws_ == nullptr) return;
-    planner_ = planner;
-    planner->UseDraws(draws_);
-  }
-
- private:
-  std::shared_ptr<const GroundDraws> draws_;
-  Solver* solver_ = nullptr;
-  SpeedPlanner* planner_ = nullptr;
-};
 
 void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const char* field) {
   if (numbers.empty()) {

@@ -62,11 +62,11 @@ grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& con
     Status checked = Check(fleet_, request);
     if (!checked.ok()) return checked;
     refusal = call->Expect(MostAnswerBytes(request));
-    if (refusal.ok() && !queue_.Post(call, work)) {
+    if (refusal.ok() && !queue_.Post(call, work, context.peer())) {
       gate_.records().Refused(Refusal::kQueueFull);
       HintRetry(context);  // not for a request that is too large: that never fits
-      checked = Status::ResourceExhausted(
-          fmt::format("calls: {} wait already, expected fewer", kMostWaiting));
+      checked = Status::ResourceExhausted(fmt::format(
+          "calls: {} wait already, expected fewer of one connection", queue_.waiting()));
     }
     return checked;
   });

@@ -70,9 +70,10 @@ void WritePowers(Solver* solver, std::span<const Motion> motions, double sds,
   // Once more from there, as near to balance as it goes.
   const Effort refine{.warm = true, .goal = 1e-11};
   SolveSpreads(solver, motions, sds, room, solutions, &refine, stop);
+  const std::size_t to_better = sds == 0 ? 0 : n, to_worse = 2 * to_better;
   for (std::size_t i = 0; i < n; ++i) {
-    out[i] = IntervalOf(solver->vehicle(), motions[i], solutions[i], solutions[n + i],
-                        solutions[2 * n + i]);
+    out[i] = IntervalOf(solver->vehicle(), motions[i], solutions[i], solutions[to_better + i],
+                        solutions[to_worse + i]);
   }
 }
 
@@ -88,8 +89,8 @@ PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
 
 PowerBatch::PowerBatch(Solver* solver, std::size_t most)
     : solver_(solver),
-      asked_(std::min(most, kMost)),
-      room_(3 * asked_.size()),
+      asked_(3 * std::min(most, kMost)),
+      room_(asked_.size()),
       solutions_(room_.size()),
       powers_(asked_.size()) {}
 
@@ -98,16 +99,6 @@ std::span<const PowerInterval> PowerBatch::Of(std::span<const Motion> motions, d
   const std::span<PowerInterval> out = std::span(powers_).first(motions.size());
   WritePowers(solver_, motions, sds, room_, solutions_, out, stop);
   return out;
-}
-
-void PowerBatch::ForEach(std::size_t n, double sds, const StopWhen& stop,
-                         const std::function<Motion()>& next,
-                         const std::function<void(const PowerInterval&)>& tell) {
-  for (std::size_t first = 0; first < n; first += most()) {
-    const std::size_t some = std::min(most(), n - first);
-    for (std::size_t k = 0; k < some; ++k) asked_[k] = next();
-    for (const PowerInterval& power : Of(std::span(asked_).first(some), sds, stop)) tell(power);
-  }
 }
 
 void DriveEnergy::Add(const PowerInterval& p, double duration_s) {

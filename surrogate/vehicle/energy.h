@@ -1,7 +1,7 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -42,15 +42,25 @@ PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds = 1.64485
 class PowerBatch {
  public:
   static constexpr std::size_t kMost = 21;  ///< motions of a call: with both ends 63 solves
+  static constexpr std::size_t kMostMeans = 3 * kMost;  ///< without ends
 
-  /// With room for so many motions a call, at most kMost.
+  /// With room for so many motions a call, at most kMost, and without ends three times as many.
   explicit PowerBatch(Solver* solver, std::size_t most = kMost);
-  std::size_t most() const { return powers_.size(); }
-  /// Of n motions: asks for each, and tells of each in the same order. `sds`, `stop` as of Of.
-  void ForEach(std::size_t n, double sds, const StopWhen& stop, const std::function<Motion()>& next,
-               const std::function<void(const PowerInterval&)>& tell);
+  std::size_t MostAt(double sds) const { return sds == 0 ? asked_.size() : asked_.size() / 3; }
+  /// Of n motions: asks for each, next(), and tells of each in the same order, tell(power), a batch
+  /// at a time. `sds`, `stop` as of Of. No allocation.
+  template <class Next, class Tell>
+  void ForEach(std::size_t n, double sds, const StopWhen& stop, const Next& next,
+               const Tell& tell) {
+    for (std::size_t first = 0; first < n; first += MostAt(sds)) {
+      const std::size_t some = std::min(MostAt(sds), n - first);
+      for (std::size_t k = 0; k < some; ++k) asked_[k] = next();
+      for (const PowerInterval& power : Of(std::span(asked_).first(some), sds, stop)) tell(power);
+    }
+  }
   /// Valid until the next call; `sds` 0: the ends are the mean, in a third of the time. Throws
-  /// as StopIfAsked, after 3 kMost solves at most. Precondition: at most most() motions.
+  /// as StopIfAsked, after 3 kMost solves at most. Precondition: at most MostAt(sds)
+  /// motions.
   std::span<const PowerInterval> Of(std::span<const Motion> motions, double sds,
                                     const StopWhen& stop);
 

@@ -50,13 +50,13 @@ void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
     StopIfAsked(stop);
     solver->Solve(asked, found, *refine);
   }
-  for (std::size_t k = grounds * n; k < 3 * n; ++k) out[k] = out[k % n];
 }
 
 std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds) {
   std::array<Motion, 3> room;
   std::array<Solution, 3> out;
   SolveSpreads(solver, {&motion, 1}, sds, room, out, nullptr, {});
+  if (sds == 0) out[1] = out[2] = out[0];
   return out;
 }
 

@@ -16,7 +16,8 @@ namespace grouser::vehicle {
 /// search from afar does not balance is tried once more from the mean's solution, in steps (of a
 /// twist; of rim speeds no search begins elsewhere). `refine`: then all once more from there.
 /// What is found for a motion does not depend on the others. No allocation. Throws as
-/// StopIfAsked, 3n solves later at most. Precondition: 3n motions of room and 3n solutions.
+/// StopIfAsked, 3n solves later at most. Precondition: 3n motions of room and 3n solutions; with
+/// `sds` 0, where the ends are the mean and not written, n.
 void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
                   const StopWhen& stop);

@@ -54,7 +54,7 @@ std::vector<TrajectoryCost> TrajectoryEvaluator::CostsOf(std::span<const std::si
   std::vector<TrajectoryCost> costs(steps.size());
   const std::size_t n = std::accumulate(steps.begin(), steps.end(), std::size_t{0});
   // Of the steps that are asked for and not told of yet, which no two batches have.
-  std::array<double, PowerBatch::kMost> durations;
+  std::array<double, PowerBatch::kMostMeans> durations;
   std::size_t asked = 0, told = 0;
   std::size_t trajectory = 0, step = 0;  // of the next power
   const auto ask = [&] {

@@ -74,12 +74,13 @@ TEST(PowerBatch, IsThatOfEachMotionBitForBit) {
     OnHard other(v, {Spread(0.8), Spread(0.15)});
     const std::vector<Motion> motions = Motions(200, 2);
     PowerBatch batch(on.solver.get());
-    ASSERT_EQ(batch.most(), PowerBatch::kMost);
+    ASSERT_EQ(batch.MostAt(kSds), PowerBatch::kMost);
+    ASSERT_EQ(batch.MostAt(0), PowerBatch::kMostMeans);
     std::size_t balanced = 0, ends = 0;
     for (const double sds : {kSds, 0.0}) {
-      for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
+      for (std::size_t first = 0; first < motions.size(); first += batch.MostAt(sds)) {
         const auto some =
-            std::span(motions).subspan(first, std::min(batch.most(), motions.size() - first));
+            std::span(motions).subspan(first, std::min(batch.MostAt(sds), motions.size() - first));
         const auto powers = batch.Of(some, sds, {});
         ASSERT_EQ(powers.size(), some.size());
         for (std::size_t i = 0; i < some.size(); ++i) {
@@ -98,8 +99,8 @@ TEST(PowerBatch, IsThatOfEachMotionBitForBit) {
 
 TEST(PowerBatch, HasTheRoomThatIsAskedFor) {
   OnHard on(Skid());
-  EXPECT_EQ(PowerBatch(on.solver.get(), 3).most(), 3u);
-  EXPECT_EQ(PowerBatch(on.solver.get(), 3000).most(), PowerBatch::kMost);
+  EXPECT_EQ(PowerBatch(on.solver.get(), 3).MostAt(kSds), 3u);
+  EXPECT_EQ(PowerBatch(on.solver.get(), 3000).MostAt(kSds), PowerBatch::kMost);
   const Motion motion = Motion::OnPath(0.5, 0.2);
   PowerBatch one(on.solver.get(), 1);
   EXPECT_EQ(WhatDiffers(one.Of({&motion, 1}, kSds, {})[0], PowerOf(on.solver.get(), motion, kSds)),
