@@ -135,7 +135,8 @@ class WheelStream:
         """Asks n states; does not wait. Each is to be received."""
         self._check_open()
         if len(self._sent) >= _MOST_UNRECEIVED:
-            raise Error(f"stream: {len(self._sent)} answers are left to receive, expected fewer than {_MOST_UNRECEIVED}")
+            raise Error(f"stream: {len(self._sent)} answers are left to receive, expected fewer than "
+                        f"{_MOST_UNRECEIVED}")
         request, shape = self._query.request(states, self._sequence + 1)
         self._sequence += 1
         self._sent.append((self._sequence, shape))

@@ -68,8 +68,9 @@ TEST(WorkQueue, OneOwnerLeavesAsMuchFreeAsItHas) {
   EXPECT_TRUE(post(6, "three"));
   EXPECT_FALSE(post(7, "two"));
   EXPECT_TRUE(held.queue.Remove(&key[0]) && held.queue.Remove(&key[1]));
-  EXPECT_FALSE(post(0, "two"));
-  EXPECT_TRUE(post(0, "three"));
+  EXPECT_TRUE(post(0, "two"));
+  EXPECT_FALSE(post(1, "two"));
+  EXPECT_TRUE(post(1, "four"));
   held.Release();
 }
 
