@@ -226,16 +226,10 @@ bool VehicleSolver::Solve(const Motions& in, const Solutions& out) noexcept {
 bool VehicleSolver::Energy(const Motions& in, const Powers& out, double sds) noexcept {
   if (parts_ == nullptr || parts_->FaultOf(in, out, sds)) return false;
   Parts& p = *parts_;
-  const std::size_t n = CountOf(in, p.sizes), most = std::min(kChunk, p.powers.most());
-  for (std::size_t first = 0; first < n; first += most) {
-    const std::size_t count = std::min(most, n - first);
-    for (std::size_t k = 0; k < count; ++k) p.motions[k] = MotionOf(in, p.sizes, first + k);
-    std::size_t i = first;
-    for (const vehicle::PowerInterval& power :
-         p.powers.Of(std::span(p.motions).first(count), sds, nullptr)) {
-      Write(power, p.sizes, i++, out);
-    }
-  }
+  std::size_t asked = 0, told = 0;
+  p.powers.ForEach(
+      CountOf(in, p.sizes), sds, {}, [&] { return MotionOf(in, p.sizes, asked++); },
+      [&](const vehicle::PowerInterval& power) { Write(power, p.sizes, told++, out); });
   return true;
 }
 

@@ -20,13 +20,15 @@ struct Difference {
 bool SameBits(double a, double b);
 
 /// Compares arrays of answers state by state. An array that one of the two lacks counts as NaN; see
-/// Comparison::logged_alone.
+/// Comparison::of_lcm.
 struct Comparison {
   /// States to look at, an entry each.
   std::vector<bool> states;
   std::uint32_t ignored_flags = 0;
   bool whole_message = true;  ///< interval level and target, averaging length, too
-  bool logged_alone = false;  ///< not what the logged answer lacks
+  /// What LCM does not carry (velocity, slip.speed_m_per_s, sd_form and measured_* of outputs) is
+  /// not compared where the logged answer lacks it.
+  bool of_lcm = false;
 };
 /// Calls `tell` for each number that differs.
 void CompareBits(const v1alpha1::WheelResponses& logged, const v1alpha1::WheelResponses& now,

@@ -148,7 +148,7 @@ void Replay::Compare(const LoggedQuery& query, const std::string& where) {
     Comparison comparison{states};
     const bool of_lcm = query.transport() == v1alpha1::QUERY_TRANSPORT_LCM;  // which carries less
     comparison.whole_message = !selected && model_.empty() && !of_lcm;
-    comparison.logged_alone = of_lcm;
+    comparison.of_lcm = of_lcm;
     if (selected) comparison.ignored_flags = v1alpha1::STATE_FLAG_TOLERANCE_UNMET;
     CompareBits(logged.responses(), answer.responses(), comparison, tell);
   }

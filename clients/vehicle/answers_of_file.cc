@@ -44,12 +44,10 @@ class FileAnswers final : public VehicleAnswers {
     Solver solver(file_.vehicle, file_.grounds);
     PowerBatch batch(&solver);
     std::vector<PowerInterval> powers;
-    for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
-      const std::size_t count = std::min(batch.most(), motions.size() - first);
-      const auto some =
-          batch.Of(motions.subspan(first, count), SpeedOptions{}.worse_by_sd, nullptr);
-      powers.insert(powers.end(), some.begin(), some.end());
-    }
+    auto next = motions.begin();
+    batch.ForEach(
+        motions.size(), SpeedOptions{}.worse_by_sd, {}, [&] { return *next++; },
+        [&](const PowerInterval& power) { powers.push_back(power); });
     return powers;
   }
   std::vector<TrajectoryCost> Costs(

@@ -60,24 +60,28 @@ class ServerAnswers final : public VehicleAnswers {
       for (std::size_t i = 0; i < count; ++i) {
         powers.push_back(PowerAt(response.powers(), described_, i));
       }
+      if (motions.size() > 1) {  // a drive
+        const std::size_t first = powers.size() - count;
+        AddSpeeds(motions.subspan(first, count), std::span(powers).subspan(first));
+      }
     }
     return powers;
   }
   std::vector<TrajectoryCost> Costs(
       std::span<const std::vector<TrajectoryStep>> trajectories) override {
-    constexpr std::size_t kStepsOfACall = 5000;  // or one trajectory
     std::vector<TrajectoryCost> costs;
     while (costs.size() < trajectories.size()) {
-      auto request = RequestFor<v1alpha1::EvaluateTrajectoriesRequest>();
-      std::size_t steps = 0, count = 0;
-      for (const auto& trajectory : trajectories.subspan(costs.size())) {
-        steps += trajectory.size();
-        if (count > 0 && steps > kStepsOfACall) break;
-        Append(trajectory, request.mutable_trajectories());
-        ++count;
+      const auto rest = trajectories.subspan(costs.size());
+      if (rest.front().size() > kStepsOfACall) {
+        costs.push_back(CostOfALongOne(rest.front()));
+        continue;
       }
-      const auto response = Ask(&VehicleClient::EvaluateTrajectories, request);
-      for (std::size_t k = 0; k < count; ++k) costs.push_back(CostAt(response.costs(), k));
+      std::size_t steps = 0, count = 0;
+      while (count < rest.size() && steps + rest[count].size() <= kStepsOfACall) {
+        steps += rest[count++].size();
+      }
+      const std::vector<TrajectoryCost> more = CostsByOneCall(rest.first(count));
+      costs.insert(costs.end(), more.begin(), more.end());
     }
     return costs;
   }
@@ -132,6 +136,9 @@ class ServerAnswers final : public VehicleAnswers {
  private:
   using VehicleClient = client::VehicleClient;
 
+  /// A twentieth or less of what a server takes, as its limit of time is sooner met on soft soil.
+  static constexpr std::size_t kStepsOfACall = 1000;
+
   /// Of this vehicle with the soils of this call.
   template <class Request>
   Request RequestFor() const {
@@ -139,6 +146,49 @@ class ServerAnswers final : public VehicleAnswers {
     request.set_vehicle(described_.vehicle.name);
     *request.mutable_mixtures() = mixtures_;
     return request;
+  }
+
+  std::vector<TrajectoryCost> CostsByOneCall(
+      std::span<const std::vector<TrajectoryStep>> trajectories) const {
+    auto request = RequestFor<v1alpha1::EvaluateTrajectoriesRequest>();
+    for (const auto& t : trajectories) Append(t, request.mutable_trajectories());
+    Shorten(request.mutable_trajectories());
+    const auto response = Ask(&VehicleClient::EvaluateTrajectories, request);
+    std::vector<TrajectoryCost> costs;
+    for (std::size_t k = 0; k < trajectories.size(); ++k) {
+      costs.push_back(CostAt(response.costs(), k));
+    }
+    return costs;
+  }
+  /// By several calls, its steps as trajectories of one step each, whose costs add up to the bits
+  /// of the whole.
+  TrajectoryCost CostOfALongOne(std::span<const TrajectoryStep> steps) const {
+    TrajectoryCost sum;
+    std::vector<std::vector<TrajectoryStep>> single;
+    int at = 0;
+    for (; !steps.empty(); steps = steps.subspan(single.size())) {
+      single.clear();
+      for (const TrajectoryStep& s : steps.first(std::min(kStepsOfACall, steps.size()))) {
+        single.push_back({s});
+      }
+      for (const TrajectoryCost& cost : CostsByOneCall(single)) sum.Add(at++, cost);
+    }
+    return sum;
+  }
+  /// Speeds of motions whose power is exactly 0, which powers do not say: the ways in one second.
+  void AddSpeeds(std::span<const Motion> motions, std::span<PowerInterval> powers) const {
+    std::vector<std::vector<TrajectoryStep>> steps;
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      if (powers[i].mean.electric != 0 || powers[i].joules_per_metre != 0) continue;
+      steps.push_back({{motions[i], 1}});
+      rows.push_back(i);
+    }
+    if (rows.empty()) return;
+    const std::vector<TrajectoryCost> costs = CostsByOneCall(steps);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      powers[rows[k]].speed_m_per_s = costs[k].energy.metres;
+    }
   }
 
   Solution SolveToGo(const Motion& motion, std::size_t draws, GoProbability* go) const {

@@ -4,7 +4,7 @@
 
 #include "clients/cpp/access_options.h"
 #include "clients/vehicle/answers.h"
-#include "clients/vehicle/motion_log.h"
+#include "clients/vehicle/drives.h"
 #include "clients/vehicle/motion_options.h"
 #include "clients/vehicle/path_file.h"
 #include "clients/vehicle/print.h"
@@ -42,7 +42,9 @@ constexpr const char* kExamples =
     "With --server FILE is the name of a vehicle there; the answers are the same.\n"
     "Exit codes: 0 ok, 1 no solution within every limit, or no answer (a server that is away, has\n"
     "too many calls waiting or takes less at once: RESOURCE_EXHAUSTED), 2 usage, a bad file, or\n"
-    "what a server finds wrong with the call.";
+    "what a server finds wrong with the call. Of energy 1 also where a motion or a row, but the "
+    "last\n"
+    "of a drive with times, has no power at an end of its interval.";
 
 struct Arguments {
   std::string file, path;
@@ -66,10 +68,6 @@ struct Arguments {
     for (const std::string& soil : soils) {
       if (soil.starts_with('{')) answers->AddMixture(soil);
     }
-  }
-  MotionLog ReadDrive(const DescribedVehicle& described, const std::string& drive) const {
-    const std::string& soil = motion.soil;
-    return ReadMotionLog(drive, described.soils, soil.empty() ? 0 : SoilOption(described, soil));
   }
 };
 
@@ -98,38 +96,13 @@ int Energy(const Arguments& a) {
   const Motion motion = a.motion.MotionOf(answers->described());
   const PowerInterval power = answers->Energies({&motion, 1}).front();
   std::cout << (a.json ? JsonOf(vehicle, power) : TextOf(vehicle, power));
-  return ExitCodeOf(power.solution);
+  return AreGood({&power, 1}) ? kOk : kFailed;
 }
 
-/// Of every row of a drive; the sum goes to stderr, or with --json into the object.
-int EnergyOfDrive(const Arguments& a) {
+int EnergyOfDrives(const Arguments& a) {
   const auto answers = a.Open();
   a.AddMixtures(answers.get());
-  const DescribedVehicle& described = answers->described();
-  const MotionLog log = a.ReadDrive(described, a.drives.front());
-  const std::vector<PowerInterval> powers = answers->Energies(log.motions);
-  std::cout << (a.json ? JsonOf(described.vehicle, log, powers) : CsvOf(log, powers));
-  if (!a.json) std::cerr << SumOf(log, powers);
-  const bool all = std::all_of(powers.begin(), powers.end(), [](const PowerInterval& p) {
-    return ExitCodeOf(p.solution) == kOk;
-  });
-  return all ? kOk : kFailed;
-}
-
-/// Of drives to compare, a line each.
-int CompareDrives(const Arguments& a) {
-  const auto answers = a.Open();
-  a.AddMixtures(answers.get());
-  std::vector<std::vector<TrajectoryStep>> trajectories;
-  for (const std::string& drive : a.drives) {
-    trajectories.push_back(StepsOf(drive, a.ReadDrive(answers->described(), drive)));
-  }
-  const std::vector<TrajectoryCost> costs = answers->Costs(trajectories);
-  std::cout << (a.json ? JsonOf(a.drives, costs) : CsvOf(a.drives, costs));
-  const bool all = std::all_of(costs.begin(), costs.end(), [](const TrajectoryCost& c) {
-    return (c.reasons & ~kUntrained) == 0 && c.energy.left_out == 0;
-  });
-  return all ? kOk : kFailed;
+  return PrintEnergies(answers.get(), a.drives, a.motion.soil, a.json) ? kOk : kFailed;
 }
 
 int PlanSpeeds(Arguments a) {
@@ -295,8 +268,7 @@ int main(int argc, char** argv) {
     if (*schema) std::cout << VehicleSchema();
     if (*show) std::cout << TextOf(a.Open()->described());
     if (*grades) return SteepestGrades(a);
-    if (*energy && a.drives.size() > 1) return CompareDrives(a);
-    if (*energy) return a.drives.empty() ? Energy(a) : EnergyOfDrive(a);
+    if (*energy) return a.drives.empty() ? Energy(a) : EnergyOfDrives(a);
     if (*speed) return PlanSpeeds(a);
     if (*constants) return Constants(a);
     if (*list) return List(a);

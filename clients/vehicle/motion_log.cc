@@ -53,6 +53,10 @@ MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>&
         throw yaml::InputError(line.at + "time_s: got " + line.cells[c] +
                                ", expected more than in the line before");
       }
+      if (!log.time_s.empty() && value - log.time_s.back() > kLongestStepS) {
+        throw yaml::InputError(line.at + "time_s: got " + line.cells[c] +
+                               ", expected at most 1e9 s more than in the line before");
+      }
       log.time_s.push_back(value);
     }
     log.motions.push_back(m);

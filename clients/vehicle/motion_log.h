@@ -18,7 +18,8 @@ struct MotionLog {
 /// CSV with a header of speed_m_per_s and, if wanted, time_s, yaw_rate_rad_per_s,
 /// acceleration_m_per_s2, grade_deg, bank_deg (0 where not given), soil (`soil`), in any order.
 /// Lines from '#' on are comments. At most 200,000 rows. Throws InputError "FILE:LINE: COLUMN: got
-/// X, expected Y", also where time does not grow.
+/// X, expected Y", also where time does not grow, or by more than
+/// kLongestStepS.
 MotionLog ReadMotionLog(const std::string& file, const std::vector<std::string>& soils,
                         std::uint8_t soil = 0);
 

@@ -8,6 +8,18 @@ namespace grouser::cli {
 
 using Json = nlohmann::ordered_json;
 
+namespace {
+
+/// As a cell of RFC 4180: quoted where it has a comma, a quote or an end of a line.
+std::string CellOf(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? "\"\"" : std::string(1, c);
+  return cell + "\"";
+}
+
+}  // namespace
+
 std::string CsvOf(std::span<const std::string> drives, std::span<const TrajectoryCost> costs) {
   std::string out =
       "joules,joules_low,joules_high,seconds,metres,rows_left_out,seconds_left_out,reasons,"
@@ -19,7 +31,7 @@ std::string CsvOf(std::span<const std::string> drives, std::span<const Trajector
                        e.joules, e.low, e.high, e.seconds, e.metres, e.left_out, e.left_out_s,
                        vehicle::NamesOf(c.reasons), c.first_step, vehicle::NamesOf(c.first_reasons),
                        c.least_margin, vehicle::NamesOf(c.least_margin_of), c.least_margin_step,
-                       drives[i]);
+                       CellOf(drives[i]));
   }
   return out;
 }
@@ -45,7 +57,8 @@ std::string JsonOf(std::span<const std::string> drives, std::span<const Trajecto
                    {"least_margin_of", vehicle::NamesOf(c.least_margin_of)},
                    {"least_margin_row", row(c.least_margin_step)}});
   }
-  return out.dump(1) + "\n";
+  // A file's name need not be UTF-8.
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace grouser::cli

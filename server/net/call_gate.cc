@@ -119,9 +119,18 @@ grpc::Status UnaryCall::Admit(const google::protobuf::MessageLite& request) {
     return refuse(Refusal::kTooLate, TooLate());
   }
   const auto verdict = gate_.load().Begin(ticket_, context_, request.ByteSizeLong());
-  if (verdict == LoadControl::Verdict::kAdmitted) return grpc::Status::OK;
+  return verdict == LoadControl::Verdict::kAdmitted ? grpc::Status::OK : Refused(verdict);
+}
+
+grpc::Status UnaryCall::Refused(LoadControl::Verdict verdict) {
+  gate_.records().Refused(ReasonOf(verdict));
   HintRetry(context_);
-  return refuse(ReasonOf(verdict), RefusalStatus(verdict));
+  return RefusalStatus(verdict);
+}
+
+grpc::Status UnaryCall::Expect(std::size_t answer_bytes) {
+  const auto verdict = gate_.load().Expect(ticket_, kHeldPerAnswerByte * answer_bytes);
+  return verdict == LoadControl::Verdict::kAdmitted ? grpc::Status::OK : Refused(verdict);
 }
 
 void UnaryCall::FinishWith(const grpc::Status& status,

@@ -82,6 +82,8 @@ class UnaryCall : public grpc::ServerUnaryReactor {
             const google::protobuf::MessageLite& request);
   /// False: the call has been finished, do nothing but return it.
   bool admitted() const { return admitted_; }
+  /// Counts an answer of so many bytes before it is made. Not ok: what to finish the call with.
+  grpc::Status Expect(std::size_t answer_bytes);
   /// Ends an admitted call with an answer.
   void FinishWith(const grpc::Status& status, const google::protobuf::MessageLite& response);
   /// Ends the call without an answer, once, and records it.
@@ -89,6 +91,7 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   void OnDone() final;
 
  private:
+  grpc::Status Refused(LoadControl::Verdict verdict);
   grpc::Status Admit(const google::protobuf::MessageLite& request);
 
   CallGate& gate_;

@@ -59,16 +59,51 @@ LoadControl::Verdict LoadControl::Hold(Ticket& ticket, grpc::CallbackServerConte
   ticket.context_ = &context;
   ticket.connection_ = &*it;
   ticket.bytes_ = bytes;
+  ticket.expected_ = 0;
   return Verdict::kAdmitted;
+}
+
+// Under the lock.
+void LoadControl::Add(Ticket& ticket, std::size_t bytes) {
+  ticket.bytes_ += bytes;
+  ticket.connection_->second.bytes += bytes;
+  bytes_ += bytes;
+}
+void LoadControl::DropExpected(Ticket& ticket) {
+  ticket.bytes_ -= ticket.expected_;
+  ticket.connection_->second.bytes -= ticket.expected_;
+  bytes_ -= ticket.expected_;
+  ticket.expected_ = 0;
+}
+
+LoadControl::Verdict LoadControl::Expect(Ticket& ticket, std::size_t bytes) {
+  if (!ticket.counted() || bytes == 0) return Verdict::kAdmitted;
+  const std::lock_guard lock(mutex_);
+  const std::size_t most = limits_.bytes + (bytes >= kCostlyBytes ? 0 : limits_.bytes / kReserve);
+  const std::size_t room = most - std::min<std::size_t>(most, bytes_);
+  const std::size_t connection = ticket.connection_->second.bytes;
+  Verdict verdict = Verdict::kAdmitted;
+  if (bytes > room && bytes_ > ticket.bytes_) {
+    verdict = Verdict::kNoMemory;
+  } else if (connection > ticket.bytes_ && connection + bytes > room) {
+    verdict = Verdict::kConnectionFull;
+  }
+  if (verdict != Verdict::kAdmitted) {
+    ++refused_;
+    backlog_.Done();
+    return verdict;
+  }
+  Add(ticket, bytes);
+  ticket.expected_ += bytes;
+  return verdict;
 }
 
 void LoadControl::Answer(Ticket& ticket, std::size_t bytes) {
   if (!ticket.counted()) return;
   backlog_.Done();
   const std::lock_guard lock(mutex_);
-  ticket.bytes_ += bytes;
-  ticket.connection_->second.bytes += bytes;
-  bytes_ += bytes;
+  DropExpected(ticket);
+  Add(ticket, bytes);
   ticket.answered_ = Clock::now();
   if (!ticket.is_linked()) answers_.push_back(ticket);
 }
@@ -98,7 +133,7 @@ void LoadControl::CancelStuck(Clock::time_point now) {
 }
 
 std::size_t AnswerBytes(const google::protobuf::MessageLite& answer) {
-  return 2 * answer.ByteSizeLong();
+  return kHeldPerAnswerByte * answer.ByteSizeLong();
 }
 
 grpc::Status RefusalStatus(LoadControl::Verdict verdict) {

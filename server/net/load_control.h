@@ -51,7 +51,7 @@ class LoadControl {
     friend class LoadControl;
     grpc::CallbackServerContext* context_ = nullptr;
     std::pair<const std::string, Connection>* connection_ = nullptr;
-    std::size_t bytes_ = 0;
+    std::size_t bytes_ = 0, expected_ = 0;  // the former with the latter
     Clock::time_point answered_;
   };
 
@@ -68,6 +68,10 @@ class LoadControl {
   Verdict Begin(Ticket& ticket, grpc::CallbackServerContext& context, std::size_t bytes);
   /// The same for memory that no message is in, such as what a stream keeps for the next one.
   Verdict Hold(Ticket& ticket, grpc::CallbackServerContext& context, std::size_t bytes);
+  /// An admitted message's answer will take about so much (AnswerBytes): counted until Answer(),
+  /// which counts what there is instead. Unless admitted nothing is added, and the message ends
+  /// without an answer.
+  Verdict Expect(Ticket& ticket, std::size_t bytes);
   /// The answer goes to gRPC: so many more bytes are held until End(), which `answer` limits. Never
   /// refused: an answer that is there is sent.
   void Answer(Ticket& ticket, std::size_t bytes);
@@ -96,6 +100,9 @@ class LoadControl {
   std::uint64_t cancelled() const { return cancelled_; }  ///< whose clients took no answer
 
  private:
+  void Add(Ticket& ticket, std::size_t bytes);
+  void DropExpected(Ticket& ticket);
+
   std::mutex mutex_;
   Limits limits_;
   std::atomic<std::size_t> tight_bytes_{SIZE_MAX};
@@ -108,6 +115,7 @@ class LoadControl {
 };
 
 /// What an answer holds until gRPC is done with it: itself, and its bytes as they are sent.
+inline constexpr std::size_t kHeldPerAnswerByte = 2;
 std::size_t AnswerBytes(const google::protobuf::MessageLite& answer);
 
 /// The status of what was not admitted, and the hint for unary calls and the ends of streams:

@@ -6,12 +6,14 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <memory>
 #include <span>
 #include <vector>
 
+#include "server/vehicle/call_draws.h"
 #include "server/vehicle/call_vehicle.h"
 #include "server/vehicle/vehicle_check.h"
+#include "surrogate/vehicle/message_checks.h"
+#include "surrogate/vehicle/solve_all.h"
 #include "surrogate/vehicle/stop.h"
 #include "surrogate/vehicle/trajectory_messages.h"
 
@@ -58,7 +60,8 @@ Mixtures MixturesOf(const Request& request) {
   }
 }
 
-/// Finds the vehicle, has `fill` make the response and says how long that took.
+/// Finds the vehicle, has `fill` make the response within the call's time and says how long that
+/// took.
 template <class Request, class Response, class Fill>
 Status Timed(const VehicleContext& context, const Request& request, Response* response,
              const Fill& fill) {
@@ -66,7 +69,16 @@ Status Timed(const VehicleContext& context, const Request& request, Response* re
     const auto start = std::chrono::steady_clock::now();
     const ServedVehicle* served = nullptr;
     if (Status status = context.fleet.Find(request.vehicle(), &served); !status.ok()) return status;
-    fill(CallVehicle(*served, MixturesOf(request), context.bench));
+    try {
+      const StopWhen stop(&context.cancelled, context.limit);
+      fill(CallVehicle(*served, MixturesOf(request), context.bench), stop);
+    } catch (const OutOfTime&) {
+      response->Clear();
+      return Status::ResourceExhausted(fmt::format(
+          "work: more than {:g} s of processor time, expected less in one call; ask for fewer "
+          "motions, steps, points, draws or constants in each of several calls",
+          std::chrono::duration<double>(context.limit).count()));
+    }
     const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - start;
     response->mutable_latency()->set_seconds(spent.count() / 1'000'000'000);
     response->mutable_latency()->set_nanos(static_cast<int>(spent.count() % 1'000'000'000));
@@ -74,15 +86,15 @@ Status Timed(const VehicleContext& context, const Request& request, Response* re
   });
 }
 
-SpeedOptions MarginsOf(const VehicleContext& context, const v1alpha1::Margins& margins) {
+SpeedOptions MarginsOf(const StopWhen& stop, const v1alpha1::Margins& margins) {
   SpeedOptions options;
   Reading([&] { vehicle::FromMessage(margins, &options); });
-  options.stop = &context.cancelled;
+  options.stop = stop;
   return options;
 }
 
-SpeedOptions OptionsOf(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& r) {
-  SpeedOptions o = MarginsOf(context, r.margins());
+SpeedOptions OptionsOf(const StopWhen& stop, const v1alpha1::PlanSpeedRequest& r) {
+  SpeedOptions o = MarginsOf(stop, r.margins());
   o.speed_limit_m_per_s = PositiveOr(true, r.speed_limit_m_per_s(), 0, "speed_limit_m_per_s");
   o.worse_by_sd = FiniteOr(r.has_worse_by_sd(), r.worse_by_sd(), o.worse_by_sd, "worse_by_sd");
   o.acceleration_m_per_s2 = PositiveOr(r.has_acceleration_m_per_s2(), r.acceleration_m_per_s2(),
@@ -98,45 +110,11 @@ std::vector<Motion> MotionsOf(const v1alpha1::Motions& motions, const CallVehicl
   return Reading([&] { return vehicle::FromMessage(motions, v.described()); });
 }
 
-/// Draws of a vehicle's grounds for one call: those who use them forget them at its end, so that
-/// their memory is given back.
-class CallDraws {
- public:
-  CallDraws(const CallVehicle& v, std::size_t count) {
-    if (count > 0) draws_ = std::make_shared<const GroundDraws>(v.file().grounds, count);
-  }
-  CallDraws(const CallDraws&) = delete;
-  ~CallDraws() {
-    if (solver_ != nullptr) solver_->UseDraws(nullptr);
-    if (planner_ != nullptr) planner_->UseDraws(nullptr);
-  }
-  explicit operator bool() const { return draws_ != nullptr; }
-  void For(Solver* solver) {
-    if (draws_ == nullptr) return;
-    solver_ = solver;
-    solver->UseDraws(draws_);
-  }
-  void For(SpeedPlanner* planner) {
-    if (draws_ == nullptr) return;
-    planner_ = planner;
-    planner->UseDraws(draws_);
-  }
-
- private:
-  std::shared_ptr<const GroundDraws> draws_;
-  Solver* solver_ = nullptr;
-  SpeedPlanner* planner_ = nullptr;
-};
-
 void CheckAbove0(const google::protobuf::RepeatedField<double>& numbers, const char* field) {
   if (numbers.empty()) {
     throw StatusError(StatusCode::kInvalidArgument, fmt::format("{}: none, expected one", field));
   }
-  for (int i = 0; i < numbers.size(); ++i) {
-    if (!(numbers[i] > 0) || !std::isfinite(numbers[i])) {
-      Refuse(fmt::format("{}[{}]", field, i), numbers[i], "a finite number above 0");
-    }
-  }
+  Reading([&] { vehicle::CheckAbove0(field, numbers); });
 }
 
 /// Of each trajectory: the shares of the draws on which it goes at all steps.
@@ -146,12 +124,13 @@ void AddRisks(const CallVehicle& v, TrajectoryReader* trajectories, std::size_t 
   SpeedPlanner* planner = v.Planner(1);
   draws.For(planner);
   std::vector<std::uint8_t> least(count), most(count);
+  std::vector<Motion> motions;
   for (const std::size_t steps : trajectories->steps()) {
     std::fill(least.begin(), least.end(), 1);
     std::fill(most.begin(), most.end(), 1);
-    for (std::size_t j = 0; j < steps; ++j) {
-      planner->KeepGoing(trajectories->Next().motion, options, least, most);
-    }
+    motions.resize(steps);
+    for (Motion& motion : motions) motion = trajectories->Next().motion;
+    planner->KeepGoing(motions, options, least, most);
     response->add_go_probability_least(ShareOf(least));
     response->add_go_probability_most(ShareOf(most));
   }
@@ -165,8 +144,8 @@ std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& nu
 
 Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& request,
               v1alpha1::SolveResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
-    const SpeedOptions options = MarginsOf(context, request.margins());
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
+    const SpeedOptions options = MarginsOf(stop, request.margins());
     const std::vector<Motion> motions = MotionsOf(request.motions(), v);
     std::array<Solution, kChunk> solutions;
     CallDraws draws(v, request.draws());
@@ -174,8 +153,8 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
     draws.For(solver);
     for (std::size_t first = 0; first < motions.size(); first += kChunk) {
       const std::size_t count = std::min(kChunk, motions.size() - first);
-      vehicle::StopIfAsked(options.stop);
-      solver->Solve(std::span(motions).subspan(first, count), std::span(solutions).first(count));
+      vehicle::SolveAll(solver, std::span(motions).subspan(first, count),
+                        std::span(solutions).first(count), stop);
       for (std::size_t k = 0; k < count; ++k) {
         Append(solutions[k], v.described(), response->mutable_solutions());
       }
@@ -194,26 +173,25 @@ Status Answer(const VehicleContext& context, const v1alpha1::SolveRequest& reque
 
 Status Answer(const VehicleContext& context, const v1alpha1::EnergyRequest& request,
               v1alpha1::EnergyResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
     const double sds = SdsOf(request);
     const std::vector<Motion> motions = MotionsOf(request.motions(), v);
     PowerBatch batch(v.solver(), motions.size());
-    for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
-      const std::size_t count = std::min(batch.most(), motions.size() - first);
-      for (const PowerInterval& power :
-           batch.Of(std::span(motions).subspan(first, count), sds, &context.cancelled)) {
-        Append(power, v.described(), response->mutable_powers());
-      }
-    }
+    auto next = motions.begin();
+    batch.ForEach(
+        motions.size(), sds, stop, [&] { return *next++; },
+        [&](const PowerInterval& power) {
+          Append(power, v.described(), response->mutable_powers());
+        });
   });
 }
 
 Status Answer(const VehicleContext& context, const v1alpha1::EvaluateTrajectoriesRequest& request,
               v1alpha1::EvaluateTrajectoriesResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
     const double sds = SdsOf(request);
     const double worse_by_sd = FiniteOr(true, request.worse_by_sd(), 0, "worse_by_sd");
-    const SpeedOptions options = MarginsOf(context, request.margins());
+    const SpeedOptions options = MarginsOf(stop, request.margins());
     TrajectoryReader reader = Reading(
         [&] { return TrajectoryReader(request.trajectories(), v.described(), worse_by_sd); });
     TrajectoryReader again = reader;
@@ -223,7 +201,7 @@ Status Answer(const VehicleContext& context, const v1alpha1::EvaluateTrajectorie
     }
     TrajectoryEvaluator evaluator(v.solver());
     for (const TrajectoryCost& cost : evaluator.CostsOf(
-             reader.steps(), [&] { return reader.Next(); }, sds, options.stop, tell)) {
+             reader.steps(), [&] { return reader.Next(); }, sds, stop, tell)) {
       Append(cost, response->mutable_costs());
     }
     if (request.draws() > 0) AddRisks(v, &again, request.draws(), options, response);
@@ -232,8 +210,8 @@ Status Answer(const VehicleContext& context, const v1alpha1::EvaluateTrajectorie
 
 Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& request,
               v1alpha1::PlanSpeedResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
-    const SpeedOptions options = OptionsOf(context, request);
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
+    const SpeedOptions options = OptionsOf(stop, request);
     const std::vector<PathPoint> path =
         Reading([&] { return vehicle::FromMessage(request.path(), v.described()); });
     std::vector<SpeedPoint> plan(path.size());
@@ -252,8 +230,8 @@ Status Answer(const VehicleContext& context, const v1alpha1::PlanSpeedRequest& r
 
 Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& request,
               v1alpha1::GradesResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
-    SpeedOptions options = MarginsOf(context, request.margins());
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
+    SpeedOptions options = MarginsOf(stop, request.margins());
     options.worse_by_sd = FiniteOr(request.has_worse_by_sd(), request.worse_by_sd(),
                                    options.worse_by_sd, "worse_by_sd");
     const double speed = FiniteOr(true, request.speed_m_per_s(), 0, "speed_m_per_s");
@@ -276,7 +254,7 @@ Status Answer(const VehicleContext& context, const v1alpha1::GradesRequest& requ
 
 Status Answer(const VehicleContext& context, const v1alpha1::ConstantsRequest& request,
               v1alpha1::ConstantsResponse* response) {
-  return Timed(context, request, response, [&](const CallVehicle& v) {
+  return Timed(context, request, response, [&](const CallVehicle& v, const StopWhen& stop) {
     if (v.file().vehicle.steered()) {
       throw StatusError(StatusCode::kFailedPrecondition,
                         "vehicle: steered wheels, expected a skid-steered vehicle");
@@ -285,7 +263,7 @@ Status Answer(const VehicleContext& context, const v1alpha1::ConstantsRequest& r
     CheckAbove0(request.radii_m(), "radii_m");
     for (const SkidConstants& c :
          ConstantsOf(v.file().vehicle, v.file().grounds, SpanOf(request.speeds_m_per_s()),
-                     SpanOf(request.radii_m()), &context.cancelled)) {
+                     SpanOf(request.radii_m()), stop)) {
       vehicle::ToMessage(c, response->add_constants());
     }
   });

@@ -109,7 +109,22 @@ Status Check(const Fleet& fleet, const v1alpha1::EvaluateTrajectoriesRequest& re
     AtMost("trajectories.soils", static_cast<std::size_t>(trajectories.soils_size()),
            kMaxSoilNames);
     vehicle::CheckSizes(trajectories);
+    if (const std::size_t bytes = MostAnswerBytes(request); bytes > kMaxAnswerBytes) {
+      throw StatusError(Status::ResourceExhausted(
+          fmt::format("with_steps and draws: an answer of up to {} bytes, at most {} in one "
+                      "message; ask for fewer trajectories or steps, or leave one of the two out",
+                      bytes, kMaxAnswerBytes)));
+    }
   });
+}
+std::size_t MostAnswerBytes(const v1alpha1::EvaluateTrajectoriesRequest& request) {
+  // Doubles, and numbers of at most kMaxTrajectorySteps (three bytes; with a sign the same) and
+  // bits of reasons (two).
+  constexpr std::size_t kCost = 8 * 8 + 3 * 3 + 3 * 2, kDraws = 2 * 8, kStep = 7 * 8 + 2;
+  static_assert(vehicle::kBadInput < 1 << 14 && 2 * kMaxTrajectorySteps < 1 << 21);
+  const vehicle::TrajectoryCounts count = vehicle::CountOf(request.trajectories());
+  return count.trajectories * (kCost + (request.draws() > 0 ? kDraws : 0)) +
+         (request.with_steps() ? count.steps * kStep : 0);
 }
 
 Status Check(const Fleet& fleet, const v1alpha1::PlanSpeedRequest& request) {

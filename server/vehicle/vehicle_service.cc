@@ -57,18 +57,21 @@ grpc::ServerUnaryReactor* VehicleService::Later(grpc::CallbackServerContext& con
     const Status status = Answer({fleet_, bench, call->cancelled()}, request, response);
     call->FinishWith(call->cancelled() ? grpc::Status::CANCELLED : ToGrpcStatus(status), *response);
   };
+  grpc::Status refusal;
   const Status status = Guarded([&] {
     Status checked = Check(fleet_, request);
-    if (checked.ok() && !queue_.Post(call, work)) {
+    if (!checked.ok()) return checked;
+    refusal = call->Expect(MostAnswerBytes(request));
+    if (refusal.ok() && !queue_.Post(call, work, context.peer())) {
       gate_.records().Refused(Refusal::kQueueFull);
       HintRetry(context);  // not for a request that is too large: that never fits
-      checked = Status::ResourceExhausted(
-          fmt::format("calls: {} wait already, expected fewer", kMostWaiting));
+      checked = Status::ResourceExhausted(fmt::format(
+          "calls: {} wait already, expected fewer of one connection", queue_.waiting()));
     }
     return checked;
   });
-  if (status.ok()) return call;
-  call->Finish(ToGrpcStatus(status));
+  if (status.ok() && refusal.ok()) return call;
+  call->Finish(status.ok() ? refusal : ToGrpcStatus(status));
   return call;
 }
 

@@ -15,9 +15,12 @@ namespace grouser::server {
 /// grouser.v1alpha1.VehicleService. Lists are answered on gRPC's threads; all else on `threads`
 /// threads of its own, 5 nicer than the others, so that wheel queries are not queued behind plans.
 /// Requests are checked (see vehicle_check.h) before they wait. At most kMostWaiting calls wait, in
-/// 128 MiB; further ones get RESOURCE_EXHAUSTED. A call that is cancelled (its deadline and the
+/// 128 MiB, of one connection at most as many as leave as many places free; further ones get
+/// RESOURCE_EXHAUSTED. A call that is cancelled (its deadline and the
 /// server's end among the reasons) gives its place up at once, and its work ends at the next round
-/// of solves. `fleet` and `gate` must outlive the service.
+/// of solves; so does work of more than kMostCallTime, with RESOURCE_EXHAUSTED. Answers that are
+/// large beside their requests are counted before they are made. `fleet` and `gate` must outlive
+/// the service.
 class VehicleService final : public v1alpha1::VehicleService::CallbackService {
  public:
   static constexpr std::size_t kMostWaiting = 64;

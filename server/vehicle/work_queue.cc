@@ -46,11 +46,14 @@ void WorkQueue::End() {
   some_.notify_all();
 }
 
-bool WorkQueue::Post(const void* key, Work work) {
+bool WorkQueue::Post(const void* key, Work work, const std::string& owner) {
   {
     const std::lock_guard lock(mutex_);
     if (ends_ || waiting_.size() >= most_waiting_) return false;
-    waiting_.push_back({key, std::move(work)});
+    const auto own = static_cast<std::size_t>(std::count_if(
+        waiting_.begin(), waiting_.end(), [&owner](const Entry& e) { return e.owner == owner; }));
+    if (!owner.empty() && own + 1 > most_waiting_ - waiting_.size()) return false;
+    waiting_.push_back({key, std::move(work), owner});
   }
   some_.notify_one();
   return true;

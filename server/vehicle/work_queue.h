@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -23,8 +24,9 @@ class WorkQueue {
   ~WorkQueue();
 
   /// False: too much waits already, or the queue ends; `work` is not done then. `key` is what
-  /// Remove finds it by.
-  bool Post(const void* key, Work work);
+  /// Remove finds it by. Of one `owner` no more may wait than leaves as many places free, so that
+  /// one alone has half of them; empty: of nobody, which has no such share.
+  bool Post(const void* key, Work work, const std::string& owner = {});
   /// Takes work out that has not begun. False: there is none with this key; it was begun, or done.
   bool Remove(const void* key);
   /// How much waits now.
@@ -34,6 +36,7 @@ class WorkQueue {
   struct Entry {
     const void* key;
     Work work;
+    std::string owner;
   };
 
   void End();

@@ -25,7 +25,7 @@ double SideOf(const Vehicle& v, int drive) {
 }
 
 // Largest acceleration that balances on the level, over g.
-double PullOf(Solver* solver, Motion motion, StopFlag stop) {
+double PullOf(Solver* solver, Motion motion, const StopWhen& stop) {
   const double g = solver->vehicle().gravity_m_per_s2;
   double low = 0, high = 2;
   for (int i = 0; i < 20; ++i) {
@@ -100,7 +100,7 @@ void CheckConstants(const Vehicle& v, const Grounds& grounds, std::span<const do
 
 std::vector<SkidConstants> ConstantsOf(const Vehicle& v, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop,
+                                       std::span<const double> radii, const StopWhen& stop,
                                        std::span<const std::uint8_t> soils) {
   CheckConstants(v, grounds, speeds, radii, soils);
   Solver solver(v, grounds);

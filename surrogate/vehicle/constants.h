@@ -35,7 +35,7 @@ struct SkidConstants {
 /// after `stop` was set.
 std::vector<SkidConstants> ConstantsOf(const Vehicle& vehicle, const Grounds& grounds,
                                        std::span<const double> speeds,
-                                       std::span<const double> radii, StopFlag stop = nullptr,
+                                       std::span<const double> radii, const StopWhen& stop = {},
                                        std::span<const std::uint8_t> soils = {});
 
 /// As YAML for ros2_control's diff_drive_controller, a document a soil, speed and radius.

@@ -1,8 +1,10 @@
 // Probabilities by coherent draws.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
+#include "surrogate/vehicle/solve_all.h"
 #include "surrogate/vehicle/speed_plan.h"
 
 namespace grouser::vehicle {
@@ -23,22 +25,45 @@ void SpeedPlanner::UseDraws(std::shared_ptr<const GroundDraws> draws) {
   draws_ = std::move(draws);
 }
 
-// From the mean ground's solution, and where that finds nothing with all starts.
 void SpeedPlanner::KeepGoing(const Motion& motion, const SpeedOptions& o,
                              std::span<std::uint8_t> least, std::span<std::uint8_t> most) {
+  KeepGoing({&motion, 1}, o, least, most);
+}
+
+void SpeedPlanner::KeepGoing(std::span<const Motion> motions, const SpeedOptions& o,
+                             std::span<std::uint8_t> least, std::span<std::uint8_t> most) {
   Need(draws_ != nullptr, "draws", "some (UseDraws)");
+  constexpr std::size_t kSideBySide = 16;
+  std::array<Motion, kSideBySide> means;
+  std::array<Solution, kSideBySide> solutions;
+  const auto none_is_left = [most] {
+    return std::none_of(most.begin(), most.end(), [](std::uint8_t goes) { return goes != 0; });
+  };
+  for (std::size_t first = 0; first < motions.size(); first += kSideBySide) {
+    const std::size_t some = std::min(kSideBySide, motions.size() - first);
+    for (std::size_t k = 0; k < some; ++k) {
+      means[k] = motions[first + k];
+      means[k].worse_by_sd = 0;
+      means[k].draw = Motion::kMeanGround;
+    }
+    if (none_is_left()) return;
+    SolveAll(&solver_, std::span(means).first(some), std::span(solutions).first(some), o.stop);
+    for (std::size_t k = 0; k < some; ++k) {
+      if (none_is_left()) return;
+      KeepGoingFrom(means[k], solutions[k], o, least, most);
+    }
+  }
+}
+
+// From the mean ground's solution, and where that finds nothing with all starts.
+void SpeedPlanner::KeepGoingFrom(const Motion& motion, const Solution& mean, const SpeedOptions& o,
+                                 std::span<std::uint8_t> least, std::span<std::uint8_t> most) {
   constexpr Effort kWarm{.warm = true, .attempts = 5};
-  Motion m = motion;
-  m.worse_by_sd = 0;
-  m.draw = Motion::kMeanGround;
-  Solution mean;
-  StopIfAsked(o.stop);
-  solver_.Solve({&m, 1}, {&mean, 1});
   for (std::size_t next = 0; next < most.size();) {
     std::size_t some = 0;
     for (; next < most.size() && some < kMostSolvesToStop; ++next) {
       if (most[next] == 0) continue;
-      drawn_motions_[some] = m;
+      drawn_motions_[some] = motion;
       drawn_motions_[some].draw = static_cast<int>(next);
       drawn_[some++] = mean;
     }

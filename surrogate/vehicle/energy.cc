@@ -36,6 +36,11 @@ Power PowerOf(const Vehicle& v, const Motion& m, const Solution& s) noexcept {
   return p;
 }
 
+double SpeedOf(double watts, double joules_per_metre, double otherwise) noexcept {
+  const double speed = watts / joules_per_metre;
+  return std::isfinite(speed) ? speed : otherwise;
+}
+
 namespace {
 
 PowerInterval IntervalOf(const Vehicle& v, const Motion& motion, const Solution& mean,
@@ -48,24 +53,27 @@ PowerInterval IntervalOf(const Vehicle& v, const Motion& motion, const Solution&
   std::tie(out.electric_low, out.electric_high) = EndsOf(electric(better), electric(worse));
   const double speed = std::hypot(mean.v_x_m_per_s - mean.yaw_rate_rad_per_s * v.centre_y_m,
                                   mean.v_y_m_per_s + mean.yaw_rate_rad_per_s * v.centre_x_m);
-  const double per = speed > 1e-9 ? 1 / speed : kNaN;
+  const bool moves = speed > 1e-9;
+  const double per = moves ? 1 / speed : kNaN;
   out.joules_per_metre = out.mean.electric * per;
   out.low = out.electric_low * per;
   out.high = out.electric_high * per;
+  out.speed_m_per_s = SpeedOf(out.mean.electric, out.joules_per_metre, moves ? speed : 0);
   return out;
 }
 
 // `room` and `solutions` as of SolveSpreads.
 void WritePowers(Solver* solver, std::span<const Motion> motions, double sds,
                  std::span<Motion> room, std::span<Solution> solutions,
-                 std::span<PowerInterval> out, StopFlag stop) {
+                 std::span<PowerInterval> out, const StopWhen& stop) {
   const std::size_t n = motions.size();
   // Once more from there, as near to balance as it goes.
   const Effort refine{.warm = true, .goal = 1e-11};
   SolveSpreads(solver, motions, sds, room, solutions, &refine, stop);
+  const std::size_t to_better = sds == 0 ? 0 : n, to_worse = 2 * to_better;
   for (std::size_t i = 0; i < n; ++i) {
-    out[i] = IntervalOf(solver->vehicle(), motions[i], solutions[i], solutions[n + i],
-                        solutions[2 * n + i]);
+    out[i] = IntervalOf(solver->vehicle(), motions[i], solutions[i], solutions[to_better + i],
+                        solutions[to_worse + i]);
   }
 }
 
@@ -75,18 +83,19 @@ PowerInterval PowerOf(Solver* solver, const Motion& motion, double sds) {
   std::array<Motion, 3> room;
   std::array<Solution, 3> solutions;
   PowerInterval out;
-  WritePowers(solver, {&motion, 1}, sds, room, solutions, {&out, 1}, nullptr);
+  WritePowers(solver, {&motion, 1}, sds, room, solutions, {&out, 1}, {});
   return out;
 }
 
 PowerBatch::PowerBatch(Solver* solver, std::size_t most)
     : solver_(solver),
-      room_(3 * std::min(most, kMost)),
+      asked_(3 * std::min(most, kMost)),
+      room_(asked_.size()),
       solutions_(room_.size()),
-      powers_(room_.size() / 3) {}
+      powers_(asked_.size()) {}
 
 std::span<const PowerInterval> PowerBatch::Of(std::span<const Motion> motions, double sds,
-                                              StopFlag stop) {
+                                              const StopWhen& stop) {
   const std::span<PowerInterval> out = std::span(powers_).first(motions.size());
   WritePowers(solver_, motions, sds, room_, solutions_, out, stop);
   return out;
@@ -104,9 +113,7 @@ void DriveEnergy::Add(const PowerInterval& p, double duration_s) {
   low += p.electric_low * duration_s;
   high += p.electric_high * duration_s;
   seconds += duration_s;
-  // Of the centre of gravity, as J/m are.
-  const double speed = p.mean.electric / p.joules_per_metre;
-  if (std::isfinite(speed)) metres += speed * duration_s;
+  metres += p.speed_m_per_s * duration_s;
 }
 
 }  // namespace grouser::vehicle

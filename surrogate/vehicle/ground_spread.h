@@ -18,7 +18,7 @@ namespace grouser::vehicle {
 /// motions of room and 3n solutions.
 void SolveSpreads(Solver* solver, std::span<const Motion> motions, double sds,
                   std::span<Motion> room, std::span<Solution> out, const Effort* refine,
-                  StopFlag stop);
+                  const StopWhen& stop);
 /// The same of one motion: on the mean ground [0], the better [1] and the worse one [2].
 std::array<Solution, 3> SolveSpread(Solver* solver, const Motion& motion, double sds);
 

@@ -41,6 +41,14 @@ inline void CheckFinite(const std::string& field, const Numbers& numbers) {
   }
 }
 
+inline void CheckAbove0(const std::string& field, const Numbers& numbers) {
+  for (int i = 0; i < numbers.size(); ++i) {
+    if (!(numbers[i] > 0) || !std::isfinite(numbers[i])) {
+      Refuse(EntryName(field, i), std::to_string(numbers[i]), "a finite number above 0");
+    }
+  }
+}
+
 /// Entry i of an answer. Refuses one that is too short.
 template <class Values>
 auto Entry(const Values& values, std::size_t i) {

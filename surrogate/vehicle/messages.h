@@ -39,7 +39,8 @@ void Append(const Motion& motion, const DescribedVehicle& vehicle, v1alpha1::Mot
 
 void Append(const Solution& solution, const DescribedVehicle& vehicle, v1alpha1::Solutions* to);
 void Append(const PowerInterval& power, const DescribedVehicle& vehicle, v1alpha1::Powers* to);
-/// Entry i. Throws std::invalid_argument where an array is too short.
+/// Entry i. Throws std::invalid_argument where an array is too short. A power of exactly 0 says no
+/// speed, which is 0 then.
 Solution SolutionAt(const v1alpha1::Solutions& from, const DescribedVehicle& vehicle,
                     std::size_t i);
 PowerInterval PowerAt(const v1alpha1::Powers& from, const DescribedVehicle& vehicle, std::size_t i);

@@ -202,6 +202,7 @@ PowerInterval PowerAt(const v1alpha1::Powers& from, const DescribedVehicle& vehi
   p.solution.balanced = p.solution.residual <= Solution::kTolerance;
   ReadAll(from, i, kPowerFields, kPowerArrays, &p.mean);
   ReadAll(from, i, kIntervalFields, kIntervalArrays, &p);
+  p.speed_m_per_s = SpeedOf(p.mean.electric, p.joules_per_metre, 0);
   const std::size_t wheels = vehicle.vehicle.wheels.size();
   for (std::size_t w = 0; w < wheels; ++w) {
     p.mean.wheel[w] = Entry(from.wheel_shaft_w(), i * wheels + w);

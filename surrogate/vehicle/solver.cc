@@ -241,6 +241,8 @@ void Solver::Solve(std::span<const Motion> motions, std::span<Solution> out,
   }
 }
 
+void Solver::Follow(const Motion& motion, Solution* out) noexcept { work_->Follow(motion, out); }
+
 void Solver::Solve(SolveSource* source) { work_->Run(source, Motion::Given::kTwist); }
 
 const Vehicle& Solver::vehicle() const { return work_->mechanics.vehicle(); }

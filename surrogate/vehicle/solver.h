@@ -209,6 +209,9 @@ class Solver {
     Solve(motions, out, Effort{.warm = warm, .follows = true});
   }
 
+  /// What Effort::follows does to one motion that was solved; one that balances stays as it is.
+  void Follow(const Motion& motion, Solution* out) noexcept;
+
   /// The same for motions of kTwist that come one by one: each of kLanes lanes is asked for its
   /// next as soon as its last is done. What a lane finds does not depend on the others.
   void Solve(SolveSource* source);

@@ -63,6 +63,9 @@ class SpeedPlanner {
   /// `least` is. Throws as ProbabilityByDraws.
   void KeepGoing(const Motion& motion, const SpeedOptions& options, std::span<std::uint8_t> least,
                  std::span<std::uint8_t> most);
+  /// The same of motions one after the other, up to the first after which no draw is left.
+  void KeepGoing(std::span<const Motion> motions, const SpeedOptions& options,
+                 std::span<std::uint8_t> least, std::span<std::uint8_t> most);
   /// Share of the draws on which a plan holds at all points with every margin left, all points of
   /// a soil on the same draw; `by_point`: at each (as many as points, or none). The plan is that of
   /// Plan, for the same path and options; a point that does not hold by its speeds alone (a start
@@ -72,6 +75,8 @@ class SpeedPlanner {
                      std::span<const SpeedPoint> plan, std::span<double> by_point);
 
  private:
+  void KeepGoingFrom(const Motion& motion, const Solution& mean, const SpeedOptions& options,
+                     std::span<std::uint8_t> least, std::span<std::uint8_t> most);
   static Motion MotionAt(const PathPoint& p, const SpeedOptions& options, double speed,
                          double acceleration);
   /// What is left to the nearest margin; below 0: exceeded, NaN: not good for another reason.

@@ -22,9 +22,9 @@ struct SpeedOptions {
   double acceleration_m_per_s2 = 2, braking_m_per_s2 = 2;          ///< of comfort, largest
   double start_m_per_s = 0, end_m_per_s = 0;
   bool trained_only = true;  ///< no faster than what the models' runs cover
-  /// Asked for every solution that is judged; set: what is under way throws Stopped, at most
-  /// SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
-  StopFlag stop = nullptr;
+  /// Asked for every solution that is judged; set: what is under way throws Stopped or OutOfTime,
+  /// at most SpeedPlanner::kMostSolvesToStop solves later. It changes no result.
+  StopWhen stop = {};
 };
 
 /// Throws std::invalid_argument "FIELD: expected X" unless `good`.

@@ -27,29 +27,46 @@ void TrajectoryCost::Add(int step, double lasts_s, const PowerInterval& power) {
   }
 }
 
+void TrajectoryCost::Add(int step, const TrajectoryCost& alone) {
+  duration_s += alone.duration_s;
+  energy.joules += alone.energy.joules;
+  energy.low += alone.energy.low;
+  energy.high += alone.energy.high;
+  energy.seconds += alone.energy.seconds;
+  energy.metres += alone.energy.metres;
+  energy.left_out += alone.energy.left_out;
+  energy.left_out_s += alone.energy.left_out_s;
+  reasons |= alone.reasons;
+  if (alone.reasons != 0 && first_step < 0) {
+    first_step = step;
+    first_reasons = alone.reasons;
+  }
+  if (alone.least_margin_step < 0) return;
+  if (least_margin_step >= 0 && !(alone.least_margin < least_margin)) return;
+  least_margin = alone.least_margin;
+  least_margin_of = alone.least_margin_of;
+  least_margin_step = step;
+}
+
 std::vector<TrajectoryCost> TrajectoryEvaluator::CostsOf(std::span<const std::size_t> steps,
                                                          const Next& next, double sds,
-                                                         StopFlag stop, const Tell& tell) {
+                                                         const StopWhen& stop, const Tell& tell) {
   std::vector<TrajectoryCost> costs(steps.size());
   const std::size_t n = std::accumulate(steps.begin(), steps.end(), std::size_t{0});
-  std::array<Motion, PowerBatch::kMost> motions;
-  std::array<double, PowerBatch::kMost> durations;
+  // Of the steps that are asked for and not told of yet, which no two batches have.
+  std::array<double, PowerBatch::kMostMeans> durations;
+  std::size_t asked = 0, told = 0;
   std::size_t trajectory = 0, step = 0;  // of the next power
-  for (std::size_t first = 0; first < n; first += PowerBatch::kMost) {
-    const std::size_t some = std::min(PowerBatch::kMost, n - first);
-    for (std::size_t k = 0; k < some; ++k) {
-      const TrajectoryStep s = next();
-      motions[k] = s.motion;
-      durations[k] = s.duration_s;
-    }
-    const std::span<const PowerInterval> powers =
-        powers_.Of(std::span(motions).first(some), sds, stop);
-    for (std::size_t k = 0; k < some; ++k) {
-      while (step == steps[trajectory]) ++trajectory, step = 0;
-      costs[trajectory].Add(static_cast<int>(step++), durations[k], powers[k]);
-      if (tell) tell(powers[k]);
-    }
-  }
+  const auto ask = [&] {
+    const TrajectoryStep s = next();
+    durations[asked++ % durations.size()] = s.duration_s;
+    return s.motion;
+  };
+  powers_.ForEach(n, sds, stop, ask, [&](const PowerInterval& power) {
+    while (step == steps[trajectory]) ++trajectory, step = 0;
+    costs[trajectory].Add(static_cast<int>(step++), durations[told++ % durations.size()], power);
+    if (tell) tell(power);
+  });
   return costs;
 }
 

@@ -11,10 +11,13 @@
 
 namespace grouser::vehicle {
 
+/// Durations above it are refused where trajectories and drives are read, so that sums stay finite.
+inline constexpr double kLongestStepS = 1e9;
+
 /// A steady motion and how long it lasts.
 struct TrajectoryStep {
   Motion motion;
-  double duration_s = 0;  ///< above 0
+  double duration_s = 0;  ///< above 0, at most kLongestStepS
 };
 
 /// What a trajectory costs: sums and least values over its steps, each solved by itself as PowerOf
@@ -33,6 +36,8 @@ struct TrajectoryCost {
 
   /// Adds its next step, of this number.
   void Add(int step, double duration_s, const PowerInterval& power);
+  /// The same of its next step's cost as a trajectory of its own: the same bits.
+  void Add(int step, const TrajectoryCost& alone);
 };
 
 /// Costs of trajectories by one solver, whose motions are solved side by side, also those of
@@ -47,10 +52,10 @@ class TrajectoryEvaluator {
   explicit TrajectoryEvaluator(Solver* solver) : powers_(solver) {}
 
   /// Costs of trajectories with so many steps each; `sds`: standard deviations of the ground to
-  /// both ends of the energies, 0: none, in a third of the time. Throws Stopped where `stop` is
-  /// set, at most 64 solves later.
+  /// both ends of the energies, 0: none, in a third of the time. Throws as StopIfAsked, at most
+  /// 64 solves later.
   std::vector<TrajectoryCost> CostsOf(std::span<const std::size_t> steps, const Next& next,
-                                      double sds, StopFlag stop = nullptr, const Tell& tell = {});
+                                      double sds, const StopWhen& stop = {}, const Tell& tell = {});
 
  private:
   PowerBatch powers_;

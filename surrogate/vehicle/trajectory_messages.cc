@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -16,15 +17,22 @@ using v1alpha1::Trajectories;
 struct NumbersOf {
   const char* name;
   const Numbers& (Trajectories::*get)() const;
+  Numbers* (Trajectories::*change)();
 };
-#define GROUSER_NUMBERS(name) \
-  { "trajectories." #name, &Trajectories::name }
 constexpr std::array<NumbersOf, 9> kNumbers = {
-    {GROUSER_NUMBERS(v_x_m_per_s), GROUSER_NUMBERS(yaw_rate_rad_per_s),
-     GROUSER_NUMBERS(curvature_per_m), GROUSER_NUMBERS(duration_s), GROUSER_NUMBERS(length_m),
-     GROUSER_NUMBERS(acceleration_m_per_s2), GROUSER_NUMBERS(yaw_acceleration_rad_per_s2),
-     GROUSER_NUMBERS(grade_rad), GROUSER_NUMBERS(bank_rad)}};
-#undef GROUSER_NUMBERS
+    {{"trajectories.v_x_m_per_s", &Trajectories::v_x_m_per_s, &Trajectories::mutable_v_x_m_per_s},
+     {"trajectories.yaw_rate_rad_per_s", &Trajectories::yaw_rate_rad_per_s,
+      &Trajectories::mutable_yaw_rate_rad_per_s},
+     {"trajectories.curvature_per_m", &Trajectories::curvature_per_m,
+      &Trajectories::mutable_curvature_per_m},
+     {"trajectories.duration_s", &Trajectories::duration_s, &Trajectories::mutable_duration_s},
+     {"trajectories.length_m", &Trajectories::length_m, &Trajectories::mutable_length_m},
+     {"trajectories.acceleration_m_per_s2", &Trajectories::acceleration_m_per_s2,
+      &Trajectories::mutable_acceleration_m_per_s2},
+     {"trajectories.yaw_acceleration_rad_per_s2", &Trajectories::yaw_acceleration_rad_per_s2,
+      &Trajectories::mutable_yaw_acceleration_rad_per_s2},
+     {"trajectories.grade_rad", &Trajectories::grade_rad, &Trajectories::mutable_grade_rad},
+     {"trajectories.bank_rad", &Trajectories::bank_rad, &Trajectories::mutable_bank_rad}}};
 
 void CheckSize(const std::string& field, int size, const TrajectoryCounts& count) {
   const auto entries = static_cast<std::size_t>(size);
@@ -34,12 +42,21 @@ void CheckSize(const std::string& field, int size, const TrajectoryCounts& count
              " (those of the longest), 1 or none");
 }
 
-void CheckAbove0(const std::string& field, const Numbers& numbers) {
-  for (int i = 0; i < numbers.size(); ++i) {
-    if (!(numbers[i] > 0)) {
-      Refuse(EntryName(field, i), std::to_string(numbers[i]), "a finite number above 0");
-    }
+void CheckDurations(const Numbers& durations) {
+  for (int i = 0; i < durations.size(); ++i) {
+    if (durations[i] <= kLongestStepS) continue;
+    Refuse(EntryName("trajectories.duration_s", i), std::to_string(durations[i]),
+           "at most 1e9 seconds");
   }
+}
+
+/// Entries that all have the same bits.
+template <class Array>
+bool Alike(const Array& array) {
+  using Entry = typename Array::value_type;
+  return std::all_of(array.begin(), array.end(), [&array](const Entry& entry) {
+    return std::memcmp(&entry, &array[0], sizeof entry) == 0;
+  });
 }
 
 void CheckTogether(const char* one, const Numbers& a, const char* other, const Numbers& b) {
@@ -81,6 +98,7 @@ TrajectoryReader::TrajectoryReader(const Trajectories& from, const DescribedVehi
   CheckSizes(from);
   for (const NumbersOf& n : kNumbers) CheckFinite(n.name, (from.*n.get)());
   CheckAbove0("trajectories.duration_s", from.duration_s());
+  CheckDurations(from.duration_s());
   CheckAbove0("trajectories.length_m", from.length_m());
   const SoilTable soils("trajectories", from.soils(), vehicle.soils);
   for (int i = 0; i < from.soil_size(); ++i) {
@@ -90,9 +108,10 @@ TrajectoryReader::TrajectoryReader(const Trajectories& from, const DescribedVehi
   n_ = CountOf(from).steps;
   for (; !from.length_m().empty() && all_ < n_; Advance()) {
     const double v_x = At(from.v_x_m_per_s());
-    if (!std::isfinite(DurationOf(v_x))) {
+    if (!(DurationOf(v_x) <= kLongestStepS)) {
       Refuse("trajectories.v_x_m_per_s: at step " + std::to_string(all_) + " of all",
-             std::to_string(v_x), "a speed that takes the step's length_m to its end");
+             std::to_string(v_x),
+             "a speed that takes the step's length_m to its end within 1e9 seconds");
     }
   }
   trajectory_ = step_ = all_ = 0;
@@ -155,6 +174,15 @@ void Append(std::span<const TrajectoryStep> steps, Trajectories* to) {
     to->add_bank_rad(m.bank_rad);
     to->add_soil(m.soil[0]);
   }
+}
+
+void Shorten(Trajectories* trajectories) {
+  for (const NumbersOf& n : kNumbers) {
+    Numbers& numbers = *(trajectories->*n.change)();
+    if (numbers.size() > 1 && Alike(numbers)) numbers.Truncate(1);
+  }
+  auto& soil = *trajectories->mutable_soil();
+  if (soil.size() > 1 && Alike(soil)) soil.Truncate(1);
 }
 
 void Append(const TrajectoryCost& c, v1alpha1::TrajectoryCosts* to) {

@@ -26,8 +26,8 @@ void CheckSizes(const v1alpha1::Trajectories& from);
 class TrajectoryReader {
  public:
   /// Throws std::invalid_argument as CheckSizes, and "trajectories.FIELD[INDEX]: ..." for numbers
-  /// that are not finite, times and lengths that are not above 0, a length without a speed, soils
-  /// that are none. `from` must outlive it.
+  /// that are not finite, times and lengths that are not above 0, durations above kLongestStepS, a
+  /// length without a speed, soils that are none. `from` must outlive it.
   TrajectoryReader(const v1alpha1::Trajectories& from, const DescribedVehicle& vehicle,
                    double worse_by_sd);
 
@@ -53,6 +53,10 @@ class TrajectoryReader {
 /// std::invalid_argument for rim speeds, draws, worse ground and wheels on different soils, which
 /// the message has no room for.
 void Append(std::span<const TrajectoryStep> steps, v1alpha1::Trajectories* to);
+
+/// Leaves one entry of arrays whose entries have the same bits: of all steps. The last thing done
+/// to a message, which is read as before.
+void Shorten(v1alpha1::Trajectories* trajectories);
 
 void Append(const TrajectoryCost& cost, v1alpha1::TrajectoryCosts* to);
 /// Entry i. Throws std::invalid_argument where an array is too short.

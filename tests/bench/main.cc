@@ -91,28 +91,6 @@ void PrintJson(const std::vector<grouser::bench::PlannerRow>& rows) {
   fmt::print("\n]\n");
 }
 
-void PrintTable(const std::vector<grouser::bench::TrajectoryBenchRow>& rows) {
-  fmt::print("{:26} {:>6} {:>12} {:>15} {:>10} {:>14}\n", "way", "calls", "sent bytes",
-             "answered bytes", "p50 ms", "in server ms");
-  for (const auto& r : rows) {
-    fmt::print("{:26} {:>6} {:>12} {:>15} {:>10.2f} {:>14.2f}\n", r.way, r.calls, r.sent_bytes,
-               r.answered_bytes, r.p50_ms, r.server_p50_ms);
-  }
-}
-
-void PrintJson(const std::vector<grouser::bench::TrajectoryBenchRow>& rows) {
-  fmt::print("[");
-  const char* separator = "\n";
-  for (const auto& r : rows) {
-    fmt::print(
-        "{}  {{\"way\": \"{}\", \"calls\": {}, \"sent_bytes\": {}, \"answered_bytes\": {}, "
-        "\"p50_ms\": {:.4f}, \"server_p50_ms\": {:.4f}}}",
-        separator, r.way, r.calls, r.sent_bytes, r.answered_bytes, r.p50_ms, r.server_p50_ms);
-    separator = ",\n";
-  }
-  fmt::print("\n]\n");
-}
-
 void PrintTable(const grouser::bench::OverloadResult& result) {
   fmt::print("{:6} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10} {:>8} {:>8} {:>11} {:>11} {:>8}\n",
              "load", "offered/s", "answered/s", "refused/s", "late/s", "failed/s", "held/s",
@@ -237,19 +215,7 @@ int main(int argc, char** argv) {
       "trajectories",
       "The steps of candidate trajectories asked of a server by Solve, by Energy and as "
       "trajectories, interleaved: bytes and time");
-  trajectories->add_option("--server", ways.server, "grouser-server, HOST:PORT or unix:PATH")
-      ->required();
-  trajectories->add_option("--vehicle", ways.vehicle, "One of its vehicles")->capture_default_str();
-  trajectories->add_option("--trajectories", ways.trajectories, "How many")
-      ->check(CLI::Range(1, 30000))
-      ->capture_default_str();
-  trajectories->add_option("--steps", ways.steps, "Of each; at most 30000 in all")
-      ->check(CLI::Range(1, 30000))
-      ->capture_default_str();
-  trajectories->add_option("--repetitions", ways.repetitions, "Of every row")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  trajectories->add_flag("--json", json, "JSON on stdout");
+  grouser::bench::AddOptions(trajectories, &ways, &json);
   grouser::bench::OverloadOptions load;
   auto* overload = app.add_subcommand(
       "overload",
@@ -303,7 +269,7 @@ int main(int argc, char** argv) {
     }
     if (trajectories->parsed()) {
       const auto rows = grouser::bench::MeasureTrajectories(ways);
-      json ? PrintJson(rows) : PrintTable(rows);
+      json ? grouser::bench::PrintJson(rows) : grouser::bench::PrintTable(rows);
       return 0;
     }
     if (overload->parsed()) {

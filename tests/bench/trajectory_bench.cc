@@ -1,7 +1,9 @@
 #include "tests/bench/trajectory_bench.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/util/time_util.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -131,6 +133,44 @@ std::vector<TrajectoryBenchRow> MeasureTrajectories(const TrajectoryBenchOptions
     ThrowUnlessSame(energy.responses(), each.responses().front());
   }
   return {solve.Row(), energy.Row(), whole.Row(), each.Row(), alone.Row()};
+}
+
+void AddOptions(CLI::App* app, TrajectoryBenchOptions* options, bool* json) {
+  app->add_option("--server", options->server, "grouser-server, HOST:PORT or unix:PATH")
+      ->required();
+  app->add_option("--vehicle", options->vehicle, "One of its vehicles")->capture_default_str();
+  app->add_option("--trajectories", options->trajectories, "How many")
+      ->check(CLI::Range(1, 30000))
+      ->capture_default_str();
+  app->add_option("--steps", options->steps, "Of each; at most 30000 in all")
+      ->check(CLI::Range(1, 30000))
+      ->capture_default_str();
+  app->add_option("--repetitions", options->repetitions, "Of every row")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app->add_flag("--json", *json, "JSON on stdout");
+}
+
+void PrintTable(const std::vector<TrajectoryBenchRow>& rows) {
+  fmt::print("{:26} {:>6} {:>12} {:>15} {:>10} {:>14}\n", "way", "calls", "sent bytes",
+             "answered bytes", "p50 ms", "in server ms");
+  for (const auto& r : rows) {
+    fmt::print("{:26} {:>6} {:>12} {:>15} {:>10.2f} {:>14.2f}\n", r.way, r.calls, r.sent_bytes,
+               r.answered_bytes, r.p50_ms, r.server_p50_ms);
+  }
+}
+
+void PrintJson(const std::vector<TrajectoryBenchRow>& rows) {
+  fmt::print("[");
+  const char* separator = "\n";
+  for (const auto& r : rows) {
+    fmt::print(
+        "{}  {{\"way\": \"{}\", \"calls\": {}, \"sent_bytes\": {}, \"answered_bytes\": {}, "
+        "\"p50_ms\": {:.4f}, \"server_p50_ms\": {:.4f}}}",
+        separator, r.way, r.calls, r.sent_bytes, r.answered_bytes, r.p50_ms, r.server_p50_ms);
+    separator = ",\n";
+  }
+  fmt::print("\n]\n");
 }
 
 }  // namespace grouser::bench

@@ -4,6 +4,10 @@
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}
+
 namespace grouser::bench {
 
 struct TrajectoryBenchOptions {
@@ -25,5 +29,10 @@ struct TrajectoryBenchRow {
 /// Steps' electric powers by Energy and by EvaluateTrajectories have the same bits, or it throws
 /// std::runtime_error. Throws client::ClientError.
 std::vector<TrajectoryBenchRow> MeasureTrajectories(const TrajectoryBenchOptions& options);
+
+void AddOptions(CLI::App* app, TrajectoryBenchOptions* options, bool* json);
+/// For people; for programs.
+void PrintTable(const std::vector<TrajectoryBenchRow>& rows);
+void PrintJson(const std::vector<TrajectoryBenchRow>& rows);
 
 }  // namespace grouser::bench

@@ -25,6 +25,7 @@
 #include "clients/cpp/lcm_response.h"
 #include "clients/cpp/terrain_client.h"
 #include "proto/lcm/group_receiver.h"
+#include "server/query/log/query_log_reader.h"
 #include "tests/integration/query_fixture.h"
 #include "tests/unit/server/temp_dir.h"
 
@@ -258,11 +259,43 @@ TEST_F(QueryLcmTest, AnsweredQueriesAreLoggedAndReplayWithEqualBits) {
     more.insert(more.begin(), log);
     return testing::RunProgram("grouser-replay", more, dir_.path());
   };
+  // Counted without the server, which logs what a replay asks it.
   ASSERT_TRUE(testing::Eventually([&] {
-    return replay({"--server", server.address(), "--allow-cut-tail"}).out.starts_with("3 queries");
+    server::QueryLogReader reader(log);
+    v1alpha1::LoggedQuery query_of_log;
+    int queries = 0;
+    while (reader.Next(&query_of_log)) ++queries;
+    return queries == 3;
   }));
+  const auto by_server = replay({"--server", server.address(), "--allow-cut-tail"});
+  EXPECT_THAT(by_server.out, HasSubstr(", 0 differing"));  // of 3 or, as it reads, more
+  EXPECT_EQ(by_server.code, 0) << by_server.out << by_server.err;
   server.program().Signal(SIGTERM);
   EXPECT_EQ(server.program().Wait(), 0) << server.program().Stderr();
+  // Replay compares no more than a log has: all that a datagram brings must be there.
+  server::QueryLogReader reader(log);
+  v1alpha1::LoggedQuery logged;
+  ASSERT_TRUE(reader.Next(&logged));
+  EXPECT_EQ(logged.transport(), v1alpha1::QUERY_TRANSPORT_LCM);
+  const v1alpha1::WheelResponses& r = logged.response().responses();
+  EXPECT_EQ(r.flags_size(), 64);
+  EXPECT_EQ(r.slip().slip_size(), 64);
+  EXPECT_EQ(r.slip().attack_angle_rad_size(), 64);
+  for (const auto* o : {&r.f_x(), &r.f_y(), &r.f_z(), &r.torque(), &r.m_z(), &r.sinkage()}) {
+    for (const auto* numbers : {&o->value(), &o->sd_fit(), &o->sd_patch(), &o->low(), &o->high()}) {
+      EXPECT_EQ(numbers->size(), 64);
+    }
+  }
+  ASSERT_EQ(r.f_x().measured_low_size(), 64);
+  ASSERT_EQ(r.f_x().measured_high_size(), 64);
+  ASSERT_EQ(r.f_x().sd_form_size(), 64);
+  for (std::size_t i = 0; i < 64; ++i) {
+    const auto at = static_cast<int>(i);
+    const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+    EXPECT_TRUE(same(r.f_x().measured_low(at), measured.f_x.low[i])) << i;
+    EXPECT_TRUE(same(r.f_x().measured_high(at), measured.f_x.high[i])) << i;
+    EXPECT_TRUE(same(r.f_x().sd_form(at), measured.f_x.sd_form[i])) << i;
+  }
   const auto done = replay({"--state", folder.path(), "--shipped", ""});
   EXPECT_EQ(done.code, 0) << done.out << done.err;
   EXPECT_THAT(done.out, HasSubstr(", 0 differing"));

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <functional>
 #include <list>
 #include <thread>
 
@@ -46,17 +47,30 @@ v1alpha1::PlanSpeedRequest Short() {
   return request;
 }
 
+void Begin(v1alpha1::VehicleService::Stub* stub, grpc::ClientContext* context,
+           const v1alpha1::PlanSpeedRequest* request, v1alpha1::PlanSpeedResponse* response,
+           std::function<void(grpc::Status)> done) {
+  stub->async()->PlanSpeed(context, request, response, std::move(done));
+}
+void Begin(v1alpha1::VehicleService::Stub* stub, grpc::ClientContext* context,
+           const v1alpha1::EvaluateTrajectoriesRequest* request,
+           v1alpha1::EvaluateTrajectoriesResponse* response,
+           std::function<void(grpc::Status)> done) {
+  stub->async()->EvaluateTrajectories(context, request, response, std::move(done));
+}
+
 /// A call that goes on beside this thread; cancelled at the end.
-class Pending {
+template <class Request, class Response>
+class Call {
  public:
-  Pending(v1alpha1::VehicleService::Stub* stub, v1alpha1::PlanSpeedRequest request)
-      : request_(std::move(request)) {
-    stub->async()->PlanSpeed(&context_, &request_, &response_, [this](const grpc::Status& status) {
+  Call(v1alpha1::VehicleService::Stub* stub, Request request) : request_(std::move(request)) {
+    Begin(stub, &context_, &request_, &response_, [this](const grpc::Status& status) {
       status_ = status;
+      text_ = status.error_message();
       ended_ = true;
     });
   }
-  ~Pending() {
+  ~Call() {
     Cancel();
     Wait();
   }
@@ -67,15 +81,18 @@ class Pending {
     return status_.error_code();
   }
   bool Refused() { return Ended() && Wait() == grpc::StatusCode::RESOURCE_EXHAUSTED; }
-  const v1alpha1::PlanSpeedResponse& response() const { return response_; }
+  const Response& response() const { return response_; }
+  const std::string& text() const { return text_; }
 
  private:
-  v1alpha1::PlanSpeedRequest request_;
-  v1alpha1::PlanSpeedResponse response_;
+  Request request_;
+  Response response_;
   grpc::ClientContext context_;
   grpc::Status status_;
+  std::string text_;
   std::atomic<bool> ended_{false};
 };
+using Pending = Call<v1alpha1::PlanSpeedRequest, v1alpha1::PlanSpeedResponse>;
 
 class VehicleCancelTest : public ::testing::Test {
  protected:
@@ -135,6 +152,33 @@ TEST_F(VehicleCancelTest, CancelledCallsGiveTheirPlacesUp) {
   for (Pending& p : busy) p.Cancel();
   EXPECT_EQ(honest.back().Wait(), grpc::StatusCode::OK);
   EXPECT_EQ(honest.back().response().plan().holds_size(), 20);
+}
+
+// 40 bytes that ask for megabytes: what waits is counted with its answer.
+TEST_F(VehicleCancelTest, AnswersAreCountedBeforeTheyAreMade) {
+  std::vector<std::string> arguments = Arguments("1");
+  arguments.insert(arguments.end(), {"--memory-budget-mb", "16"});
+  testing::ServerProcess server(dir_.path(), arguments);
+  const auto stub = Stub(server);
+  const Pending busy(stub.get(), Hostile());
+  ASSERT_TRUE(testing::Eventually([&] { return IsBusy(server); }));
+  v1alpha1::EvaluateTrajectoriesRequest request;
+  request.set_vehicle("husky");
+  request.set_with_steps(true);
+  request.mutable_trajectories()->add_steps(30000);
+  request.mutable_trajectories()->add_v_x_m_per_s(0.5);
+  request.mutable_trajectories()->add_duration_s(0.1);
+  std::list<Call<v1alpha1::EvaluateTrajectoriesRequest, v1alpha1::EvaluateTrajectoriesResponse>>
+      large;
+  for (int i = 0; i < 6; ++i) large.emplace_back(stub.get(), request);
+  const auto refused = [&] {
+    return std::count_if(large.begin(), large.end(), [](auto& call) { return call.Refused(); });
+  };
+  // Each takes 3.5 MB of 16.8, and one connection as much as it leaves free: two fit.
+  EXPECT_TRUE(testing::Eventually([&] { return refused() == 4; })) << refused();
+  for (auto& call : large) {
+    if (call.Refused()) EXPECT_EQ(call.text().find("overload: "), 0u) << call.text();
+  }
 }
 
 // A client whose deadline passes costs no place and no time: both threads answer again, and so does

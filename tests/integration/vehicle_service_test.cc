@@ -263,6 +263,15 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       << "time_s,speed_m_per_s,yaw_rate_rad_per_s\n0,0.5,0.3\n1,0.4,0\n3,0,0.5\n4,0,0\n";
   const std::string other = dir_->path() + "/other.csv";
   std::ofstream(other) << "time_s,speed_m_per_s,grade_deg\n0,0.3,3\n2,0.4,-2\n2.5,0.4,40\n4,0,0\n";
+  const std::string day = dir_->path() + "/day.csv";  // more steps than one call takes
+  {
+    std::ofstream rows(day);
+    rows << "time_s,speed_m_per_s,yaw_rate_rad_per_s,grade_deg\n";
+    for (int i = 0; i < 30500; ++i) {
+      rows << 0.5 * i << "," << 0.3 + 0.001 * (i % 300) << "," << 0.01 * (i % 7) << ","
+           << (i == 20000 ? 50 : 0.01 * (i % 100)) << "\n";
+    }
+  }
   const std::string bare_path = dir_->path() + "/bare_path.csv";
   std::ofstream(bare_path) << "s_m,curvature_per_m\n0,0.1\n1,0.3\n2,-0.2\n3,0\n";
   const std::vector<std::vector<std::string>> calls = {
@@ -276,6 +285,7 @@ TEST_F(VehicleServiceTest, CommandLinePrintsTheSameFromAFileAndFromAServer) {
       {"energy", "husky", "--drive", drive, "--soil", "ice", "--json"},
       {"energy", "husky", "--drive", drive, other, "--json"},
       {"energy", "husky", "--soil", "{asphalt: 1, ice: 2}", "--drive", drive, other, drive},
+      {"energy", "husky", "--drive", drive, day, other, "--json"},
       {"solve", "husky", "--soil", "floor", "--speed", "0.3", "--grade-deg", "28", "--draws", "60"},
       {"solve", "cart", "--speed", "2", "--radius", "6", "--draws", "30", "--json"},
       {"climb", "husky", "--json"},

@@ -10,6 +10,7 @@ from typing import Any, Optional, TypeVar
 import grpc
 import numpy as np
 from google.protobuf import duration_pb2
+from google.protobuf.message import DecodeError
 
 from . import arrays, messages
 from ._core import AccuracyRequest, Error
@@ -19,6 +20,8 @@ from .messages import make
 from .v1alpha1 import terrain_service_pb2
 
 T = TypeVar("T", bound="WheelStream")
+
+_MOST_UNRECEIVED = 1000  # queries of a stream
 
 
 @dataclasses.dataclass(eq=False)
@@ -67,11 +70,16 @@ class Query:
 
 
 def _retry_after(detail: Any) -> Optional[float]:
-    """Of a google.rpc.RetryInfo, whose field 1 is a Duration of at most 18 bytes. Read by hand, as protobuf has room
-    for one error_details.proto in a process, and others bring the whole of it."""
-    if detail.TypeName() != "google.rpc.RetryInfo" or detail.value[:1] != b"\n":
+    """Of a google.rpc.RetryInfo, whose field 1 is a Duration of at most 18 bytes; None: of another, or one that is cut
+    off. Read by hand, as protobuf has room for one error_details.proto in a process, and others bring the whole of it.
+    """
+    value = detail.value
+    if detail.TypeName() != "google.rpc.RetryInfo" or value[:1] != b"\n" or len(value) < 2 or len(value) < 2 + value[1]:
         return None
-    return duration_pb2.Duration.FromString(detail.value[2:2 + detail.value[1]]).ToMilliseconds() / 1000
+    try:
+        return duration_pb2.Duration.FromString(value[2:2 + value[1]]).ToMilliseconds() / 1000
+    except DecodeError:
+        return None
 
 
 def _refusal(status: Any) -> ServerError:
@@ -85,7 +93,8 @@ class WheelStream:
     """Wheel queries on one call that stays open, answered in the order in which they were sent: Client.stream.
 
     Not for two threads at once. What the server refuses raises ServerError from the receive() that was to have its
-    answer, and the stream goes on; after any other error it is at its end.
+    answer, and the stream goes on; after any other error it is at its end, and all that is called but close() raises
+    that error. At most 1000 queries may be left to receive.
     """
 
     def __init__(self, connection: Connection, method: Any, query: Query) -> None:
@@ -95,6 +104,7 @@ class WheelStream:
         self._sent: collections.deque[tuple[int, tuple[int, ...]]] = collections.deque()
         self._sequence = 0
         self._closed = False
+        self._end: Optional[Error] = None  # why nothing more is sent or received
         self._call = connection._open(method, iter(self._requests.get, None))
         # An answer is waited for no longer than its limit, which gRPC's own iterator cannot.
         self._reader = threading.Thread(target=self._read, name="grouser-stream", daemon=True)
@@ -108,10 +118,25 @@ class WheelStream:
         except grpc.RpcError as error:
             self._responses.put(error)
 
-    def send(self, states: States) -> None:
-        """Asks n states; does not wait. Each is to be received."""
+    def _ended(self, why: Error) -> Error:
+        """The first reason counts."""
+        self._end = self._end or why
+        self._sent.clear()
+        self._call.cancel()
+        return self._end
+
+    def _check_open(self) -> None:
         if self._closed:
             raise Error("stream: is closed, expected one that is open")
+        if self._end is not None:
+            raise self._end
+
+    def send(self, states: States) -> None:
+        """Asks n states; does not wait. Each is to be received."""
+        self._check_open()
+        if len(self._sent) >= _MOST_UNRECEIVED:
+            raise Error(f"stream: {len(self._sent)} answers are left to receive, expected fewer than "
+                        f"{_MOST_UNRECEIVED}")
         request, shape = self._query.request(states, self._sequence + 1)
         self._sequence += 1
         self._sent.append((self._sequence, shape))
@@ -120,31 +145,33 @@ class WheelStream:
     def receive(self, *, deadline: Optional[float] = None) -> ServedAnswers:
         """The answers to the first states that were sent and not received; deadline: from now, by default the
         client's [s]. One that passes ends the stream."""
+        limit = self._connection._limit(deadline)
+        if self._end is not None:
+            raise self._end
         if not self._sent:
             raise Error("stream: nothing is left to receive, expected send() before")
-        limit = self._connection._limit(deadline)
         until = time.monotonic() + limit
         try:
             got = self._responses.get(timeout=limit)
         except queue.Empty:
-            self._call.cancel()
-            raise ServerError(grpc.StatusCode.DEADLINE_EXCEEDED, f"no answer within {limit:g} s on the stream (server "
-                              f"{self._connection.address})") from None
-        if got is None or isinstance(got, grpc.RpcError):
-            self._responses.put(got)  # also for who asks again
-            if got is None:
-                raise Error(f"stream: the server {self._connection.address} has ended it")
-            raise self._connection._error_of(got, until)
+            raise self._ended(ServerError(
+                grpc.StatusCode.DEADLINE_EXCEEDED,
+                f"no answer within {limit:g} s on the stream (server {self._connection.address})")) from None
+        if got is None:
+            raise self._ended(Error(f"stream: the server {self._connection.address} has ended it"))
+        if isinstance(got, grpc.RpcError):
+            raise self._ended(self._connection._error_of(got, until))
         sequence, shape = self._sent.popleft()
         if got.sequence != sequence:
-            raise Error(f"stream: the server {self._connection.address} answered query {got.sequence}, "
-                        f"expected {sequence}")
+            raise self._ended(Error(f"stream: the server {self._connection.address} answered query {got.sequence}, "
+                                    f"expected {sequence}"))
         if got.HasField("error"):
             raise _refusal(got.error)
         return self._query.answers(got, shape)
 
     def evaluate(self, states: States, *, deadline: Optional[float] = None) -> ServedAnswers:
         """send() and receive(). Raises Error where answers are left to receive."""
+        self._check_open()
         if self._sent:
             raise Error(f"stream: {len(self._sent)} answers are left to receive, expected none")
         self.send(states)

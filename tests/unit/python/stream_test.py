@@ -99,8 +99,9 @@ class StreamTest(unittest.TestCase):
             refusal = _refusal(status)
             self.assertEqual((refusal.code, str(refusal), refusal.retry_after),
                              (grpc.StatusCode.RESOURCE_EXHAUSTED, "RESOURCE_EXHAUSTED: later", seconds + nanos / 1e9))
-        detail.value = b""
-        self.assertIsNone(_refusal(status).retry_after)
+        for cut_off in (b"", b"\n", b"\n\x03", b"\n\x01\x08"):
+            detail.value = cut_off
+            self.assertIsNone(_refusal(status).retry_after, cut_off)
         self.assertEqual(_refusal(status_pb2.Status(code=99)).code, grpc.StatusCode.UNKNOWN)
 
     def test_an_answer_that_does_not_come_ends_the_stream(self):
@@ -110,11 +111,21 @@ class StreamTest(unittest.TestCase):
             with self.assertRaisesRegex(ServerError, "no answer within 0.3 s on the stream") as caught:
                 stream.evaluate(good)
             self.assertEqual(caught.exception.code, grpc.StatusCode.DEADLINE_EXCEEDED)
-            with self.assertRaises(ServerError) as caught:
-                stream.receive()
-            self.assertEqual(caught.exception.code, grpc.StatusCode.CANCELLED)
+            for again in (stream.receive, lambda: stream.evaluate(good), lambda: stream.send(good)):
+                with self.assertRaisesRegex(ServerError, "DEADLINE_EXCEEDED: no answer within 0.3 s"):
+                    again()
             with self.assertRaisesRegex(Error, "deadline: "):
                 stream.receive(deadline=0)
+
+    def test_what_is_not_received_is_bounded(self):
+        good = States.of(0.08, 0, 0.1, 24)
+        with self.client.stream(self.model, fields=("f_x.value",)) as stream:
+            for _ in range(1000):
+                stream.send(good)
+            with self.assertRaisesRegex(Error, "1000 answers are left to receive, expected fewer than 1000"):
+                stream.send(good)
+            stream.receive()
+            stream.send(good)
 
     def test_a_server_that_goes_away(self):
         good = States.of(0.08, 0, 0.1, 24)
@@ -122,10 +133,10 @@ class StreamTest(unittest.TestCase):
             with serving("grouser-server", folder, "--no-lcm", "--shipped", str(PAIR), grpc=client.address):
                 stream = client.stream(self.model)
                 stream.evaluate(good)
-            stream.send(good)
-            for _ in range(2):
+            for again in (lambda: stream.evaluate(good), stream.receive, lambda: stream.evaluate(good),
+                          lambda: stream.send(good)):
                 with self.assertRaisesRegex(ServerError, "UNAVAILABLE"):
-                    stream.receive()
+                    again()
             stream.close()
         with self.assertRaisesRegex(Error, "closed"), client.stream(self.model) as stream:
             stream.evaluate(good)

@@ -46,6 +46,31 @@ TEST_F(LoadControlTest, AnAnswerThatIsThereIsNeverRefused) {
   load_.End(next);
 }
 
+// What an answer will take is counted before it is made, then what it takes.
+TEST_F(LoadControlTest, AnAnswerIsExpectedAndThenCounted) {
+  LoadControl::Ticket first, second;
+  EXPECT_EQ(load_.Begin(first, context_, 10), Verdict::kAdmitted);
+  EXPECT_EQ(load_.Expect(first, 600), Verdict::kAdmitted);
+  EXPECT_EQ(load_.bytes(), 610u);
+  EXPECT_EQ(load_.Begin(second, context_, 10), Verdict::kConnectionFull);
+  load_.Answer(first, 200);
+  EXPECT_EQ(load_.bytes(), 210u);
+  EXPECT_EQ(load_.Begin(second, context_, 10), Verdict::kAdmitted);
+  EXPECT_EQ(load_.Expect(second, 2000), Verdict::kNoMemory);
+  EXPECT_EQ(load_.Expect(second, 700), Verdict::kConnectionFull);
+  EXPECT_EQ(load_.bytes(), 220u) << "nothing is added";
+  EXPECT_EQ(load_.Expect(second, 600), Verdict::kAdmitted);
+  load_.End(first);
+  EXPECT_EQ(load_.bytes(), 610u);
+  load_.End(second);  // without an answer
+  EXPECT_EQ(load_.bytes(), 0u);
+  EXPECT_EQ(load_.Begin(first, context_, 10), Verdict::kAdmitted);
+  EXPECT_EQ(load_.Expect(first, 5000), Verdict::kAdmitted) << "one alone";
+  load_.End(first);
+  EXPECT_EQ(load_.Expect(first, 1), Verdict::kAdmitted) << "not counted";
+  EXPECT_EQ(load_.bytes(), 0u);
+}
+
 TEST_F(LoadControlTest, NoBytesAreHeldWhateverTheConnectionHolds) {
   LoadControl::Ticket big, change;
   EXPECT_EQ(load_.Begin(big, context_, 100), Verdict::kAdmitted);

@@ -1,66 +1,16 @@
-// Answers to trajectories without gRPC: the bits of single motions, sizes that are refused before a
-// request waits, bad numbers by name, cancelled calls.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+// Answers to trajectories without gRPC: the bits of single motions, draws, mixtures, cancelled
+// calls.
 #include <cmath>
-#include <limits>
 
-#include "server/vehicle/vehicle_answer.h"
-#include "server/vehicle/vehicle_check.h"
 #include "surrogate/vehicle/trajectory_messages.h"
+#include "tests/unit/server/trajectory_answers.h"
 
 namespace grouser::server {
 namespace {
 
-using ::testing::HasSubstr;
+using testing::Of, testing::Request, testing::Response, testing::TrajectoryAnswerTest;
 using vehicle::Append, vehicle::CostAt;
 using vehicle::TrajectoryCost, vehicle::TrajectoryStep;
-using Request = v1alpha1::EvaluateTrajectoriesRequest;
-using Response = v1alpha1::EvaluateTrajectoriesResponse;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-/// `k` trajectories of `m` steps each, of 0.1 s.
-Request Of(int k, int m) {
-  Request request;
-  request.set_vehicle("husky");
-  v1alpha1::Trajectories& t = *request.mutable_trajectories();
-  for (int i = 0; i < k; ++i) t.add_steps(static_cast<std::uint32_t>(m));
-  t.add_v_x_m_per_s(0.5);
-  t.add_duration_s(0.1);
-  return request;
-}
-
-class TrajectoryAnswerTest : public ::testing::Test {
- protected:
-  Status Ask(const Request& request, Response* response) {
-    const Status checked = Check(fleet_, request);
-    return checked.ok() ? Answer({fleet_, bench_, cancelled_}, request, response) : checked;
-  }
-  Response Good(const Request& request) {
-    Response response;
-    const Status status = Ask(request, &response);
-    EXPECT_TRUE(status.ok()) << status.message;
-    return response;
-  }
-  void Refuses(StatusCode code, const Request& request, const char* text) {
-    Response response;
-    const Status status = Ask(request, &response);
-    EXPECT_EQ(status.code, code) << status.message;
-    EXPECT_THAT(status.message, HasSubstr(text));
-  }
-  template <class Change>
-  void RefusesInput(const char* text, const Change& change) {
-    Request request = Of(2, 3);
-    change(request.mutable_trajectories());
-    Refuses(StatusCode::kInvalidArgument, request, text);
-  }
-
-  Fleet fleet_{std::vector<std::string>{GROUSER_VEHICLE}};
-  VehicleBench bench_{fleet_};
-  std::atomic<bool> cancelled_{false};
-};
 
 // Ragged, with every array; what a client packs and reads is what single motions give.
 TEST_F(TrajectoryAnswerTest, CostsAreThoseOfSingleMotions) {
@@ -167,97 +117,6 @@ TEST_F(TrajectoryAnswerTest, ArraysAreOfAllStepsOfTheLongestOrOfOne) {
   EXPECT_EQ(d.costs().energy_low_j(0), d.costs().energy_high_j(0));
   EXPECT_NE(d.costs().energy_j(0), c.costs().energy_j(0));
   EXPECT_EQ(d.steps().ByteSizeLong(), 0u);
-}
-
-TEST_F(TrajectoryAnswerTest, RefusesWhatMakesNoSenseByNameAndIndex) {
-  RefusesInput("trajectories.steps: none, expected 1 or more", [](auto* t) { t->clear_steps(); });
-  RefusesInput("trajectories.steps[1]: 0, expected 1 or more", [](auto* t) { t->set_steps(1, 0); });
-  RefusesInput("trajectories.v_x_m_per_s: none", [](auto* t) { t->clear_v_x_m_per_s(); });
-  RefusesInput(
-      "trajectories.grade_rad: 2 entries, expected 6 (all steps), 3 (those of the longest)",
-      [](auto* t) { t->add_grade_rad(0), t->add_grade_rad(0); });
-  RefusesInput("trajectories.soil: 4 entries", [](auto* t) { t->mutable_soil()->Resize(4, 0); });
-  RefusesInput("trajectories.duration_s: none, and no length_m, expected one of the two",
-               [](auto* t) { t->clear_duration_s(); });
-  RefusesInput("trajectories.length_m: 1 entries beside duration_s",
-               [](auto* t) { t->add_length_m(1); });
-  RefusesInput("trajectories.curvature_per_m: 1 entries beside yaw_rate_rad_per_s",
-               [](auto* t) { t->add_curvature_per_m(1), t->add_yaw_rate_rad_per_s(1); });
-  RefusesInput("trajectories.v_x_m_per_s[0]: nan", [](auto* t) { t->set_v_x_m_per_s(0, kNaN); });
-  RefusesInput("trajectories.bank_rad[2]: inf, expected a finite number", [](auto* t) {
-    for (const double bank : {0.0, 0.0, HUGE_VAL}) t->add_bank_rad(bank);
-  });
-  for (const double bad : {0.0, -1.0}) {
-    RefusesInput("trajectories.duration_s[0]: ", [&](auto* t) { t->set_duration_s(0, bad); });
-    RefusesInput("trajectories.length_m[0]: ", [&](auto* t) {
-      t->clear_duration_s();
-      t->add_length_m(bad);
-    });
-  }
-  RefusesInput("trajectories.v_x_m_per_s: at step 4 of all: 0.000000, expected a speed",
-               [](auto* t) {
-                 t->clear_duration_s();
-                 t->add_length_m(1);
-                 t->mutable_v_x_m_per_s()->Resize(6, 0.5);
-                 t->set_v_x_m_per_s(4, 0);
-               });
-  RefusesInput("trajectories.soil[0]: 3, expected below 3", [](auto* t) { t->add_soil(3); });
-  RefusesInput("trajectories.soils[0]: 'mud', expected one of asphalt, floor, ice",
-               [](auto* t) { t->add_soils("mud"); });
-  Request request = Of(1, 1);
-  request.set_interval_sds(-1);
-  Refuses(StatusCode::kInvalidArgument, request, "interval_sds: -1");
-  request = Of(1, 1);
-  request.set_worse_by_sd(kNaN);
-  Refuses(StatusCode::kInvalidArgument, request, "worse_by_sd: nan");
-  request = Of(1, 1);
-  request.set_vehicle("tank");
-  Refuses(StatusCode::kNotFound, request, "tank");
-
-  TrajectoryStep step{vehicle::Motion::OnPath(0.5, 0), 1};
-  v1alpha1::Trajectories to;
-  step.motion.soil[1] = 1;
-  EXPECT_THROW(Append({&step, 1}, &to), std::invalid_argument);
-  step.motion.soil[1] = 0;
-  step.motion.draw = 3;
-  EXPECT_THROW(Append({&step, 1}, &to), std::invalid_argument);
-}
-
-TEST_F(TrajectoryAnswerTest, RefusesTooManyStepsBeforeARequestWaits) {
-  EXPECT_TRUE(Check(fleet_, Of(600, 50)).ok());
-  Request request = Of(600, 50);
-  request.mutable_trajectories()->add_steps(1);
-  Refuses(StatusCode::kResourceExhausted, request,
-          "steps of all trajectories: 30001 entries, at most 30000 in one message");
-  Refuses(StatusCode::kResourceExhausted, Of(30001, 0), "trajectories.steps: 30001 entries");
-  request = Of(2, 2'000'000'000);  // twice
-  Refuses(StatusCode::kResourceExhausted, request, "4000000000 entries");
-  request = Of(1, 1);
-  for (int i = 0; i < 256; ++i) request.mutable_trajectories()->add_soils();
-  Refuses(StatusCode::kResourceExhausted, request, "trajectories.soils: 256 entries");
-  request = Of(1, 1);
-  for (int i = 0; i < 9; ++i) request.add_mixtures();
-  Refuses(StatusCode::kResourceExhausted, request, "mixtures: 9 entries, at most 8");
-  // With every array in full a request of 30,000 steps is more than one may take while it waits.
-  request = Of(600, 50);
-  for (auto edit :
-       {&v1alpha1::Trajectories::mutable_v_x_m_per_s,
-        &v1alpha1::Trajectories::mutable_yaw_rate_rad_per_s,
-        &v1alpha1::Trajectories::mutable_duration_s, &v1alpha1::Trajectories::mutable_grade_rad}) {
-    (request.mutable_trajectories()->*edit)()->Resize(30000, 0.1);
-  }
-  EXPECT_TRUE(Check(fleet_, request).ok()) << Check(fleet_, request).message;
-}
-
-// The largest answers stay below what a client takes unless told otherwise.
-TEST_F(TrajectoryAnswerTest, TheLargestAnswerIsBelowFourMegabytes) {
-  Request request = Of(30000, 1);
-  request.set_with_steps(true);
-  request.set_interval_sds(0);
-  const Response response = Good(request);
-  EXPECT_EQ(response.costs().energy_j_size(), 30000);
-  EXPECT_EQ(response.steps().electric_w_size(), 30000);
-  EXPECT_LT(response.ByteSizeLong(), 4u << 20);
 }
 
 // On the floor draws are of one friction: the steepest step decides, on every draw.

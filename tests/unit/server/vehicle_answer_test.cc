@@ -266,10 +266,18 @@ TEST_F(VehicleAnswerTest, TellsTheClientsFaultFromItsOwn) {
   EXPECT_EQ(Ask(plan, &response).code, StatusCode::kInvalidArgument);
 }
 
-TEST_F(VehicleAnswerTest, EveryCallThatIsCancelledEnds) {
-  cancelled_ = true;
+TEST_F(VehicleAnswerTest, EveryCallThatIsCancelledOrTakesTooLongEnds) {
   const auto expect_dropped = [&](const auto& request, auto response) {
+    cancelled_ = true;
     EXPECT_EQ(Ask(request, &response).code, StatusCode::kUnavailable);
+    cancelled_ = false;
+    const std::chrono::nanoseconds no_time(0);
+    const Status late = Answer({fleet_, bench_, cancelled_, no_time}, request, &response);
+    EXPECT_EQ(late.code, StatusCode::kResourceExhausted);
+    EXPECT_THAT(late.message,
+                AllOf(HasSubstr("work: more than 0 s of processor time, expected less"),
+                      HasSubstr("several calls")));
+    EXPECT_TRUE(Ask(request, &response).ok()) << "with more time";
   };
   expect_dropped(Plan(10), v1alpha1::PlanSpeedResponse());
   expect_dropped(Motions(3), v1alpha1::SolveResponse());

@@ -54,6 +54,26 @@ TEST(WorkQueue, WorkThatIsRemovedGivesItsPlaceUpAndIsNotDone) {
   EXPECT_EQ(done, (std::vector<int>{0, 2, 3}));
 }
 
+TEST(WorkQueue, OneOwnerLeavesAsMuchFreeAsItHas) {
+  Held held(8);
+  int key[8];
+  const auto post = [&](int k, const char* owner) {
+    return held.queue.Post(
+        &key[k], [](int) {}, owner);
+  };
+  for (int k = 0; k < 4; ++k) EXPECT_TRUE(post(k, "one")) << k;
+  EXPECT_FALSE(post(4, "one"));
+  EXPECT_TRUE(post(4, "two") && post(5, "two"));
+  EXPECT_FALSE(post(6, "two")) << "two places are left";
+  EXPECT_TRUE(post(6, "three"));
+  EXPECT_FALSE(post(7, "two"));
+  EXPECT_TRUE(held.queue.Remove(&key[0]) && held.queue.Remove(&key[1]));
+  EXPECT_TRUE(post(0, "two"));
+  EXPECT_FALSE(post(1, "two"));
+  EXPECT_TRUE(post(1, "four"));
+  held.Release();
+}
+
 // Threads begin with the nice value of the one that makes them.
 TEST(WorkQueue, NiceIsAddedUpTo19) {
   for (const int more : {0, 3, 17}) {

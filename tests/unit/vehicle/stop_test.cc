@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "surrogate/vehicle/constants.h"
 #include "surrogate/vehicle/trajectory.h"
@@ -58,7 +60,7 @@ class StopTest : public ::testing::Test {
  protected:
   StopTest() : grounds_{{"ground"}, {&model_}} {
     options_.speed_limit_m_per_s = 4;
-    options_.stop = &model_.stop;
+    options_.stop = StopWhen(&model_.stop);
   }
 
   // `work` ends as soon as it should, wherever it is told to.
@@ -123,7 +125,53 @@ TEST_F(StopTest, GradesProbabilityAndConstantsEnd) {
   along.UseDraws(draws);
   EndsSoon([&] { along.PlanByDraws(path, options_, plan, {}); }, SpeedPlanner::kMostSolvesToStop);
   const std::vector<double> speeds = {0.3, 0.5, 0.9}, radii = {0.8, 2, 9};
-  EndsSoon([&] { ConstantsOf(Skid(), grounds_, speeds, radii, &model_.stop); }, 3);
+  EndsSoon([&] { ConstantsOf(Skid(), grounds_, speeds, radii, StopWhen(&model_.stop)); }, 3);
+}
+
+TEST(StopWhen, IsAFlagOrTheTimeOfTheThread) {
+  using std::chrono::milliseconds;
+  std::atomic<bool> flag{false};
+  EXPECT_NO_THROW(StopIfAsked({}));
+  EXPECT_NO_THROW(StopIfAsked(StopWhen(&flag)));
+  const StopWhen now(&flag, milliseconds(0)), later(&flag, milliseconds(20));
+  EXPECT_THROW(StopIfAsked(now), OutOfTime);
+  flag = true;
+  EXPECT_THROW(StopIfAsked(StopWhen(&flag)), Stopped);
+  flag = false;
+  std::this_thread::sleep_for(milliseconds(40));
+  EXPECT_NO_THROW(StopIfAsked(later)) << "the thread has done nothing";
+  const auto from = ThreadTime();
+  while (ThreadTime() < from + milliseconds(20)) continue;
+  EXPECT_THROW(StopIfAsked(later), OutOfTime);
+}
+
+// Once no draw is left a trajectory's further steps cost nothing.
+TEST_F(StopTest, NothingIsSolvedWhereNoDrawIsLeft) {
+  SpeedPlanner planner(Skid(), grounds_, 1);
+  planner.UseDraws(std::make_shared<const GroundDraws>(grounds_, 20));
+  std::vector<Motion> motions(200, Motion::OnPath(0.3, 0.2));
+  motions[20].grade_rad = 1.2;  // on no ground
+  std::vector<std::uint8_t> least, most;
+  const auto wheels_of = [&](std::size_t steps) {
+    least.assign(20, 1);
+    most.assign(20, 1);
+    model_.Run(0,
+               [&] { planner.KeepGoing(std::span(motions).first(steps), options_, least, most); });
+    return model_.count();
+  };
+  wheels_of(20);
+  EXPECT_GT(std::count(most.begin(), most.end(), 1), 0);
+  const long with_the_steep_one = wheels_of(32);  // their means are solved side by side
+  EXPECT_EQ(std::count(most.begin(), most.end(), 1), 0);
+  EXPECT_EQ(wheels_of(200), with_the_steep_one);
+  // Together as one after the other.
+  motions[20].grade_rad = 0;
+  motions[7].grade_rad = 0.3;
+  wheels_of(30);
+  std::vector<std::uint8_t> one_by_one(20, 1), same(20, 1);
+  for (std::size_t i = 0; i < 30; ++i) planner.KeepGoing(motions[i], options_, one_by_one, same);
+  EXPECT_EQ(least, one_by_one);
+  EXPECT_EQ(most, same);
 }
 
 TEST_F(StopTest, TrajectoriesEndAndLeaveTheSolverAsGoodAsNew) {
@@ -141,7 +189,7 @@ TEST_F(StopTest, TrajectoriesEndAndLeaveTheSolverAsGoodAsNew) {
           m.grade_rad = 0.4 * std::sin(3 * x * x);
           return TrajectoryStep{m, 0.1};
         },
-        1, &model_.stop);
+        1, StopWhen(&model_.stop));
   };
   work();
   const std::vector<TrajectoryCost> before = costs;

@@ -74,13 +74,14 @@ TEST(PowerBatch, IsThatOfEachMotionBitForBit) {
     OnHard other(v, {Spread(0.8), Spread(0.15)});
     const std::vector<Motion> motions = Motions(200, 2);
     PowerBatch batch(on.solver.get());
-    ASSERT_EQ(batch.most(), PowerBatch::kMost);
+    ASSERT_EQ(batch.MostAt(kSds), PowerBatch::kMost);
+    ASSERT_EQ(batch.MostAt(0), PowerBatch::kMostMeans);
     std::size_t balanced = 0, ends = 0;
     for (const double sds : {kSds, 0.0}) {
-      for (std::size_t first = 0; first < motions.size(); first += batch.most()) {
+      for (std::size_t first = 0; first < motions.size(); first += batch.MostAt(sds)) {
         const auto some =
-            std::span(motions).subspan(first, std::min(batch.most(), motions.size() - first));
-        const auto powers = batch.Of(some, sds, nullptr);
+            std::span(motions).subspan(first, std::min(batch.MostAt(sds), motions.size() - first));
+        const auto powers = batch.Of(some, sds, {});
         ASSERT_EQ(powers.size(), some.size());
         for (std::size_t i = 0; i < some.size(); ++i) {
           const PowerInterval alone = PowerOf(other.solver.get(), some[i], sds);
@@ -98,13 +99,12 @@ TEST(PowerBatch, IsThatOfEachMotionBitForBit) {
 
 TEST(PowerBatch, HasTheRoomThatIsAskedFor) {
   OnHard on(Skid());
-  EXPECT_EQ(PowerBatch(on.solver.get(), 3).most(), 3u);
-  EXPECT_EQ(PowerBatch(on.solver.get(), 3000).most(), PowerBatch::kMost);
+  EXPECT_EQ(PowerBatch(on.solver.get(), 3).MostAt(kSds), 3u);
+  EXPECT_EQ(PowerBatch(on.solver.get(), 3000).MostAt(kSds), PowerBatch::kMost);
   const Motion motion = Motion::OnPath(0.5, 0.2);
   PowerBatch one(on.solver.get(), 1);
-  EXPECT_EQ(
-      WhatDiffers(one.Of({&motion, 1}, kSds, nullptr)[0], PowerOf(on.solver.get(), motion, kSds)),
-      "");
+  EXPECT_EQ(WhatDiffers(one.Of({&motion, 1}, kSds, {})[0], PowerOf(on.solver.get(), motion, kSds)),
+            "");
 }
 
 TEST(Trajectories, AreSumsOverTheirStepsAndLeastMargins) {
@@ -122,7 +122,7 @@ TEST(Trajectories, AreSumsOverTheirStepsAndLeastMargins) {
       [&] {
         return TrajectoryStep{motions[next], lasts(next++)};
       },
-      kSds, nullptr, [&](const PowerInterval& p) { told.push_back(p); });
+      kSds, {}, [&](const PowerInterval& p) { told.push_back(p); });
   ASSERT_EQ(costs.size(), steps.size());
   ASSERT_EQ(next, 150u);
   ASSERT_EQ(told.size(), 150u);
@@ -168,6 +168,61 @@ TEST(Trajectories, AreSumsOverTheirStepsAndLeastMargins) {
     without += left_out;
   }
   EXPECT_GT(without, 0u);
+}
+
+// A vehicle that rolls freely goes its way all the same.
+TEST(Trajectories, TheWayCountsWhereNoPowerIsTaken) {
+  surrogate::HardGround ground = WithFriction(0.8);
+  ground.rolling_resistance = 0;
+  OnHard on(Skid(), {ground});
+  const TrajectoryStep level{Motion::OnPath(0.5, 0), 3};
+  const std::size_t one = 1;
+  const TrajectoryCost c = TrajectoryEvaluator(on.solver.get())
+                               .CostsOf(
+                                   {&one, 1}, [&] { return level; }, kSds)
+                               .front();
+  ASSERT_EQ(c.energy.joules, 0);
+  EXPECT_EQ(c.energy.left_out, 0u);
+  EXPECT_NEAR(c.energy.metres, 1.5, 1e-9);
+}
+
+// What a client does with a drive that is too long for one call.
+TEST(Trajectories, CostsOfSingleStepsAddUpToTheBitsOfTheWhole) {
+  OnHard on(Skid(), {Spread(0.8), Spread(0.15)});
+  const std::vector<Motion> motions = Motions(150, 2);
+  const auto at = [&](std::size_t i) {
+    return TrajectoryStep{motions[i], 0.1 + 0.01 * static_cast<double>(i % 13)};
+  };
+  TrajectoryEvaluator evaluator(on.solver.get());
+  const std::size_t all = motions.size();
+  std::size_t next = 0;
+  const TrajectoryCost whole = evaluator
+                                   .CostsOf(
+                                       {&all, 1}, [&] { return at(next++); }, kSds)
+                                   .front();
+  next = 0;
+  TrajectoryCost sum;
+  const std::vector<std::size_t> ones(all, 1);
+  int step = 0;
+  for (const auto& c : evaluator.CostsOf(
+           ones, [&] { return at(next++); }, kSds))
+    sum.Add(step++, c);
+  EXPECT_EQ(sum.duration_s, whole.duration_s);
+  EXPECT_EQ(sum.energy.joules, whole.energy.joules);
+  EXPECT_EQ(sum.energy.low, whole.energy.low);
+  EXPECT_EQ(sum.energy.high, whole.energy.high);
+  EXPECT_EQ(sum.energy.seconds, whole.energy.seconds);
+  EXPECT_EQ(sum.energy.metres, whole.energy.metres);
+  EXPECT_EQ(sum.energy.left_out, whole.energy.left_out);
+  EXPECT_EQ(sum.energy.left_out_s, whole.energy.left_out_s);
+  EXPECT_EQ(sum.reasons, whole.reasons);
+  EXPECT_EQ(sum.first_step, whole.first_step);
+  EXPECT_EQ(sum.first_reasons, whole.first_reasons);
+  EXPECT_EQ(sum.least_margin, whole.least_margin);
+  EXPECT_EQ(sum.least_margin_of, whole.least_margin_of);
+  EXPECT_EQ(sum.least_margin_step, whole.least_margin_step);
+  EXPECT_GT(whole.energy.left_out, 0u);
+  EXPECT_GT(whole.least_margin_step, 0);
 }
 
 TEST(Trajectories, OneThatNothingBalancesHasNoMargin) {

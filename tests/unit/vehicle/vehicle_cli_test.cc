@@ -99,6 +99,7 @@ TEST_F(VehicleCli, EnergyComparesDrives) {
   EXPECT_EQ(both[1]["first_row"], 2);
   EXPECT_EQ(both[1]["rows_left_out"], 1);
   EXPECT_EQ(both[1]["seconds"], 3);
+  EXPECT_EQ(Run(call + first + " --json"), 0) << "the last row lasts for no time";
   ASSERT_EQ(Run(call + first + " " + first), 0) << error_;
   EXPECT_EQ(out_.rfind("joules,joules_low,", 0), 0u) << out_;
   EXPECT_EQ(std::count(out_.begin(), out_.end(), '\n'), 3);
@@ -109,6 +110,45 @@ TEST_F(VehicleCli, EnergyComparesDrives) {
   EXPECT_NE(error_.find("second.csv: got no column time_s, expected two rows or more with times"),
             std::string::npos)
       << error_;
+}
+
+// Alone and beside others the same drives are good and bad.
+TEST_F(VehicleCli, ADriveIsGoodAloneIfItIsBesideOthers) {
+  const std::string good = folder_ / "good.csv";
+  std::ofstream(good) << "time_s,speed_m_per_s\n0,0.5\n1,0.5\n";
+  const std::map<std::string, int> drives = {
+      {"0,0.3,0\n1,0.3,0\n", 0},
+      {"0,0.3,0\n1,0.3,60\n", 0},     // of the last row only the time counts
+      {"0,0.3,60\n1,0.3,0\n", 1},     // no balance
+      {"0,0.3,5.73\n1,0.3,0\n", 1}};  // none at the worse end of the interval
+  for (const auto& [rows, code] : drives) {
+    const std::string drive = Path("time_s,speed_m_per_s,grade_deg\n" + rows);
+    const std::string call = "energy " + kHusky + " --soil ice --drive " + drive;
+    EXPECT_EQ(Run(call), code) << rows;
+    EXPECT_EQ(Run(call + " " + good), code) << rows;
+    EXPECT_EQ(Run(call + " " + good + " --json"), code) << rows;
+  }
+  EXPECT_EQ(Run("energy " + kHusky + " --soil ice --speed 0.3 --grade-deg 5.73"), 1);
+  const std::string late = Path("time_s,speed_m_per_s\n0,0.5\n1e300,0.5\n");
+  EXPECT_EQ(Run("energy " + kHusky + " --drive " + late), 2);
+  EXPECT_NE(error_.find("path.csv:3: time_s: got 1e300, expected at most 1e9 s more"),
+            std::string::npos)
+      << error_;
+}
+
+TEST_F(VehicleCli, DrivesMayHaveAnyName) {
+  const std::string rows = "time_s,speed_m_per_s\n0,0.5\n1,0.5\n";
+  const std::string odd = folder_ / "a,\"b\".csv", latin = folder_ / "caf\xe9.csv";
+  std::ofstream(odd) << rows;
+  std::ofstream(latin) << rows;
+  const std::string call = "energy " + kHusky + " --drive '" + odd + "' '" + latin + "'";
+  ASSERT_EQ(Run(call), 0) << error_;
+  EXPECT_NE(out_.find(",\"" + folder_.string() + "/a,\"\"b\"\".csv\"\n"), std::string::npos)
+      << out_;
+  ASSERT_EQ(Run(call + " --json"), 0) << error_;
+  const auto costs = nlohmann::json::parse(out_);
+  EXPECT_EQ(costs[0]["drive"], odd);
+  EXPECT_EQ(costs[1]["drive"], folder_.string() + "/caf\xef\xbf\xbd.csv");
 }
 
 TEST_F(VehicleCli, SpeedSaysWhereThePlanDoesNotHold) {
