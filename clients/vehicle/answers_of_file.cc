@@ -81,7 +81,7 @@ class FileAnswers final : public VehicleAnswers {
   std::vector<SkidConstants> Constants(std::span<const double> speeds,
                                        std::span<const double> radii,
                                        std::span<const std::uint8_t> soils) override {
-    return ConstantsOf(file_.vehicle, file_.grounds, speeds, radii, nullptr, soils);
+    return ConstantsOf(file_.vehicle, file_.grounds, speeds, radii, {}, soils);
   }
 
  private:

@@ -25,7 +25,7 @@ constexpr double kRemote = 0.5;  // of the least imbalance: changes that cannot 
 constexpr double kDoubt = 2;     // of the imbalance beyond the limit at the neighbour
 constexpr double kOpen = 0.12;   // of a level: loss by a wrong failure that is worth more solves
 constexpr double kClear = 0.75;  // of a level: a limit nearer than that is not taken for the next
-constexpr double kAmple = 1.5;   // levels of slack that a suggested one may leave
+constexpr double kAmple = 1;     // levels of slack that a suggested one may leave
 constexpr double kMostSlope = 0.05;  // of the slack in a level; more is another balance
 
 // Levels to go on by: 1, 1, 2, 4, ...

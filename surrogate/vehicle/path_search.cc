@@ -224,7 +224,8 @@ void PathSearch::OnParabola(const Place& p, std::size_t i, LevelSearch::Track* t
   const double level = weight[0] * nodes_[p.left].edge + weight[1] * nodes_[p.middle].edge +
                        weight[2] * nodes_[p.right].edge;
   t->quick = true;
-  t->suggested = std::clamp(static_cast<int>(level), 0, levels_);
+  constexpr double kRounding = 1e-6;  // the weights add up to nearly 1
+  t->suggested = std::clamp(static_cast<int>(level + kRounding), 0, levels_);
   Blend<3>({&good_[p.left], &good_[p.middle], &good_[p.right]}, weight, &t->good);
   t->slope = nodes_[p.middle].slope;
   Recall(p.middle, t);
@@ -395,6 +396,7 @@ void PathSearch::FillNone(std::size_t a, std::size_t m, std::size_t b) {
 // Whether a level asks for little more than has balanced on that soil, if for more.
 bool PathSearch::MayHold(std::size_t i, int level) const {
   const Held& held = held_[path_[i].soil][Pulls(i, level)];
+  if (held.balanced == 0 && held.missed == 0) return true;  // nothing is known of it
   return Demand(i, level) <=
          std::max(kHeldShare * held.balanced + kHeldMore, kMissedShare * held.missed);
 }

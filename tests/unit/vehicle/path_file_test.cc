@@ -94,7 +94,7 @@ TEST(MotionLogFile, EnergyIsThatOfEachRowUntilTheNext) {
     vehicle::PowerInterval p;
     p.mean.electric = watts, p.electric_low = low, p.electric_high = high;
     p.solution.balanced = balanced;
-    p.joules_per_metre = watts / 2;  // 2 m/s
+    p.speed_m_per_s = 2;
     return p;
   };
   MotionLog log;

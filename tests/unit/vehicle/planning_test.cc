@@ -94,14 +94,14 @@ TEST(Constants, OfSoilsThatAreAskedFor) {
   const auto all = ConstantsOf(Skid(), p.table, speeds, radii);
   ASSERT_EQ(all.size(), 4u);
   const std::vector<std::uint8_t> second = {1}, none = {2};
-  const auto some = ConstantsOf(Skid(), p.table, speeds, radii, nullptr, second);
+  const auto some = ConstantsOf(Skid(), p.table, speeds, radii, {}, second);
   ASSERT_EQ(some.size(), 2u);
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_EQ(some[k].soil, "1");
     EXPECT_EQ(some[k].separation_multiplier, all[2 + k].separation_multiplier);
     EXPECT_EQ(some[k].pull_over_weight, all[2 + k].pull_over_weight);
   }
-  EXPECT_THROW(ConstantsOf(Skid(), p.table, speeds, radii, nullptr, none), std::invalid_argument);
+  EXPECT_THROW(ConstantsOf(Skid(), p.table, speeds, radii, {}, none), std::invalid_argument);
 }
 
 }  // namespace
