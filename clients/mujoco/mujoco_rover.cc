@@ -20,6 +20,12 @@ int main() try {
   grouser::mujoco::SoilContact soil(m, {{"wheel_*", &sand}}, "ground");
   const grouser::mujoco::PassiveForces passive(&soil);
   mjData* d = mj_makeData(m);
+  // It starts rolling, hubs at the speed of the rims: from rest, wheels that are driven at once
+  // slip by almost 1, where the model of a loose sand may have no pull, and they would spin on the
+  // spot.
+  constexpr double kSpeed = 0.09, kRadius = 0.0625;  // [m/s, m]
+  d->qvel[0] = kSpeed;
+  for (int i = 0; i < 4; ++i) d->qvel[6 + i] = kSpeed / kRadius;
   mj_forward(m, d);
   const double start = d->energy[0] + d->energy[1];
   double motors = 0, ground = 0, mean[10], rest = 0;  // joints: 6 of the chassis, 4 of the wheels
@@ -39,7 +45,7 @@ int main() try {
     if (step == 20000) break;
     const double turn = d->time > 4 && d->time < 12 ? 0.5 : 0;
     for (int i = 0; i < 4; ++i)  // left, right, left, right [rad/s]
-      d->ctrl[i] = d->time < 1 ? 0 : (i % 2 == 0 ? 1 - turn : 1 + turn) * 0.09 / 0.0625;
+      d->ctrl[i] = (i % 2 == 0 ? 1 - turn : 1 + turn) * kSpeed / kRadius;
     mju_copy(mean, d->qvel, m->nv);
     mj_step(m, d);
     // Work of the forces of this step along its way: the mean of both velocities, times the time.

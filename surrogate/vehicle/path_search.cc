@@ -196,23 +196,23 @@ int PathSearch::Expected(std::size_t a, std::size_t b, std::size_t i, double sha
       std::clamp(static_cast<int>(std::lerp(nodes_[a].edge, nodes_[b].edge, share)), 0, levels_);
   double most = 0;
   if (grip(a) && grip(b)) {
-    most = std::lerp(Demand(a, nodes_[a].level), Demand(b, nodes_[b].level), share);
+    most = std::lerp(ForceRatio(a, nodes_[a].level), ForceRatio(b, nodes_[b].level), share);
   } else if ((grip(a) || all(a)) && (grip(b) || all(b))) {
     most = grip_[path_[i].soil];  // of the last that was found on that soil
   } else {
     return level;
   }
-  if (!(most > 0) || Demand(i, levels_) <= most) return all(a) && all(b) ? levels_ : level;
+  if (!(most > 0) || ForceRatio(i, levels_) <= most) return all(a) && all(b) ? levels_ : level;
   int low = 0, high = levels_;
   while (high > low + 1) {
     const int middle = (low + high) / 2;
-    (Demand(i, middle) <= most ? low : high) = middle;
+    (ForceRatio(i, middle) <= most ? low : high) = middle;
   }
   return low;
 }
 
 // The force along the ground that gravity and inertia ask for, over the weight.
-double PathSearch::Demand(std::size_t i, int level) const {
+double PathSearch::ForceRatio(std::size_t i, int level) const {
   const Motion m = MotionAt(i, level);
   return std::hypot(m.acceleration_m_per_s2 / gravity_ + std::sin(m.grade_rad),
                     m.v_x_m_per_s * m.yaw_rate_rad_per_s / gravity_ + std::sin(m.bank_rad));
@@ -237,7 +237,7 @@ void PathSearch::Found(const LevelSearch::Track& t) {
   const Place& p = places_[i];
   if (p.quick) return;
   if (p.between) {
-    if (!p.alone) Judge(i);
+    if (!p.alone) CheckMiddle(i);
     return;
   }
   if (p.run) {
@@ -287,7 +287,7 @@ void PathSearch::Learn(const LevelSearch::Track& t) {
   const std::size_t soil = path_[t.item].soil, i = t.item;
   const Binding limit = nodes_[i].binding;
   if (t.low >= 0) {
-    const double force = Demand(i, t.low);
+    const double force = ForceRatio(i, t.low);
     double& most = held_[soil][Pulls(i, t.low)].balanced;
     most = std::max(most, force);
     if (limit == Binding::kLateralGrip || limit == Binding::kTraction) grip_[soil] = force;
@@ -296,7 +296,7 @@ void PathSearch::Learn(const LevelSearch::Track& t) {
   for (const LevelSearch::Failure* f : {&t.failed, &t.highest}) {
     if (f->level == LevelSearch::kNone || !(f->solution.residual >= 0)) continue;
     double& most = held_[soil][Pulls(i, f->level)].missed;
-    most = std::max(most, Demand(i, f->level) - f->solution.residual);
+    most = std::max(most, ForceRatio(i, f->level) - f->solution.residual);
   }
 }
 
@@ -330,7 +330,7 @@ void PathSearch::Split(std::size_t a, std::size_t b) {
 }
 
 // Whether the middle is what both sides let expect.
-void PathSearch::Judge(std::size_t m) {
+void PathSearch::CheckMiddle(std::size_t m) {
   const std::size_t a = places_[m].left, b = places_[m].right;
   if (nodes_[a].level < 0 && nodes_[m].level < 0 && nodes_[b].level < 0) {
     FillNone(a, m, b);
@@ -364,7 +364,7 @@ bool PathSearch::Smooth(std::size_t a, std::size_t m, std::size_t b) const {
   const double by_curvature = v * v / gravity_ + half_length_;
   const double most = nodes_[m].level == levels_
                           ? kStraightAtMost
-                          : std::max(kStraight, kStraightShare * Demand(m, nodes_[m].level));
+                          : std::max(kStraight, kStraightShare * ForceRatio(m, nodes_[m].level));
   for (std::size_t i = a + 1; i < b; ++i) {
     if (i == m) continue;
     const auto w = Parabola(path_[a].s_m, path_[m].s_m, path_[b].s_m, path_[i].s_m);
@@ -397,7 +397,7 @@ void PathSearch::FillNone(std::size_t a, std::size_t m, std::size_t b) {
 bool PathSearch::MayHold(std::size_t i, int level) const {
   const Held& held = held_[path_[i].soil][Pulls(i, level)];
   if (held.balanced == 0 && held.missed == 0) return true;  // nothing is known of it
-  return Demand(i, level) <=
+  return ForceRatio(i, level) <=
          std::max(kHeldShare * held.balanced + kHeldMore, kMissedShare * held.missed);
 }
 

@@ -93,7 +93,7 @@ class PathSearch final : private LevelSearch::Items {
   void Push(std::size_t i);
   bool Pop(std::size_t* i);
   void Split(std::size_t a, std::size_t b);
-  void Judge(std::size_t m);
+  void CheckMiddle(std::size_t m);
   void Fill(std::size_t a, std::size_t m, std::size_t b);
   void FillNone(std::size_t a, std::size_t m, std::size_t b);
   bool MayHold(std::size_t i, int level) const;
@@ -104,7 +104,7 @@ class PathSearch final : private LevelSearch::Items {
   void Recall(std::size_t from, LevelSearch::Track* t) const;
   void Keep(const LevelSearch::Track& t);
   int Expected(std::size_t a, std::size_t b, std::size_t i, double share) const;
-  double Demand(std::size_t i, int level) const;
+  double ForceRatio(std::size_t i, int level) const;
   bool Equal(std::size_t a, std::size_t b) const;
   bool Steep(std::size_t a, std::size_t b) const;
   bool Smooth(std::size_t a, std::size_t m, std::size_t b) const;

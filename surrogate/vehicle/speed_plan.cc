@@ -69,7 +69,7 @@ class SpeedPlanner::Tries final : public SolveSource {
   Tries(SpeedPlanner* planner, std::size_t count, const SpeedOptions& options)
       : planner_(*planner), options_(options), count_(count) {}
 
-  // To each lane some motions in a row.
+  // To each lane some motions in a block.
   bool Next(std::size_t lane, Task* task) override {
     constexpr Effort kQuick{.warm = true,
                             .attempts = 1,
@@ -79,47 +79,47 @@ class SpeedPlanner::Tries final : public SolveSource {
     constexpr Effort kSome{
         .attempts = 2, .evaluations = 16, .goal = Solution::kTolerance, .brief = true};
     constexpr Effort kAll{.goal = Solution::kTolerance, .brief = true};
-    Row& row = rows_[lane];
-    if (row.anew) {
-      const int failures = planner_.failures_[planner_.open_[row.at]];
-      *task = {&planner_.motions_[row.at], &planner_.tried_[row.at],
+    Block& block = blocks_[lane];
+    if (block.anew) {
+      const int failures = planner_.failures_[planner_.open_[block.at]];
+      *task = {&planner_.motions_[block.at], &planner_.tried_[block.at],
                failures % kOften == kOften - 1 ? kAll : kSome};
       return true;
     }
-    if (row.next == row.end) {
+    if (block.next == block.end) {
       if (next_ == count_) return false;
-      row = {.next = next_, .end = std::min(next_ + kRow, count_)};
-      next_ = row.end;
+      block = {.next = next_, .end = std::min(next_ + kBlock, count_)};
+      next_ = block.end;
     }
-    const std::size_t k = row.next++, i = planner_.open_[k];
+    const std::size_t k = block.next++, i = planner_.open_[k];
     const Motion& motion = planner_.motions_[k];
     const double own = planner_.solutions_[i].v_x_m_per_s;
-    const bool from_last = row.good && planner_.open_[k - 1] + 1 == i &&
+    const bool from_last = block.good && planner_.open_[k - 1] + 1 == i &&
                            motion.soil[0] == planner_.motions_[k - 1].soil[0] &&
                            std::fabs(own - motion.v_x_m_per_s) > kNear * motion.v_x_m_per_s;
     planner_.tried_[k] = from_last ? planner_.tried_[k - 1] : planner_.solutions_[i];
-    row.at = k;
+    block.at = k;
     *task = {&planner_.motions_[k], &planner_.tried_[k], kQuick};
     return true;
   }
   void Done(std::size_t lane) override {
-    Row& row = rows_[lane];
-    row.good = planner_.Good(planner_.tried_[row.at], options_);
-    row.anew = !row.anew && !row.good;
+    Block& block = blocks_[lane];
+    block.good = planner_.Good(planner_.tried_[block.at], options_);
+    block.anew = !block.anew && !block.good;
   }
 
  private:
   static constexpr int kOften = 4;
   static constexpr double kNear = 0.02;  // of the speed: a solution that is better than another's
-  static constexpr std::size_t kRow = 8;
-  struct Row {
+  static constexpr std::size_t kBlock = 8;
+  struct Block {
     std::size_t next = 0, end = 0, at = 0;
     bool good = false, anew = false;
   };
   SpeedPlanner& planner_;
   const SpeedOptions& options_;
   std::size_t count_, next_ = 0;
-  std::array<Row, Solver::kLanes> rows_{};
+  std::array<Block, Solver::kLanes> blocks_{};
 };
 
 // Solves the points whose speed or acceleration is new, slows those that do not hold. False: none

@@ -34,13 +34,14 @@ def check_package(prefix):
     """What is installed, and that nothing of protobuf shows in it."""
     files = sorted(str(f.relative_to(prefix)) for f in prefix.rglob("*") if f.is_file())
     print("\n".join(files))
-    expected = r"(include/grouser/(contact|map|model|model_selector|vehicle)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
+    expected = r"(include/grouser/(chrono|contact|map|mavs|model|model_selector|timed_wheel|vehicle|vti)\.h|lib/(\S+/)?libgrouser_model\.so[\d.]*" \
                r"|lib/(\S+/)?cmake/grouser/\S+\.cmake|share/grouser/models/\S+\.model|share/grouser/vehicles/\S+\.(vehicle\.yaml|model)|share/doc/grouser/(LICENSE|NOTICE))"
     foreign = [f for f in files if not re.fullmatch(expected, f)]
     assert not foreign, f"installed, but not of the component: {foreign}"
-    for name in ("contact.h", "map.h", "model.h", "model_selector.h", "vehicle.h"):
+    # All but chrono.h and mavs.h, which include their simulators' headers.
+    for name in ("contact.h", "map.h", "model.h", "model_selector.h", "timed_wheel.h", "vehicle.h", "vti.h"):
         headers = re.findall(r"#include\s+(.*)", (prefix / "include/grouser" / name).read_text())
-        own = "|\"grouser/(model|vehicle).h\"" if name != "model.h" else ""
+        own = "|\"grouser/(contact|model|vehicle).h\"" if name != "model.h" else ""
         assert all(re.fullmatch(r"<[a-z]+>" + own, h) for h in headers), f"not C++20: {headers}"
 
 

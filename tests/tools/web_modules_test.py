@@ -16,7 +16,8 @@ from PIL import Image
 NO_NODE = 77
 ROOT, BIN = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 PAIR = ROOT / "surrogate" / "pairs" / "cmu-smooth-62.5-8mm"
-STATES = (("0.3", "30", "40"), ("0.6", "75", "25"), ("-0.3", "-80", "20"))  # slip, attack angle [deg], load [N]
+# Slip, attack angle [deg], load [N]; runs near each of them lie outside of the model's intervals.
+STATES = (("0.3", "75", "40"), ("0.6", "80", "25"), ("-0.3", "-80", "20"))
 
 HEAD = "slip,attack_angle_deg,load_n,f_x_n,f_x_sd\n"
 BAD_TABLES = (

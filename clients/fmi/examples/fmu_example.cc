@@ -1,4 +1,4 @@
-// A quarter of a vehicle drops onto soil and drives off: fmu_example FOLDER [SECONDS]
+// A quarter of a vehicle drops onto soil, rolling, and drives on: fmu_example FOLDER [SECONDS]
 // FOLDER: an FMU that was unpacked. The host is this program: masses, motor, integration at 1 ms.
 #include <cmath>
 #include <cstdio>
@@ -14,7 +14,9 @@ int main(int argc, char** argv) try {
   const double radius = wheel.Get("wheel_radius"), dt = 1e-3, gravity = 9.81;
   const double mass = 1.2, inertia = 0.5 * 0.3 * radius * radius;  // of the wheel 0.3 kg
   const double wanted_spin = 0.1 / radius, end = argc > 2 ? std::atof(argv[2]) : 5;
-  double x = 0, z = radius + 0.01, v_x = 0, v_z = 0, spin = 0, turned = 0;
+  // It starts rolling, the hub at the rim's speed: from rest, a wheel that is driven at once slips
+  // by almost 1, where the model of a loose sand may have no pull, and it would spin on the spot.
+  double x = 0, z = radius + 0.01, v_x = 0.1, v_z = 0, spin = wanted_spin, turned = 0;
   for (int i = 0; i * dt < end; ++i) {
     wheel.Set("wheel_state.pos.x", x);
     wheel.Set("wheel_state.pos.z", z);

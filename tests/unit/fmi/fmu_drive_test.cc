@@ -107,10 +107,15 @@ TEST_P(FmuDrive, RollsOutWithoutGainingEnergy) {
   }
 }
 
+// It starts rolling, the hub at the rim's speed: from rest, a wheel that is driven at once slips by
+// almost 1, where the model of a loose sand may have no pull: a second equilibrium, on the spot.
 TEST_P(FmuDrive, DrivesSteadily) {
   Host host("fmi3", GetParam());
   host.motor = 1;
   host.wanted_spin = 0.1 / host.radius;
+  host.v_x = 0.1;
+  host.spin = host.wanted_spin;
+  const double start = host.Energy();
   host.Run(4);
   const double speed = host.v_x, load = host.wheel.Get("contact.load");
   EXPECT_GT(speed, 0.05);
@@ -124,7 +129,7 @@ TEST_P(FmuDrive, DrivesSteadily) {
   }
   EXPECT_LT(fastest - slowest, 0.01 * speed);
   EXPECT_NEAR(host.wheel.Get("contact.f_x"), 0, 0.02 * load);  // nothing is pulled
-  EXPECT_LT(host.Energy(), host.work + host.mass * 9.81 * (host.radius + 0.011));
+  EXPECT_LT(host.Energy(), host.work + start + host.mass * 9.81 * 0.001);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ TEST(Mujoco, ForcesAreTheModelsAtTheSameSlipAngleAndLoad) {
   const Model sand = Model::Open(kSand);
   SoilContact soil(scene.m, {{"wheel_*", &sand, {.relaxation_over_radius = 0}}}, "ground");
   World world(scene.m);
-  world.Drive(0.03, 0.09);
+  world.Roll(0.03, 0.09);
   for (int i = 0; i < 1500; ++i) world.Step(&soil);
   mjData* d = world.d;
   mj_step1(scene.m, d);
@@ -130,7 +130,7 @@ TEST(Mujoco, DrivesAsTheVehicleSolverSays) {
   const double asked[][2] = {{0.06, 0.06}, {0.09, 0.09}, {0.07, 0.09}, {0.05, 0.1}};
   for (const auto& rims : asked) {
     World world(scene.m);
-    world.Drive(rims[0], rims[1]);
+    world.Roll(rims[0], rims[1]);
     double forward = 0, yaw_rate = 0, power = 0, rim[2] = {0, 0};
     const int settle = 4000, mean = 1000;
     for (int i = 0; i < settle + mean; ++i) {
@@ -170,8 +170,8 @@ TEST(Mujoco, MirrorsLeftAndRight) {
   const Model sand = Model::Open(kSand);
   SoilContact soil(scene.m, {{"wheel_*", &sand}}, "ground");
   World left(scene.m), right(scene.m);
-  left.Drive(0.03, 0.09);
-  right.Drive(0.09, 0.03);
+  left.Roll(0.03, 0.09);
+  right.Roll(0.09, 0.03);
   for (int i = 0; i < 2000; ++i) {
     left.Step(&soil);
     right.Step(&soil);

@@ -62,6 +62,16 @@ struct World {
   void Drive(double left, double right) {
     for (int i = 0; i < 4; ++i) d->ctrl[i] = (i % 2 == 0 ? left : right) / 0.0625;
   }
+  /// Drive() from a start of rolling: each side's hubs move at its rim speed. From rest, wheels
+  /// that are driven at once slip by almost 1, where the model of a loose sand may have no pull: a
+  /// second equilibrium, in which the wheels spin on the spot.
+  void Roll(double left, double right) {
+    Drive(left, right);
+    constexpr double kTrack = 0.4;  // of rover.xml [m]
+    d->qvel[0] = 0.5 * (left + right);
+    d->qvel[5] = (right - left) / kTrack;
+    for (int i = 0; i < 4; ++i) d->qvel[6 + i] = d->ctrl[i];
+  }
   /// Stands for a second, goes ahead, turns, goes back in a curve, stands from 14 s on.
   void DriveAround() {
     const double t = d->time;
