@@ -49,6 +49,16 @@ std::string SerializeDeterministically(const v1alpha1::Model& model) {
 
 }  // namespace
 
+int ModelFileVersionOf(const v1alpha1::Model& model) {
+  constexpr int kShareChannel = 2;  // f_z's: surrogate/models/residual_table.h
+  const bool hybrid = model.kind() == v1alpha1::MODEL_KIND_HYBRID ||
+                      model.kind() == v1alpha1::MODEL_KIND_UNSPECIFIED;
+  const v1alpha1::ResidualTable& table = model.residual();
+  const bool share = hybrid && table.coefficients_size() > kShareChannel &&
+                     table.coefficients(kShareChannel).values_size() > 0;
+  return share ? 3 : 2;
+}
+
 std::string DigestOf(const v1alpha1::Model& model) {
   return Sha256OfString(SerializeDeterministically(model));
 }
@@ -56,8 +66,8 @@ std::string DigestOf(const v1alpha1::Model& model) {
 std::string WriteModelFile(const std::string& path, const v1alpha1::Model& model) {
   const std::string payload = SerializeDeterministically(model);
   const std::string digest = Sha256OfString(payload);
-  WriteFileDurably(path, kMagic + VersionText(kModelFileVersion) + LengthBytes(payload.size()) +
-                             digest + payload);
+  WriteFileDurably(path, kMagic + VersionText(ModelFileVersionOf(model)) +
+                             LengthBytes(payload.size()) + digest + payload);
   return digest;
 }
 

@@ -10,8 +10,11 @@ namespace grouser::records {
 /// Model files: 16-byte header (magic "GROUSERMODEL\n", version), then the
 /// length and the SHA-256 of the payload, then a serialised v1alpha1.Model.
 /// No HDF5 here: the server links this target. Version 001 had bekker_values and
-/// created_unix_s; surrogate::ReadModel reads both.
-inline constexpr int kModelFileVersion = 2;
+/// created_unix_s; surrogate::ReadModel reads both. Version 003 is 002 with a share of the table in
+/// a hybrid's answer, which programs that know 002 alone would take for an addition to the physics;
+/// it is written for such models, 002 for all others.
+inline constexpr int kModelFileVersion = 3;  ///< the last that is read
+int ModelFileVersionOf(const v1alpha1::Model& model);
 
 /// Writes aside, syncs, renames, syncs the folder. Returns the digest: the
 /// lower-case hex SHA-256 of the payload. Throws std::runtime_error with path
@@ -27,7 +30,7 @@ struct LoadedModel {
   int version = kModelFileVersion;
 };
 
-/// The message as the file holds it, of version 001 or today's (surrogate::ReadModel gives
+/// The message as the file holds it, of any version (surrogate::ReadModel gives
 /// it in today's form). Throws std::runtime_error "PATH: what is wrong, what was expected"
 /// for a missing, truncated, corrupted or foreign file, one of more than
 /// kMaxModelFileBytes, and what is no regular file. Never waits.

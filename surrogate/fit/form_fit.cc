@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "surrogate/model_io/form_message.h"
@@ -28,9 +29,12 @@ double MiddleLoad(const v1alpha1::Domain& domain) {
   return std::sqrt(domain.load_min_n() * domain.load_max_n());
 }
 
-// Degrees that people measure at; rows of one angle are alike to a thousandth.
+// Rows whose angles round to the same multiple of this are of one angle: rigs hold an angle to a
+// degree or so, and are set to angles further apart.
+constexpr double kAngleStep = 5 * std::numbers::pi / 180;
+
 long AngleKey(const v1alpha1::MeasuredPoint& p) {
-  return std::lround(1e3 * std::fabs(p.attack_angle_rad()));
+  return std::lround(std::fabs(p.attack_angle_rad()) / kAngleStep);
 }
 
 }  // namespace

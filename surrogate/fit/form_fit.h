@@ -15,10 +15,10 @@ namespace grouser::surrogate {
 ///
 /// M: mean of (model minus measurement)^2, D: that of the variance which the model's own interval
 /// against DEM stands for; forces and moments brought to the middle load. k: rows straight ahead,
-/// where all are at one angle; in the other regions the attack angles that were measured, since
-/// rows of one angle miss alike. What is below the standard error of M, k of them cannot tell from
-/// 0. factor: two-sided quantile of Student's t with k degrees of freedom (M is about 0, not about
-/// a mean). No row: both NaN.
+/// where all are at one angle; in the other regions the attack angles that were measured, to the
+/// nearest 5 degrees, since rows of one angle miss alike. What is below the standard error of M, k
+/// of them cannot tell from 0. factor: two-sided quantile of Student's t with k degrees of freedom
+/// (M is about 0, not about a mean). No row: both NaN.
 struct FormEstimate {
   FormErrors form;
   std::array<std::array<int, kOutputs>, kMeasuredRegions> rows{};
@@ -34,8 +34,8 @@ std::vector<MeasuredRow> MeasuredInDomain(const TabulatedModel& model,
 /// over all of them; NaN where fewer than three are known.
 void SetFormError(const TabulatedModel& model, v1alpha1::Model* message);
 
-/// One attack angle left out of the estimate: how many of its rows lie inside the intervals of
-/// MEASURED that the other angles give.
+/// One attack angle (to the nearest 5 degrees) left out of the estimate: how many of its rows lie
+/// inside the intervals of MEASURED that the other angles give.
 struct AngleLeftOut {
   double attack_angle_rad;
   Output output;

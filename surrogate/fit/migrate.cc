@@ -31,7 +31,7 @@ Content ReadModelContent(const std::string& file) {
   MakeTestedModel(loaded.model);
   loaded.model.mutable_provenance()->set_converted_from(loaded.digest);
   return {
-      loaded.version == records::kModelFileVersion, loaded.digest,
+      loaded.version == records::ModelFileVersionOf(loaded.model), loaded.digest,
       [model = loaded.model](const std::string& path) { return WriteTestedModel(path, model); }};
 }
 

@@ -11,8 +11,8 @@ namespace grouser::surrogate {
 
 /// Physics and fields as fitted, before the fields become a table. Fields are over
 /// OutputScale: of what physics leaves, or of the whole answer, which then is
-///   (1 - s) physics + s field, s = FieldShare(reach),
-/// so that physics alone answers where runs say nothing.
+///   (1 - s) physics + s field, s = FieldShare(distance),
+/// so that physics alone answers motions and loads that no run has.
 struct Trained {
   BekkerParameters physics;
   bool with_physics = true;  ///< else the fields are the whole answer, s = 1
@@ -20,8 +20,7 @@ struct Trained {
   std::array<FieldSettings, kOutputs> settings;
   std::vector<ResidualField> fields;  ///< one an output
   std::shared_ptr<const HullDistance> distance;
-  std::shared_ptr<const HullDistance> reach;  ///< the same over the fields' own lengths
-  SpeedAxis speed;                            ///< of the fields, its saturation by the likelihood
+  SpeedAxis speed;  ///< of the fields, its saturation by the likelihood
   double gravity_m_per_s2;
 };
 
@@ -47,8 +46,8 @@ struct Prediction {
   std::array<double, kOutputs> value, physics;
   double distance;  ///< hull distance
 };
-/// 1 where the runs leave less than half of the prior sd open, 0 where they leave all.
-double FieldShare(double reach);
+/// 1 to a hull distance of 0.3, falling smoothly to 0 at 0.6 (about Hull::kFarFromRuns).
+double FieldShare(double distance);
 Prediction Predict(const Trained& trained, const WheelGeometry& wheel, const Sample& at);
 
 /// The table of the fields over [load_min/3, load_max 3]; beyond the training

@@ -155,6 +155,7 @@ void Place(StateFacts* f, Explanation* e) {
     }
   } else {
     f->table_distance = std::fmax(TrainedDistance(*f->model, *f->canonical, f->load), 0);
+    if (HasPhysics(*f->model)) f->share = TrainedShare(*f->model, *f->canonical, f->load);
     f->excess = ExcessOf(f->hull->box(), *f->canonical, f->load, fastest);
   }
   f->distance = f->table_distance + f->excess.Sum();

@@ -134,10 +134,19 @@ void Extrapolated(const StateFacts& f, Reasons* say) {
   }
 }
 
+// To what a text shows of the share.
+bool PhysicsAlone(const StateFacts& f) { return f.share < 0.005; }
+
+std::string PhysicsPart(const StateFacts& f) {
+  return fmt::format("{:.0f} % of the answer is theirs", 100 * (1 - f.share));
+}
+
 void NoEquilibrium(const StateFacts& f, Reasons* say) {
-  say->Say(fmt::format("the soil carries {:.4g} of {:.4g} N at a sinkage of 1.2 radii, where the "
-                       "model ends",
-                       f.value[kFz], f.load),
+  const std::string carries =
+      fmt::format("the soil carries {:.4g} of {:.4g} N", f.value[kFz], f.load);
+  say->Say(PhysicsAlone(f) ? carries + " at a sinkage of 1.2 radii, where the model ends"
+                           : carries + ": the law of the physics does not carry the load, and " +
+                                 PhysicsPart(f),
            "f_z_n", f.value[kFz], f.load);
 }
 
@@ -147,7 +156,9 @@ void Clamped(const StateFacts& f, Reasons* say) {
         fmt::format("a yaw rate of {:.3g} rad/s was given; the model has none and takes 0", f.yaw),
         "yaw_rate_rad_per_s", f.yaw, 0);
   }
-  if ((f.flags & kNoEquilibrium) != 0) {
+  if ((f.flags & kNoEquilibrium) != 0 && !PhysicsAlone(f)) {
+    say->Say("the physics' sinkage was held at 1.2 radii, and " + PhysicsPart(f));
+  } else if ((f.flags & kNoEquilibrium) != 0) {
     say->Say(fmt::format("the sinkage was held at 1.2 radii, {:.1f} mm",
                          1.2e3 * f.model->wheel().radius_m()),
              "sinkage_m", f.value[kSinkage], 1.2 * f.model->wheel().radius_m());

@@ -160,16 +160,28 @@ Hull TrainedHull(const v1alpha1::Model& model) {
   }
 }
 
-double TrainedDistance(const v1alpha1::Model& model, const Canonical& state, double load) {
+namespace {
+
+double ChannelAt(const v1alpha1::Model& model, int channel, const Canonical& state, double load) {
   if (model.residual().coefficients().empty()) return 0;
   try {
     return WithTable(model, [&](const TableAxes& axes, const Channels& channels) {
-      return ResidualTable::EvaluateChannel(axes, channels[ResidualTable::kDistance],
-                                            ToChart(state), std::log(load));
+      return ResidualTable::EvaluateChannel(axes, channels[channel], ToChart(state),
+                                            std::log(load));
     });
   } catch (const std::invalid_argument& error) {
     Fail(model, error.what());
   }
+}
+
+}  // namespace
+
+double TrainedDistance(const v1alpha1::Model& model, const Canonical& state, double load) {
+  return ChannelAt(model, ResidualTable::kDistance, state, load);
+}
+
+double TrainedShare(const v1alpha1::Model& model, const Canonical& state, double load) {
+  return ChannelAt(model, ResidualTable::kShare, state, load);
 }
 
 BekkerModel TrainedPhysics(const v1alpha1::Model& model) {

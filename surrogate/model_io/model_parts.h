@@ -13,6 +13,8 @@ namespace grouser::surrogate {
 Hull TrainedHull(const v1alpha1::Model& model);
 /// The hull distance by the residual's table, at a moving state; no table: 0. Copies no table.
 double TrainedDistance(const v1alpha1::Model& model, const Canonical& state, double load);
+/// q of HybridModel; 0 where the table is added to the physics.
+double TrainedShare(const v1alpha1::Model& model, const Canonical& state, double load);
 /// Precondition: a model with physics of a soil.
 BekkerModel TrainedPhysics(const v1alpha1::Model& model);
 /// Not present where no run was at another speed.

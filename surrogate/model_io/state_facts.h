@@ -30,6 +30,7 @@ struct StateFacts {
   std::optional<Canonical> canonical;  ///< of a finite, moving state on the ground
   std::optional<Hull> hull;            ///< of the model of a soil
   double distance = 0, table_distance = 0;
+  double share = 0;  ///< of the runs in the answer; the rest is physics'
   ExcessParts excess{};
 };
 

@@ -14,8 +14,15 @@ namespace {
 constexpr double kLighter = 4, kHeavier = 3;  // reach of the load axis beyond the hull
 constexpr double kAmple = 8;                  // |ln(largest load/load)| from which it is all one
 
-// ln(largest load/load) of an answer of which physics have the share 1 - q.
-double Carried(double margin, double q) { return (1 - q) * margin + kAmple * q; }
+// ln(largest load/load) of physics that carry `most` [N] at most.
+double Margin(double most, double log_load) {
+  return std::clamp(std::log(std::max(most, 1e-30)) - log_load, -kAmple, kAmple);
+}
+
+// That of an answer of which physics have the share 1 - q.
+double Carried(double margin, double q) {
+  return (1 - q) * margin + kAmple * SmoothStep(2 * q - 1);
+}
 
 // The canonical state at a place of the chart, exact at its ends.
 Canonical FromChart(const ChartPoint& at) {
@@ -86,8 +93,7 @@ std::vector<double> AddTrend(const BekkerModel& physics, BlockSolver solver, con
     if (i % (axes.load + 1) == 0) {  // the loads of a motion stand side by side
       most = physics.AtSinkage(FromChart(nodes[i].chart), physics.max_sinkage()).value[kFz];
     }
-    const double all = std::log(std::max(most, 1e-30)) - nodes[i].log_load;
-    margin[i] = Carried(std::clamp(all, -kAmple, kAmple), share);
+    margin[i] = Carried(Margin(most, nodes[i].log_load), share);
   }
   return margin;
 }
@@ -153,10 +159,11 @@ HybridModel::Answer HybridModel::Complete(const BekkerModel::Answer& trend, doub
   ApplyMirrors(state, &more);
   const double share = rest[ResidualTable::kShare];
   for (int o = 0; o < kOutputs; ++o) answer.value[o] = (1 - share) * trend.value[o] + more[o];
-  if (trend.no_equilibrium) {
-    const double carried = Carried(std::log(trend.value[kFz] / load), share);
+  if (trend.no_equilibrium && share == 0) answer.flags |= kNoEquilibrium | kClamped;
+  if (trend.no_equilibrium && share != 0) {
+    const double carried = Carried(Margin(trend.value[kFz], log_load), share);
     if (carried < 0) answer.flags |= kNoEquilibrium | kClamped;
-    if (share != 0) answer.value[kFz] = carried < 0 ? load * std::exp(carried) : load;
+    answer.value[kFz] = carried < 0 ? load * std::exp(carried) : load;
   }
   if (answer.value[kSinkage] < 0) {
     answer.value[kSinkage] = 0;

@@ -23,9 +23,10 @@ struct Resolution {
 ///   value = (1 - q(state)) bekker(state) + s T(state), s = load, load r or r
 ///
 /// q is T's channel of f_z (ResidualTable::kShare). Where it is none T is what physics leave
-/// of the runs. Where it is 1, about the runs, T is the answer; far off it is 0, and the answer
-/// that of physics. NO_EQUILIBRIUM, f_z: (1 - q) m + 8 q, m = ln(largest load that
-/// has an equilibrium/load) of physics, is what says how much the soil carries.
+/// of the runs. Where it is 1, about the runs, T is the answer; where it is 0, at motions and loads
+/// that no run has, the answer is that of physics. NO_EQUILIBRIUM, f_z: (1 - q) m + 8 S(2 q - 1),
+/// m = ln(largest load that has an equilibrium/load) of physics within -8 to 8, S(x) = 3 x^2 - 2
+/// x^3 within 0 to 1, is ln of what the soil carries/load: runs say so where q is above 1/2.
 ///
 /// Uncertainty and intervals: see Hull. EvaluateOne is this law. Evaluate is as well,
 /// one state at a time, until Prepare: from then on a table of it (Tabulate) answers, or
@@ -73,7 +74,7 @@ class HybridModel final : public TabulatedModel {
 
   /// Of what Tabulate makes. To be raised with any change that changes a bit of it: tables are kept
   /// between processes (kept_table_test.cc knows what one was).
-  static constexpr int kTableVersion = 1;
+  static constexpr int kTableVersion = 2;
   /// The table that answers, to be kept; empty: none that Tabulate made.
   std::string TableBytes() const;
   /// How many bytes those are of the table that Prepare makes; 0: it makes none that is worth

@@ -25,6 +25,12 @@ struct TableNode {
 };
 std::vector<TableNode> TableNodes(const TableAxes& axes);
 
+/// 3 x^2 - 2 x^3, 0 below x = 0 and 1 above 1.
+inline double SmoothStep(double x) noexcept {
+  const double t = x < 0 ? 0 : x > 1 ? 1 : x;
+  return t * t * (3 - 2 * t);
+}
+
 /// Coefficients of the tensor product of uniform cubic B-splines that takes
 /// `node_values` (order of TableNodes) at the nodes, with a channel's parity:
 /// (direction + 3)(lateral + 3)(load + 3) numbers, as ResidualTable wants them.

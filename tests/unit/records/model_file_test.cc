@@ -33,6 +33,25 @@ TEST(ModelFile, RoundTrip) {
   EXPECT_EQ(WriteModelFile(folder / "again", loaded.model), digest);
 }
 
+// Programs that know version 002 alone would add to the physics what is a share of the answer.
+TEST(ModelFile, AHybridWithAShareHasAVersionOfItsOwn) {
+  const TempFolder folder;
+  v1alpha1::Model model = SomeModel();
+  const auto written = [&] {
+    WriteModelFile(folder / "m", model);
+    return ReadModelFile(folder / "m").version;
+  };
+  EXPECT_EQ(written(), 2);
+  for (int channel = 0; channel < 7; ++channel) model.mutable_residual()->add_coefficients();
+  model.mutable_residual()->mutable_coefficients(0)->add_values(0.5);
+  EXPECT_EQ(written(), 2);
+  model.mutable_residual()->mutable_coefficients(2)->add_values(1);
+  EXPECT_EQ(written(), 3);
+  EXPECT_EQ(ReadFileBytes(folder / "m").substr(13, 3), "003");
+  model.set_kind(v1alpha1::MODEL_KIND_LOOKUP);  // its table is all of the answer, as ever
+  EXPECT_EQ(written(), 2);
+}
+
 TEST(ModelFile, EveryTruncationIsRefusedWithThePath) {
   const TempFolder folder;
   WriteModelFile(folder / "m", SomeModel());
@@ -59,7 +78,7 @@ TEST(ModelFile, ForeignFlippedAndNewerFilesAreRefused) {
   newer[15] = '9';
   WriteFileDurably(folder / "x", newer);
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }),
-              HasSubstr("expected one up to '002'"));
+              HasSubstr("expected one up to '003'"));
   WriteFileDurably(folder / "x", bytes + "more");
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "x"); }), HasSubstr("extended"));
   EXPECT_THAT(MessageOf([&] { ReadModelFile(folder / "none"); }), HasSubstr("none: cannot open"));

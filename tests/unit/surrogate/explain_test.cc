@@ -384,6 +384,24 @@ TEST(Explain, TellsTheReasonOfEveryOtherFlag) {
   EXPECT_THAT(ReasonsOf(heavy, kExtrapolated), HasSubstr("is above 0.7 of the radius, 43.8 mm"));
 }
 
+// Of an answer that is physics' in part, the sinkage is not the one at which they end.
+TEST(Explain, SaysWhatPartOfAnOverloadedAnswerIsPhysics) {
+  v1alpha1::Model message = testing::SmallMessage();
+  v1alpha1::ResidualTable* table = message.mutable_residual();
+  const int size = table->coefficients(ResidualTable::kDistance).values_size();
+  auto* share = table->mutable_coefficients(ResidualTable::kShare)->mutable_values();
+  share->Clear();
+  share->Resize(size, 0.2);
+  const Explanation heavy = Loaded::ByLaw(message).Explain(BySlip(0.1, 0, 3000));
+  const std::string carries = ReasonsOf(heavy, kNoEquilibrium);
+  const std::string held = ReasonsOf(heavy, kClamped);
+  EXPECT_THAT(carries, HasSubstr("of 3000 N: the law of the physics does not carry the load"));
+  for (const std::string& text : {carries, held}) {
+    EXPECT_THAT(text, HasSubstr("80 % of the answer is theirs"));
+  }
+  EXPECT_THAT(held, ::testing::Not(HasSubstr("75.0 mm")));
+}
+
 TEST(Explain, TellsWhatWasNeverMeasuredOrFitted) {
   v1alpha1::Model message = testing::SmallMessage();
   message.clear_form_by_region();

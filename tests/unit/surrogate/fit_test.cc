@@ -10,6 +10,7 @@
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/model_parts.h"
 #include "surrogate/model_io/write_model.h"
 #include "tests/unit/surrogate/synthetic.h"
 
@@ -152,6 +153,23 @@ TEST(FitModel, WherePhysicsMisleadsTheTableIsTheAnswerNearRuns) {
   const auto physics = law.physics().Solve(v.v_x, v.v_y, v.rim_speed, 200);
   for (int o = 0; o < kOutputs; ++o) EXPECT_NEAR(heavy.value[o], physics.value[o], 1e-9);
   EXPECT_NE(heavy.flags & kExtrapolated, 0u);
+  // And at motions that no run has: a rim that turns against the travel, at the runs' loads.
+  for (const VelocityState& other : {VelocityState{0.05, 0, -0.1}, VelocityState{0.05, 0.03, -0.1},
+                                     VelocityState{0.03, 0, -0.1}}) {
+    const Canonical state = ToCanonical(other.v_x, other.v_y, other.rim_speed);
+    EXPECT_NEAR(TrainedShare(model, state, 20), 0, 1e-3);
+    const auto at = law.EvaluateOne(other.v_x, other.v_y, other.rim_speed, 20);
+    const auto alone = law.physics().Solve(other.v_x, other.v_y, other.rim_speed, 20);
+    for (const Output o : kPredicted) {
+      EXPECT_NEAR(at.value[o], alone.value[o], 2e-3 * OutputScale(o, 20, 0.0625));
+    }
+  }
+  for (const v1alpha1::RunSummary& run : runs) {
+    if (run.role() != v1alpha1::RUN_ROLE_TRAIN) continue;
+    const VelocityState of_run = FromSlip(run.slip(), run.attack_angle_rad(), 0.1);
+    const Canonical state = ToCanonical(of_run.v_x, of_run.v_y, of_run.rim_speed);
+    EXPECT_NEAR(TrainedShare(model, state, run.load_n()), 1, 1e-2) << run.run_id();
+  }
 }
 
 TEST(FitModel, WherePhysicsLeadTheTableIsWhatTheyLeave) {

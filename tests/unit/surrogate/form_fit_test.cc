@@ -16,6 +16,7 @@
 #include "surrogate/fit/print.h"
 #include "surrogate/model_io/form_message.h"
 #include "surrogate/model_io/load_model.h"
+#include "surrogate/model_io/model_parts.h"
 #include "surrogate/model_io/upgrade.h"
 
 namespace grouser::surrogate {
@@ -82,6 +83,24 @@ TEST(FormFit, ByRegionAtTheMiddleLoadLessTheIntervalsOwnPart) {
   EXPECT_TRUE(std::isnan(braking.sd[kFx]) && std::isnan(braking.factor[kFx]));
   for (int k = 0; k < 6; ++k) table.Add(0.2, 0, 20, 1, 4, 1.645);
   EXPECT_NEAR(EstimateForm(table.Rows(), 20, kLevel).form.region[0].sd[kFx], std::sqrt(8), 1e-3);
+}
+
+// A rig does not hold an angle to the last digit.
+TEST(FormFit, JitteredAnglesAreOne) {
+  constexpr auto kAngled = static_cast<std::size_t>(MeasuredRegion::kAngled);
+  Table table;
+  for (const double degrees : {29.9, 30.0, 30.1, 29.2, 31.3}) {
+    table.Add(0.2, degrees, 20, 1, 4, 0);
+  }
+  EXPECT_EQ(EstimateForm(table.Rows(), 20, kLevel).rows[kAngled][kFx], 5);
+  EXPECT_NEAR(EstimateForm(table.Rows(), 20, kLevel).form.region[kAngled].factor[kFx], 6.3138,
+              1e-4);  // one degree of freedom
+  EXPECT_EQ(LeaveAnglesOut(table.Rows(), 20, kLevel).size(), 1u);
+  table.Add(0.2, 45.2, 20, 1, 4, 0);
+  table.Add(0.2, -44.8, 20, 1, 4, 0);
+  EXPECT_NEAR(EstimateForm(table.Rows(), 20, kLevel).form.region[kAngled].factor[kFx], 2.9200,
+              1e-4);
+  EXPECT_EQ(LeaveAnglesOut(table.Rows(), 20, kLevel).size(), 2u);
 }
 
 // Share of rows inside the intervals that the other angles give, the model itself exact. Misses:
@@ -168,6 +187,29 @@ TEST(ShippedPair, MeasuredIntervalsHoldAnglesThatWereLeftOut) {
   for (const AngleLeftOut& one : all) {
     EXPECT_GE(one.rows, 19) << kOutputFields[one.output].name;
     EXPECT_TRUE(BinomialBand(one.rows, kLevel).Has(one.inside)) << one.inside;
+  }
+}
+
+// About a pair's runs the table is the answer; at motions that no run has physics are: a rim that
+// turns against the travel, of the atv. The CMU pair has runs of such.
+TEST(ShippedPair, RunsAnswerWhereTheyAreAndPhysicsElsewhere) {
+  for (const char* name : {"cmu-smooth-62.5-8mm", "atv-20x10-lugged-20mm"}) {
+    const auto message = ReadModel(std::string(GROUSER_PAIRS) + "/" + name + "/hybrid.model").model;
+    const double middle = std::sqrt(message.domain().load_min_n() * message.domain().load_max_n());
+    const auto share = [&](const VelocityState& v, double load) {
+      return TrainedShare(message, ToCanonical(v.v_x, v.v_y, v.rim_speed), load);
+    };
+    for (const v1alpha1::RunSummary& run : message.provenance().runs()) {
+      if (run.role() != v1alpha1::RUN_ROLE_TRAIN) continue;
+      if (run.status() != v1alpha1::RUN_STATUS_STEADY) continue;
+      const VelocityState v = FromSlip(run.slip(), run.attack_angle_rad(), 1);
+      EXPECT_NEAR(share(v, run.load_n()), 1, 0.05) << name << " " << run.run_id();
+    }
+    EXPECT_LT(share({0, 0, 1}, message.domain().load_min_n()), 0.6) << name;  // slip 1
+    if (std::string(name).starts_with("cmu")) continue;
+    for (const VelocityState& v : {VelocityState{0.5, 0, -1}, VelocityState{0.5, 0.3, -1}}) {
+      EXPECT_NEAR(share(v, middle), 0, 0.02);
+    }
   }
 }
 

@@ -129,7 +129,7 @@ TEST(ResidualTable, OneChannelIsThatOfTheWholeTable) {
 }
 
 // A table that is everywhere the same, of even outputs alone, with a share.
-HybridModel MakeShared(double share) {
+HybridModel MakeShared(double share, const BekkerParameters& physics = {}) {
   const TableAxes axes{45, 18, 6, std::log(2.0), std::log(200.0)};
   std::array<std::vector<double>, ResidualTable::kChannels> channels;
   std::array<std::span<const double>, ResidualTable::kChannels> spans;
@@ -139,7 +139,7 @@ HybridModel MakeShared(double share) {
   };
   fill(kSinkage, 0.3);
   fill(ResidualTable::kShare, share);
-  return {BekkerModel(BekkerParameters{}, {0.0625, 0.05}), ResidualTable(axes, spans), MakeHull(),
+  return {BekkerModel(physics, {0.0625, 0.05}), ResidualTable(axes, spans), MakeHull(),
           MakeUncertainty()};
 }
 
@@ -172,6 +172,44 @@ TEST(Hybrid, ATableThatIsTheAnswerCarriesTheLoad) {
     const auto at = model.EvaluateOne(0.1, 0, 0.1, load);
     EXPECT_EQ((at.flags & kNoEquilibrium) == 0, share == 1);
     EXPECT_NEAR(at.value[kFz], share == 1 ? load : load / 20, 1e-6 * load);
+  }
+}
+
+// Physics that hold most of the answer say whether the soil carries the load; runs do from about
+// a half.
+TEST(Hybrid, PhysicsThatAreMostOfTheAnswerKeepNoEquilibrium) {
+  for (const double share : {0.1, 0.2, 0.3, 0.4, 0.75, 0.9}) {
+    const HybridModel law = MakeShared(share);
+    HybridModel table = MakeShared(share);
+    table.Prepare();
+    const double most =
+        law.physics().AtSinkage(ToCanonical(0.1, 0, 0.1), law.physics().max_sinkage()).value[kFz];
+    for (const double times : {1.05, 1.5, 4.0}) {
+      const double load = times * most, carried = load * std::pow(times, share - 1);
+      const auto at = law.EvaluateOne(0.1, 0, 0.1, load);
+      const auto by_table = AnswerOf(table, {0.1, 0, 0.1}, load);
+      const std::uint32_t want = share < 0.5 ? kNoEquilibrium | kClamped : 0u;
+      EXPECT_EQ(at.flags & (kNoEquilibrium | kClamped), want) << share << " " << times;
+      EXPECT_EQ(by_table.flags & (kNoEquilibrium | kClamped), want) << share << " " << times;
+      EXPECT_NEAR(at.value[kFz], share < 0.5 ? carried : load, 1e-9 * load) << share;
+      EXPECT_NEAR(by_table.value[kFz], at.value[kFz], 0.01 * load) << share << " " << times;
+    }
+  }
+}
+
+// A law whose shear presses the wheel down where it is locked deep in the soil carries nothing.
+TEST(Hybrid, PhysicsThatCarryNothingGetFlagsAndNumbers) {
+  BekkerParameters grips;
+  grips.friction_angle = 1.3;
+  grips.shear_modulus = 1e-4;
+  for (const double share : {0.0, 0.2, 1.0}) {
+    const HybridModel model = MakeShared(share, grips);
+    const auto deep =
+        model.physics().AtSinkage(ToCanonical(0.1, 0, -0.1), model.physics().max_sinkage());
+    ASSERT_LE(deep.value[kFz], 0);
+    const auto at = model.EvaluateOne(0.1, 0, -0.1, 24);
+    EXPECT_EQ((at.flags & kNoEquilibrium) != 0, share < 0.5) << share;
+    for (const double value : at.value) EXPECT_TRUE(std::isfinite(value)) << share;
   }
 }
 

@@ -73,7 +73,7 @@ TEST_F(MigrateTest, AModelAnswersBitwiseAsBeforeAndNamesWhatItWas) {
   EXPECT_EQ(result.before, was.digest);
   EXPECT_EQ(result.after, is.digest);
   EXPECT_NE(is.digest, was.digest);
-  EXPECT_EQ(is.version, records::kModelFileVersion);
+  EXPECT_EQ(is.version, 2);
   EXPECT_EQ(is.model.provenance().converted_from(), was.digest);
   EXPECT_THAT(MigrationText({result}),
               testing::AllOf(HasSubstr(was.digest), HasSubstr(is.digest), HasSubstr("aliases")));
