@@ -9,7 +9,7 @@
 namespace grouser::vehicle {
 
 /// What solver->Solve(motions, out) finds, bit for bit; `stop` is asked before the batch and before
-/// each motion that has to be followed from others (64 solves at most).
+/// each motion that has to be followed from others (120 solves at most).
 inline void SolveAll(Solver* solver, std::span<const Motion> motions, std::span<Solution> out,
                      const StopWhen& stop) {
   StopIfAsked(stop);

@@ -9,7 +9,7 @@ namespace grouser::vehicle {
 namespace {
 
 constexpr double kFirstStep = 0.25, kMostStep = 0.5, kLeastStep = 1.0 / 64;  // of the way
-// Of one way; all three take fewer than SpeedPlanner::kMostSolvesToStop.
+// Of one way. All three, of the motion and of its mirror image, take fewer than 120.
 constexpr int kMostSolves = 18;
 
 // Whether more steps may balance it: neither tipped over nor outside of what the models know.
@@ -75,7 +75,11 @@ bool Solver::Work::FollowWay(const Motion& motion, bool ground, bool turn,
 }
 
 void Solver::Work::Follow(const Motion& motion, Solution* solution) noexcept {
-  if (!Unbalanced(*solution)) return;
+  if (!Unbalanced(*solution) || FollowWays(motion, solution)) return;
+  FollowMirror(motion, solution);
+}
+
+bool Solver::Work::FollowWays(const Motion& motion, Solution* solution) noexcept {
   const bool ground = motion.worse_by_sd != 0;
   bool turn = motion.yaw_rate_rad_per_s != 0 && motion.v_x_m_per_s != 0;
   if (mechanics.GivenOf(motion) == Motion::Given::kControls) {
@@ -85,9 +89,9 @@ void Solver::Work::Follow(const Motion& motion, Solution* solution) noexcept {
                        rim.begin() + static_cast<std::ptrdiff_t>(mechanics.vehicle().drives.size()),
                        [&](double r) { return r != rim[0]; });
   }
-  if (ground && FollowWay(motion, true, false, solution)) return;
-  if (turn && FollowWay(motion, false, true, solution)) return;
-  if (ground && turn) FollowWay(motion, true, true, solution);
+  if (ground && FollowWay(motion, true, false, solution)) return true;
+  if (turn && FollowWay(motion, false, true, solution)) return true;
+  return ground && turn && FollowWay(motion, true, true, solution);
 }
 
 }  // namespace grouser::vehicle

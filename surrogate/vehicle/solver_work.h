@@ -27,6 +27,8 @@ struct Solver::Work {
   void Run(SolveSource* source, Motion::Given of);
   void SolveOne(const Motion& motion, const Effort& effort, Solution* solution) noexcept;
   void Follow(const Motion& motion, Solution* solution) noexcept;
+  bool FollowWays(const Motion& motion, Solution* solution) noexcept;
+  bool FollowMirror(const Motion& motion, Solution* solution) noexcept;
   bool FollowWay(const Motion& motion, bool ground, bool turn, Solution* solution) noexcept;
   bool Start(const SolveSource::Task& task, std::size_t lane) noexcept;
   void Round(std::size_t count) noexcept;
