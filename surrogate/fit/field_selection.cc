@@ -136,7 +136,7 @@ SelectedField SelectField(const std::vector<FieldPoint>& points, const Eigen::Ve
     for (int a = 0; a < Lengths::kAxes; ++a) x[a] -= shorter;
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(options, problem, x.data(), &summary);
-    if (!std::isfinite(summary.final_cost)) continue;
+    if (!summary.IsSolutionUsable()) continue;  // final_cost says nothing then
     if (-summary.final_cost > best.likelihood) {
       best = {objective->SettingsAt(x.data()), -summary.final_cost};
     }

@@ -9,13 +9,13 @@ namespace grouser::vehicle {
 namespace {
 
 /// Which wheel and drive stands at the same place on the other side.
-struct Sides {
+struct Opposites {
   std::array<std::size_t, kMostWheels> wheel{};
   std::array<std::size_t, kMostDrives> drive{};
 };
 // None where the vehicle is not its own mirror image.
-std::optional<Sides> SidesOf(const Vehicle& v) {
-  Sides sides;
+std::optional<Opposites> OppositesOf(const Vehicle& v) {
+  Opposites opposites;
   if (v.centre_y_m != 0) return std::nullopt;
   for (std::size_t i = 0; i < v.wheels.size(); ++i) {
     std::size_t other = 0;
@@ -24,39 +24,39 @@ std::optional<Sides> SidesOf(const Vehicle& v) {
       ++other;
     }
     if (other == v.wheels.size()) return std::nullopt;
-    sides.wheel[i] = other;
+    opposites.wheel[i] = other;
     const int drive = v.wheels[i].drive, opposite = v.wheels[other].drive;
     if ((drive < 0) != (opposite < 0)) return std::nullopt;
     if (drive >= 0)
-      sides.drive[static_cast<std::size_t>(drive)] = static_cast<std::size_t>(opposite);
+      opposites.drive[static_cast<std::size_t>(drive)] = static_cast<std::size_t>(opposite);
   }
-  return sides;
+  return opposites;
 }
 
-Motion MirrorOf(const Vehicle& v, const Sides& sides, const Motion& motion) {
+Motion MirrorOf(const Vehicle& v, const Opposites& opposites, const Motion& motion) {
   Motion m = motion;
   m.yaw_rate_rad_per_s *= -1;
   m.yaw_acceleration_rad_per_s2 *= -1;
   m.bank_rad *= -1;
   m.steering_rad *= -1;
-  for (std::size_t i = 0; i < v.wheels.size(); ++i) m.soil[sides.wheel[i]] = motion.soil[i];
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) m.soil[opposites.wheel[i]] = motion.soil[i];
   for (std::size_t d = 0; d < v.drives.size(); ++d) {
-    m.rim_speed_m_per_s[sides.drive[d]] = motion.rim_speed_m_per_s[d];
+    m.rim_speed_m_per_s[opposites.drive[d]] = motion.rim_speed_m_per_s[d];
   }
   return m;
 }
 
 // What a warm search begins with.
-Solution MirrorOf(const Vehicle& v, const Sides& sides, const Solution& solution) {
+Solution MirrorOf(const Vehicle& v, const Opposites& opposites, const Solution& solution) {
   Solution s = solution;
   s.v_y_m_per_s *= -1;
   s.yaw_rate_rad_per_s *= -1;
   s.steering_rad *= -1;
   s.interval_slope = {};
   for (std::size_t d = 0; d < v.drives.size(); ++d) {
-    s.rim_speed_m_per_s[sides.drive[d]] = solution.rim_speed_m_per_s[d];
+    s.rim_speed_m_per_s[opposites.drive[d]] = solution.rim_speed_m_per_s[d];
   }
-  for (std::size_t i = 0; i < v.wheels.size(); ++i) s.wheel[sides.wheel[i]] = solution.wheel[i];
+  for (std::size_t i = 0; i < v.wheels.size(); ++i) s.wheel[opposites.wheel[i]] = solution.wheel[i];
   return s;
 }
 
@@ -64,13 +64,13 @@ Solution MirrorOf(const Vehicle& v, const Sides& sides, const Solution& solution
 
 bool Solver::Work::FollowMirror(const Motion& motion, Solution* solution) noexcept {
   const Vehicle& v = mechanics.vehicle();
-  const std::optional<Sides> sides = SidesOf(v);
-  if (!sides) return false;
-  const Motion mirror = MirrorOf(v, *sides, motion);
+  const std::optional<Opposites> opposites = OppositesOf(v);
+  if (!opposites) return false;
+  const Motion mirror = MirrorOf(v, *opposites, motion);
   Solution other;
   SolveOne(mirror, Effort{}, &other);
   if (!other.balanced && !FollowWays(mirror, &other)) return false;
-  Solution tried = MirrorOf(v, *sides, other);
+  Solution tried = MirrorOf(v, *opposites, other);
   SolveOne(motion, Effort{.warm = true, .attempts = 1}, &tried);
   if (!tried.balanced) return false;
   tried.evaluations += other.evaluations;

@@ -6,6 +6,7 @@ import base64
 import contextlib
 import hashlib
 import json
+import os
 import pathlib
 import shlex
 import signal
@@ -232,7 +233,7 @@ def main():
     if program is None:
         print(f"skipped: none of {', '.join(chromium.PROGRAMS)} is installed (the group full of cmake/packages.debian)")
         return NO_CHROMIUM
-    bin_dir, root = sys.argv[1:3]
+    bin_dir, root = (os.path.abspath(path) for path in sys.argv[1:3])
     pictures = sys.argv[4] if sys.argv[3:4] == ["--pictures"] else None
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page = chromium.Page(program, folder)
