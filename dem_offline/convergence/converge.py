@@ -2,9 +2,10 @@
 """How much of a wheel test's result is its time step, its box and its window.
 
 A few states of CAMPAIGN.yaml run as the campaign's scene has them and, on as many beds, with half the time step, with
-a bed twice as long and wide, and with twice as long a window (where the scene has one). The table gives each
-difference with its standard error, from the spread of the beds but not less than the runs' own: beds of another
-size are other beds. States: --at, or the campaign's first driven ones.
+a bed twice as long and wide, and with twice as long a window (where the scene has one: there the bed becomes wider
+alone, since its length only says after what way the same grains come again). The table gives each difference with its
+standard error, from the spread of the beds but not less than the runs' own: beds of another size are other beds.
+States: --at, or the campaign's first driven ones.
 
 OUT gets a folder for each variant and converge.json. What is done is not run again.
 
@@ -147,11 +148,12 @@ class Convergence:
         half["rig"]["rayleigh_fraction"] = step / 2
         if isinstance(half["rig"].get("scene"), dict):
             half["rig"]["scene"].pop("largest_step", None)
-        for key in ("bed_length_m", "bed_width_m"):
-            box["rig"][key] = 2 * number_of(self.scene_path, f"rig: {key}", box["rig"].get(key))
-        found = {"half_step": half, "double_box": box}
         window = self.scene["rig"].get("scene")
-        if isinstance(window, dict) and window.get("bed") == "window":
+        windowed = isinstance(window, dict) and window.get("bed") == "window"
+        for key in ("bed_width_m",) if windowed else ("bed_length_m", "bed_width_m"):
+            box["rig"][key] = 2 * number_of(self.scene_path, f"rig: {key}", box["rig"].get(key))
+        found = {"half_step": half, "double_width" if windowed else "double_box": box}
+        if windowed:
             longer = copy.deepcopy(self.scene)
             longer["rig"]["scene"]["window_length_m"] = 2 * self.length()
             found["double_window"] = longer
