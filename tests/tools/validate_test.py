@@ -128,6 +128,27 @@ class WholeWay(unittest.TestCase):
             self.assertEqual(before, after)  # nothing is run again
             self.goes_on_from_its_table(out, result)
 
+    def test_treads_at_any_angle(self):
+        """15, 45, 75 and 90 degrees with lugs: another scene and other rows, nothing else."""
+        import yaml
+        with tempfile.TemporaryDirectory() as out:
+            with open(SMOKE, encoding="utf-8") as file:
+                scene = yaml.safe_load(file)
+            scene["wheel"]["treads"] = [{"count": 6, "height_m": 0.005, "root_thickness_m": 0.004}]
+            for name, content in (("lugs.scene.yaml", scene), ("s.soil.yaml", scene["soil"])):
+                with open(os.path.join(out, name), "w", encoding="utf-8") as file:
+                    yaml.safe_dump(content, file)
+            with open(os.path.join(out, "table.csv"), "w", encoding="utf-8") as file:
+                file.write("slip,attack_angle_deg,load_n,f_y_n\n0.3,15,1.5,-0.3\n0.2,45,1.5,-0.6\n0.2,75,1.5,-1\n0.5,90,1.5,-1\n")
+            done = self.run_it(out, "--scene", os.path.join(out, "lugs.scene.yaml"))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(os.path.join(out, "v", "rows.json"), encoding="utf-8") as file:
+                rows = json.load(file)["rows"]
+            self.assertEqual([round(row["attack_angle_deg"], 6) for row in rows], [15, 45, 75, 90])
+            side = [row["dem"]["outputs"]["f_y"]["value"] for row in rows]
+            self.assertLess(side[-1], side[0])  # pushed sideways it is held by more
+            self.assertLess(max(side), 0)
+
     def goes_on_from_its_table(self, out, first):
         """Where the folder of the runs is gone: what its rows.json has is not run again, another row is."""
         kept = os.path.join(out, "kept.json")
