@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Times and compares every kind of model and writes what docs/speed-vs-error.md shows of it: its table
-against time, its picture, and all tables into docs/results, in place of the ones before.
+against time, its picture, and all tables into docs/results, in place of the ones before. A pair's converge.json
+(./grouser campaign converge) is printed there as well.
 
   ./grouser ladder docs
 """
@@ -15,6 +16,10 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, "dem_offline", "convergence"), os.path.join(ROOT, "clients", "common")]
+
+import converge  # noqa: E402
+
 BEGIN, END = "<!-- written by ./grouser ladder docs -->", "<!-- end -->"
 SUMMARY = ": rms error against time (states)"
 
@@ -33,6 +38,17 @@ def summary_of(tables):
     """The sections whose heading ends with SUMMARY."""
     sections = ["### " + one.strip() for one in tables.split("### ")[1:]]
     return "\n\n".join(one for one in sections if one.split("\n", 1)[0].endswith(SUMMARY))
+
+
+def numerics_of(pairs):
+    """What time step, box and window do to each pair's runs, where its folder says so."""
+    text = ""
+    for path in sorted(glob.glob(os.path.join(pairs, "*", "converge.json"))):
+        kept = json.loads(read(path))
+        text += (f"\n### {os.path.basename(os.path.dirname(path))}: time step, box and window of its runs (differences)\n"
+                 f"`./grouser campaign converge {kept['campaign']}`, {kept['beds']} beds\n\n"
+                 f"{converge.text_of(kept['rows'])}\n")
+    return text
 
 
 def between_marks(page, text, path):
@@ -77,7 +93,7 @@ def main():
             return done.returncode
         tables = read(tables)
     write(page, between_marks(read(page), summary_of(tables), page))
-    replace_results(arguments.docs, tables, datetime.date.today())
+    replace_results(arguments.docs, tables.rstrip() + "\n" + numerics_of(arguments.pairs), datetime.date.today())
     import plot  # matplotlib, last: it takes a second
     plot.draw(json.loads(done.stdout), os.path.join(arguments.docs, "speed-vs-error.svg"))
     return 0

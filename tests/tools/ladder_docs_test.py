@@ -2,6 +2,7 @@
 """./grouser ladder docs: what it replaces in the page, in the results and in the picture."""
 
 import datetime
+import json
 import os
 import subprocess
 import sys
@@ -45,6 +46,10 @@ class Docs(unittest.TestCase):
                               capture_output=True, text=True, check=False)
 
     def test_replaces_page_results_and_picture(self):
+        os.makedirs(os.path.join(self.folder, "wheel"))
+        self.write("wheel/converge.json", json.dumps({"campaign": "c.yaml", "beds": 2, "rows": [
+            {"state": {"slip": 0.1, "attack_angle_deg": 0, "load_n": 20}, "variant": "as_it_is", "beds": 2,
+             "f_x": {"value": 1.5, "standard_error": 0.2}}]}))
         done = self.run_it()
         self.assertEqual(done.returncode, 0, done.stderr)
         name = f"speed-vs-error-{datetime.date.today().isoformat()}"
@@ -55,6 +60,9 @@ class Docs(unittest.TestCase):
         self.assertIn(f"results/{name}.md", page)
         self.assertEqual(os.listdir(os.path.join(self.folder, "results")), [name + ".md"])
         self.assertIn("## wheel: targets\n| other |", self.read(f"results/{name}.md"))
+        self.assertIn("## wheel: time step, box and window of its runs (differences)\n`./grouser campaign converge c.yaml`, 2 "
+                      "beds\n\n| state |", self.read(f"results/{name}.md"))
+        self.assertIn("| slip 0.1, 0 deg, 20 N | as it is | 2 | 1.5 +- 0.2 | - |", self.read(f"results/{name}.md"))
         picture = self.read("speed-vs-error.svg")
         self.assertIn("wheel: against the measured wheel, not locked", picture)
 
