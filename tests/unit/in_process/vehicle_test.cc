@@ -119,10 +119,10 @@ TEST(InProcessVehicle, SolvesBitForBitAsTheSolverWithoutAllocation) {
 
 // What the comments of WheelPlace say of rim speeds and headings, in a solved turn.
 TEST(InProcessVehicle, WheelPlacesGiveRimSpeedsAndHeadings) {
-  for (const char* name : {"husky", "cart", "rover", "atv", "warthog"}) {
+  for (const char* name : {"husky", "cart", "rover", "rover_lugged", "atv", "warthog"}) {
     const Vehicle vehicle = Vehicle::Open(FileOf(name));
     const std::size_t wheels = vehicle.wheels();
-    const double v = std::string(name) == "rover" ? 0.05 : 0.5;
+    const double v = std::string(name).starts_with("rover") ? 0.05 : 0.5;
     const std::vector<double> v_x = {v}, yaw_rate = {0.2 * v};
     std::vector<std::uint32_t> reasons(1);
     std::vector<double> psi(1), drive(vehicle.drives()), rim(wheels), steer(wheels), x(wheels);

@@ -125,7 +125,7 @@ class ClientTest(unittest.TestCase):
 
     def test_vehicles_have_the_same_bits(self):
         rng = np.random.default_rng(2)
-        self.assertEqual([v.name for v in self.client.vehicles()], ["atv", "cart", "husky", "rover", "warthog"])
+        self.assertEqual([v.name for v in self.client.vehicles()], ["atv", "cart", "husky", "rover", "rover_lugged", "warthog"])
         for file in sorted(grouser.VEHICLE_DIR.glob("*.vehicle.yaml")):
             vehicle = grouser.Vehicle.open(file)
             self.assertEqual(list(self.client.vehicle(vehicle.name).soils), vehicle.soils)

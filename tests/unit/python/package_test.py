@@ -95,7 +95,7 @@ class PackageTest(unittest.TestCase):
             result = subprocess.run([sys.executable, "-c", USE], env=environment, cwd=prefix, check=True, text=True,
                                     stdout=subprocess.PIPE).stdout.split()
             self.assertEqual(result[0], str((folder / "grouser").resolve()))
-            self.assertEqual(result[2:], ["atv", "cart", "husky", "rover", "warthog"])
+            self.assertEqual(result[2:], ["atv", "cart", "husky", "rover", "rover_lugged", "warthog"])
             loaded = subprocess.run(["ldd", *folder.glob("grouser/_core*.so")], env=environment, check=True, text=True,
                                     stdout=subprocess.PIPE).stdout
             self.assertIn(str(folder / "grouser/libgrouser_model.so"), loaded)

@@ -21,7 +21,7 @@ using testing::Skid;
 using testing::WithFriction;
 
 constexpr double kDegree = std::numbers::pi / 180;
-const char* const kShipped[] = {"husky", "atv", "rover", "cart"};
+const char* const kShipped[] = {"husky", "atv", "rover", "rover_lugged", "cart"};
 
 VehicleFile Shipped(const std::string& name) {
   return ReadVehicle(std::string(GROUSER_VEHICLES) + "/" + name + ".vehicle.yaml");

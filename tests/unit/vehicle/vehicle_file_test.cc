@@ -62,7 +62,7 @@ std::string Refusal(const std::string& name, const std::string& from, const std:
 }
 
 TEST(VehicleFile, ReadsWhatIsShipped) {
-  for (const char* name : {"husky", "warthog", "atv", "rover", "cart"}) {
+  for (const char* name : {"husky", "warthog", "atv", "rover", "rover_lugged", "cart"}) {
     const VehicleFile file = ReadVehicle(kFolder + "/" + name + ".vehicle.yaml");
     EXPECT_EQ(file.vehicle.name, name);
     EXPECT_EQ(file.models.size(), file.sources.size());
