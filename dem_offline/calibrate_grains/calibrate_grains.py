@@ -60,6 +60,12 @@ def say_progress(fraction, eta_s, stage):
     print(f"progress {fraction:.4f} eta={eta_s:.0f} {stage}", file=sys.stderr, flush=True)
 
 
+class PrintParameters(argparse.Action):
+    def __call__(self, parser, *_):
+        print(varied.markdown(), end="")
+        parser.exit()
+
+
 def parse_arguments():
     text = __doc__.format(known=", ".join(varied.KNOWN), usual=", ".join(
         f"{name} {one.usual[0]:g} to {one.usual[1]:g}" for name, one in varied.KNOWN.items() if one.usual))
@@ -69,6 +75,8 @@ def parse_arguments():
     parser.add_argument("--soil", required=True, metavar="START.soil.yaml")
     parser.add_argument("--scene", required=True, metavar="SCENE.yaml")
     parser.add_argument("--vary", metavar="VARY.yaml", help="parameters and their ranges")
+    parser.add_argument("--parameters", nargs=0, action=PrintParameters,
+                        help="print the table of what VARY.yaml may name (docs/scene-files.md) and end")
     parser.add_argument("--out", default=os.path.join(ROOT, "out", "grains"), help="folder of all results")
     parser.add_argument("--points", type=int, metavar="N",
                         help=f"that fill the space (default: {PER_PARAMETER} for each parameter that is varied)")

@@ -40,6 +40,16 @@ OF_GRAINS = "grains"  # tool_friction: that of the grains
 FRICTIONS = ("friction", "rolling_friction", "wheel_friction", "tool_friction")
 
 
+def markdown():
+    """KNOWN as the table of docs/scene-files.md."""
+    lines = ["| key | unit | without a file | from, to | what it is |", "| --- | --- | --- | --- | --- |"]
+    for one in KNOWN.values():
+        usual = "[{:g}, {:g}]".format(*one.usual) if one.usual else "not varied"
+        lines.append(f"| `{one.name}` | {one.unit or '-'} | {usual} | {one.least:g}, {one.most:g} | {one.meaning}"
+                     + (", varied in its logarithm |" if one.log else " |"))
+    return "\n".join(lines) + "\n"
+
+
 class Vary:
     """ranges: {name: (low, high)}, in the order of the sequence's dimensions; fixed: {name: value}."""
 

@@ -31,7 +31,8 @@ constexpr char kCampaignExamples[] = R"(Examples:
   grouser-dem campaign estimate dem_offline/campaigns/demo.campaign.yaml
   grouser-dem campaign design --wheel my-wheel.yaml --soil dem_offline/campaigns/cmu_loose.soil.yaml \
     --load 15 40 --budget 2h --out out/my-campaign
-  grouser-dem campaign draw --states 60 --seed 7 --slip -1 0.95 --load 8 30 --tiles 9 12)";
+  grouser-dem campaign draw --states 60 --seed 7 --slip -1 0.95 --load 8 30 --tiles 9 12
+Keys of campaign, scene and soil files: docs/scene-files.md.)";
 
 struct CampaignArguments {
   std::string file, folder, device = "cpu", runs_json, within;

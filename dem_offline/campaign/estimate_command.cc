@@ -21,9 +21,8 @@ constexpr char kEstimateExample[] = R"(Example:
 constexpr char kDesignExample[] = R"(Example:
   grouser-dem campaign design --wheel my-wheel.yaml --soil dem_offline/campaigns/cmu_loose.soil.yaml \
     --load 15 40 --budget 2h --out out/my-campaign
-my-wheel.yaml: radius_m, width_m and, where they are known, treads, restitution, friction,
-rolling_friction. The speed of this machine is measured, which settles a bed. By which rules grains,
-bed and states are chosen: docs/engine.md.
+Keys of wheel and soil file: docs/scene-files.md. The speed of this machine is measured, which settles
+a bed. By which rules grains, bed and states are chosen: docs/engine.md.
 Exit codes: 0 done, 1 failed, 2 bad input, 130/143 stopped by a signal.)";
 
 struct Arguments {

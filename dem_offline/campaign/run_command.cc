@@ -36,7 +36,7 @@ constexpr char kRunExamples[] = R"(Examples:
   grouser-dem run bed_friction.yaml --out out/friction   # with a sweep; goes on where it stopped
   grouser-dem run --spec spec.json --tiles tiles --out a.run.h5 --json --progress-lines
 The exit code is 0 whenever a record was written, also of an UNSTEADY, OVERLOAD,
-LOST or FAILED run; its status says which.)";
+LOST or FAILED run; its status says which. Keys of scene and soil files: docs/scene-files.md.)";
 
 struct RunArguments {
   std::string scene, soil, spec, experiment, out, tiles, known;
