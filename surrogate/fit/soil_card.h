@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "grouser/v1alpha1/model.pb.h"
 #include "surrogate/fit/json.h"
+#include "surrogate/soils/bevameter_table.h"
 #include "surrogate/soils/cone_table.h"
+#include "surrogate/soils/grain_table.h"
 
 namespace grouser::surrogate {
 
@@ -15,13 +18,31 @@ namespace grouser::surrogate {
 /// (dem_offline/bevameter/grain_soil.py).
 std::string SoilIdentity(const v1alpha1::Soil& soil);
 
-/// The cone index of the soil that a model's runs had: by SoilIdentity; of a model without grains
+/// The line of the soil that a model's runs had: by SoilIdentity; of a model without grains
 /// (untuned, from a bevameter's soil.csv) by the soil's name. None of hard ground.
-std::optional<ConeIndex> ConeOf(const v1alpha1::Model& model, const std::vector<ConeIndex>& cones);
+template <typename Line>
+std::optional<Line> LineOfSoil(const v1alpha1::Model& model, const std::vector<Line>& lines) {
+  if (model.kind() == v1alpha1::MODEL_KIND_HARD) return std::nullopt;
+  if (!model.soil().has_grains()) {
+    const Line* named = FindByName(lines, model.soil().name());
+    return named == nullptr ? std::nullopt : std::optional(*named);
+  }
+  const auto found = std::ranges::find(lines, SoilIdentity(model.soil()), &Line::soil_sha256);
+  return found == lines.end() ? std::nullopt : std::optional(*found);
+}
 
-/// For a model's card: ConeText, or where to get one.
-std::string ConeCardText(const std::optional<ConeIndex>& cone);
-/// An object, or null.
-Json ConeCardJson(const std::optional<ConeIndex>& cone);
+/// What a model's card says of its soil, whatever the wheel.
+struct SoilCard {
+  std::optional<BevameterSoil> bevameter;
+  std::optional<ConeIndex> cone;
+};
+/// Of the shipped tables and of these files. Throws as BevameterSoils and ConeIndices.
+SoilCard SoilCardOf(const v1alpha1::Model& model, const std::vector<std::string>& bevameters,
+                    const std::vector<std::string>& cones);
+
+/// What is known, or where to get it.
+std::string SoilCardText(const SoilCard& card);
+/// {"bevameter": {} or null, "cone_index": {} or null}.
+Json SoilCardJson(const SoilCard& card);
 
 }  // namespace grouser::surrogate
