@@ -6,9 +6,10 @@ loads and a cone go into beds of it; a heap, poured and tapped grains stand besi
 soil then finds Bekker's (or Reece's), Mohr-Coulomb and Janosi-Hanamoto parameters with intervals.
 Tests, separated by commas: {tests}. Left out: all, with two plates that the grains allow.
 
-OUT gets runs/, the CSVs and measurements.yaml for ./grouser calibrate soil, calibrated/ (its answer, with
-soil.csv for ./grouser model make --soil), cone_index.csv (for ./grouser model show --cones), bevameter.json and
-report.html. A run that is done with the same values is not repeated: kill it at any time, start it again.
+OUT gets runs/, the CSVs and measurements.yaml for ./grouser calibrate soil, calibrated/ (its answer, with soil.csv
+for ./grouser model make --soil), bevameter_soil.csv and cone_index.csv (for ./grouser model show --bevameters,
+--cones), bevameter.json and report.html. A run that is done with the same values is not repeated: kill it at any time,
+start it again.
 
 Exit codes: 0 done, 1 a run or the calibration failed, 2 bad usage or input, 130 Ctrl-C.
 
@@ -34,9 +35,9 @@ matplotlib.use("Agg")
 
 import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
-import cone_row  # noqa: E402
 import html_page  # noqa: E402
 import measured as measurement  # noqa: E402
+import soil_rows  # noqa: E402
 from experiment_runs import Execution, Refused, check_plans, lock_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
 from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
@@ -136,15 +137,19 @@ def report(arguments, bench, results, processes):
                "tool_friction": bench.tool_friction,
                "bed": {"length_m": bench.side, "width_m": bench.side, "depth_m": bench.depth},
                "tests": bench.names, "bulk_density": got.density(), "cone_index": cone, "angle_of_repose": got.repose(),
-               "parameters": page.parameters_of(found), "beside": page.parameters_of(beside),
+               "parameters": page.parameters_of(found), "reece_parameters": page.reece_of(found),
+               "beside": page.parameters_of(beside),
                "form": found["form"] if found else None,
                "large_overlaps": measurement.large_overlaps(results),
                "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
     text = json.dumps(summary, indent=1) + "\n"
     write_atomically(os.path.join(arguments.out, "bevameter.json"), text)
+    digest = hashlib.sha256(text.encode()).hexdigest()
     if cone:
-        write_atomically(os.path.join(arguments.out, "cone_index.csv"),
-                         cone_row.table_of(summary, hashlib.sha256(text.encode()).hexdigest()))
+        write_atomically(os.path.join(arguments.out, "cone_index.csv"), soil_rows.cone_table(summary, digest))
+    if found and not summary["failed"]:
+        write_atomically(os.path.join(arguments.out, "bevameter_soil.csv"),
+                         soil_rows.parameter_table(summary, digest))
     write_atomically(os.path.join(arguments.out, "report.html"),
                      page.render(summary, bench, results, found, beside, curves,
                                  ["./grouser", "bevameter", *sys.argv[1:]]))

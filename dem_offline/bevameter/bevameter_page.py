@@ -22,15 +22,21 @@ HEAD = ("parameter", "bevameter (DEM)", "90 %", "identified")
 BESIDE_HEAD = ("measured", "90 %", "identified", "intervals meet")
 
 
+def own(parameters):
+    """Without those of a wheel."""
+    return parameters[:1 + [one["name"] for one in parameters].index(LAST)]
+
+
+def reece_of(found):
+    """The soil's own of Reece's form; None where it was not fitted: plates of one width."""
+    return own(found["reece_parameters"]) if found and found["reece_parameters"] else None
+
+
 def parameters_of(found):
     """The soil's own of calibration.json: Bekker's form, and Reece's where it is the better one."""
     if not found:
         return None
-    result = []
-    for one in found["bekker_parameters"]:
-        result.append(one)
-        if one["name"] == LAST:
-            break
+    result = own(found["bekker_parameters"])
     names = {one["name"] for one in result}
     if found["form"] == "reece":
         result += [one for one in found["parameters"] if one["name"].startswith("reece") and one["name"] not in names]

@@ -23,7 +23,7 @@ def is_number(value):
 def identity_of(soil):
     """SHA-256 of all that a soil of grains is: of its values a line "PATH=VALUE" each, sorted, numbers to 9 digits; without
     name, source and zeros. soil: a mapping as in a soil file or a run's record. The same in C++: SoilIdentity
-    (surrogate/fit/cone_card.h)."""
+    (surrogate/fit/soil_card.h)."""
     lines = []
 
     def walk(path, node):

@@ -11,6 +11,7 @@ import numpy
 
 NUGGETS = (0.01, 0.05, 0.25, 1.0)  # variance of the noise over s^2
 LENGTHS = (0.15, 10.0)             # of the unit cube
+LEAST_TOLD = 1e-9  # variance of a process over that of a run from all others: below, they do not tell it
 
 
 def matern(a, b, lengths):
@@ -62,9 +63,12 @@ class Process:
                 + left_a @ self.gram_inverse @ left_b.T)
 
     def left_out(self):
-        """(mean, sd) for each run from all others, noise of the run that is left out included."""
+        """(mean, sd) for each run from all others, noise of the run that is left out included. nan, inf: of a run that
+        the others have no trend for, as it alone has another value of a parameter."""
         q = self.inverse - self.f_inverse @ self.gram_inverse @ self.f_inverse.T
-        return self.y - (q @ self.y) / numpy.diag(q), 1 / numpy.sqrt(numpy.diag(q))
+        own = numpy.diag(q)
+        own = numpy.where(own > LEAST_TOLD / (self.variance + self.noise), own, numpy.nan)
+        return self.y - (q @ self.y) / own, numpy.nan_to_num(1 / numpy.sqrt(own), nan=numpy.inf)
 
     def log_likelihood(self):
         residual = self.y - trend(self.own) @ self.beta

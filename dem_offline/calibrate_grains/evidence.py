@@ -163,7 +163,8 @@ class Evidence:
         errors = []
         for one in self.processes:
             mean, sd = one.left_out()
-            errors.append({tuple(x): z for x, z in zip(numpy.round(one.x, 9).tolist(), (one.y - mean) / sd)})
+            errors.append({tuple(x): z for x, z in zip(numpy.round(one.x, 9).tolist(), (one.y - mean) / sd)
+                           if math.isfinite(z)})
         for i in range(n):
             for k in range(i):
                 if self.blocks[i].run != self.blocks[k].run:

@@ -4,6 +4,7 @@ import math
 
 import html_page as hp
 import numpy
+from check import band
 
 OUTPUT = {"f_x": ("drawbar pull", 1, "N"), "f_y": ("side force", 1, "N"), "torque": ("torque", 1, "N m"),
           "sinkage": ("sinkage", 1e3, "mm")}
@@ -183,9 +184,12 @@ def runs_part(found):
 
 
 def truth_words(checked):
-    inside = sum(one["distance"] is not None and one["distance"] <= 1 for one in checked)
+    distances = {one["label"]: number(one["distance"]) for one in checked}
+    outside = [f"{label} ({distance:.1f})" for label, distance in distances.items() if not distance <= 1]
+    inside, (low, high) = len(checked) - len(outside), band(len(checked))
     return (f"DEM as truth: of {len(checked)} points of the design, each calibrated from its own runs by the emulators "
-            f"of the others, {inside} lie in their 90 % region")
+            f"of the others, {inside} lie in their 90 % region (of regions that hold 90 %: {low} to {high} in 95 % of "
+            f"cases); outside, squared distance over the region's edge: {', '.join(outside) or 'none'}")
 
 
 def page_of(found, inference):

@@ -71,18 +71,20 @@ class Inference:
         return found
 
     def _left_out(self):
-        """Leave-one-out of each fitted block's emulator; curves as logarithms."""
+        """Leave-one-out of each fitted block's emulator, of the runs that the others tell; curves as logarithms."""
         found = []
         for block, process in zip(self.evidence.blocks, self.evidence.processes):
             mean, sd = process.left_out()
-            error = mean - process.y
+            told = numpy.isfinite(sd)
+            run, mean, sd = process.y[told], mean[told], sd[told]
+            error = mean - run
             found.append({"block": block.name, "group": block.group, "logarithm": block.is_log, "runs": len(process.y),
                           "sd_of_runs": float(process.y.std()), "rms": float((error**2).mean()**0.5),
                           "noise_sd": process.noise**0.5,
                           "lengths": dict(zip((self.vary.names[k] for k in process.columns),
                                               map(float, process.lengths))),
                           "in_90": float((abs(error) <= predict.Z90 * sd).mean()),
-                          "run": process.y.tolist(), "predicted": mean.tolist(), "sd": sd.tolist()})
+                          "run": run.tolist(), "predicted": mean.tolist(), "sd": sd.tolist()})
         return found
 
     def _notes(self, best, parameters):

@@ -72,6 +72,7 @@ SoilCalibration CalibrateSoil(MeasuredSoil measured, const Typical& typical,
   if (form == "reece" || (form == "auto" && differ)) {
     const auto reece = fit(kReeceForm);
     c.reece_deviance = reece->deviance;
+    c.reece_parameters = ParametersOf(*reece);
     const double gain = c.bekker_deviance - c.reece_deviance;
     if (form == "reece" || gain >= kBetter) c.fit = reece;
     c.why_form = form == "reece"
@@ -85,8 +86,8 @@ SoilCalibration CalibrateSoil(MeasuredSoil measured, const Typical& typical,
     c.why_form = form == "bekker" ? "Bekker's form, as asked for"
                                   : "Bekker's form: tests of one width cannot tell it from Reece's";
   }
-  c.parameters = ParametersOf(*c.fit);
-  c.bekker_parameters = c.fit == c.bekker ? c.parameters : ParametersOf(*c.bekker);
+  c.bekker_parameters = ParametersOf(*c.bekker);
+  c.parameters = c.fit == c.bekker ? c.bekker_parameters : c.reece_parameters;
   c.correlation = CorrelationOf(*c.fit);
   c.directions = UnidentifiedDirections(*c.fit);
   c.next_tests = NextTests(*c.fit);

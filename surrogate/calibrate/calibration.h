@@ -25,6 +25,7 @@ struct SoilCalibration {
   std::string why_form;
   std::vector<FittedParameter> parameters;
   std::vector<FittedParameter> bekker_parameters;
+  std::vector<FittedParameter> reece_parameters;  ///< none: not fitted
   Eigen::MatrixXd correlation;
   std::vector<Direction> directions;
   std::vector<NextTest> next_tests;

@@ -226,6 +226,7 @@ std::string CalibrationJson(const SoilCalibration& c, const std::string& command
       {"deviance", {{"bekker", c.bekker_deviance}, {"reece", Number(c.reece_deviance)}}},
       {"parameters", ParametersJson(c.parameters)},
       {"bekker_parameters", ParametersJson(c.bekker_parameters)},
+      {"reece_parameters", ParametersJson(c.reece_parameters)},
       {"correlation", correlation},
       {"rim_friction", c.fit->x[kRimFriction]},
       {"model_parameters", model},

@@ -16,7 +16,6 @@
 #include "proto/records/message_json.h"
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/compare.h"
-#include "surrogate/fit/cone_card.h"
 #include "surrogate/fit/fit_model.h"
 #include "surrogate/fit/gate.h"
 #include "surrogate/fit/hard_model.h"
@@ -26,6 +25,7 @@
 #include "surrogate/fit/plausible.h"
 #include "surrogate/fit/print.h"
 #include "surrogate/fit/profile_report.h"
+#include "surrogate/fit/soil_card.h"
 #include "surrogate/fit/untuned_model.h"
 #include "surrogate/model_io/explain.h"
 #include "surrogate/model_io/explanation_text.h"
@@ -62,7 +62,7 @@ struct Arguments {
   int runs = kUsualRuns;
   bool json = false, accept_unusual = false, leave_angles_out = false;
   GateLimits limits;
-  std::vector<std::string> with, cones;
+  std::vector<std::string> with, cones, bevameters;
   NumericsArguments numerics;
   std::string command;  // as typed
 };
@@ -225,15 +225,15 @@ int Refit(const Arguments& a) {
 int Show(const Arguments& a) {
   const records::LoadedModel loaded = ReadModel(a.model);
   MakeTestedModel(loaded.model);  // says what is wrong with a bad one
-  const std::optional<ConeIndex> cone = ConeOf(loaded.model, ConeIndices(a.cones));
+  const SoilCard soil = SoilCardOf(loaded.model, a.bevameters, a.cones);
   if (a.json) {
     Json shown = Json::parse(ModelJson(loaded.model, loaded.digest));
-    shown["cone_index"] = ConeCardJson(cone);
+    shown.update(SoilCardJson(soil));
     Print(Text(shown));
     return kOk;
   }
   const bool hard = loaded.model.kind() == v1alpha1::MODEL_KIND_HARD;
-  Print(ModelText(loaded.model, loaded.digest) + (hard ? "" : "\n" + ConeCardText(cone)));
+  Print(ModelText(loaded.model, loaded.digest) + (hard ? "" : "\n" + SoilCardText(soil)));
   return kOk;
 }
 
@@ -464,8 +464,14 @@ void AddCommands(CLI::App* app, Arguments* a, int (**chosen)(const Arguments&)) 
                     "further refits of this model: what they were fitted to and it was not, too");
   refit->add_option("--out", a->out, "model file to write")->required();
   refit->add_option("--reason", a->reason, "kept in the provenance");
-  CLI::App* show = add("show", "Say what a model file holds, and its soil's cone index", Show);
+  CLI::App* show =
+      add("show", "Say what a model file holds, and what a bevameter and a cone find of its soil",
+          Show);
   model(show);
+  show->add_option("--bevameters", a->bevameters,
+                   "further soils by bevameters (a bevameter's bevameter_soil.csv)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   show->add_option("--cones", a->cones, "further cone indices (a bevameter's cone_index.csv)")
       ->delimiter(',')
       ->allow_extra_args(false);

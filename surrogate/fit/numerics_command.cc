@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "surrogate/fit/cone_card.h"
+#include "surrogate/fit/soil_card.h"
 #include "surrogate/model_io/upgrade.h"
 
 namespace grouser::surrogate {
@@ -45,7 +45,7 @@ std::string NumericsOf(const NumericsArguments& a, bool json) {
     given.gradient_pa_per_m = 1e3 * *a.gradient_kpa_per_m;
     request.cone = given;
   } else {
-    request.cone = ConeOf(loaded.model, ConeIndices(a.cones));
+    request.cone = LineOfSoil(loaded.model, ConeIndices(a.cones));
   }
   const NumericsReport report = CompareWithNumerics(loaded.model, request);
   const std::string reference = loaded.model.name() + "@sha256:" + loaded.digest;

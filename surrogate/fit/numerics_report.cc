@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "surrogate/fit/calibration.h"
-#include "surrogate/fit/cone_card.h"
 #include "surrogate/fit/json.h"
+#include "surrogate/fit/soil_card.h"
 #include "surrogate/model_io/write_model.h"
 
 namespace grouser::surrogate {
@@ -198,7 +198,7 @@ std::string NumericsJson(const NumericsReport& r, const std::string& reference) 
                {"width_m", r.wheel.width_m},
                {"deflection", r.wheel.deflection},
                {"section_height_m", r.wheel.section_height_m},
-               {"cone_index", ConeCardJson(r.cone)},
+               {"cone_index", Json::parse(ConeListJson({r.cone}))[0]},
                {"cone_half_width_share", r.cone_share},
                {"wheel_numeric", WheelNumeric(r.wheel, cone)},
                {"brixius_numeric", BrixiusNumeric(r.wheel, cone)},

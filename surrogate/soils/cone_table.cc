@@ -2,24 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
-#include <charconv>
-#include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
-#include <stdexcept>
 
-#include "proto/records/durable_file.h"
-#include "surrogate/soils/csv_cells.h"
-#include "surrogate/soils/soil_table.h"
+#include "surrogate/soils/grain_table.h"
 
 namespace grouser::surrogate {
 namespace {
 
+constexpr char kConeWhat[] = "cone indices";
 constexpr double kConeDegree = std::numbers::pi / 180;
 constexpr std::array kConeColumns = {"soil",
                                      "soil_sha256",
@@ -36,42 +28,7 @@ constexpr std::array kConeColumns = {"soil",
                                      "bevameter_sha256",
                                      "source"};
 
-struct ConeCells {
-  const std::string& place;
-  const std::vector<std::string>& cells;
-
-  [[noreturn]] void Fail(std::size_t column, const std::string& expected) const {
-    throw std::invalid_argument(fmt::format("{}: {}: {}, expected {}", place, kConeColumns[column],
-                                            cells[column].empty() ? "empty" : cells[column],
-                                            expected));
-  }
-  /// In table units, within [low, high]; none: an empty cell.
-  std::optional<double> Maybe(std::size_t column, double low, double high) const {
-    const std::string& text = cells[column];
-    if (text.empty()) return std::nullopt;
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool whole = error == std::errc() && end == text.data() + text.size();
-    if (!whole || !(value >= low && value <= high)) {
-      Fail(column, fmt::format("a number from {:g} to {:g}", low, high));
-    }
-    return value;
-  }
-  double Number(std::size_t column, double low, double high) const {
-    const std::optional<double> value = Maybe(column, low, high);
-    if (!value) Fail(column, fmt::format("a number from {:g} to {:g}", low, high));
-    return *value;
-  }
-  std::string Hash(std::size_t column) const {
-    const std::string& text = cells[column];
-    const auto hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
-    if (text.size() != 64 || !std::ranges::all_of(text, hex)) Fail(column, "64 hex digits");
-    return text;
-  }
-};
-
-ConeIndex ReadCone(const ConeCells& row) {
-  if (row.cells[0].empty()) row.Fail(0, "a name");
+ConeIndex ReadCone(const GrainLine& row) {
   ConeIndex cone;
   cone.soil = row.cells[0];
   cone.soil_sha256 = row.Hash(1);
@@ -79,9 +36,7 @@ ConeIndex ReadCone(const ConeCells& row) {
   if (const auto se = row.Maybe(3, 0, 1e5)) cone.index_se_pa = 1e3 * *se;
   cone.gradient_pa_per_m = 1e3 * row.Number(4, -1e6, 1e6);
   if (const auto se = row.Maybe(5, 0, 1e6)) cone.gradient_se_pa_per_m = 1e3 * *se;
-  const double beds = row.Number(6, 1, 1000);
-  if (beds != std::floor(beds)) row.Fail(6, "a whole number");
-  cone.beds = static_cast<int>(beds);
+  cone.beds = row.Whole(6, 1, 1000);
   cone.to_depth_m = 1e-3 * row.Number(7, 1, 1000);
   cone.diameter_m = 1e-3 * row.Number(8, 1, 1000);
   cone.angle_rad = kConeDegree * row.Number(9, 5, 180);
@@ -90,11 +45,6 @@ ConeIndex ReadCone(const ConeCells& row) {
   cone.bevameter_sha256 = row.Hash(12);
   cone.source = row.cells[13];
   return cone;
-}
-
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 /// "18.0 kPa (0.4)", "18.0 kPa".
@@ -107,55 +57,14 @@ std::string WithError(double value, std::optional<double> error, double unit, co
 
 std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& name) {
   std::vector<ConeIndex> cones;
-  std::string line;
-  bool header = true;
-  for (int number = 1; std::getline(table, line); ++number) {
-    if (line.empty() || line[0] == '#') continue;
-    const std::string place = fmt::format("{}:{}", name, number);
-    const std::vector<std::string> cells = CsvCells(line);
-    if (cells.size() != kConeColumns.size()) {
-      throw std::invalid_argument(
-          fmt::format("{}: {} columns, expected {}", place, cells.size(), kConeColumns.size()));
-    }
-    for (std::size_t i = 0; header && i < kConeColumns.size(); ++i) {
-      if (cells[i] == kConeColumns[i]) continue;
-      throw std::invalid_argument(
-          fmt::format("{}: column {}, expected {}", place, cells[i], kConeColumns[i]));
-    }
-    if (!header) {
-      const ConeCells row{place, cells};
-      cones.push_back(ReadCone(row));
-      if (std::ranges::count(cones, cells[1], &ConeIndex::soil_sha256) > 1) {
-        row.Fail(1, "each soil once");
-      }
-    }
-    header = false;
+  for (const GrainLine& line : ReadGrainLines(table, name, kConeColumns, kConeWhat)) {
+    cones.push_back(ReadCone(line));
   }
-  if (header) throw std::invalid_argument(name + ": no header, expected a table of cone indices");
   return cones;
 }
 
 std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files) {
-  std::vector<std::string> files = more_files;
-  const std::string shipped = SurrogateFile("soils/cone_indices.csv");
-  if (std::filesystem::exists(shipped)) files.insert(files.begin(), shipped);
-  std::vector<ConeIndex> all;
-  for (const std::string& file : files) {
-    std::istringstream table(records::ReadInputFile(file, "a table of cone indices"));
-    for (ConeIndex& cone : ReadConeIndices(table, file)) {
-      std::erase_if(all, [&](const ConeIndex& c) { return c.soil_sha256 == cone.soil_sha256; });
-      all.push_back(std::move(cone));
-    }
-  }
-  return all;
-}
-
-const ConeIndex* FindConeIndex(const std::vector<ConeIndex>& cones, const std::string& soil) {
-  const auto found = std::ranges::find_if(cones, [&](const ConeIndex& cone) {
-    return LowerCase(cone.soil) == LowerCase(soil) ||
-           LowerCase(cone.soil) + ", dem" == LowerCase(soil);
-  });
-  return found == cones.end() ? nullptr : &*found;
+  return LinesOf(GrainTables("cone_indices.csv", more_files, kConeWhat), ReadConeIndices);
 }
 
 std::string ConeText(const ConeIndex& c) {

@@ -14,7 +14,7 @@ namespace grouser::surrogate {
 struct ConeIndex {
   std::string soil;  ///< its name
   std::string
-      soil_sha256;      ///< of all values of its grains: SoilIdentity (surrogate/fit/cone_card.h)
+      soil_sha256;      ///< of all values of its grains: SoilIdentity (surrogate/fit/soil_card.h)
   double index_pa = 0;  ///< mean from 0 to to_depth_m
   std::optional<double> index_se_pa;  ///< standard error over beds; none: one bed
   double gradient_pa_per_m = 0;       ///< slope of the line through it by least squares
@@ -37,10 +37,6 @@ std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& n
 /// of the files. Of a soil that comes again the last one holds. Throws as ReadConeIndices, or
 /// "FILE: cause, expected ...".
 std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files = {});
-
-/// The row of a soil's name (letters of either case); nullptr: none. The name that the bevameter
-/// gives its calibrated soil, "NAME, DEM", is the soil's too.
-const ConeIndex* FindConeIndex(const std::vector<ConeIndex>& cones, const std::string& soil);
 
 /// Two lines for people; a table of all.
 std::string ConeText(const ConeIndex& cone);

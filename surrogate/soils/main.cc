@@ -15,7 +15,7 @@ namespace {
 using namespace grouser::surrogate;
 
 struct Request {
-  std::vector<std::string> files, cones;
+  std::vector<std::string> files, cones, bevameters;
   std::string published, name, like;
   std::optional<double> moisture;
   bool json = false;
@@ -28,10 +28,14 @@ SoilLibrary LibraryOf(const Request& request) {
   return library;
 }
 
+SoilsOfGrains GrainsOf(const Request& request) {
+  return {BevameterSoils(request.bevameters), ConeIndices(request.cones)};
+}
+
 void Print(const std::string& text) { std::fputs(text.c_str(), stdout); }
 
 void PrintAll(const SoilEntries& entries, const Request& request) {
-  Print(request.json ? SoilListJson(entries, ConeIndices(request.cones)) : SoilListText(entries));
+  Print(request.json ? SoilListJson(entries, GrainsOf(request)) : SoilListText(entries));
 }
 
 void List(const Request& request) {
@@ -46,17 +50,16 @@ void List(const Request& request) {
 }
 
 void Show(const Request& request) {
-  const std::vector<ConeIndex> cones = ConeIndices(request.cones);
+  const SoilsOfGrains grains = GrainsOf(request);
   const SoilLibrary library = LibraryOf(request);
-  const ConeIndex* cone = FindConeIndex(cones, request.name);
-  if (cone != nullptr && !library.Has(request.name)) {  // grains alone, without Bekker's parameters
-    Print(request.json ? ConeListJson({*cone}) : cone->soil + "\n" + ConeText(*cone));
+  if (grains.Has(request.name) && !library.Has(request.name)) {  // no line of a table of soils
+    Print(request.json ? GrainsJson(request.name, grains)
+                       : request.name + "\n" + GrainsText(request.name, grains));
     return;
   }
   const SoilLibrary::Entry entry = library.Find(request.name);
-  cone = FindConeIndex(cones, entry.soil.name);
-  Print(request.json ? SoilListJson({&entry}, cones)
-                     : SoilText(entry) + (cone == nullptr ? "" : ConeText(*cone)));
+  Print(request.json ? SoilListJson({&entry}, grains)
+                     : SoilText(entry) + GrainsText(entry.soil.name, grains));
 }
 
 void Cones(const Request& request) {
@@ -102,6 +105,9 @@ int main(int argc, char** argv) {
         ->delimiter(',');
     sub->add_option("--published", request.published, "table of published soils")
         ->capture_default_str();
+    sub->add_option("--bevameters", request.bevameters,
+                    "further soils by bevameters (a bevameter's bevameter_soil.csv)")
+        ->delimiter(',');
     sub->add_option("--cones", request.cones, "further cone indices (a bevameter's cone_index.csv)")
         ->delimiter(',');
     sub->add_flag("--json", request.json, "machine-readable output on stdout");

@@ -13,6 +13,7 @@
 
 #include "proto/records/durable_file.h"
 #include "proto/records/yaml/nearest.h"
+#include "surrogate/soils/grain_table.h"
 
 namespace grouser::surrogate {
 namespace {
@@ -75,7 +76,17 @@ const SoilLibrary::Entry* Named(const SoilLibrary& library, const std::string& n
   return nullptr;
 }
 
-nlohmann::json JsonOf(const SoilLibrary::Entry& e, const ConeIndex* cone) {
+nlohmann::json GrainsOf(const std::string& name, const SoilsOfGrains& grains) {
+  const auto only = [](const std::string& list) { return nlohmann::json::parse(list)[0]; };
+  const BevameterSoil* bevameter = FindByName(grains.bevameters, name);
+  const ConeIndex* cone = FindByName(grains.cones, name);
+  return {{"soil", name},
+          {"bevameter",
+           bevameter == nullptr ? nlohmann::json() : only(BevameterListJson({*bevameter}))},
+          {"cone_index", cone == nullptr ? nlohmann::json() : only(ConeListJson({*cone}))}};
+}
+
+nlohmann::json JsonOf(const SoilLibrary::Entry& e) {
   const auto optional = [](const std::optional<double>& value) {
     return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
   };
@@ -91,9 +102,7 @@ nlohmann::json JsonOf(const SoilLibrary::Entry& e, const ConeIndex* cone) {
           {"shear_modulus_m", optional(s.shear_modulus_m)},
           {"source", s.source},
           {"file", e.file},
-          {"unusual", e.unusual},
-          {"cone_index", cone == nullptr ? nlohmann::json(nullptr)
-                                         : nlohmann::json::parse(ConeListJson({*cone}))[0]}};
+          {"unusual", e.unusual}};
 }
 
 std::string LineOf(const Soil& s) {
@@ -192,10 +201,26 @@ std::string SoilText(const SoilLibrary::Entry& e) {
   return text;
 }
 
-std::string SoilListJson(const SoilEntries& entries, const std::vector<ConeIndex>& cones) {
+bool SoilsOfGrains::Has(const std::string& name) const {
+  return FindByName(bevameters, name) != nullptr || FindByName(cones, name) != nullptr;
+}
+
+std::string GrainsText(const std::string& name, const SoilsOfGrains& grains) {
+  const BevameterSoil* bevameter = FindByName(grains.bevameters, name);
+  const ConeIndex* cone = FindByName(grains.cones, name);
+  return (bevameter == nullptr ? "" : BevameterText(*bevameter)) +
+         (cone == nullptr ? "" : ConeText(*cone));
+}
+
+std::string GrainsJson(const std::string& name, const SoilsOfGrains& grains) {
+  return nlohmann::json::array({GrainsOf(name, grains)}).dump(1) + "\n";
+}
+
+std::string SoilListJson(const SoilEntries& entries, const SoilsOfGrains& grains) {
   nlohmann::json list = nlohmann::json::array();
   for (const SoilLibrary::Entry* e : entries) {
-    list.push_back(JsonOf(*e, FindConeIndex(cones, e->soil.name)));
+    list.push_back(JsonOf(*e));
+    list.back().update(GrainsOf(e->soil.name, grains));
   }
   return list.dump(1) + "\n";
 }

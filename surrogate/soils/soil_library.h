@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "surrogate/soils/bevameter_table.h"
 #include "surrogate/soils/cone_table.h"
 #include "surrogate/soils/soil_table.h"
 
@@ -44,8 +45,20 @@ std::vector<Suggestion> SuggestSoils(const SoilLibrary& library, const std::stri
 /// Tables for people and JSON for programs.
 using SoilEntries = std::vector<const SoilLibrary::Entry*>;
 std::string SoilListText(const SoilEntries& entries);
-/// With `cone_index`, by name, of those that have one; null.
-std::string SoilListJson(const SoilEntries& entries, const std::vector<ConeIndex>& cones = {});
 std::string SoilText(const SoilLibrary::Entry& entry);
+
+/// Tables of soils of DEM grains.
+struct SoilsOfGrains {
+  std::vector<BevameterSoil> bevameters;
+  std::vector<ConeIndex> cones;
+  /// Whether one of them has a line of that name.
+  bool Has(const std::string& name) const;
+};
+/// What they have of a soil's name; empty: nothing.
+std::string GrainsText(const std::string& name, const SoilsOfGrains& grains);
+/// The same for programs, as {"soil", "bevameter", "cone_index"} in an array; null: no line.
+std::string GrainsJson(const std::string& name, const SoilsOfGrains& grains);
+/// All values of soils, each with its `bevameter` and `cone_index`.
+std::string SoilListJson(const SoilEntries& entries, const SoilsOfGrains& grains = {});
 
 }  // namespace grouser::surrogate

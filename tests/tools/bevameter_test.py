@@ -25,15 +25,15 @@ sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROO
 
 import bench as benches  # noqa: E402
 import bevameter_page as page  # noqa: E402
-import cone_row  # noqa: E402
 import measured as measurement  # noqa: E402
+import soil_rows  # noqa: E402
 from experiment_runs import Plan, Refused, engine_of, record_of  # noqa: E402
 from grain_soil import GrainSoil, identity_of  # noqa: E402
 from processes import ProgramFailed  # noqa: E402
 
 LOOSE = os.path.join(ROOT, "dem_offline", "campaigns", "cmu_loose.soil.yaml")
 MEASURED = os.path.join(ROOT, "surrogate", "calibrate", "measured", "cmu_plates.yaml")
-CONES = os.path.join(ROOT, "surrogate", "soils", "cone_indices.csv")
+SOILS = os.path.join(ROOT, "surrogate", "soils")
 CONE_HEADER = ("soil,soil_sha256,cone_index_kPa,cone_index_se_kPa,gradient_kPa_per_m,gradient_se_kPa_per_m,beds,to_depth_mm,"
                "cone_diameter_mm,cone_angle_deg,speed_mm_per_s,grain_mm,bevameter_sha256,source")
 TINY = {"name": "tiny", "bulk_density_kg_per_m3": 1450, "gravity_m_per_s2": 9.81, "source": "a test",
@@ -192,18 +192,54 @@ class Measures(InFolder):
                 "gradient": {"value": 4e5, "sd_of_beds": None, "beds": 2, "unit": "Pa/m"}}
         summary = {"soil": "a, b", "soil_sha256": "0" * 64, "soil_file": "a.soil.yaml", "engine_version": "6",
                    "grain_diameter_m": 0.008, "tool_friction": 0.364, "cone_index": cone}
-        header, line = cone_row.table_of(summary, "f" * 64).splitlines()
+        header, line = soil_rows.cone_table(summary, "f" * 64).splitlines()
         self.assertEqual(header, CONE_HEADER)
         self.assertEqual(line, '"a, b",' + "0" * 64 + ",18,0.424264,400,,2,49,32,60,50,8," + "f" * 64
                          + ',"virtual bevameter, a.soil.yaml, engine 6, friction of the cone 0.364"')
 
-    def test_the_table_has_the_shipped_cone_runs(self):
-        for path in glob.glob(os.path.join(ROOT, "dem_offline", "campaigns", "**", "*cone.json"), recursive=True):
+    def test_parameters_are_a_row_of_the_table(self):
+        def one(name, value, low, high, identified=True):
+            return {"name": name, "value": value, "low90": low, "high90": high, "identified": identified}
+        rest = [one("friction_angle", math.radians(25.5), None, math.radians(28.3)),
+                one("shear_modulus", 0.004, 0.003, 0.005)]
+        bekker = [one("n", 0.9, 0.84, 0.96), one("k_c", -4600.0, -9900.0, 500.0, False),
+                  one("k_phi", 7.2e5, 5.3e5, 9.6e5), one("cohesion", 240.0, 140.0, 330.0), *rest]
+        reece = [one("n", 0.91, 0.85, 0.97), one("reece_k_c", -12.0, -30.0, 6.0, False),
+                 one("reece_k_phi", 55.0, 40.0, 72.0), one("cohesion", 250.0, 150.0, 340.0), *rest]
+        summary = {"soil": "a", "soil_sha256": "0" * 64, "soil_file": "a.soil.yaml", "engine_version": "6",
+                   "quick": False, "grain_diameter_m": 0.008, "tool_friction": 0.364, "beds": 3,
+                   "tests": ["plate60", "plate80", "shear"], "form": "bekker",
+                   "bulk_density": {"bed": {"value": 1340.0}}, "parameters": bekker, "reece_parameters": reece}
+        header, line = soil_rows.parameter_table(summary, "f" * 64).splitlines()
+        with open(os.path.join(SOILS, "bevameter_soils.csv"), encoding="utf-8") as table:
+            self.assertIn(header, table.read().splitlines())
+        end = ("1340,bekker,k_c reece_k_c,3,8," + "f" * 64 + ',"virtual bevameter, a.soil.yaml, engine 6, friction of '
+               'the tools 0.364, tests plate60 plate80 shear"')
+        self.assertEqual(line, "a," + "0" * 64 + ",0.9,0.84,0.96,-4.6,-9.9,0.5,720,530,960,0.24,0.14,0.33,25.5,,28.3,"
+                         "4,3,5,0.91,0.85,0.97,-12,-30,6,55,40,72,0.25,0.15,0.34," + end)
+        summary.update(reece_parameters=None, quick=True)
+        line = soil_rows.parameter_table(summary, "f" * 64).splitlines()[1]
+        self.assertIn(",4,3,5" + 12 * "," + ",1340,bekker,k_c,3,8,", line)
+        self.assertIn('shear, quick"', line)
+
+    def test_the_tables_have_the_shipped_runs(self):
+        """Each of their lines is what a bevameter.json says, which stands beside a soil file."""
+        lines = {"cone_indices.csv": [], "bevameter_soils.csv": []}
+        folder = os.path.join(ROOT, "dem_offline", "campaigns")
+        for path in glob.glob(os.path.join(folder, "**", "*.json"), recursive=True):
+            if not path.endswith(("cone.json", "bevameter.json")):
+                continue
             with open(path, encoding="utf-8") as file:
                 text = file.read()
-            line = cone_row.table_of(json.loads(text), hashlib.sha256(text.encode()).hexdigest()).splitlines()[1]
-            with open(CONES, encoding="utf-8") as table:
-                self.assertIn(line, table.read().splitlines())
+            summary, digest = json.loads(text), hashlib.sha256(text.encode()).hexdigest()
+            if summary["cone_index"] and path.endswith("cone.json"):
+                lines["cone_indices.csv"].append(soil_rows.cone_table(summary, digest).splitlines()[1])
+            if summary["parameters"]:
+                lines["bevameter_soils.csv"].append(soil_rows.parameter_table(summary, digest).splitlines()[1])
+        for name, own in lines.items():
+            with open(os.path.join(SOILS, name), encoding="utf-8") as table:
+                shipped = [line for line in table.read().splitlines() if not line.startswith("#")]
+            self.assertEqual(sorted(shipped[1:]), sorted(own), name)
 
     def test_models_and_soil_files_name_the_same_soil(self):
         for soil, pair in (("cmu_wheel/calibrated", "cmu-smooth-62.5-8mm"), ("cmu_sand_20mm", "atv-20x10-lugged-20mm")):
@@ -309,6 +345,20 @@ class WholeWay(InFolder):
         self.assertEqual([one["name"] for one in tests], ["plate60", "pressed wheel"])
         with open(os.path.join(out, "calibrated", "soil.csv"), encoding="utf-8") as file:
             self.assertIn("tiny, DEM", file.read())
+        soil = GrainSoil(self.soil_file())
+        shown = subprocess.run([os.path.join(BIN, "grouser-soil"), "show", "tiny", "--json", "--bevameters",
+                                os.path.join(out, "bevameter_soil.csv")], capture_output=True, text=True, check=True)
+        found = json.loads(shown.stdout)[0]["bevameter"]
+        self.assertEqual((found["soil_sha256"], found["beds"]), (soil.identity, 1))
+        self.assertAlmostEqual(found["grain_m"], 0.012)
+        for one in summary["parameters"]:
+            told = found["parameters"][one["name"]]
+            self.assertEqual((told["unit"], told["identified"]), (one["unit"], one["identified"]))
+            for key in ("value", "low90", "high90"):
+                if one[key] is None:
+                    self.assertIsNone(told[key])
+                else:
+                    self.assertAlmostEqual(told[key], one[key], delta=1e-5 * abs(one[key]))
         with open(os.path.join(out, "report.html"), encoding="utf-8") as file:
             text = file.read()
         self.assertIn("data:image/png;base64,", text)

@@ -23,6 +23,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
 import check  # noqa: E402
 import emulator  # noqa: E402
 import evidence as evidences  # noqa: E402
+import grains_page  # noqa: E402
 import identify  # noqa: E402
 import outcome  # noqa: E402
 import posterior as bayes  # noqa: E402
@@ -286,7 +287,38 @@ class WholeWay(unittest.TestCase):
         said = [note for note in outcome.Inference._notes(stand_in, {}, []) if note not in self.targets.notes]
         self.assertEqual([note for note in said if "press" in note], runs.notes)
         checked = check.dem_as_truth(types.SimpleNamespace(runs=runs, evidence=evidence), 1)
-        self.assertEqual(checked, [])  # none was run at one place in all tests
+        self.assertEqual([one["label"] for one in checked], ["s001"])
+
+    def test_what_a_point_was_not_run_for_is_not_its_truth(self):
+        blocks = self.evidence.blocks
+        given = [1.0] * len(blocks)
+        moved = {"known": {"ran_at": {"press": {"wheel_friction": 0.45}}}}
+        own = check.own_blocks(moved, given, self.evidence)
+        self.assertEqual({blocks[k].kind for k in own}, {"plate", "wheel"})
+        given = [math.nan if block.kind == "wheel" else 1.0 for block in blocks]
+        self.assertEqual(check.own_blocks(moved, given, self.evidence), [])  # plates do not tell the wheel's friction
+        self.assertEqual({blocks[k].kind for k in check.own_blocks({}, given, self.evidence)}, {"plate", "press"})
+
+    def test_a_run_that_alone_tells_a_parameter_has_no_leave_one_out(self):
+        points = [{**one, "known": {"ran_at": {"press": {"wheel_friction": 0.45}}}} if k < 11 else one
+                  for k, one in enumerate(self.table["points"][:12])]
+        runs, evidence = evidence_of(self.targets, {**self.table, "points": points}, self.vary)
+        self.assertTrue(numpy.isfinite(evidence.correlation).all())
+        for block, process in zip(evidence.blocks, evidence.processes):
+            mean, sd = process.left_out()
+            self.assertEqual(numpy.flatnonzero(~numpy.isfinite(sd)).tolist(), [11] if block.kind == "press" else [])
+            self.assertEqual(numpy.isnan(mean).tolist(), numpy.isinf(sd).tolist())
+        for one in outcome.Inference._left_out(types.SimpleNamespace(evidence=evidence, vary=self.vary)):
+            self.assertEqual(len(one["predicted"]), 11 if one["group"] == "press" else 12)
+            self.assertTrue(math.isfinite(one["rms"]))
+
+    def test_the_band_of_counts_is_exact(self):
+        self.assertEqual([check.band(n) for n in (1, 3, 13, 100)], [(0, 1), (1, 3), (9, 13), (84, 95)])
+        checked = [{"label": f"s{k:03d}", "distance": at} for k, at in enumerate((0.5, 1.0, 1.3))]
+        words = grains_page.truth_words(checked)
+        self.assertIn("of 3 points", words)
+        self.assertIn("2 lie in their 90 % region (of regions that hold 90 %: 1 to 3 in 95 % of cases)", words)
+        self.assertIn("over the region's edge: s002 (1.3)", words)
 
     def test_what_too_few_runs_of_a_small_design_tell_is_left_out_and_said(self):
         def columns(count, own):

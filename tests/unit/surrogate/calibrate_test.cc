@@ -70,6 +70,7 @@ TEST(Calibrate, PlatesOfOneWidthDoNotTellTheModuliApart) {
   measuring.Plate(0.05, 0.04);
   const SoilCalibration c = CalibrateSoil(measuring.soil(), testing::Known(), "auto");
   EXPECT_THAT(c.why_form, HasSubstr("one width cannot tell it from Reece's"));
+  EXPECT_TRUE(c.reece_parameters.empty());
   EXPECT_FALSE(Find(c.parameters, "k_c").identified);
   EXPECT_FALSE(Find(c.parameters, "k_phi").identified);
   EXPECT_TRUE(Find(c.parameters, "n").identified);
@@ -189,6 +190,27 @@ TEST(Calibrate, ReecesFormIsChosenWhereItIsTheBetterOne) {
   EXPECT_THAT(c.why_form, HasSubstr("Reece's form: the deviance of Bekker's is"));
   EXPECT_NEAR(Find(c.parameters, "reece_k_phi").value, 60, 6);
   EXPECT_NEAR(Find(c.parameters, "n").value, 0.6, 0.03);
+}
+
+TEST(Calibrate, ReecesParametersAreKeptBesideBekkers) {
+  const BekkerParameters truth = FromSoil(testing::PublishedSoil("LETE sand"));
+  Measuring measuring(truth, SoilKind::kSand, 0, 1);
+  PlatesAndShear(&measuring);
+  const SoilCalibration c = CalibrateSoil(measuring.soil(), testing::Known(), "auto");
+  EXPECT_THAT(c.why_form, HasSubstr("Bekker's form"));
+  const auto reece = [&](const char* name) { return Find(c.reece_parameters, name).value; };
+  for (const double width : {0.03, 0.06}) {  // two widths, two moduli: both forms say the same
+    const double ours = (reece("cohesion") * reece("reece_k_c") +
+                         truth.unit_weight * width * reece("reece_k_phi")) *
+                        std::pow(0.02 / width, reece("n"));
+    const double bekker = (truth.k_c / width + truth.k_phi) * std::pow(0.02, truth.n);
+    EXPECT_NEAR(ours / bekker, 1, 0.02) << width;
+  }
+  for (const FittedParameter& p : c.reece_parameters) {
+    EXPECT_LE(p.low, p.value) << p.what.name;
+    EXPECT_GE(p.high, p.value) << p.what.name;
+  }
+  EXPECT_THAT(CalibrationJson(c, ""), HasSubstr("\"name\": \"reece_k_phi\""));
 }
 
 TEST(Calibrate, TheSoilFileIsReadByWhatReadsSoils) {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "surrogate/fit/cone_card.h"
 #include "surrogate/fit/numerics_report.h"
+#include "surrogate/fit/soil_card.h"
 #include "surrogate/model_io/upgrade.h"
 #include "tests/unit/refusal.h"
 
@@ -45,8 +45,8 @@ TEST(ConeTable, IsReadInSi) {
   EXPECT_DOUBLE_EQ(c.to_depth_m, 0.049);
   EXPECT_DOUBLE_EQ(c.diameter_m, 0.032);
   EXPECT_EQ(c.source, "a test, of one");
-  EXPECT_EQ(FindConeIndex(cones, "Sand, DEM"), cones.data());
-  EXPECT_EQ(FindConeIndex(cones, "sandy"), nullptr);
+  EXPECT_EQ(FindByName(cones, "Sand, DEM"), cones.data());
+  EXPECT_EQ(FindByName(cones, "sandy"), nullptr);
   EXPECT_THAT(ConeText(c), HasSubstr("cone index 18 kPa (0.4), mean over 0 to 49 mm; gradient 400 "
                                      "kPa/m; standard errors of 2 beds"));
 }
@@ -56,6 +56,7 @@ TEST(ConeTable, BadTablesAreRefused) {
   const std::string good = "18,0.4,400,4,2,49,32,60,50,8";
   EXPECT_THAT(said(""), HasSubstr("t.csv: no header"));
   EXPECT_THAT(said("soil,sand\n"), HasSubstr("t.csv:1: 2 columns, expected 14"));
+  EXPECT_THAT(said(std::string(kHeader) + "\"sand\n"), HasSubstr("t.csv:2: a quote is not closed"));
   EXPECT_THAT(
       said(kHeader + TableLine("18000000,,1,,1,49,32,60,50,8")),
       HasSubstr("t.csv:2: cone_index_kPa: 18000000, expected a number from 0.001 to 100000"));
@@ -71,7 +72,7 @@ TEST(ConeTable, BadTablesAreRefused) {
 TEST(ConeTable, PairsHaveTheConeIndexOfTheirSoil) {
   for (const char* pair : {"cmu-smooth-62.5-8mm", "atv-20x10-lugged-20mm"}) {
     const v1alpha1::Model model = Shipped(pair);
-    const auto cone = ConeOf(model, ConeIndices());
+    const auto cone = LineOfSoil(model, ConeIndices());
     ASSERT_TRUE(cone) << pair << ": " << SoilIdentity(model.soil());
     EXPECT_EQ(cone->soil, model.soil().name());
     EXPECT_GE(cone->beds, 2);
@@ -87,7 +88,7 @@ TEST(ConeTable, AnotherSoilIsAnother) {
   EXPECT_EQ(SoilIdentity(model.soil()), before);
   model.mutable_soil()->mutable_grains()->set_friction(0.365);
   EXPECT_NE(SoilIdentity(model.soil()), before);
-  EXPECT_FALSE(ConeOf(model, ConeIndices()));
+  EXPECT_FALSE(LineOfSoil(model, ConeIndices()));
 }
 
 // Worked by hand: Cn = 50e3 * 0.2 * 0.5/500 = 10, Bn = 10 * 2/(1 + 1.2) = 100/11,

@@ -1,4 +1,4 @@
-#include "surrogate/fit/cone_card.h"
+#include "surrogate/fit/soil_card.h"
 
 #include <fmt/format.h>
 
@@ -38,24 +38,28 @@ std::string SoilIdentity(const v1alpha1::Soil& soil) {
   return records::Sha256OfString(fmt::format("{}", fmt::join(lines, "")));
 }
 
-std::optional<ConeIndex> ConeOf(const v1alpha1::Model& model, const std::vector<ConeIndex>& cones) {
-  if (model.kind() == v1alpha1::MODEL_KIND_HARD) return std::nullopt;
-  if (!model.soil().has_grains()) {
-    const ConeIndex* named = FindConeIndex(cones, model.soil().name());
-    return named == nullptr ? std::nullopt : std::optional(*named);
-  }
-  const auto found = std::ranges::find(cones, SoilIdentity(model.soil()), &ConeIndex::soil_sha256);
-  return found == cones.end() ? std::nullopt : std::optional(*found);
+SoilCard SoilCardOf(const v1alpha1::Model& model, const std::vector<std::string>& bevameters,
+                    const std::vector<std::string>& cones) {
+  return {LineOfSoil(model, BevameterSoils(bevameters)), LineOfSoil(model, ConeIndices(cones))};
 }
 
-std::string ConeCardText(const std::optional<ConeIndex>& cone) {
-  return cone ? ConeText(*cone)
-              : "cone index: not known of this soil (./grouser bevameter SOIL.yaml --tests cone; "
-                "--cones OUT/cone_index.csv)\n";
+std::string SoilCardText(const SoilCard& card) {
+  const std::string bevameter =
+      card.bevameter
+          ? BevameterText(*card.bevameter)
+          : "soil parameters by a bevameter: not known of this soil (./grouser bevameter "
+            "SOIL.yaml; --bevameters OUT/bevameter_soil.csv)\n";
+  const std::string cone =
+      card.cone ? ConeText(*card.cone)
+                : "cone index: not known of this soil (./grouser bevameter SOIL.yaml --tests cone; "
+                  "--cones OUT/cone_index.csv)\n";
+  return bevameter + cone;
 }
 
-Json ConeCardJson(const std::optional<ConeIndex>& cone) {
-  return cone ? Json::parse(ConeListJson({*cone}))[0] : Json(nullptr);
+Json SoilCardJson(const SoilCard& card) {
+  const auto only = [](const std::string& list) { return Json::parse(list)[0]; };
+  return {{"bevameter", card.bevameter ? only(BevameterListJson({*card.bevameter})) : Json()},
+          {"cone_index", card.cone ? only(ConeListJson({*card.cone})) : Json()}};
 }
 
 }  // namespace grouser::surrogate
