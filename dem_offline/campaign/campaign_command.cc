@@ -118,6 +118,7 @@ int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
       {.folder = arguments.folder, .jobs = arguments.jobs, .known = KnownRuns(arguments.known)},
       backend, signals.stop(), progress);
   if (!arguments.runs_json.empty()) {
+    records::MakeFolderFor(arguments.runs_json);
     records::WriteFileDurably(arguments.runs_json, RunsJson(RunFolder(arguments.folder)));
   }
   if (status.done() < status.total() && signals.stop()) {
