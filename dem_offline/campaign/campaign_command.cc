@@ -14,6 +14,7 @@
 #include "dem_offline/campaign/run_index.h"
 #include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/yaml_section.h"
 #include "grouser/v1alpha1/model.pb.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
