@@ -25,6 +25,12 @@ def check_picture(parser, path):
         parser.error(f"--out: {path}, expected a name that ends with {', '.join(SUFFIXES)}")
 
 
+def save(figure, path, **options):
+    """The figure as a file, in a folder that is made where it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, **options)
+
+
 def end_with(main):
     """Ends the program with main's exit code; 2 for Refused, 1 for a file that cannot be read or written."""
     try:

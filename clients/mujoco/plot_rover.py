@@ -16,7 +16,7 @@ import numpy  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "common"))
-from picture_options import Refused, check_picture, end_with  # noqa: E402
+from picture_options import Refused, check_picture, end_with, save  # noqa: E402
 
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "yaw_deg", "speed_m_per_s", "motors_j", "kinetic_j", "potential_j",
            "soil_j", "rest_j")
@@ -59,7 +59,7 @@ def draw(run, path):
     energy.legend(fontsize=8)
     for axes in (where, speed, energy):
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=90)
+    save(figure, path, dpi=90)
 
 
 def main():

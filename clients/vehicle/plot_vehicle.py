@@ -19,7 +19,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "common"))
 import html_page  # noqa: E402
-from picture_options import Refused, check_picture, end_with, positive  # noqa: E402
+from picture_options import Refused, check_picture, end_with, positive, save  # noqa: E402
 
 POINTS = 24
 PARTS = (("drive_w", "drive losses"), ("rolling_w", "rolling"), ("slip_w", "slip"), ("scrub_w", "lateral scrub"))
@@ -106,7 +106,7 @@ def picture(options, soils, sweeps, found):
     parts_panel(panels[0][1], sweeps["speed"][0], found["speed"][soils[0]], soils[0])
     figure.suptitle(f"{options.vehicle.name.split('.')[0]}: electric energy; bands: 90 % of the ground; dotted: "
                     "beyond a limit or the model's runs", fontsize=9)
-    figure.savefig(options.out, dpi=130)
+    save(figure, options.out, dpi=130)
 
 
 def main():

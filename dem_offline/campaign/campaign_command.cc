@@ -14,6 +14,7 @@
 #include "dem_offline/campaign/run_index.h"
 #include "dem_offline/engine/rig/scene.h"
 #include "dem_offline/scenes/engine_convert.h"
+#include "dem_offline/scenes/yaml_section.h"
 #include "grouser/v1alpha1/model.pb.h"
 #include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
@@ -119,6 +120,7 @@ int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
       {.folder = arguments.folder, .jobs = arguments.jobs, .known = KnownRuns(arguments.known)},
       backend, signals.stop(), progress);
   if (!arguments.runs_json.empty()) {
+    records::MakeFolderFor(arguments.runs_json);
     records::WriteFileDurably(arguments.runs_json, RunsJson(RunFolder(arguments.folder)));
   }
   if (status.done() < status.total() && signals.stop()) {

@@ -24,9 +24,15 @@ Pace MeasurePace(const Backend& backend, const v1alpha1::WheelTestSpec& spec, do
   const dem::WheelTestSpec test = ToEngine(spec);
   backend.validate(test);
   Pace pace;
+  dem::Tile tile;
   auto begin = Clock::now();
-  const dem::Tile tile = backend.prepare_bed(
-      dem::BedOf(test), [&](double, const std::string&) { return !stop.load(); });
+  try {
+    tile = backend.prepare_bed(dem::BedOf(test),
+                               [&](double, const std::string&) { return !stop.load(); });
+  } catch (const std::exception&) {
+    if (stop) throw Stopped{};  // the engine throws where it is stopped in a bed
+    throw;
+  }
   if (stop) throw Stopped{};
   pace.tile_s = since(begin);
   begin = Clock::now();

@@ -116,7 +116,8 @@ void AddEstimateCommands(CLI::App& campaign, Action* action) {
   ProposalRequest& request = arguments->request;
   design->add_option("--wheel", request.wheel_file, "Wheel file")->required();
   design->add_option("--soil", request.soil_file, "Soil file of grains (*.soil.yaml)")->required();
-  design->add_option("--load", request.load_n, "From, to [N]")->required();
+  design->add_option("--load", request.load_n, "Vertical loads that the model is for: from, to [N]")
+      ->required();
   design->add_option("--slip", request.slip, "From, to [-]")->capture_default_str();
   design->add_option("--angle-deg", request.angle_deg, "From, to [deg]")->capture_default_str();
   design->add_option("--budget", request.budget_s, "Time that it may take: 45min, 2h")

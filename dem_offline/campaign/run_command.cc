@@ -121,11 +121,18 @@ class ProgressPrinter {
 };
 
 // Found out now, not after minutes of work.
-void CheckOutFolder(const std::string& out) {
+void PrepareOut(const std::string& out) {
   auto folder = std::filesystem::path(out).parent_path();
   if (folder.empty()) folder = ".";
   if (std::filesystem::is_directory(out)) {
     throw InputError(fmt::format("--out {}: got a folder, expected the name of a file", out));
+  }
+  try {
+    records::MakeFolderFor(out);
+  } catch (const os::NoSpace&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw InputError(fmt::format("--out {}: {}", out, error.what()));
   }
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(
@@ -157,12 +164,12 @@ int RunFileOf(const RunArguments& arguments, const StopSignals& signals) {
     return RunSweepOf(arguments, *sweep, signals);
   }
   if (arguments.jobs > 0) throw InputError("--jobs: one run, expected a file with a sweep");
-  CheckOutFolder(arguments.out);
+  const ExperimentFile file =
+      LoadExperiment(arguments.experiment, arguments.limits, arguments.sets);
+  PrepareOut(arguments.out);
   if (arguments.resume && !std::filesystem::exists(CheckpointOf(arguments.out))) {
     PutText(stderr, CheckpointOf(arguments.out) + ": no checkpoint; the run begins anew\n");
   }
-  const ExperimentFile file =
-      LoadExperiment(arguments.experiment, arguments.limits, arguments.sets);
   for (const NamedFile& other : file.others) {
     if (!other.note.empty()) PutText(stderr, Described(other) + "\n");
   }
@@ -215,7 +222,7 @@ int Run(const RunArguments& arguments, const StopSignals& signals) {
   const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   backend.validate(ToEngine(spec));
-  CheckOutFolder(arguments.out);
+  PrepareOut(arguments.out);
   if (!arguments.known.empty() && !std::filesystem::is_directory(arguments.known)) {
     throw InputError(fmt::format("--known {}: no folder", arguments.known));
   }

@@ -116,6 +116,14 @@ void MakeFolderDurably(const std::string& path) {
   SyncName(path);
 }
 
+void MakeFolderFor(const std::string& path) {
+  const auto parent = std::filesystem::path(path).parent_path();
+  std::error_code unknown;
+  if (!parent.empty() && !std::filesystem::is_directory(parent, unknown)) {
+    MakeFolderDurably(parent.string());
+  }
+}
+
 void WriteFileUnsynced(const std::string& path, const std::string& bytes) {
   WriteAside(path, bytes, /*sync=*/false);
 }

@@ -20,6 +20,12 @@ void SyncName(const std::string& path);
 /// "PATH: cause"; os::NoSpace where there is none.
 void MakeFolderDurably(const std::string& path);
 
+/// Makes what is missing of the folders above a file that a user named as a program's output, so
+/// that it may be called as `--out FOLDER` is. Before work that takes long: what cannot be made is
+/// known then. Not for files of a state folder, which stands on a disk that may be missing. Throws
+/// as MakeFolderDurably.
+void MakeFolderFor(const std::string& path);
+
 /// Ending of the temporary file that WriteFileDurably writes aside. A killed
 /// writer may leave one behind; nothing ever reads it.
 inline constexpr char kTemporarySuffix[] = ".tmp";

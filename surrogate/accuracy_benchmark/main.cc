@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "proto/records/command_line.h"
+#include "proto/records/durable_file.h"
 #include "proto/records/model_file.h"
 #include "surrogate/accuracy_benchmark/benchmark.h"
 #include "surrogate/accuracy_benchmark/promise.h"
@@ -46,6 +47,7 @@ void PrintBenchmark(const BenchmarkRequest& asked) {
                TargetsText(targets));
   }
   if (!asked.markdown.empty()) {
+    records::MakeFolderFor(asked.markdown);
     records::WriteFileDurably(asked.markdown, BenchmarkMarkdown(rows, targets));
   }
 }

@@ -223,6 +223,7 @@ def draw(e, path):
     for i, line in enumerate(lines[1:]):
         figure.text(0.01, 1 - (0.3 + 0.16 * i + 0.05) / height, line, fontsize=8, va="top")
     metadata = {"Date": None} if path.suffix == ".svg" else {}
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110, metadata=metadata)
 
 

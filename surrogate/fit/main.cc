@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "proto/records/command_line.h"
+#include "proto/records/durable_file.h"
 #include "proto/records/message_json.h"
 #include "proto/records/yaml/message_yaml.h"
 #include "surrogate/fit/compare.h"
@@ -81,6 +82,7 @@ std::string Reference(const records::LoadedModel& loaded) {
 // A signal ends the program at any moment but this one, so that no file is
 // left aside.
 std::string WriteUninterrupted(const std::string& path, const v1alpha1::Model& model) {
+  records::MakeFolderFor(path);
   sigset_t stops, before;
   sigemptyset(&stops);
   sigaddset(&stops, SIGINT);
@@ -106,6 +108,7 @@ int Write(const Arguments& a, const v1alpha1::Model& model) {
 
 int FitAndWrite(FitRequest request, const Arguments& a) {
   LogNotes(request.set.notes);
+  records::MakeFolderFor(a.out);  // what cannot be made is known before the fit
   request.progress = Say;
   request.command = a.command;
   return Write(a, FitModel(request));
@@ -135,6 +138,7 @@ int Fit(const Arguments& a) {
 int Summarise(const Arguments& a) {
   const TrainingSet set = ReadAll(a.run_dirs);
   LogNotes(set.notes);
+  records::MakeFolderFor(a.out);
   WriteSummary(a.out, set);
   Say(fmt::format("wrote {}: {} runs, {} planned and not there", a.out, set.runs.size(),
                   set.notes.size()));

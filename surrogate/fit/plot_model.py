@@ -16,7 +16,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "common"))
 import html_page  # noqa: E402
-from picture_options import Refused, check_picture, end_with, positive  # noqa: E402
+from picture_options import Refused, check_picture, end_with, positive, save  # noqa: E402
 
 DEGREE = math.pi / 180
 SLIPS = 81
@@ -104,7 +104,7 @@ def picture(curves, options):
         axes.set_title(title, fontsize=9)
         axes.set_xlabel("slip", fontsize=8)
     note_panel(panels.flat[-1], panels.flat[0], curves, len(drawn), of)
-    figure.savefig(options.out, dpi=130)
+    save(figure, options.out, dpi=130)
 
 
 def note_panel(axes, source, curves, drawn, of):

@@ -42,7 +42,7 @@ def check_eval():
 
 
 def check_pictures(folder):
-    picture = folder / "curves.svg"
+    picture = folder / "new" / "curves.svg"
     done = plot(MODEL, str(PAIR / "lookup.model"), "--out", str(picture), "--angle-deg", "0,30", "--load", "23",
                 "--measured", str(PAIR / "measured.csv"))
     expect(done.returncode == 0, done.stderr)
@@ -60,7 +60,7 @@ def check_refusals(folder):
         "expected a name that ends with": (MODEL, "--out", str(folder / "curves.jpg")),
         "expected 3 at most": (MODEL,) * 4 + ("--out", str(folder / "a.svg")),
         "not a Grouser model file": (str(PAIR / "measured.csv"), "--out", str(folder / "a.svg")),
-        "No such file": (MODEL, "--out", str(folder / "none" / "a.svg")),
+        "measured.csv: File exists": (MODEL, "--out", str(PAIR / "measured.csv" / "a.svg")),
     }.items():
         done = plot(*arguments)
         expect(done.returncode in (1, 2) and what in done.stderr and "Traceback" not in done.stderr,

@@ -9,42 +9,12 @@ import json
 import math
 import pathlib
 import re
-import shutil
-import subprocess
 import sys
 import tempfile
 
+from as_typed import checkout, commands, number, option, run
+
 SECTION = re.compile(r"^## A vehicle: .*?(?=^## )", re.M | re.S)
-BLOCK = re.compile(r"^```\n(.*?)^```$", re.M | re.S)
-# As git has them, and copied, as it finds the root by its own place: the front door.
-LINKED = ("CMakeLists.txt", "clients", "cmake", "surrogate")
-
-
-def checkout(root, programs, folder):
-    for name in LINKED:
-        (folder / name).symlink_to(root / name)
-    shutil.copy(root / "grouser", folder / "grouser")
-    (folder / "build/release").mkdir(parents=True)
-    (folder / "build/release/bin").symlink_to(programs)
-
-
-def run(block, folder):
-    """What a block prints; no command of it may fail."""
-    done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=folder, capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, check=False)
-    assert done.returncode == 0, f"exit code {done.returncode} of\n{block}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
-
-
-def option(block, name):
-    """The number after an option of a block."""
-    return float(re.search(rf"--{name} ([\d.]+)", block)[1])
-
-
-def number(pattern, text):
-    found = re.search(pattern, text)
-    assert found, f"no {pattern} in\n{text}"
-    return float(found[1])
 
 
 def check_speed(block, out, folder):
@@ -127,7 +97,7 @@ def check_map(block, out, folder):
 def main(root, programs):
     section = SECTION.search((root / "README.md").read_text())
     assert section, "README.md has no section '## A vehicle: ...'"
-    blocks = BLOCK.findall(section[0])
+    blocks = commands(section[0])
     tasks = {"./grouser speed ": check_speed, "./grouser energy ": check_energy, "./grouser map ": check_map}
     assert len(blocks) == len(tasks), f"{len(blocks)} blocks, expected {len(tasks)}"
     for block, (command, check) in zip(blocks, tasks.items()):

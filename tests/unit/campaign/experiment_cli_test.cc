@@ -45,6 +45,16 @@ TEST_F(ExperimentCli, RunWritesRunFileSeriesAndTables) {
   EXPECT_THROW(grouser::records::ReadRunFile(In("a.run.h5")), std::runtime_error);
 }
 
+TEST_F(ExperimentCli, RunMakesTheFolderAboveItsFiles) {
+  const std::string run = "run " + In("drop.yaml") + " --out ";
+  EXPECT_EQ(Run(run + In("new/in/a.run.h5") + " --set grains.cuont=7"), 2);
+  EXPECT_FALSE(fs::exists(In("new"))) << "for a file that cannot be run";
+  ASSERT_EQ(Run(run + In("new/in/a.run.h5")), 0) << said_;
+  EXPECT_TRUE(fs::exists(In("new/in/a.run.h5")) && fs::exists(In("new/in/a.series.csv")));
+  EXPECT_EQ(Run(run + In("drop.yaml/a.run.h5")), 2);
+  EXPECT_NE(said_.find("drop.yaml: cannot be made: File exists"), std::string::npos) << said_;
+}
+
 TEST_F(ExperimentCli, SetChangesTheRunAndStandsInTheRecord) {
   ASSERT_EQ(Run("run " + In("drop.yaml") + " --set grains.count=7 --out " + In("b.run.h5")), 0)
       << said_;

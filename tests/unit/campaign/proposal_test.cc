@@ -153,6 +153,12 @@ TEST_F(Proposals, CostsAddUpAndThePaceIsMeasured) {
   EXPECT_GT(MeasurePace(backend, spec, 1, stop).grain_steps_per_s, 0);
   stop = true;
   EXPECT_THROW(MeasurePace(backend, spec, 1, stop), Stopped);
+  backend.prepare_bed = [](const auto&, const auto& progress) -> dem::Tile {
+    throw std::runtime_error(progress(0.5, "tile") ? "a bed that cannot be packed" : "stopped");
+  };
+  EXPECT_THROW(MeasurePace(backend, spec, 1, stop), Stopped);
+  stop = false;
+  EXPECT_THROW(MeasurePace(backend, spec, 1, stop), std::runtime_error);
 }
 
 }  // namespace

@@ -33,6 +33,25 @@ TEST(WriteFileDurably, MissingFolderNamesThePath) {
   EXPECT_THAT(message, HasSubstr("No such file"));
 }
 
+TEST(MakeFolderFor, MakesWhatIsMissingAboveAFile) {
+  const TempFolder folder;
+  MakeFolderFor(folder / "a/b/c");
+  MakeFolderFor(folder / "a/b/c");
+  EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a/b/c"));
+  MakeFolderFor("a-file-of-the-working-folder");
+  EXPECT_FALSE(std::filesystem::exists("a-file-of-the-working-folder"));
+}
+
+TEST(MakeFolderFor, NamesTheFolderThatCannotBeMade) {
+  const TempFolder folder;
+  WriteFileDurably(folder / "a", "x");
+  EXPECT_THAT(MessageOf([&] { MakeFolderFor(folder / "a/b"); }),
+              HasSubstr(folder / "a: cannot be made: File exists"));
+  EXPECT_THAT(MessageOf([&] { MakeFolderFor(folder / "a/b/c"); }),
+              HasSubstr("a/b: cannot be made: Not a directory"));
+}
+
 // A limit on the file size stops write() half-way, as a full disk does.
 TEST(WriteFileDurably, FullDiskLeavesTheOldFileAndNothingElse) {
   const TempFolder folder;
