@@ -24,7 +24,12 @@ def cone_row(summary, digest):
             *("" if value is None else f"{scale * value:.6g}" for value, scale in numbers), digest, source]
 
 
+def cell_of(text):
+    """A cell that CsvCells of surrogate/soils/csv_cells.h reads as text, and that begins no comment."""
+    text = " ".join(text.splitlines())
+    return '"' + text.replace('"', '""') + '"' if text.startswith("#") or "," in text or '"' in text else text
+
+
 def table_of(summary, digest):
     """Text of a table with that one row."""
-    cells = (f'"{cell}"' if "," in cell else cell for cell in cone_row(summary, digest))
-    return ",".join(COLUMNS) + "\n" + ",".join(cells) + "\n"
+    return ",".join(COLUMNS) + "\n" + ",".join(map(cell_of, cone_row(summary, digest))) + "\n"

@@ -82,6 +82,10 @@ ConeIndex ReadCone(const ConeCells& row) {
   const double beds = row.Number(6, 1, 1000);
   if (beds != std::floor(beds)) row.Fail(6, "a whole number");
   cone.beds = static_cast<int>(beds);
+  for (const std::size_t column : {3, 5}) {
+    if (row.cells[column].empty() == (cone.beds == 1)) continue;
+    row.Fail(column, cone.beds == 1 ? "none of one bed" : "a standard error over the beds");
+  }
   cone.to_depth_m = 1e-3 * row.Number(7, 1, 1000);
   cone.diameter_m = 1e-3 * row.Number(8, 1, 1000);
   cone.angle_rad = kConeDegree * row.Number(9, 5, 180);
@@ -151,11 +155,11 @@ std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files) {
 }
 
 const ConeIndex* FindConeIndex(const std::vector<ConeIndex>& cones, const std::string& soil) {
-  const auto found = std::ranges::find_if(cones, [&](const ConeIndex& cone) {
+  const auto found = std::find_if(cones.rbegin(), cones.rend(), [&](const ConeIndex& cone) {
     return LowerCase(cone.soil) == LowerCase(soil) ||
            LowerCase(cone.soil) + ", dem" == LowerCase(soil);
   });
-  return found == cones.end() ? nullptr : &*found;
+  return found == cones.rend() ? nullptr : &*found;
 }
 
 std::string ConeText(const ConeIndex& c) {

@@ -30,7 +30,8 @@ struct ConeIndex {
 };
 
 /// Reads a table such as surrogate/soils/cone_indices.csv (a bevameter's cone_index.csv). Throws
-/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; also where a soil stands twice.
+/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; also where a soil stands twice,
+/// for standard errors of one bed and for several beds without.
 std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& name);
 
 /// surrogate/soils/cone_indices.csv of the checkout or installation, where there is one, then those
@@ -38,8 +39,8 @@ std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& n
 /// "FILE: cause, expected ...".
 std::vector<ConeIndex> ConeIndices(const std::vector<std::string>& more_files = {});
 
-/// The row of a soil's name (letters of either case); nullptr: none. The name that the bevameter
-/// gives its calibrated soil, "NAME, DEM", is the soil's too.
+/// The last row of a soil's name (letters of either case); nullptr: none. The name that the
+/// bevameter gives its calibrated soil, "NAME, DEM", is the soil's too.
 const ConeIndex* FindConeIndex(const std::vector<ConeIndex>& cones, const std::string& soil);
 
 /// Two lines for people; a table of all.
