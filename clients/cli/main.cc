@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
   AddJobCommands(app, common, &action);
   AddWorkCommands(app, common, &action);
   AddAliasCommands(app, common, &action);
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

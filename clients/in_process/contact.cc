@@ -131,7 +131,7 @@ struct WheelContact::Parts {
   std::vector<std::size_t> wheel;
   std::vector<Frame> frame;
   std::vector<RelaxedMotion> motion;
-  std::vector<double> sinkage, load, v_x, v_y, rim;
+  std::vector<double> sinkage, static_load, load, v_x, v_y, rim;
   std::array<std::vector<double>, kOutputs> value;
   std::vector<std::uint32_t> flags;
 
@@ -172,6 +172,7 @@ WheelContact::WheelContact(const Model& model, const ContactOptions& options) {
                                             {},
                                             {},
                                             {},
+                                            {},
                                             {}});
 }
 WheelContact::WheelContact(WheelContact&& other) noexcept = default;
@@ -195,7 +196,7 @@ void WheelContact::Parts::Find(std::span<const WheelMotion> wheels, std::span<Co
     const Place place = Locate(wheels[i], states[i], radius, &f);
     if (place == Place::kBad) {
       out[i].force = out[i].moment = {kNaN, kNaN, kNaN};
-      out[i].load = out[i].sinkage = kNaN;
+      out[i].load = out[i].static_load = out[i].sinkage = kNaN;
       out[i].flags = kInvalid;
       continue;
     }
@@ -215,8 +216,9 @@ void WheelContact::Parts::Find(std::span<const WheelMotion> wheels, std::span<Co
 
 void WheelContact::Parts::Ask() {
   const std::size_t n = wheel.size();
+  static_load.resize(n);
   load.resize(n);
-  search.Solve(motion, sinkage, load);
+  search.Solve(motion, sinkage, static_load);
   v_x.resize(n);
   v_y.resize(n);
   rim.resize(n);
@@ -230,7 +232,7 @@ void WheelContact::Parts::Ask() {
   const double zeta = options.damping_ratio, gravity = model->gravity_m_per_s2();
   for (std::size_t i = 0; i < n; ++i) {
     const double damped = 1 + 2 * zeta * frame[i].sinking / std::sqrt(gravity * sinkage[i]);
-    load[i] *= std::max(0.0, damped);
+    load[i] = static_load[i] * std::max(0.0, damped);
     v_x[i] = motion[i].v_x;
     v_y[i] = motion[i].v_y;
     rim[i] = motion[i].rim_speed;
@@ -242,6 +244,7 @@ void WheelContact::Parts::Write(std::size_t i, WheelForce* to) const {
   const Frame& f = frame[i];
   const double share = motion[i].moving;
   to->load = load[i];
+  to->static_load = static_load[i];
   to->v_x = v_x[i];
   to->v_y = v_y[i];
   to->rim_speed = rim[i];

@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
   app.add_flag("--allow-cut-tail", allow_cut_tail,
                "Take files that end in the middle of a record, as a kill leaves them, for whole");
   app.add_flag("--json", json, "JSON on stdout");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

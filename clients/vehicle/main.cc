@@ -262,6 +262,7 @@ int main(int argc, char** argv) {
   auto* list = app.add_subcommand("list", "The vehicles of a server");
   AddServer(list, &a);
   auto* schema = app.add_subcommand("schema", "The JSON schema of vehicle files");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

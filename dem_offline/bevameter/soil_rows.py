@@ -18,9 +18,15 @@ PARAMETER_COLUMNS = ("soil", "soil_sha256", *(column + end for _, column, _ in B
                      "density_kg_per_m3", "form", "not_identified", "beds", "grain_mm", "bevameter_sha256", "source")
 
 
+def cell_of(text):
+    """A cell that CsvCells of surrogate/soils/csv_cells.h reads as text, and that begins no comment."""
+    text = " ".join(text.splitlines())
+    return '"' + text.replace('"', '""') + '"' if text.startswith("#") or "," in text or '"' in text else text
+
+
 def table_of(columns, cells):
     """Text of a table with that one row."""
-    return ",".join(columns) + "\n" + ",".join(f'"{cell}"' if "," in cell else cell for cell in cells) + "\n"
+    return ",".join(columns) + "\n" + ",".join(map(cell_of, cells)) + "\n"
 
 
 def standard_error(one):

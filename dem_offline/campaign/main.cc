@@ -41,6 +41,7 @@ int Main(int argc, char** argv) {
   AddVerifyCommands(app, &action);
   AddBenchCommand(app, &action);
   AddExperimentCommands(app, &action);
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

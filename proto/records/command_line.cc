@@ -1,6 +1,7 @@
 #include "proto/records/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -64,6 +65,18 @@ void DescribeOnDemand(CLI::App& app) {
   app.add_flag_callback("--describe-command-line", describe)->group("")->configurable(false);
   for (CLI::App* sub : app.get_subcommands(std::function<bool(CLI::App*)>()))
     DescribeOnDemand(*sub);
+}
+
+void RefuseNaN(CLI::App& app) {
+  const auto check = [](const std::string& text) -> std::string {
+    double value = 0;
+    const bool is_nan = CLI::detail::lexical_cast(text, value) && std::isnan(value);
+    return is_nan ? "got " + text + ", expected a number" : "";
+  };
+  for (CLI::Option* option : app.get_options(std::function<bool(CLI::Option*)>())) {
+    if (option->get_type_name().find("FLOAT") != std::string::npos) option->check(check);
+  }
+  for (CLI::App* sub : app.get_subcommands(std::function<bool(CLI::App*)>())) RefuseNaN(*sub);
 }
 
 }  // namespace grouser::records

@@ -22,4 +22,9 @@ std::string DescribedCommandLine(const CLI::App& app);
 /// must be there while it parses.
 void DescribeOnDemand(CLI::App& app);
 
+/// Options of `app` and its subcommands that take a number (FLOAT) refuse "nan" as bad usage:
+/// "--load: got nan, expected a number". CLI11's own checks (Range, PositiveNumber) let it through.
+/// To be called once all options are there.
+void RefuseNaN(CLI::App& app);
+
 }  // namespace grouser::records

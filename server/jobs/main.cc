@@ -252,6 +252,7 @@ int main(int argc, char** argv) {
   Describe(cli, settings);
   ConfigFile file("jobs");
   file.AddTo(cli);
+  grouser::records::RefuseNaN(cli);
   grouser::records::DescribeOnDemand(cli);
   try {
     cli.parse(argc, argv);

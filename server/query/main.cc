@@ -206,6 +206,7 @@ int main(int argc, char** argv) {
   ConfigFile file("server");
   file.AddTo(app);
   std::string settings;
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
   promise->add_flag("--training-only", asked.without_held_out,
                     "leave the held-out rows of the models' error tables out");
   promise->add_flag("--json", asked_for.json, "machine-readable rows on stdout");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

@@ -103,6 +103,7 @@ int main(int argc, char** argv) {
   CLI::App* rows = app.add_subcommand("rows", "what the files say, as JSON in SI, without a fit");
   AddInputOptions(rows, &request);
   rows->add_option("--within", request.within, "folder that the files named may not leave");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

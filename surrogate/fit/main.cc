@@ -561,6 +561,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) arguments.command += std::string(" ") + argv[i];
   int (*chosen)(const Arguments&) = nullptr;
   AddCommands(&app, &arguments, &chosen);
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

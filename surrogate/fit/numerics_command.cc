@@ -12,7 +12,8 @@ void AddNumericsOptions(CLI::App* sub, NumericsArguments* a) {
   sub->add_option("model", a->model, "model file")->required();
   sub->add_option("--load", r.load_n, "[N]; the middle of the training loads if not given")
       ->check(CLI::PositiveNumber);
-  sub->add_option("--slip", r.slips, "slips at attack angle 0; several: 0.1,0.2")
+  sub->add_option("--slip", r.slips,
+                  "slips at attack angle 0, -2 to 1 (laws: at most -1 to 1); several: 0.1,0.2")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();
@@ -27,7 +28,7 @@ void AddNumericsOptions(CLI::App* sub, NumericsArguments* a) {
                                 "[kPa], instead of that of the model's soil (grouser-soil cones)");
   auto* gradient = sub->add_option("--gradient", a->gradient_kpa_per_m, "of it with depth [kPa/m]");
   index->check(CLI::PositiveNumber)->needs(gradient);
-  gradient->check(CLI::NonNegativeNumber)->needs(index);
+  gradient->needs(index);
   sub->add_option("--cones", a->cones, "further cone indices (a bevameter's cone_index.csv)")
       ->delimiter(',')
       ->allow_extra_args(false);

@@ -18,7 +18,10 @@ namespace {
 constexpr std::size_t kGrossRatio = 0, kNetRatio = 1;
 constexpr std::array kGrossAndNet = {"gross", "net"};
 
-[[noreturn]] void RefuseOption(const std::string& what) { throw std::invalid_argument(what); }
+void Require(bool good, const std::string& what, double got, const std::string& expected) {
+  if (good) return;
+  throw std::invalid_argument(fmt::format("{}: got {:g}, expected {}", what, got, expected));
+}
 
 std::array<double, 2> GrossAndNet(const TractionRatios& r) { return {r.gross, r.net()}; }
 
@@ -29,28 +32,28 @@ double BedsT95(int degrees) {
   return StudentT95(degrees);
 }
 
-/// Half width of the 90 % interval of a mean over beds, over the mean; NaN: one bed.
-double ShareOfBeds(double mean, std::optional<double> standard_error, int beds) {
-  return standard_error ? BedsT95(beds - 1) * *standard_error / mean : NAN;
+/// Half width of the 90 % interval of a mean over beds, in its unit; 0: one bed.
+double HalfWidthOfBeds(std::optional<double> standard_error, int beds) {
+  return standard_error ? BedsT95(beds - 1) * *standard_error : 0;
 }
 
 NumericsReport::OfLaw AskLaw(const NumericLaw& law, const NumericsReport& report,
                              const NumericsReport::AtSlip& row) {
-  const ConeStrength cone{report.cone.index_pa, report.cone.gradient_pa_per_m};
-  NumericsReport::OfLaw out{law.ratios(report.wheel, cone, row.slip), {}, {}, {}};
-  out.low = out.high = GrossAndNet(out.at);
+  constexpr int kSteps = 32;  // to either side
   const ConeIndex& c = report.cone;
-  const double gradient_share = ShareOfBeds(c.gradient_pa_per_m, c.gradient_se_pa_per_m, c.beds);
-  const auto scaled = [](double mean, double share, double sign) {
-    return std::isnan(share) ? mean : mean * std::max(1 + sign * share, 0.01);
-  };
-  for (const double sign : {-1.0, 1.0}) {  // a weak bed is weak in both
-    const ConeStrength bound{scaled(cone.index_pa, report.cone_share, sign),
-                             scaled(cone.gradient_pa_per_m, gradient_share, sign)};
-    const auto at = GrossAndNet(law.ratios(report.wheel, bound, row.slip));
-    for (std::size_t k = 0; k < 2; ++k) {
-      out.low[k] = std::min(out.low[k], at[k]);
-      out.high[k] = std::max(out.high[k], at[k]);
+  const double index_half = HalfWidthOfBeds(c.index_se_pa, c.beds);
+  const double gradient_half = HalfWidthOfBeds(c.gradient_se_pa_per_m, c.beds);
+  const ConeStrength mean{c.index_pa, c.gradient_pa_per_m};
+  NumericsReport::OfLaw out{law.ratios(report.wheel, mean, row.slip), {}, {}, {}};
+  out.low = out.high = GrossAndNet(out.at);
+  for (int i = -kSteps; i <= kSteps; ++i) {  // a weak bed is weak in both
+    const double share = i / static_cast<double>(kSteps);
+    const ConeStrength cone{std::max(c.index_pa + share * index_half, 0.01 * c.index_pa),
+                            c.gradient_pa_per_m + share * gradient_half};
+    const auto at = GrossAndNet(law.ratios(report.wheel, cone, row.slip));
+    for (std::size_t k = 0; k < 2; ++k) {  // a NaN stays
+      if (at[k] < out.low[k] || std::isnan(at[k])) out.low[k] = at[k];
+      if (at[k] > out.high[k] || std::isnan(at[k])) out.high[k] = at[k];
     }
   }
   for (std::size_t k = 0; k < 2; ++k) {
@@ -63,8 +66,7 @@ NumericsReport::AtSlip AtOneSlip(const WheelModel& model, const v1alpha1::Model&
                                  double slip, const NumericsReport& report) {
   const double load = report.wheel.load_n;
   const VelocityState motion = FromSlip(slip, 0, message.domain().speed_m_per_s());
-  if (std::isnan(motion.v_x))
-    RefuseOption(fmt::format("--slip: got {:g}, expected -1 to below 1", slip));
+  Require(!std::isnan(motion.v_x), "--slip", slip, "-2 to 1");
   const WheelAnswer answer = AnswerOf(model, motion, load);
   NumericsReport::AtSlip row{slip, answer.flags, {}, {}, {}, {}};
   const std::array<std::pair<Output, double>, 2> parts = {
@@ -93,8 +95,9 @@ std::string TableOfLaws(const NumericsReport& report, std::size_t k) {
                                     row.high[k], flagged ? " *" : ""));
     for (const NumericsReport::OfLaw& law : row.laws) {
       const double value = GrossAndNet(law.at)[k];
+      const char* mark = std::isnan(law.low[k]) ? "?" : law.apart[k] ? "!" : "";
       text += std::isnan(value) ? fmt::format("{:>14}", "-  ")
-                                : fmt::format("{:>12.3f}{:>2}", value, law.apart[k] ? "!" : "");
+                                : fmt::format("{:>12.3f}{:>2}", value, mark);
     }
     text += '\n';
   }
@@ -122,24 +125,34 @@ Json AtSlipJson(const NumericsReport::AtSlip& row) {
 
 NumericsReport CompareWithNumerics(const v1alpha1::Model& message, const NumericsRequest& request) {
   if (!request.cone) {
-    RefuseOption(
+    throw std::invalid_argument(
         "--cone-index: got none, expected one with --gradient: that of this model's soil is not "
         "known (grouser-soil cones; a bevameter's cone_index.csv by --cones)");
   }
   const v1alpha1::Domain& domain = message.domain();
-  const double load =
-      request.load_n > 0 ? request.load_n : std::sqrt(domain.load_min_n() * domain.load_max_n());
-  if (!(load > 0)) RefuseOption("--load: got none, expected one: the model has no training loads");
   const v1alpha1::Wheel& wheel = message.wheel();
+  const double radius = wheel.radius_m(), speed = domain.speed_m_per_s();
+  const double load = request.load_n.value_or(std::sqrt(domain.load_min_n() * domain.load_max_n()));
+  const double section_height =
+      request.section_height_m.value_or(std::min(wheel.width_m(), radius));
+  const ConeIndex& cone = *request.cone;
+  Require(load > 0 && std::isfinite(load), "--load", load,
+          request.load_n ? "more than 0 N" : "one: the model has no training loads");
+  Require(request.deflection >= 0 && request.deflection <= 1, "--deflection", request.deflection,
+          "0 to 1");
+  Require(section_height > 0 && section_height <= radius, "--section-height", section_height,
+          fmt::format("more than 0 and at most the radius, {:g} m", radius));
+  Require(cone.index_pa > 0 && std::isfinite(cone.index_pa), "--cone-index", cone.index_pa / 1e3,
+          "more than 0 kPa");
+  Require(std::isfinite(cone.gradient_pa_per_m), "--gradient", cone.gradient_pa_per_m / 1e3,
+          "a finite number of kPa/m");
+  Require(speed > 0 && std::isfinite(speed), message.name() + ": training speed", speed,
+          "more than 0 m/s");
   NumericsReport report;
-  if (request.section_height_m.value_or(0) > wheel.radius_m()) {
-    RefuseOption(fmt::format("--section-height: got {:g} m, expected at most the radius, {:g} m",
-                             *request.section_height_m, wheel.radius_m()));
-  }
-  report.wheel = {2 * wheel.radius_m(), wheel.width_m(), load, request.deflection,
-                  request.section_height_m.value_or(std::min(wheel.width_m(), wheel.radius_m()))};
-  report.cone = *request.cone;
-  report.cone_share = ShareOfBeds(report.cone.index_pa, report.cone.index_se_pa, report.cone.beds);
+  report.wheel = {2 * radius, wheel.width_m(), load, request.deflection, section_height};
+  report.cone = cone;
+  report.cone_share =
+      cone.index_se_pa ? HalfWidthOfBeds(cone.index_se_pa, cone.beds) / cone.index_pa : NAN;
   const auto model = MakeLaw(message);
   for (const double slip : request.slips) {
     report.rows.push_back(AtOneSlip(*model, message, slip, report));
@@ -178,6 +191,7 @@ std::string NumericsText(const NumericsReport& r, const v1alpha1::Model& model,
   text += std::isnan(r.cone_share)
               ? " (not known)\n"
               : fmt::format(" (+-{:.0f} %) and gradient\n", 100 * r.cone_share);
+  text += "?: the law does not say over all of that interval\n";
   if (std::ranges::any_of(r.rows, [](const auto& row) {
         return (row.flags & ~static_cast<std::uint32_t>(kFormUnknown)) != 0;
       })) {

@@ -13,7 +13,7 @@
 namespace grouser::surrogate {
 
 struct NumericsRequest {
-  double load_n = 0;  ///< 0: the middle of the training loads
+  std::optional<double> load_n;  ///< the middle of the training loads if not given
   std::vector<double> slips = {0.05, 0.1, 0.2, 0.3, 0.5, 0.7};
   double deflection = 0;                   ///< delta/h [-]; 0: a rigid wheel, as models are of
   std::optional<double> section_height_m;  ///< h; if not given the lesser of width and radius
@@ -24,9 +24,11 @@ struct NumericsRequest {
 struct NumericsReport {
   struct OfLaw {
     TractionRatios at;  ///< at the cone index
-    /// Of gross and of net: least and largest over the 90 % intervals of cone index and gradient.
+    /// Of gross and of net: least and largest over the 90 % intervals of cone index and gradient,
+    /// of 65 strengths, for a law need not be monotonic. NaN where it does not say at one of them.
     std::array<double, 2> low, high;
-    /// Of gross and of net: outside the model's interval. False where the law does not say.
+    /// Of gross and of net: all of low to high outside the model's interval. False where these are
+    /// NaN.
     std::array<bool, 2> apart;
   };
   struct AtSlip {
@@ -42,7 +44,7 @@ struct NumericsReport {
   std::vector<AtSlip> rows;
 };
 
-/// Throws std::invalid_argument "--OPTION: got X, expected Y".
+/// Throws std::invalid_argument "--OPTION: got X, expected Y", "NAME: training speed: ...".
 NumericsReport CompareWithNumerics(const v1alpha1::Model& model, const NumericsRequest& request);
 std::string NumericsText(const NumericsReport& report, const v1alpha1::Model& model,
                          const std::string& reference);

@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
                "How long ways to answer take, from one factor to the median of all soils, beside "
                "how far off they are; a table in Markdown, or with --json under 'ways'");
   app.add_flag("--json", json, "JSON on stdout");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

@@ -37,6 +37,10 @@ ConeIndex ReadCone(const GrainLine& row) {
   cone.gradient_pa_per_m = 1e3 * row.Number(4, -1e6, 1e6);
   if (const auto se = row.Maybe(5, 0, 1e6)) cone.gradient_se_pa_per_m = 1e3 * *se;
   cone.beds = row.Whole(6, 1, 1000);
+  for (const std::size_t column : {3, 5}) {
+    if (row.cells[column].empty() == (cone.beds == 1)) continue;
+    row.Fail(column, cone.beds == 1 ? "none of one bed" : "a standard error over the beds");
+  }
   cone.to_depth_m = 1e-3 * row.Number(7, 1, 1000);
   cone.diameter_m = 1e-3 * row.Number(8, 1, 1000);
   cone.angle_rad = kConeDegree * row.Number(9, 5, 180);

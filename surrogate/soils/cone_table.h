@@ -30,7 +30,8 @@ struct ConeIndex {
 };
 
 /// Reads a table such as surrogate/soils/cone_indices.csv (a bevameter's cone_index.csv). Throws
-/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; also where a soil stands twice.
+/// std::invalid_argument "NAME:LINE: COLUMN: VALUE, expected ..."; also where a soil stands twice,
+/// for standard errors of one bed and for several beds without.
 std::vector<ConeIndex> ReadConeIndices(std::istream& table, const std::string& name);
 
 /// surrogate/soils/cone_indices.csv of the checkout or installation, where there is one, then those

@@ -63,12 +63,12 @@ std::vector<Line> LinesOf(const std::vector<GrainTable>& tables,
 /// soil: "NAME, DEM".
 bool IsSoilNamed(const std::string& name, const std::string& soil);
 
-/// The line of a soil's name; nullptr: none.
+/// The last line of a soil's name; nullptr: none.
 template <typename Line>
 const Line* FindByName(const std::vector<Line>& lines, const std::string& soil) {
-  const auto found =
-      std::ranges::find_if(lines, [&](const Line& r) { return IsSoilNamed(r.soil, soil); });
-  return found == lines.end() ? nullptr : &*found;
+  const auto found = std::find_if(lines.rbegin(), lines.rend(),
+                                  [&](const Line& r) { return IsSoilNamed(r.soil, soil); });
+  return found == lines.rend() ? nullptr : &*found;
 }
 
 }  // namespace grouser::surrogate

@@ -121,6 +121,7 @@ int main(int argc, char** argv) {
   CLI::App* suggest = add("suggest", "Soils like a description, the likest first");
   suggest->add_option("--like", request.like, "words such as 'sandy loam'")->required();
   suggest->add_option("--moisture", request.moisture, "[%]")->check(CLI::Range(0.0, 100.0));
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

@@ -178,9 +178,6 @@ std::vector<Soil> ReadSoils(std::istream& table, const std::string& name, bool a
 }
 
 std::string WriteSoils(const std::vector<Soil>& soils) {
-  const auto quoted = [](const std::string& text) {
-    return text.find(',') == std::string::npos ? text : '"' + text + '"';
-  };
   std::string text;
   for (const Column& column : kColumns)
     text += (text.empty() ? "" : ",") + std::string(column.name);
@@ -189,11 +186,11 @@ std::string WriteSoils(const std::vector<Soil>& soils) {
     const auto number = [](const Column& column, std::optional<double> si) {
       return si ? fmt::format(",{:.6g}", *si / column.si) : ",";
     };
-    text += quoted(soil.name) + number(kN, soil.n) + number(kKc, soil.k_c) +
+    text += CsvCell(soil.name) + number(kN, soil.n) + number(kKc, soil.k_c) +
             number(kKPhi, soil.k_phi) + number(kCohesion, soil.cohesion_pa) +
             number(kAngle, soil.friction_angle_rad) + number(kDensity, soil.density_kg_per_m3) +
             number(kShear, soil.shear_modulus_m) + ',' + NameOf(soil.kind) + ',' +
-            quoted(soil.source) + '\n';
+            CsvCell(soil.source) + '\n';
   }
   return text;
 }

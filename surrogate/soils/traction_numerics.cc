@@ -6,6 +6,8 @@
 namespace grouser::surrogate {
 namespace {
 constexpr double kNotSaid = std::numeric_limits<double>::quiet_NaN();
+
+bool IsDriven(double slip) { return slip >= 0 && slip <= 1; }
 }  // namespace
 
 double WheelNumeric(const NumericWheel& w, const ConeStrength& cone) {
@@ -28,13 +30,13 @@ double PressureOverCone(const NumericWheel& w, const ConeStrength& cone) {
 }
 
 TractionRatios WismerLuth(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
-  if (!(slip >= 0)) return {kNotSaid, kNotSaid};
+  if (!IsDriven(slip)) return {kNotSaid, kNotSaid};
   const double cn = WheelNumeric(wheel, cone);
   return {0.75 * (1 - std::exp(-0.3 * cn * slip)), 1.2 / cn + 0.04};
 }
 
 TractionRatios Brixius(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
-  if (!(slip >= 0)) return {kNotSaid, kNotSaid};
+  if (!IsDriven(slip)) return {kNotSaid, kNotSaid};
   const double bn = BrixiusNumeric(wheel, cone);
   return {0.88 * (1 - std::exp(-0.1 * bn)) * (1 - std::exp(-7.5 * slip)) + 0.04,
           1 / bn + 0.04 + 0.5 * slip / std::sqrt(bn)};
@@ -42,7 +44,7 @@ TractionRatios Brixius(const NumericWheel& wheel, const ConeStrength& cone, doub
 
 TractionRatios SandByNumeric(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
   const double ns = SandNumeric(wheel, cone);
-  if (!(slip > 0) || !(ns > 0)) return {kNotSaid, kNotSaid};
+  if (!IsDriven(slip) || slip == 0 || !(ns > 0)) return {kNotSaid, kNotSaid};
   constexpr double kX = 0.66;
   const double y = 4.71 + 1.72 / slip;
   return {kX - kX * y / (ns + 10 + y), kNotSaid};
@@ -51,9 +53,12 @@ TractionRatios SandByNumeric(const NumericWheel& wheel, const ConeStrength& cone
 TractionRatios MasonSand(const NumericWheel& wheel, const ConeStrength& cone, double slip) {
   const double q = PressureOverCone(wheel, cone);
   const double most = 0.42 + 0.009 / q, a = 0.76 + 0.014 / q, c = 1.56 - 0.022 / q;
-  if (!(c > 0)) return {kNotSaid, kNotSaid};
+  const auto gross = [&](double s) {
+    return -0.5 + (most + 0.5) / std::pow(1 + a * std::exp(-7 * s), 1 / c);
+  };
+  if (!(std::fabs(slip) <= 1) || !(c > 0) || !(gross(0) >= 0)) return {kNotSaid, kNotSaid};
   const double resistance = slip >= 0 ? 0.4 * q + 0.6 * slip - 0.03 : 0.21 * q - 0.75 * slip + 0.04;
-  return {-0.5 + (most + 0.5) / std::pow(1 + a * std::exp(-7 * slip), 1 / c), resistance};
+  return {gross(slip), resistance >= 0 ? resistance : kNotSaid};
 }
 
 }  // namespace grouser::surrogate

@@ -36,14 +36,15 @@ struct TractionRatios {
 };
 
 /// Published laws of a straight wheel at a slip s (of driving 1 - v/(r w)). All but the last are of
-/// driving alone, s >= 0.
+/// driving alone, s from 0 to 1; the last says of s from -1 to 1.
 ///
 /// Wismer & Luth 1973, J. Terramechanics 10(2), 49-61: gross 0.75 (1 - exp(-0.3 Cn s)), resistance
 /// 1.2/Cn + 0.04. Cohesive-frictional soils that do not compact much; tyres of b/d near 0.3 and
 /// delta/h near 0.2.
 TractionRatios WismerLuth(const NumericWheel& wheel, const ConeStrength& cone, double slip);
 /// Brixius 1987, ASAE paper 87-1622: gross 0.88 (1 - exp(-0.1 Bn)) (1 - exp(-7.5 s)) + 0.04,
-/// resistance 1/Bn + 0.04 + 0.5 s/sqrt(Bn). Cohesive-frictional soils; bias-ply tyres.
+/// resistance 1/Bn + 0.04 + 0.5 s/sqrt(Bn). Cohesive-frictional soils; bias-ply tyres. The gross
+/// of MAVS lacks the 0.04 (docs/references.md), so that its net would be smaller by as much.
 TractionRatios Brixius(const NumericWheel& wheel, const ConeStrength& cone, double slip);
 /// The law of sand that Mason et al. 2018 (below) compare theirs with: gross X - X Y/(Ns + 10 + Y),
 /// X = 0.66, Y = 4.71 + 1.72/s; of a rigid wheel, Ns = 0, it does not say.
@@ -51,9 +52,11 @@ TractionRatios SandByNumeric(const NumericWheel& wheel, const ConeStrength& cone
 /// Mason, Williams, Vahedifard & Priddy 2018, J. Terramechanics 79, 33-40: gross
 ///   -0.5 + (T + 0.5)/(1 + A exp(-7 s))^(1/C), T = 0.42 + 0.009/q, A = 0.76 + 0.014/q,
 ///   C = 1.56 - 0.022/q, q = CP/CI,
-/// braked, towed and driven wheels on dry sand; for q of 0.0145 and less, C is not positive and it
-/// does not say. Resistance of driven wheels: 0.4 q + 0.6 s - 0.03, of braked ones 0.21 q - 0.75 s
-/// + 0.04 (Williams, Vahedifard, Mason & Priddy 2017, J. Defense Modeling and Simulation).
+/// braked, towed and driven wheels on dry sand. It does not say where it gives a wheel of slip
+/// 0 a brake torque (q below 0.0333): there traction falls as the soil gets stronger. Beyond, at
+/// slips from 0 to 0.3, gross still has a flat peak over q. Resistance of driven wheels: 0.4 q +
+/// 0.6 s - 0.03, not said where that is negative, of braked ones 0.21 q - 0.75 s + 0.04 (Williams,
+/// Vahedifard, Mason & Priddy 2017, J. Defense Modeling and Simulation).
 TractionRatios MasonSand(const NumericWheel& wheel, const ConeStrength& cone, double slip);
 
 struct NumericLaw {

@@ -100,9 +100,6 @@ void ReadSoilOptions(const vehicle::VehicleFile& file, Arguments* a) {
     s.probabilities.push_back(PartsOf("--soil-probability", text));
     SoilIndexOf(file, "--soil-probability", s.probabilities.back().first);
   }
-  if (!(a->map.negligible >= 0)) {  // CLI's range lets "nan" through
-    throw std::invalid_argument("--negligible: got nan, expected 0 to 1");
-  }
   if (s.soil.empty()) s.soil = file.grounds.soils[0];
   SoilIndexOf(file, "--soil", s.soil);
 }
@@ -180,6 +177,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "grouser-map " GROUSER_VERSION);
   Arguments a;
   AddOptions(&app, &a);
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

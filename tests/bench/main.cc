@@ -250,6 +250,7 @@ int main(int argc, char** argv) {
                      "A client that was refused waits as long as it was told");
   overload->add_option("--seed", load.seed, "Of states and arrivals")->capture_default_str();
   overload->add_flag("--json", json, "JSON on stdout");
+  grouser::records::RefuseNaN(app);
   grouser::records::DescribeOnDemand(app);
   try {
     app.parse(argc, argv);

@@ -4,6 +4,7 @@ parameters, killed on its way.
 
 Usage: bevameter_test.py BIN"""
 
+import csv
 import glob
 import hashlib
 import json
@@ -189,13 +190,19 @@ class Measures(InFolder):
     def test_a_cone_index_is_a_row_of_the_table(self):
         cone = {"value": 18e3, "sd_of_beds": 600.0, "beds": 2, "unit": "Pa", "to_depth_m": 0.049, "diameter_m": 0.032,
                 "angle_deg": 60, "speed_m_per_s": 0.05,
-                "gradient": {"value": 4e5, "sd_of_beds": None, "beds": 2, "unit": "Pa/m"}}
+                "gradient": {"value": 4e5, "sd_of_beds": 4e3, "beds": 2, "unit": "Pa/m"}}
         summary = {"soil": "a, b", "soil_sha256": "0" * 64, "soil_file": "a.soil.yaml", "engine_version": "6",
                    "grain_diameter_m": 0.008, "tool_friction": 0.364, "cone_index": cone}
         header, line = soil_rows.cone_table(summary, "f" * 64).splitlines()
         self.assertEqual(header, CONE_HEADER)
-        self.assertEqual(line, '"a, b",' + "0" * 64 + ",18,0.424264,400,,2,49,32,60,50,8," + "f" * 64
+        self.assertEqual(line, '"a, b",' + "0" * 64 + ",18,0.424264,400,2.82843,2,49,32,60,50,8," + "f" * 64
                          + ',"virtual bevameter, a.soil.yaml, engine 6, friction of the cone 0.364"')
+        one_bed = {**cone, "sd_of_beds": None, "beds": 1, "gradient": {**cone["gradient"], "sd_of_beds": None, "beds": 1}}
+        self.assertIn(",18,,400,,1,49,", soil_rows.cone_table({**summary, "cone_index": one_bed}, "f" * 64))
+        for name in ('#1 "sharp"', 'a "b"', "two\nlines", " #2", "plain"):
+            header, line = soil_rows.cone_table({**summary, "soil": name}, "f" * 64).splitlines()
+            self.assertFalse(line.startswith("#"))
+            self.assertEqual(next(csv.reader([line]))[0], name.replace("\n", " "))
 
     def test_parameters_are_a_row_of_the_table(self):
         def one(name, value, low, high, identified=True):

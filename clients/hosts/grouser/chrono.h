@@ -18,9 +18,10 @@
 namespace grouser {
 
 /// Ground: ChTerrain's height and normal under the wheel's centre; its friction is not read, for
-/// the soil is the model's. Force and moment are found in Synchronize, at that time, and so reach
-/// the spindle without a step's delay; Advance has nothing to do. The model outlives the tyre; its
-/// gravity has to be the system's.
+/// the soil is the model's. Force and moment are found in Synchronize, of the wheel's state at that
+/// time; Advance has nothing to do. When they reach the spindle is the caller's: ChWheeledVehicle
+/// can apply them a step later (docs/hosts.md). The model outlives the tyre; its gravity has to be
+/// the system's.
 class ChronoSoilTire : public ::chrono::vehicle::ChForceElementTire {
  public:
   /// Mass [kg] and moments of inertia [kg m^2] are added to the spindle's. Throws as WheelContact,
@@ -45,12 +46,16 @@ class ChronoSoilTire : public ::chrono::vehicle::ChForceElementTire {
   double GetVisualizationWidth() const override { return model_.width_m(); }
   double GetTireMass() const override { return mass_; }
   ::chrono::ChVector3d GetTireInertia() const override { return inertia_; }
-  /// Of the tyre against the rim; what the soil gives is soil_force().sinkage less this.
+  /// Of the tyre against the rim, N_s/k of WheelContact; the soil's part is soil_force().sinkage
+  /// less this. Damping deflects neither.
   double GetDeflection() const override {
-    return wheel_.force().load / wheel_.contact().options().tyre_stiffness;
+    return wheel_.force().static_load / wheel_.contact().options().tyre_stiffness;
   }
 
   /// Throws std::runtime_error "chrono: tyre 'NAME', time T: ..." for a state that is not finite.
+  /// GetLongitudinalSlip, GetSlipAngle and GetCamberAngle follow, also off the ground, as Chrono
+  /// has them: (r w - v_x)/|v_x|, not the models' slip. Where axle and normal are parallel the last
+  /// ones stay.
   void Synchronize(double time, const ::chrono::vehicle::ChTerrain& terrain) override {
     const ::chrono::vehicle::WheelState state = m_wheel->GetState();
     const WheelMotion motion = MotionOf(state, terrain);
@@ -61,19 +66,21 @@ class ChronoSoilTire : public ::chrono::vehicle::ChForceElementTire {
     }
     m_data = ContactData();
     m_tireforce = ::chrono::vehicle::TerrainForce();
+    const ContactPatch patch = PatchOf(motion, force);
+    if (!std::isfinite(patch.x[0])) return;  // axle and normal are parallel
+    const auto& q = patch.rotation;
+    const ::chrono::ChCoordsys<> frame(ToChrono(patch.point),
+                                       ::chrono::ChQuaternion<>(q[0], q[1], q[2], q[3]));
+    CalculateKinematics(state, frame);
     m_data.in_contact = force.load > 0;
     if (!m_data.in_contact) return;
-    const ContactPatch patch = PatchOf(motion, force);
-    const auto& q = patch.rotation;
-    m_data.frame = ::chrono::ChCoordsys<>(ToChrono(patch.point),
-                                          ::chrono::ChQuaternion<>(q[0], q[1], q[2], q[3]));
+    m_data.frame = frame;
     m_data.vel = ToChrono(patch.velocity);
     m_data.normal_force = force.load;
     m_data.depth = force.sinkage;
     m_tireforce.point = ToChrono(patch.point);
     m_tireforce.force = ToChrono(patch.force);
     m_tireforce.moment = ToChrono(patch.moment);
-    CalculateKinematics(state, m_data.frame);
   }
   void Advance(double /*step*/) override {}
 
@@ -97,11 +104,11 @@ class ChronoSoilTire : public ::chrono::vehicle::ChForceElementTire {
   }
   /// As WheelContact has it; `velocity`: of growing depth [m/s].
   double GetNormalDampingForce(double depth, double velocity) const override {
-    if (!(depth > 0)) return 0;
+    if (depth <= 0) return 0;
     const double load = GetNormalStiffnessForce(depth);
     const double share = 2 * wheel_.contact().options().damping_ratio * velocity /
                          std::sqrt(model_.gravity_m_per_s2() * depth);
-    return load * std::max(-1.0, share);
+    return load * std::max(share, -1.0);  // a NaN stays
   }
 
  private:

@@ -13,13 +13,21 @@
 /// docs/hosts.md, also on what of it was run.
 namespace grouser {
 
-/// In the place of mavs::vti::Brixius and CoarseGrained, with their units: load in kN; tractions,
-/// resistance and drawbar pull are ratios to the load, as theirs are. The soil is the model's, and
-/// its wheel is rigid: cone index and deflection are not read, whether the wheel is powered follows
-/// from the slip. The model outlives it.
-class MavsSoilVti : public mavs::vti::MavsVti {
+/// Beside mavs::vti::Brixius and CoarseGrained, with their ratios: tractions, resistance and
+/// drawbar pull are over the load, though MavsVti's header says newtons. The soil is the model's,
+/// and its wheel is rigid: cone index and deflection are not read, whether the wheel is powered
+/// follows from the slip. MAVS' one caller, mavs::vti::Tire, holds a Brixius by value: it has to be
+/// edited (docs/hosts.md). MavsVti has no virtual destructor: do not delete one of these through
+/// it. The model outlives it.
+class MavsSoilVti final : public mavs::vti::MavsVti {
  public:
-  explicit MavsSoilVti(const Model& model) : model_(model) {}
+  /// MavsVti leaves its numbers without a value: here they are the model's, and zeros until Update.
+  explicit MavsSoilVti(const Model& model) : model_(model) {
+    b_ = model.width_m();
+    d_ = 2 * model.radius_m();
+    h_ = 0;
+    Keep();
+  }
 
   /// Throws std::invalid_argument for a wheel that is over 1 % off the model's.
   void SetWheelProperties(double width, double diameter, double section_height) override {
@@ -30,20 +38,25 @@ class MavsSoilVti : public mavs::vti::MavsVti {
     h_ = section_height;
   }
 
-  void Update(double /*rci*/, double load_kn, double /*deflection*/, double slip,
+  /// load [N], as mavs::vti::Tire passes it (the spring constant of its SpringTire times a length);
+  /// the header of MavsVti says kN. Slip and slip angle alpha [rad] of StateOfVti.
+  void Update(double /*rci*/, double load, double /*deflection*/, double slip,
               double alpha) override {
-    answer_ = AskVti(model_, slip, alpha, 1e3 * load_kn);
+    answer_ = AskVti(model_, slip, alpha, load);
+    Keep();
+  }
+
+  /// Of the last Update, with flags (grouser::Flag); zeros before the first.
+  const VtiAnswer& answer() const { return answer_; }
+
+ private:
+  void Keep() {
     longi_traction_ = answer_.traction;
     longi_motion_resistance_ = answer_.resistance;
     drawbar_pull_ = answer_.pull;
     lat_traction_ = answer_.lateral;
     sinkage_ = answer_.sinkage;
   }
-
-  /// Of the last Update, with flags (grouser::Flag).
-  const VtiAnswer& answer() const { return answer_; }
-
- private:
   static void Check(const char* what, double value, double own) {
     if (std::abs(value / own - 1) <= 0.01) return;
     throw std::invalid_argument(std::string("mavs: ") + what + ": got " + std::to_string(value) +

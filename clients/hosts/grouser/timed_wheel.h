@@ -96,7 +96,7 @@ inline std::array<double, 4> Quaternion(const Vector& x, const Vector& y, const 
 
 }  // namespace timed_wheel
 
-/// Precondition: axle and normal are not parallel.
+/// NaN where axle and normal are parallel.
 inline ContactPatch PatchOf(const WheelMotion& wheel, const WheelForce& force) {
   using namespace timed_wheel;
   ContactPatch patch;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "grouser/model.h"
 
@@ -20,12 +21,17 @@ struct VtiAnswer {
   std::uint32_t flags;
 };
 
-/// The wheel state of MAVS' slip and slip angle at `speed` = max(|r w|, V) [m/s]. Slip in -1 to 1
-/// is
+/// The wheel state of MAVS' slip and of a slip angle at `speed` = max(|r w|, V) [m/s]. Slip in -1
+/// to 1 is
 ///   1 - v_x/(r w) where r w >= v_x,   (r w)/v_x - 1 where the hub is the faster,
 /// of the speed v_x along the wheel alone; slip angle is atan(v_y/|v_x|), within +-pi/2. A wheel
-/// that drives backwards has the slip of one that brakes forwards, and is taken for that.
+/// that drives backwards has the slip of one that brakes forwards, and is taken for that. NaN for a
+/// slip or an angle that is not finite. MavsTire's own slip angle is not this one: docs/hosts.md.
 inline State StateOfVti(double slip, double angle, double load, double speed) {
+  if (!std::isfinite(slip) || !std::isfinite(angle)) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    return {kNaN, kNaN, kNaN, load};
+  }
   slip = std::clamp(slip, -1.0, 1.0);
   const double along = slip >= 0 ? 1 - slip : 1, rim = slip >= 0 ? 1 : 1 + slip;
   // A wheel that moves sideways alone has no along; its sine keeps what its tangent cannot.
@@ -43,7 +49,7 @@ inline VtiAnswer AskVti(const Model& model, double slip, double angle, double lo
   const auto ratio = [&](Output output) { return answer.output[output].value / load; };
   VtiAnswer out{};
   out.flags = answer.flags;
-  if (load == 0) return out;  // airborne: zeros
+  if (load == 0 && (out.flags & kInvalid) == 0) return out;  // airborne: zeros
   out.traction = ratio(kTorque) / model.radius_m();
   out.pull = ratio(kFx);
   out.resistance = out.traction - out.pull;

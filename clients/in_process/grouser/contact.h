@@ -49,7 +49,8 @@ struct ContactState {
 /// Ground on wheel.
 struct WheelForce {
   std::array<double, 3> force{}, moment{};       ///< at the wheel's centre, world axes [N], [N m]
-  double load = 0;                               ///< normal force [N]
+  double load = 0;                               ///< normal force N [N]
+  double static_load = 0;                        ///< N_s: without damping [N]
   double sinkage = 0;                            ///< of the lowest rim point; < 0: above ground [m]
   double v_x = 0, v_y = 0, rim_speed = 0;        ///< as asked of the model (relaxed) [m/s]
   double mobilised = 0;                          ///< m of WheelContact, 0 to 1 [-]
@@ -79,7 +80,8 @@ struct WheelForce {
 ///
 /// Load. N_s solves z = sinkage(N_s) + N_s/k (LoadAtSinkage); damping
 ///   N = N_s max(0, 1 + 2 zeta dz/dt/sqrt(g z)),   g of the model,
-/// is along -dz/dt and never pulls, so it takes energy at every step. The model answers at N:
+/// is along -dz/dt and never pulls, so applied to the motion that was asked it takes energy;
+/// applied a step later it can give some. The model answers at N:
 ///   force = f_x x + f_y y + N n,   moment = (h f_y) x - torque a + m_z n,
 /// for lateral force acts in the plane of the ground (as in the vehicle solver).
 ///

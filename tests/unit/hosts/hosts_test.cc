@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <memory>
+#include <new>
 #include <random>
 
 #include "grouser/chrono.h"
@@ -139,6 +142,7 @@ class ChronoTire : public ::testing::Test {
     wheel_->state.rot = TurnedTo(m.axle);
     wheel_->state.lin_vel = To(m.velocity);
     wheel_->state.ang_vel = To(m.angular_velocity);
+    wheel_->state.omega = timed_wheel::Dot(timed_wheel::Unit(m.axle), m.angular_velocity);
     terrain_.point = m.ground_point;
     terrain_.normal = m.ground_normal;
   }
@@ -187,6 +191,102 @@ TEST_F(ChronoTire, HasTheForcesOfWheelContact) {
   }
 }
 
+// As a vehicle whose wheels take the force before the tyres are synchronised gets it in time.
+TEST_F(ChronoTire, SynchronisedTwiceStepsOnce) {
+  std::mt19937 random(5);
+  ChronoSoilTire once("once", Sand(), 1, {0.1, 0.2, 0.1});
+  ChronoSoilTire twice("twice", Sand(), 1, {0.1, 0.2, 0.1});
+  once.Initialize(wheel_);
+  twice.Initialize(wheel_);
+  for (int i = 0; i < 20; ++i) {
+    Put(SomeMotion(&random));
+    once.Synchronize(0.01 * i, terrain_);
+    twice.Synchronize(0.01 * i, terrain_);
+    twice.Synchronize(0.01 * i, terrain_);
+    EXPECT_EQ(Of(once.ReportTireForce(&terrain_).force),
+              Of(twice.ReportTireForce(&terrain_).force));
+  }
+}
+
+TEST_F(ChronoTire, DeflectionIsOfTheLoadWithoutDamping) {
+  const double stiffness = 3e4, v = Sand().domain().speed_m_per_s, asked = 20;  // N
+  const double sinkage =
+      Sand().Evaluate(State{v, 0, v, asked}).output[kSinkage].value + asked / stiffness;
+  WheelMotion motion;
+  motion.axle = {0, 1, 0};
+  motion.ground_normal = {0, 0, 1};
+  motion.centre = {0, 0, Sand().radius_m() - sinkage};
+  motion.angular_velocity = {0, v / Sand().radius_m(), 0};
+  for (const double down : {0.0, 0.3, -0.3}) {  // at rest, an impact, a rebound
+    motion.velocity = {v, 0, -down};
+    Put(motion);
+    ChronoSoilTire tire("tyre", Sand(), 1, {0.1, 0.2, 0.1},
+                        {.tyre_stiffness = stiffness, .relaxation_over_radius = 0});
+    tire.Initialize(wheel_);
+    tire.Synchronize(0, terrain_);
+    const double load = stiffness * tire.GetDeflection();
+    EXPECT_NEAR(load, asked, 0.01) << down;
+    EXPECT_EQ(std::abs(tire.soil_force().load / load - 1) > 0.5, down != 0) << down;
+  }
+}
+
+TEST_F(ChronoTire, KinematicsFollowOffTheGround) {
+  WheelMotion motion;
+  motion.axle = {0, 1, 0.1};
+  motion.ground_normal = {0, 0, 1};
+  ChronoSoilTire tire("tyre", Sand(), 1, {0.1, 0.2, 0.1});
+  tire.Initialize(wheel_);
+  double time = 0;
+  for (const double height : {-0.005, 0.02}) {  // in the soil, above it
+    for (const double v : {0.1, 0.2}) {
+      motion.centre = {0, 0, Sand().radius_m() + height};
+      motion.velocity = {v, 0.05, 0};
+      motion.angular_velocity = {0, 3, 0};
+      Put(motion);
+      tire.Synchronize(time += 0.1, terrain_);
+      EXPECT_EQ(tire.ReportTireContactData().in_contact, height < 0);
+      EXPECT_NEAR(tire.GetSlipAngle(), std::atan(0.05 / v), 1e-12);
+      EXPECT_NEAR(tire.GetLongitudinalSlip(), Sand().radius_m() * 3 / std::sqrt(1.01) / v - 1,
+                  1e-12);
+      EXPECT_NEAR(tire.GetCamberAngle(), std::atan(0.1), 1e-12);
+    }
+  }
+  motion.axle = {0, 0, 1};  // lies flat
+  Put(motion);
+  tire.Synchronize(time + 0.1, terrain_);
+  EXPECT_TRUE(std::isfinite(tire.GetSlipAngle() + tire.GetLongitudinalSlip()));
+  EXPECT_TRUE(std::isfinite(tire.GetCamberAngle()));
+}
+
+class OpenTire : public ChronoSoilTire {
+ public:
+  using ChronoSoilTire::ChronoSoilTire;
+  using ChronoSoilTire::GetNormalDampingForce;
+  using ChronoSoilTire::GetNormalStiffnessForce;
+};
+
+TEST_F(ChronoTire, NormalForcesAreThoseOfWheelContact) {
+  const double v = Sand().domain().speed_m_per_s, depth = 0.005;
+  WheelMotion motion;
+  motion.axle = {0, 1, 0};
+  motion.ground_normal = {0, 0, 1};
+  motion.centre = {0, 0, Sand().radius_m() - depth};
+  motion.angular_velocity = {0, v / Sand().radius_m(), 0};
+  const OpenTire tire("tyre", Sand(), 1, {0.1, 0.2, 0.1});
+  WheelContact contact(Sand(), {.relaxation_over_radius = 0});
+  for (const double down : {-1.0, -0.05, 0.0, 0.1}) {
+    motion.velocity = {v, 0, -down};
+    ContactState state;
+    const WheelForce expected = contact.Evaluate(motion, &state);
+    const double force =
+        tire.GetNormalStiffnessForce(depth) + tire.GetNormalDampingForce(depth, down);
+    EXPECT_NEAR(force, expected.load, 1e-4 * expected.static_load) << down;
+  }
+  EXPECT_EQ(tire.GetNormalDampingForce(-1, 1), 0);
+  EXPECT_TRUE(std::isnan(tire.GetNormalDampingForce(NAN, 1)));
+  EXPECT_TRUE(std::isnan(tire.GetNormalDampingForce(depth, NAN)));
+}
+
 TEST_F(ChronoTire, RefusesWhatIsNotFinite) {
   std::mt19937 random(4);
   WheelMotion motion = SomeMotion(&random);
@@ -214,7 +314,7 @@ TEST(MavsVti, AnswersAsTheModel) {
         const double v_y = v_x * std::tan(angle);
         const double by = speed / std::max(rim, std::hypot(v_x, v_y));
         const Answer a = model.Evaluate(State{by * v_x, by * v_y, by * rim, load});
-        vti.Update(0, 1e-3 * load, 0, slip, angle);
+        vti.Update(0, load, 0, slip, angle);
         EXPECT_NEAR(vti.GetDrawbarPull(), a.output[kFx].value / load, 1e-12);
         EXPECT_NEAR(vti.GetLateralTraction(), -a.output[kFy].value / load, 1e-12);
         EXPECT_NEAR(vti.GetLongitudinalTraction(), a.output[kTorque].value / load / radius, 1e-12);
@@ -222,20 +322,51 @@ TEST(MavsVti, AnswersAsTheModel) {
                     vti.GetDrawbarPull(), 1e-14);
         EXPECT_NEAR(vti.GetSinkage(), a.output[kSinkage].value, 1e-12);
         // The same state, the same bits.
-        const State same = StateOfVti(slip, angle, 1e3 * (1e-3 * load), speed);
-        EXPECT_NEAR(vti.GetDrawbarPull(), model.Evaluate(same).output[kFx].value / load, 1e-12);
+        const State same = StateOfVti(slip, angle, load, speed);
+        EXPECT_EQ(vti.GetDrawbarPull(), model.Evaluate(same).output[kFx].value / load);
       }
     }
   }
-  vti.Update(0, 0.024, 0, 0.2, 0.4);
+  vti.Update(0, 24, 0, 0.2, 0.4);
   EXPECT_GT(vti.GetLateralTraction(), 0);  // of the slip angle's sign, as in MAVS
   vti.Update(0, 0, 0, 0.2, 0);
   EXPECT_EQ(vti.GetLongitudinalTraction(), 0);
-  vti.Update(0, NAN, 0, 0.2, 0);
-  EXPECT_TRUE(std::isnan(vti.GetLongitudinalTraction()));
-  EXPECT_NE(vti.answer().flags & kInvalid, 0u);
-  vti.Update(0, 0.024, 0, 1, 0.4);  // spins on the spot
+  vti.Update(0, 24, 0, 1, 0.4);  // spins on the spot
   EXPECT_EQ(vti.answer().flags & kInvalid, 0u);
+}
+
+TEST(MavsVti, SaysSoOfWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  MavsSoilVti vti(Sand());
+  const auto invalid = [&](double load, double slip, double angle) {
+    vti.Update(0, load, 0, slip, angle);
+    for (const double ratio : {vti.GetLongitudinalTraction(), vti.GetLateralTraction(),
+                               vti.GetLongitudinalMotionResistance(), vti.GetDrawbarPull()}) {
+      EXPECT_TRUE(std::isnan(ratio)) << load << ", " << slip << ", " << angle;
+    }
+    EXPECT_NE(vti.answer().flags & kInvalid, 0u);
+  };
+  for (const double bad : {nan, infinite, -infinite}) {
+    invalid(bad, 0.2, 0.1);
+    for (const double load : {0.0, 24.0}) {
+      invalid(load, bad, 0.1);
+      invalid(load, 0.2, bad);
+    }
+  }
+  invalid(-24, 0.2, 0.1);
+}
+
+TEST(MavsVti, HasNumbersBeforeTheFirstUpdate) {
+  alignas(MavsSoilVti) unsigned char room[sizeof(MavsSoilVti)];
+  std::memset(room, 0xff, sizeof(room));  // NaNs, where nothing is written
+  auto* vti = new (room) MavsSoilVti(Sand());
+  EXPECT_EQ(vti->GetLongitudinalTraction(), 0);
+  EXPECT_EQ(vti->GetLongitudinalMotionResistance(), 0);
+  EXPECT_EQ(vti->GetDrawbarPull(), 0);
+  EXPECT_EQ(vti->GetLateralTraction(), 0);
+  EXPECT_EQ(vti->GetSinkage(), 0);
+  vti->~MavsSoilVti();
 }
 
 TEST(MavsVti, RefusesAnotherWheel) {

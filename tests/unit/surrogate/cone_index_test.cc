@@ -9,11 +9,13 @@
 #include "surrogate/fit/numerics_report.h"
 #include "surrogate/fit/soil_card.h"
 #include "surrogate/model_io/upgrade.h"
+#include "surrogate/soils/csv_cells.h"
 #include "tests/unit/refusal.h"
 
 namespace grouser::surrogate {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 constexpr char kHeader[] =
@@ -35,20 +37,44 @@ v1alpha1::Model Shipped(const std::string& pair) {
 
 TEST(ConeTable, IsReadInSi) {
   const auto cones =
-      Read(std::string("# a comment\n") + kHeader + TableLine("18,0.4,400,,2,49,32,60,50,8"));
+      Read(std::string("# a comment\n") + kHeader + TableLine("18,0.4,400,12,2,49,32,60,50,8"));
   ASSERT_EQ(cones.size(), 1u);
   const ConeIndex& c = cones[0];
   EXPECT_EQ(c.index_pa, 18e3);
   EXPECT_EQ(*c.index_se_pa, 400);
   EXPECT_EQ(c.gradient_pa_per_m, 4e5);
-  EXPECT_FALSE(c.gradient_se_pa_per_m);
+  EXPECT_EQ(*c.gradient_se_pa_per_m, 12e3);
   EXPECT_DOUBLE_EQ(c.to_depth_m, 0.049);
   EXPECT_DOUBLE_EQ(c.diameter_m, 0.032);
   EXPECT_EQ(c.source, "a test, of one");
   EXPECT_EQ(FindByName(cones, "Sand, DEM"), cones.data());
   EXPECT_EQ(FindByName(cones, "sandy"), nullptr);
   EXPECT_THAT(ConeText(c), HasSubstr("cone index 18 kPa (0.4), mean over 0 to 49 mm; gradient 400 "
-                                     "kPa/m; standard errors of 2 beds"));
+                                     "kPa/m (12); standard errors of 2 beds"));
+  // One bed; a gradient may be negative, as of a crust.
+  const ConeIndex one = Read(kHeader + TableLine("18,,-40,,1,49,32,60,50,8"))[0];
+  EXPECT_FALSE(one.index_se_pa || one.gradient_se_pa_per_m);
+  EXPECT_EQ(one.gradient_pa_per_m, -4e4);
+  EXPECT_THAT(ConeText(one), HasSubstr("gradient -40 kPa/m, one bed"));
+}
+
+TEST(ConeTable, OfANameTheLastRowHolds) {
+  const std::string other(64, 'b'), numbers = "18,,400,,1,49,32,60,50,8";
+  const auto cones =
+      Read(kHeader + TableLine(numbers) + "Sand," + other + "," + numbers + "," + other + ",x\n");
+  ASSERT_EQ(cones.size(), 2u);
+  EXPECT_EQ(FindByName(cones, "sand")->soil_sha256, other);
+}
+
+TEST(ConeTable, NamesMayHoldWhatCsvMeans) {
+  for (const std::string name : {"#1 \"sharp\"", "a, \"b\"", "\"", "plain", "\"\","}) {
+    const std::string line = CsvCell(name) + "," + kHash + ",18,,400,,1,49,32,60,50,8," + kHash;
+    const auto cones = Read(kHeader + line + "," + CsvCell(name) + "\n");
+    ASSERT_EQ(cones.size(), 1u) << name;
+    EXPECT_EQ(cones[0].soil, name);
+    EXPECT_EQ(cones[0].source, name);
+  }
+  EXPECT_EQ(CsvCell("two\nlines"), "two lines");
 }
 
 TEST(ConeTable, BadTablesAreRefused) {
@@ -63,6 +89,14 @@ TEST(ConeTable, BadTablesAreRefused) {
   EXPECT_THAT(said(kHeader + TableLine(",,1,,1,49,32,60,50,8")),
               HasSubstr("cone_index_kPa: empty"));
   EXPECT_THAT(said(kHeader + TableLine("18,,1,,1.5,49,32,60,50,8")), HasSubstr("a whole number"));
+  EXPECT_THAT(said(kHeader + TableLine("18,0.4,1,,1,49,32,60,50,8")),
+              HasSubstr("t.csv:2: cone_index_se_kPa: 0.4, expected none of one bed"));
+  EXPECT_THAT(said(kHeader + TableLine("18,,1,4,1,49,32,60,50,8")),
+              HasSubstr("gradient_se_kPa_per_m: 4, expected none of one bed"));
+  EXPECT_THAT(said(kHeader + TableLine("18,,1,4,2,49,32,60,50,8")),
+              HasSubstr("cone_index_se_kPa: empty, expected a standard error over the beds"));
+  EXPECT_THAT(said(kHeader + TableLine("18,0.4,1,,2,49,32,60,50,8")),
+              HasSubstr("gradient_se_kPa_per_m: empty, expected a standard error over the beds"));
   EXPECT_THAT(said(kHeader + TableLine(good) + TableLine(good)),
               HasSubstr("t.csv:3: soil_sha256: " + kHash + ", expected each soil once"));
   EXPECT_THAT(said(std::string(kHeader) + "sand,12," + good + "," + kHash + ",x\n"),
@@ -92,7 +126,9 @@ TEST(ConeTable, AnotherSoilIsAnother) {
 }
 
 // Worked by hand: Cn = 50e3 * 0.2 * 0.5/500 = 10, Bn = 10 * 2/(1 + 1.2) = 100/11,
-// Ns = 1e6 * 0.1^1.5/500 * 0.2 = 12.649110640673518.
+// Ns = 1e6 * 0.1^1.5/500 * 0.2 = 12.649110640673518. Mason's and Williams' numbers were worked out
+// in Python from the formulas of docs/calibration.md: q = 0.140439, T = 0.484085, A = 0.859687, C =
+// 1.403349.
 TEST(TractionNumerics, ByHand) {
   const NumericWheel wheel{0.5, 0.2, 500, 0.2, 0.1};
   const ConeStrength cone{50e3, 1e6};
@@ -110,6 +146,10 @@ TEST(TractionNumerics, ByHand) {
   EXPECT_NEAR(br.resistance, 0.11 + 0.04 + 0.1 / std::sqrt(100.0 / 11), 1e-12);
   EXPECT_NEAR(SandByNumeric(wheel, cone, 0.2).gross,
               0.66 - 0.66 * 13.31 / (12.649110640673518 + 23.31), 1e-12);
+  EXPECT_NEAR(MasonSand(wheel, cone, 0.2).gross, 0.358086339966871, 1e-12);
+  EXPECT_NEAR(MasonSand(wheel, cone, 0.2).resistance, 0.146175764572003, 1e-12);
+  EXPECT_NEAR(MasonSand(wheel, cone, -0.3).gross, -0.276786112469291, 1e-12);
+  EXPECT_NEAR(MasonSand(wheel, cone, -0.3).resistance, 0.294492276400302, 1e-12);
 }
 
 TEST(TractionNumerics, LimitsAndWhatLawsDoNotSay) {
@@ -121,14 +161,40 @@ TEST(TractionNumerics, LimitsAndWhatLawsDoNotSay) {
   EXPECT_EQ(WismerLuth(rigid, cone, 0).gross, 0);
   EXPECT_LT(MasonSand(rigid, cone, -1).gross, -0.45);                // locked: to its least, -0.5
   EXPECT_TRUE(std::isnan(MasonSand(rigid, {1e8, 1e9}, 0.2).gross));  // C < 0
+  const NumericWheel tyre{0.5, 0.2, 500, 0.2, 0.1};
+  EXPECT_TRUE(std::isnan(SandByNumeric(tyre, {50e3, -1e6}, 0.2).gross));
   // Stronger soil: more traction, less resistance.
   for (const NumericLaw& law : kNumericLaws) {
-    const NumericWheel tyre{0.5, 0.2, 500, 0.2, 0.1};
     const TractionRatios weak = law.ratios(tyre, cone, 0.3);
     const TractionRatios strong = law.ratios(tyre, {1e5, 2e6}, 0.3);
     EXPECT_GT(strong.gross, weak.gross) << law.name;
-    EXPECT_FALSE(strong.resistance >= weak.resistance) << law.name;
+    if (law.ratios == SandByNumeric) {
+      EXPECT_TRUE(std::isnan(strong.resistance) && std::isnan(weak.resistance));
+    } else {
+      EXPECT_LT(strong.resistance, weak.resistance) << law.name;
+    }
+    for (const double beyond : {-1.2, 1.2, static_cast<double>(NAN)}) {
+      EXPECT_TRUE(std::isnan(law.ratios(tyre, cone, beyond).gross)) << law.name << beyond;
+      EXPECT_TRUE(std::isnan(law.ratios(tyre, cone, beyond).resistance)) << law.name << beyond;
+    }
   }
+}
+
+// The formula gives -0.48 at slip 0.05 and q 0.016, 0.17 at q 0.05.
+TEST(TractionNumerics, MasonDoesNotSayWhereItsFormulaBrakesAWheelOfSlip0) {
+  const NumericWheel tyre{0.5, 0.2, 500, 0.2, 0.1};
+  const auto at = [&](double q, double slip) {
+    return MasonSand(tyre, {PressureOverCone(tyre, {1, 0}) / q, 1e6}, slip);
+  };
+  for (const double slip : {-1.0, 0.0, 0.05, 1.0}) {
+    EXPECT_TRUE(std::isnan(at(0.016, slip).gross)) << slip;
+    EXPECT_TRUE(std::isnan(at(0.0332, slip).gross)) << slip;
+    EXPECT_FALSE(std::isnan(at(0.0334, slip).gross)) << slip;
+  }
+  EXPECT_NEAR(at(0.03327015, 0).gross, 0, 1e-6);
+  // No resistance that pulls: 0.4 q + 0.6 s - 0.03.
+  EXPECT_TRUE(std::isnan(at(0.05, 0).resistance));
+  EXPECT_NEAR(at(0.05, 0.05).resistance, 0.02, 1e-12);
 }
 
 TEST(TractionNumerics, StandBesideAModel) {
@@ -148,17 +214,77 @@ TEST(TractionNumerics, StandBesideAModel) {
   EXPECT_GT(mason.high[1], mason.at.net());
   EXPECT_TRUE(std::isnan(r.rows[0].laws[0].at.gross));
   EXPECT_FALSE(r.rows[0].laws[0].apart[0]);
-  for (const auto& law : r.rows[1].laws) {
-    const bool beside = law.high[1] < r.rows[1].low[1] || law.low[1] > r.rows[1].high[1];
-    EXPECT_EQ(law.apart[1], beside);
-  }
+  // The tyre's gross is far above what any law has; over a cone index so uncertain that Wismer-Luth
+  // reaches from next to nothing to 0.75 its pull is not apart.
+  for (const std::size_t law : {0, 1, 3}) EXPECT_TRUE(r.rows[1].laws[law].apart[0]) << law;
+  EXPECT_FALSE(r.rows[1].laws[2].apart[0]);  // it does not say
+  EXPECT_TRUE(r.rows[1].laws[1].apart[1]);
+  request.cone->index_se_pa = 1e4;
+  EXPECT_FALSE(CompareWithNumerics(model, request).rows[1].laws[0].apart[1]);
   EXPECT_THAT(NumericsText(r, model, "ref"), HasSubstr("bars of 22 mm"));
   EXPECT_THAT(NumericsJson(r, "ref"), HasSubstr("\"wismer_luth\""));
   request.cone.reset();
   EXPECT_THAT(Refusal([&] { CompareWithNumerics(model, request); }),
               HasSubstr("--cone-index: got none"));
   request.cone = cone, request.slips = {1.5};
-  EXPECT_THAT(Refusal([&] { CompareWithNumerics(model, request); }), HasSubstr("--slip: got 1.5"));
+  EXPECT_THAT(Refusal([&] { CompareWithNumerics(model, request); }),
+              HasSubstr("--slip: got 1.5, expected -2 to 1"));
+  request.slips = {-2, 1};
+  EXPECT_EQ(CompareWithNumerics(model, request).rows.size(), 2u);
+  v1alpha1::Model still = model;
+  still.mutable_domain()->set_speed_m_per_s(0);
+  EXPECT_THAT(Refusal([&] { CompareWithNumerics(still, request); }),
+              HasSubstr("training speed: got 0, expected more than 0 m/s"));
+}
+
+// At slip 0.1 Mason's gross has its peak over q at 0.08, and at neither end of 0.04 to 0.32.
+TEST(TractionNumerics, BoundsHoldWhatIsBetweenTheEnds) {
+  NumericsRequest request;
+  request.load_n = 600;
+  request.slips = {0.1};
+  request.cone = Read(kHeader + TableLine("100,9,400,4,2,150,80,60,79,20"))[0];
+  request.deflection = 0.2;
+  request.section_height_m = 0.152;
+  const NumericsReport r = CompareWithNumerics(Shipped("atv-20x10-lugged-20mm"), request);
+  const double half = r.cone_share;
+  ASSERT_NEAR(half, 0.568, 1e-3);
+  const auto gross = [&](double index) { return MasonSand(r.wheel, {index, 4e5}, 0.1).gross; };
+  const auto& mason = r.rows[0].laws[3];
+  EXPECT_NEAR(mason.low[0], gross(1e5 * (1 + half)), 1e-12);
+  EXPECT_GT(mason.high[0], gross(1e5 * (1 - half)) + 1e-3);
+  EXPECT_GT(mason.high[0], mason.low[0] + 1e-3);
+  // Where the strong end has q below 0.033, no bound is known: neither inside nor apart.
+  request.cone->index_se_pa = 4e4;
+  const auto unknown = CompareWithNumerics(Shipped("atv-20x10-lugged-20mm"), request);
+  EXPECT_FALSE(std::isnan(unknown.rows[0].laws[3].at.gross));
+  EXPECT_TRUE(std::isnan(unknown.rows[0].laws[3].low[0]));
+  EXPECT_TRUE(std::isnan(unknown.rows[0].laws[3].high[0]));
+  EXPECT_FALSE(unknown.rows[0].laws[3].apart[0]);
+  EXPECT_THAT(NumericsText(unknown, Shipped("atv-20x10-lugged-20mm"), "ref"),
+              ContainsRegex("0[.]1 .* -?[0-9.]+ [?]\n"));
+}
+
+TEST(TractionNumerics, RefusesWhatNoWheelHas) {
+  const v1alpha1::Model model = Shipped("atv-20x10-lugged-20mm");
+  const auto said = [&](auto change) {
+    NumericsRequest request;
+    request.cone = Read(kHeader + TableLine("50,0.5,400,4,2,150,80,60,79,20"))[0];
+    change(&request);
+    return Refusal([&] { CompareWithNumerics(model, request); });
+  };
+  EXPECT_EQ(said([](auto*) {}), "");
+  EXPECT_EQ(said([](auto* r) { r->cone->gradient_pa_per_m = -4e5; }), "");
+  const double nan = NAN;
+  EXPECT_THAT(said([&](auto* r) { r->load_n = nan; }), HasSubstr("--load: got nan"));
+  EXPECT_THAT(said([&](auto* r) { r->load_n = 0; }), HasSubstr("--load: got 0"));
+  EXPECT_THAT(said([&](auto* r) { r->deflection = nan; }), HasSubstr("--deflection: got nan"));
+  EXPECT_THAT(said([&](auto* r) { r->section_height_m = nan; }),
+              HasSubstr("--section-height: got nan"));
+  EXPECT_THAT(said([&](auto* r) { r->section_height_m = 0.3; }),
+              HasSubstr("at most the radius, 0.254 m"));
+  EXPECT_THAT(said([&](auto* r) { r->cone->index_pa = nan; }), HasSubstr("--cone-index: got nan"));
+  EXPECT_THAT(said([&](auto* r) { r->cone->gradient_pa_per_m = nan; }),
+              HasSubstr("--gradient: got nan"));
 }
 
 }  // namespace

@@ -30,5 +30,23 @@ TEST(FitCli, OptionsThatWouldBeIgnoredAreRefused) {
   EXPECT_THAT(Refused("summarise --runs none --out b --json"), HasSubstr("--json"));
 }
 
+// As CLI11's own checks do not.
+TEST(FitCli, NaNIsNoNumber) {
+  for (const char* option :
+       {"--load", "--slip", "--deflection", "--section-height", "--cone-index", "--gradient"}) {
+    EXPECT_THAT(Refused(std::string("numerics a.model ") + option + "=nan"),
+                HasSubstr(std::string(option) + ": got nan, expected a number"));
+  }
+  EXPECT_THAT(Refused("eval a.model --slip 0.1,nan --load 1"), HasSubstr("--slip: got nan"));
+  EXPECT_THAT(Refused("eval a.model --slip 0.1 --load -NAN"), HasSubstr("--load: got -NAN"));
+  EXPECT_THAT(Refused("explain a.model --vx nan --load 1"), HasSubstr("--vx: got nan"));
+  EXPECT_THAT(Refused("make --wheel a --soil b --out c --gravity nan"),
+              HasSubstr("--gravity: got nan"));
+  EXPECT_THAT(Refused("gate --base a --candidate b --change-share nan"),
+              HasSubstr("--change-share: got nan"));
+  EXPECT_THAT(Refused("fit --runs a --name b --out c --profile-weight nan"),
+              HasSubstr("--profile-weight: got nan"));
+}
+
 }  // namespace
 }  // namespace grouser::surrogate

@@ -6,9 +6,10 @@ namespace mavs::vti {
 
 class MavsVti {
  public:
-  virtual ~MavsVti() = default;
-  virtual void SetWheelProperties(double, double, double) {}
+  MavsVti() : powered_(true) {}  // the other numbers have no value, as in MAVS
+  virtual void SetWheelProperties(double, double, double) {}  // no virtual destructor, as in MAVS
   virtual void Update(double, double, double, double, double) {}
+  void SetPowered(bool powered) { powered_ = powered; }
   double GetLongitudinalMotionResistance() { return longi_motion_resistance_; }
   double GetDrawbarPull() { return drawbar_pull_; }
   double GetLongitudinalTraction() { return longi_traction_; }
@@ -16,9 +17,9 @@ class MavsVti {
   double GetSinkage() { return sinkage_; }
 
  protected:
-  double b_ = 0, d_ = 0, h_ = 0;
-  double drawbar_pull_ = 0, sinkage_ = 0, longi_motion_resistance_ = 0, longi_traction_ = 0,
-         lat_traction_ = 0;
+  double b_, d_, h_;
+  bool powered_;
+  double drawbar_pull_, sinkage_, longi_motion_resistance_, longi_traction_, lat_traction_;
 };
 
 }  // namespace mavs::vti

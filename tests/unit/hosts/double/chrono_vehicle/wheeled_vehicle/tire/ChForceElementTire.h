@@ -36,6 +36,10 @@ class ChQuaternion {
                 (1 - 2 * (x * x + y * y)) * v.z()};
   }
 
+  ChVector3d RotateBack(const ChVector3d& v) const {
+    return ChQuaternion(e_[0], -e_[1], -e_[2], -e_[3]).Rotate(v);
+  }
+
  private:
   Real e_[4] = {1, 0, 0, 0};
 };
@@ -106,12 +110,26 @@ class ChTire : public ChPart {
   virtual void Initialize(std::shared_ptr<ChWheel> wheel) { m_wheel = wheel; }
   virtual void Synchronize(double, const ChTerrain&) {}
   virtual void Advance(double) {}
+  double GetSlipAngle() const { return slip_angle_; }
+  double GetLongitudinalSlip() const { return longitudinal_slip_; }
+  double GetCamberAngle() const { return camber_angle_; }
 
  protected:
   explicit ChTire(const std::string& name) : ChPart(name) {}
-  void CalculateKinematics(const WheelState&, const ChCoordsys<>&) {}
+  void CalculateKinematics(const WheelState& state, const ChCoordsys<>& frame) {
+    const ChVector3d v = frame.rot.RotateBack(state.lin_vel);
+    const ChVector3d axle = frame.rot.RotateBack(state.rot.Rotate(ChVector3d(0, 1, 0)));
+    const double along = std::abs(v.x());
+    const bool moves = along > 1e-4;
+    slip_angle_ = moves ? std::atan(v.y() / along) : 0;
+    longitudinal_slip_ = moves ? (state.omega * GetRadius() - v.x()) / along : 0;
+    camber_angle_ = std::atan2(axle.z(), axle.y());
+  }
   virtual TerrainForce GetTireForce() const = 0;
   std::shared_ptr<ChWheel> m_wheel;
+
+ private:
+  double slip_angle_ = 0, longitudinal_slip_ = 0, camber_angle_ = 0;
 };
 
 class ChForceElementTire : public ChTire {
