@@ -18,7 +18,7 @@ class VehicleTest(unittest.TestCase):
     def test_same_bits_as_the_library(self):
         rng = np.random.default_rng(2)
         n = 12
-        self.assertEqual(len(VEHICLES), 5)
+        self.assertEqual(len(VEHICLES), 6)
         for file in VEHICLES:
             vehicle = Vehicle.open(file)
             motions = Motions(v_x=rng.uniform(0.02, 0.5, n), yaw_rate=rng.uniform(-0.1, 0.1, n))
