@@ -20,6 +20,7 @@ Examples:
 """
 
 import argparse
+import contextlib
 import hashlib
 import json
 import os
@@ -145,6 +146,9 @@ def report(arguments, bench, results, processes):
     text = json.dumps(summary, indent=1) + "\n"
     write_atomically(os.path.join(arguments.out, "bevameter.json"), text)
     digest = hashlib.sha256(text.encode()).hexdigest()
+    for name in ("cone_index.csv", "bevameter_soil.csv"):  # of an earlier call: their hash is of its bevameter.json
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(os.path.join(arguments.out, name))
     if cone:
         write_atomically(os.path.join(arguments.out, "cone_index.csv"), soil_rows.cone_table(summary, digest))
     if found and not summary["failed"]:

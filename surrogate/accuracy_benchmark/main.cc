@@ -20,9 +20,9 @@ using namespace grouser::surrogate;
 constexpr const char* kFooter =
     "Examples:\n"
     "  grouser-ladder --json\n"
-    "  grouser-ladder surrogate/pairs/cmu-smooth-62.5 --markdown ladder.md\n"
-    "  grouser-ladder fit surrogate/pairs/cmu-smooth-62.5   # models from its runs.json\n"
-    "  grouser-ladder promise surrogate/pairs/cmu-smooth-62.5   # tolerances, met and kept\n"
+    "  grouser-ladder surrogate/pairs/cmu-smooth-62.5-8mm --markdown ladder.md\n"
+    "  grouser-ladder fit surrogate/pairs/cmu-smooth-62.5-8mm   # models from its runs.json\n"
+    "  grouser-ladder promise surrogate/pairs/cmu-smooth-62.5-8mm   # tolerances, met and kept\n"
     "Exit codes: 0 ok, 1 failed, 2 usage or bad input.";
 
 struct BenchmarkRequest {

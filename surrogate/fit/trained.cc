@@ -16,8 +16,8 @@ constexpr double kLoadMargin = 3.0;  // the table ends at this factor beyond the
 constexpr double kOwnNoise = 0.75;
 // Hull distances over the fields' lengths: those at which runs left out are off by more.
 constexpr double kDistanceLengths = 0.4;
-// Hull distances of FieldShare. Nine tenths of both shipped pairs' domains are within 0.26 of runs;
-// motions that no run has are at 0.45 to 0.9.
+// Hull distances of FieldShare. Nine tenths of the CMU and ATV pairs' domains are within 0.26 of
+// runs; motions that no run has are at 0.45 to 0.9.
 constexpr double kFieldAlone = 0.3, kPhysicsAlone = 0.6;
 // Where no field has lengths: by direction and ln load alone.
 constexpr Lengths kNoField = {0.45, 0.45, 0.45, 0.7, 1e9, 1e9, 1e9};

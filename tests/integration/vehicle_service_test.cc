@@ -345,7 +345,8 @@ TEST_F(VehicleServiceTest, ListsPagesAndLeavesOutWhatItCannotRead) {
     for (const auto& v : page.vehicles()) names.push_back(v.name());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
-  EXPECT_THAT(names, ::testing::ElementsAre("atv", "cart", "husky", "rover", "rover_lugged", "warthog"));
+  EXPECT_THAT(names,
+              ::testing::ElementsAre("atv", "cart", "husky", "rover", "rover_lugged", "warthog"));
   const auto refusal = [&](int size, const char* token) {
     request.set_page_size(size);
     request.set_page_token(token);
