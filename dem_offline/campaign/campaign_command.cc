@@ -114,13 +114,13 @@ int RunIt(const CampaignArguments& arguments, const StopSignals& signals) {
   const Backend backend = EngineBackend(arguments.device, arguments.limits);
   if (arguments.device == "auto") PutText(stderr, "device: " + backend.isa + "\n");
   const v1alpha1::Campaign campaign = LoadCampaign(arguments.file, backend.engine_version);
+  if (!arguments.runs_json.empty()) records::MakeFolderFor(arguments.runs_json);
   CampaignProgress progress(stderr, isatty(STDERR_FILENO) == 1, arguments.progress_lines);
   const auto status = RunCampaign(
       campaign,
       {.folder = arguments.folder, .jobs = arguments.jobs, .known = KnownRuns(arguments.known)},
       backend, signals.stop(), progress);
   if (!arguments.runs_json.empty()) {
-    records::MakeFolderFor(arguments.runs_json);
     records::WriteFileDurably(arguments.runs_json, RunsJson(RunFolder(arguments.folder)));
   }
   if (status.done() < status.total() && signals.stop()) {

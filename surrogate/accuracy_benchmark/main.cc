@@ -32,6 +32,7 @@ struct BenchmarkRequest {
 };
 
 void PrintBenchmark(const BenchmarkRequest& asked) {
+  if (!asked.markdown.empty()) records::MakeFolderFor(asked.markdown);
   std::vector<BenchmarkRow> rows;
   std::vector<Target> targets;
   for (const PairFolder& pair : FindPairs(asked.folder, asked.soils, asked.accept_unusual)) {
@@ -47,7 +48,6 @@ void PrintBenchmark(const BenchmarkRequest& asked) {
                TargetsText(targets));
   }
   if (!asked.markdown.empty()) {
-    records::MakeFolderFor(asked.markdown);
     records::WriteFileDurably(asked.markdown, BenchmarkMarkdown(rows, targets));
   }
 }

@@ -53,14 +53,14 @@ std::optional<FoundParameter> ReadParameter(const GrainLine& row, std::size_t at
   const std::size_t column = kFirstFoundAt + 3 * at;
   const auto value = at < kBekkerFound ? row.Number(column, field.low, field.high)
                                        : row.Maybe(column, field.low, field.high);
-  const auto low = row.Maybe(column + 1, -1e12, value.value_or(0));
-  const auto high = row.Maybe(column + 2, value.value_or(0), 1e12);
   if (!value) {
     for (std::size_t k = column + 1; k < column + 3; ++k) {
       if (!row.cells[k].empty()) row.Fail(k, "nothing: there is no value");
     }
     return std::nullopt;
   }
+  const auto low = row.Maybe(column + 1, -1e12, *value);
+  const auto high = row.Maybe(column + 2, *value, 1e12);
   const auto in_si = [&](const std::optional<double>& end) {
     return end ? std::optional(*end * field.si) : std::nullopt;
   };

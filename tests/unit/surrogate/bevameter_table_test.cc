@@ -89,6 +89,7 @@ TEST(BevameterTable, DamagedTablesAreRefusedWithFileAndLine) {
               HasSubstr("reece_k_c: empty, expected all of Reece's"));
   EXPECT_THAT(SaidOf(",-12,-30,6,", ",,-30,,"),
               HasSubstr("reece_k_c_low90: -30, expected nothing"));
+  EXPECT_THAT(SaidOf(",-12,-30,6,", ",,30,,"), HasSubstr("reece_k_c_low90: 30, expected nothing"));
   EXPECT_THAT(SaidOf(",bekker,", ",wong,"), HasSubstr("form: wong, expected bekker or reece"));
   EXPECT_THAT(SaidOf("reece_k_c,3", "k_d,3"), HasSubstr("not_identified: k_c cohesion k_d"));
   EXPECT_THAT(SaidOf(",3,20,", ",2.5,20,"), HasSubstr("beds: 2.5, expected a whole number"));
