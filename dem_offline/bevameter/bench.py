@@ -202,6 +202,11 @@ def first_on(bench, seed, execution):
     return next((plan for plan in plans if execution.is_done(plan)), plans[0])
 
 
+def wheel_for(soil, measured):
+    """The measured pressed wheel (radius, width) [m], where it is wide enough for the grains; else none."""
+    return measured if measured and measured[1] >= LEAST_GRAINS * soil.diameter * (1 - 1e-9) else None
+
+
 def choose(text, soil):
     """Names of tests of a comma-separated list; none: all."""
     d = soil.diameter

@@ -35,13 +35,14 @@ import matplotlib  # noqa: E402
 matplotlib.use("Agg")
 
 import bench as benches  # noqa: E402
+import beside as measured_beside  # noqa: E402
 import bevameter_page as page  # noqa: E402
 import html_page  # noqa: E402
 import measured as measurement  # noqa: E402
 import soil_rows  # noqa: E402
 from experiment_runs import Execution, Refused, check_plans, lock_of  # noqa: E402
 from grain_soil import GrainSoil  # noqa: E402
-from processes import Processes, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
+from processes import Processes, ProgramFailed, exit_code_of, raise_on_signals, write_atomically  # noqa: E402
 
 matplotlib.rcParams.update(html_page.STYLE)
 
@@ -70,7 +71,8 @@ def parse_arguments():
     parser.add_argument("--form", default="auto", choices=("auto", "bekker", "reece"),
                         help="of pressure against sinkage")
     parser.add_argument("--beside", action="append", default=[], metavar="DATA.yaml",
-                        help="measured tests: what they calibrate to stands beside")
+                        help="measured tests: what they calibrate to, and their forces at the same sinkage, stand beside; "
+                        "their pressed wheel is pressed here, too")
     parser.add_argument("--bin", default=os.path.join(ROOT, "build", "release", "bin"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     for option in ("jobs", "beds"):
@@ -120,7 +122,17 @@ def calibrate(arguments, processes, files, folder, form):
         return json.load(file)
 
 
-def report(arguments, bench, results, processes):
+def read_beside(arguments, processes):
+    """Beside of the files of --beside."""
+    program = os.path.join(arguments.bin, "grouser-calibrate")
+    try:
+        return measured_beside.Beside([json.loads(processes.run("rows", [program, "rows", path]))
+                                       for path in arguments.beside])
+    except ProgramFailed as error:
+        raise Refused("--beside: " + str(error).rsplit("grouser-calibrate: ", 1)[-1]) from None
+
+
+def report(arguments, bench, results, measured, processes):
     """Measures, calibrates, writes; whether every run ended."""
     got = measurement.Measured(bench, results)
     engine = next(iter(results.values())).numerics["engine_version"]
@@ -139,7 +151,7 @@ def report(arguments, bench, results, processes):
                "bed": {"length_m": bench.side, "width_m": bench.side, "depth_m": bench.depth},
                "tests": bench.names, "bulk_density": got.density(), "cone_index": cone, "angle_of_repose": got.repose(),
                "parameters": page.parameters_of(found), "reece_parameters": page.reece_of(found),
-               "beside": page.parameters_of(beside),
+               "beside": page.parameters_of(beside), "forces": measured.forces(bench, results),
                "form": found["form"] if found else None,
                "large_overlaps": measurement.large_overlaps(results),
                "failed": [{"run": r.plan.name, "reason": r.reason} for r in results.values() if not r.done]}
@@ -169,17 +181,19 @@ def report(arguments, bench, results, processes):
 def work():
     arguments = parse_arguments()
     soil = GrainSoil(arguments.soil)
-    bench = benches.Bench(soil, benches.choose(arguments.tests, soil), arguments.beds, arguments.quick,
-                          arguments.tool_friction, arguments.depth)
+    names = benches.choose(arguments.tests, soil)
     arguments.beside = [os.path.abspath(path) for path in arguments.beside]
     os.chdir(ROOT)  # where the table of published soils is looked for
     lock = lock_of(arguments.out)
     logs = os.path.join(arguments.out, "logs")
     os.makedirs(logs, exist_ok=True)
     with Processes(logs, inherited=[lock.fileno()]) as processes:
+        measured = read_beside(arguments, processes)
+        bench = benches.Bench(soil, names, arguments.beds, arguments.quick, arguments.tool_friction, arguments.depth,
+                              wheel=benches.wheel_for(soil, measured.press_wheel))
         program = os.path.join(arguments.bin, "grouser-dem")
         execution = Execution(arguments.out, program, arguments.jobs, processes, say)
-        return report(arguments, bench, run_all(bench, execution, program), processes)
+        return report(arguments, bench, run_all(bench, execution, program), measured, processes)
 
 
 if __name__ == "__main__":

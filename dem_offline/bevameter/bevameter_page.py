@@ -97,6 +97,13 @@ def with_sd(one, scale=1.0):
     return f"{scale * one['value']:.4g}{sd}"
 
 
+def force_rows(summary):
+    """(header, rows) of what was measured beside."""
+    rows = [(f"{one['test']} at {1e3 * one['sinkage_m']:g} mm", f"{one['measured_n']:.4g}", with_sd(one), one["beds"],
+             f"{100 * (one['value'] / one['measured_n'] - 1):+.0f} %") for one in summary["forces"]]
+    return ("force, N", "measured", "bevameter (DEM) ± sd over beds", "beds", "difference"), rows
+
+
 def number_rows(summary):
     """(header, rows)."""
     rows = [(f"bulk density, {DENSITIES[key]}, kg/m^3", with_sd(one), one["beds"])
@@ -117,7 +124,7 @@ def markdown(summary, bench, found, beside):
         return ["| " + " | ".join(map(str, row)) + " |" for row in (head, ["---"] * len(head), *rows)] if rows else []
     what = (f"{summary['soil']}: grains of {1e3 * summary['grain_diameter_m']:.3g} mm, {summary['beds']} "
             f"bed{'s' if summary['beds'] > 1 else ''}, engine {summary['engine_version']}")
-    tables = parameter_rows(summary), pressure_rows(bench, found, beside), number_rows(summary)
+    tables = parameter_rows(summary), pressure_rows(bench, found, beside), force_rows(summary), number_rows(summary)
     blocks = [lines(*one) for one in tables]
     return "\n".join([what, *("\n" + "\n".join(block) for block in blocks if block)])
 
@@ -152,9 +159,9 @@ def sizes(bench):
     rows = [("bed, length = width x depth", f"{1e3 * bench.side:.4g} x {1e3 * bench.depth:.4g}",
              f"{1e3 * bench.depth / d:.1f} (depth)")]
     rows += [(f"plate{mm}, diameter", mm, f"{mm / d:.1f}") for mm in bench.plates]
-    wheel = bench.wheel_radius
-    rows += [("pressed wheel, radius = width", f"{1e3 * wheel:.4g}", f"{wheel / d:.1f}"),
-             ("ring, inner to outer radius", f"{inner:.4g} to {outer:.4g}", f"{(outer - inner) / d:.1f} (width)"),
+    wheel = {"radius": 1e3 * bench.wheel_radius, "width": 1e3 * bench.wheel_width}
+    rows += [(f"pressed wheel, {what}", f"{size:.4g}", f"{size / d:.1f}") for what, size in wheel.items()]
+    rows += [("ring, inner to outer radius", f"{inner:.4g} to {outer:.4g}", f"{(outer - inner) / d:.1f} (width)"),
              ("cone, radius of its base", f"{1e3 * bench.cone_radius:.4g}", f"{1e3 * bench.cone_radius / d:.1f}")]
     return table(("what", "mm", "mean grain diameters"), rows)
 
@@ -183,6 +190,8 @@ def render(summary, bench, results, found, beside, cone, command):
                              *curves(found, beside)))
     if cone:
         parts.append(section("Cone", cone_figure(cone)))
+    if summary["forces"]:
+        parts.append(section("Forces beside measured ones", table(*force_rows(summary))))
     parts += [section("Numbers", table(*number_rows(summary))),
               section("Sizes", sizes(bench)), section("Runs", run_table(results),
                                                *(reading(f"{run}: {overlap_words(overlap)}.")

@@ -9,6 +9,7 @@ import time
 import numpy
 import wheel_campaign
 from bench import Bench, first_on, packing_of
+from beside import WINDOW, force_at
 from experiment_runs import ENDING, Execution, Result, check_plans, engine_of, read_kept, record_of
 from grain_soil import GrainSoil
 from plain_yaml import text_of
@@ -16,7 +17,6 @@ from processes import Processes, ProgramFailed, write_atomically
 from targets import kind_of, wheel_key
 
 COLLECTED = "3"  # what is kept of the runs: another one reads them again
-WINDOW = 0.25  # grain diameters to each side of a sinkage, over which a force is fitted by a line
 
 
 class Setting:
@@ -239,16 +239,6 @@ def bench_of(soil, targets, predict, beds, tool_friction, wheel_friction):
         sinkages["press"] = press + WINDOW * soil.diameter
     return Bench(soil, names, beds, False, tool_friction, wheel=targets.press_wheel, sinkages=sinkages,
                  wheel_friction=wheel_friction)
-
-
-def force_at(series, body, sinkage, half_width):
-    """Of a line through what was recorded within half_width [m] of a sinkage; none: not reached, or no force."""
-    z, f = series[f"{body}.sinkage_m"], series[f"{body}.f_z_n"]
-    near = numpy.abs(z - sinkage) <= half_width
-    if near.sum() < 3 or z.max() < sinkage:
-        return None
-    value = float(numpy.polyval(numpy.polyfit(z[near] - sinkage, f[near], 1), 0.0))
-    return value if value > 0 else None
 
 
 def over_beds(by_seed):

@@ -25,6 +25,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 sys.path[:0] = [os.path.join(ROOT, "dem_offline", "bevameter"), os.path.join(ROOT, "clients", "common")]
 
 import bench as benches  # noqa: E402
+import beside as measured_beside  # noqa: E402
 import bevameter_page as page  # noqa: E402
 import measured as measurement  # noqa: E402
 import soil_rows  # noqa: E402
@@ -187,6 +188,35 @@ class Measures(InFolder):
         self.assertEqual((cone["diameter_m"], cone["angle_deg"], cone["speed_m_per_s"]), (0.032, 60, 0.05))
         self.assertAlmostEqual(got.density()["bed"]["value"], 0.5 * 2495.3)
 
+    def test_forces_beside_measured_ones(self):
+        read = json.loads(subprocess.run([os.path.join(BIN, "grouser-calibrate"), "rows", MEASURED], capture_output=True,
+                                         text=True, check=True).stdout)
+        measured = measured_beside.Beside([read])
+        self.assertEqual(measured.press_wheel, (0.0625, 0.05))
+        self.assertEqual(sorted(measured.curves), ["plate60", "plate80", "press"])
+        self.assertAlmostEqual(dict(measured.curves["plate60"])[0.01], 22.5)
+        soil = GrainSoil(LOOSE)
+        wheel = benches.wheel_for(soil, measured.press_wheel)
+        bench = bench_of(soil, ["plate60", "press"], wheel=wheel)
+        z = numpy.linspace(-0.005, 0.0175, 2000)
+        results = {("plate60", bed): result_of({"plate.sinkage_m": z, "plate.f_z_n": force * z})
+                   for bed, force in ((1, 2e3), (2, 4e3))}
+        rows = measured.forces(bench, results)
+        self.assertEqual([(one["test"], one["sinkage_m"]) for one in rows],
+                         [("plate60", 0.005), ("plate60", 0.01), ("plate60", 0.015)])
+        self.assertAlmostEqual(rows[1]["value"], 30)
+        self.assertAlmostEqual(rows[1]["measured_n"], 22.5)
+        self.assertAlmostEqual(rows[1]["sd_of_beds"], 20 / math.sqrt(2))
+        self.assertIn(("plate60 at 10 mm", "22.5", "30 ± 14", 2, "+33 %"), page.force_rows({"forces": rows})[1])
+        press = {("press", 1): result_of({"wheel.sinkage_m": z, "wheel.f_z_n": 1e3 * z})}
+        self.assertEqual(len(measured.forces(bench, press)), 3)
+        coarse = GrainSoil(self.soil_file())  # the measured wheel is narrower than five of its grains
+        self.assertIsNone(benches.wheel_for(coarse, measured.press_wheel))
+        self.assertEqual(measured.forces(bench_of(coarse, ["press"]), press), [])
+        other = json.loads(json.dumps(read).replace('"radius_m": 0.0625', '"radius_m": 0.058'))
+        with self.assertRaisesRegex(Refused, "a second pressed wheel"):
+            measured_beside.Beside([read, other])
+
     def test_a_cone_index_is_a_row_of_the_table(self):
         cone = {"value": 18e3, "sd_of_beds": 600.0, "beds": 2, "unit": "Pa", "to_depth_m": 0.049, "diameter_m": 0.032,
                 "angle_deg": 60, "speed_m_per_s": 0.05,
@@ -304,6 +334,7 @@ class Refusals(InFolder):
         for words, said in (([MEASURED], "grains: got none"), ([LOOSE, "--tests", "tilt"], "unknown test 'tilt'"),
                             ([LOOSE, "--beds", "0"], "--beds 0: expected at least 1"),
                             ([LOOSE, "--beside", "x.yaml"], "--beside x.yaml: no such file"),
+                            ([LOOSE, "--beside", LOOSE], "--beside: "),
                             ([self.soil_file(poisson_ratio=0.7), "--tests", "plate60"], "poisson_ratio")):
             done = subprocess.run(command(out, *words), capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 2, done.stderr)

@@ -25,6 +25,7 @@ sys.path[:0] = [os.path.join(ROOT, *folder) for folder in (
     ("dem_offline", "calibrate_grains"), ("dem_offline", "bevameter"), ("dem_offline", "validate"),
     ("clients", "common"))]
 
+import beside  # noqa: E402
 import calibrate_grains  # noqa: E402
 import design  # noqa: E402
 import forked  # noqa: E402
@@ -174,8 +175,8 @@ class Targets(InFolder):
     def test_a_force_is_read_from_a_line(self):
         z = numpy.linspace(0, 0.03, 300)
         series = {"plate.sinkage_m": z, "plate.f_z_n": 1000 * z + 0.1 * (-1.0)**numpy.arange(300)}
-        self.assertAlmostEqual(points.force_at(series, "plate", 0.01, 0.002), 10.0, delta=0.02)
-        self.assertIsNone(points.force_at(series, "plate", 0.031, 0.002))
+        self.assertAlmostEqual(beside.force_at(series, "plate", 0.01, 0.002), 10.0, delta=0.02)
+        self.assertIsNone(beside.force_at(series, "plate", 0.031, 0.002))
 
     def test_means_over_beds(self):
         both = points.over_beds({1: (2.0, 0.1), 2: (4.0, 0.1)})
