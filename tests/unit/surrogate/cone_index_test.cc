@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "surrogate/fit/numerics_report.h"
+#include "surrogate/fit/pair_folder.h"
 #include "surrogate/fit/soil_card.h"
 #include "surrogate/model_io/upgrade.h"
 #include "surrogate/soils/csv_cells.h"
@@ -104,10 +105,10 @@ TEST(ConeTable, BadTablesAreRefused) {
 }
 
 TEST(ConeTable, PairsHaveTheConeIndexOfTheirSoil) {
-  for (const char* pair : {"cmu-smooth-62.5-8mm", "atv-20x10-lugged-20mm"}) {
-    const v1alpha1::Model model = Shipped(pair);
+  for (const PairFolder& pair : FindPairs(GROUSER_PAIRS)) {
+    const v1alpha1::Model model = Shipped(pair.name);
     const auto cone = LineOfSoil(model, ConeIndices());
-    ASSERT_TRUE(cone) << pair << ": " << SoilIdentity(model.soil());
+    ASSERT_TRUE(cone) << pair.name << ": " << SoilIdentity(model.soil());
     EXPECT_EQ(cone->soil, model.soil().name());
     EXPECT_GE(cone->beds, 2);
     EXPECT_GT(cone->gradient_pa_per_m, 0);

@@ -10,6 +10,7 @@
 
 #include "proto/records/model_file.h"
 #include "surrogate/fit/error_table.h"
+#include "surrogate/fit/pair_folder.h"
 #include "surrogate/fit/training_set.h"
 #include "surrogate/model_io/load_model.h"
 #include "surrogate/model_io/selectable_model.h"
@@ -64,9 +65,9 @@ TEST(Promise, IsKeptOnTheTestStates) { ExpectKept(MeasurePromise(kPair, kModelBy
 
 // These have fewer test states.
 TEST(Promise, IsKeptByTheShippedPairs) {
-  for (const char* name : {"/cmu-smooth-62.5-8mm", "/atv-20x10-lugged-20mm"}) {
-    SCOPED_TRACE(name);
-    ExpectKept(MeasurePromise(GROUSER_PAIRS + std::string(name), kModelByModel), 20);
+  for (const PairFolder& pair : FindPairs(GROUSER_PAIRS)) {
+    SCOPED_TRACE(pair.name);
+    ExpectKept(MeasurePromise(pair.path, kModelByModel), 20);
   }
 }
 
