@@ -230,6 +230,13 @@ def text_of(table):
     return "\n".join(lines)
 
 
+def command_of(kept):
+    """The command that makes a converge.json again."""
+    states = [row["state"] for row in kept["rows"] if row["variant"] == "as_it_is"]
+    at = [" --at=" + ",".join(f"{one[key]:g}" for key in STATE if key in one) for one in states]
+    return f"./grouser campaign converge {kept['campaign']}{''.join(at)} --beds {kept['beds']} --out out/converge"
+
+
 def work():
     arguments = parse_arguments()
     lock = lock_of(arguments.out)

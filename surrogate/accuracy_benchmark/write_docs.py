@@ -46,7 +46,7 @@ def numerics_of(pairs):
     for path in sorted(glob.glob(os.path.join(pairs, "*", "converge.json"))):
         kept = json.loads(read(path))
         text += (f"\n### {os.path.basename(os.path.dirname(path))}: time step, box and window of its runs (differences)\n"
-                 f"`./grouser campaign converge {kept['campaign']}`, {kept['beds']} beds\n\n"
+                 f"`{converge.command_of(kept)}`\n\n"
                  f"{converge.text_of(kept['rows'])}\n")
     return text
 

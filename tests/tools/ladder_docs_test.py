@@ -60,8 +60,8 @@ class Docs(unittest.TestCase):
         self.assertIn(f"results/{name}.md", page)
         self.assertEqual(os.listdir(os.path.join(self.folder, "results")), [name + ".md"])
         self.assertIn("## wheel: targets\n| other |", self.read(f"results/{name}.md"))
-        self.assertIn("## wheel: time step, box and window of its runs (differences)\n`./grouser campaign converge c.yaml`, 2 "
-                      "beds\n\n| state |", self.read(f"results/{name}.md"))
+        self.assertIn("## wheel: time step, box and window of its runs (differences)\n`./grouser campaign converge c.yaml "
+                      "--at=0.1,0,20 --beds 2 --out out/converge`\n\n| state |", self.read(f"results/{name}.md"))
         self.assertIn("| slip 0.1, 0 deg, 20 N | as it is | 2 | 1.5 +- 0.2 | - |", self.read(f"results/{name}.md"))
         picture = self.read("speed-vs-error.svg")
         self.assertIn("wheel: against the measured wheel, not locked", picture)
