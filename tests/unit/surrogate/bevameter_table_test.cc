@@ -148,6 +148,7 @@ TEST(BevameterTable, IsShownByNameOfTheSoil) {
 }
 
 TEST(BevameterTable, TheShippedOneIsRead) {
+  ASSERT_FALSE(BevameterSoils().empty());
   for (const BevameterSoil& soil : BevameterSoils()) {
     EXPECT_GE(soil.beds, 1) << soil.soil;
     EXPECT_THAT(BevameterText(soil), Not(HasSubstr("nan")));
