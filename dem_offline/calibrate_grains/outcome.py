@@ -126,14 +126,14 @@ def soil_and_scene(inference, found):
     source = (f"./grouser calibrate grains, {datetime.date.today().isoformat()}: {found['best']['is']}; data {data}; "
               f"{found['design']['used']} points of DEM runs {found['design']['sha256_of_points'][:12]}; "
               f"start {inference.table['soil']['file']} {inference.table['soil']['sha256'][:12]}")
-    soil["source"] = f"{source}; {soil['source']}"
+    soil["source"] = f"{source}; what was not varied: {soil['source']}"
     scene["soil"] = "calibrated.soil.yaml"
     scene["name"] = scene["name"] + "-calibrated"
     if "wheel_friction" in values:
-        scene["wheel"]["source"] = f"friction: {source}; {scene['wheel'].get('source', '')}"
+        scene["wheel"]["source"] = f"friction: {source}; what was not varied: {scene['wheel'].get('source', '')}"
     known = [f"#   {one['name']}: {values[one['name']]:g} (90 %: {one['low90']:.4g} to {one['high90']:.4g}"
              + ("" if one["identified"] else "; the tests do not tell it") + ")" for one in found["parameters"]]
-    head = "\n".join(["# Written by ./grouser calibrate grains from measured tests; the posterior: calibration.json.",
+    head = "\n".join(["# Written by ./grouser calibrate grains from measured tests; the posterior: calibration.json of that call.",
                       *known]) + "\n"
     return {"calibrated.soil.yaml": head + plain_yaml.text_of(soil), "calibrated.scene.yaml": head + plain_yaml.text_of(scene)}
 
