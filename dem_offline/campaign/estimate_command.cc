@@ -54,7 +54,10 @@ int Design(const Arguments& arguments, const StopSignals& signals) {
   }
   Pace pace;
   const Proposal proposal = Propose(arguments.request, [&](const v1alpha1::WheelTestSpec& spec) {
-    PutText(stderr, "measuring the speed of this machine\n");
+    PutText(
+        stderr,
+        "measuring the speed of this machine: settling a bed and timing a wheel test on one core "
+        "takes minutes, more for large wheels\n");
     pace = MeasurePace(backend, spec, arguments.seconds, signals.stop());
     return pace;
   });
