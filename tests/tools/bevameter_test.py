@@ -350,7 +350,8 @@ def command(out, *words):
 class WholeWay(InFolder):
     def test_from_grains_to_parameters_over_a_kill(self):
         out = os.path.join(self.folder, "out")
-        words = command(out, self.soil_file(), "--tests", "plate60,press", "--beds", "1", "--depth", "0.06")
+        words = command(out, self.soil_file(), "--tests", "plate60,press", "--beds", "1", "--depth", "0.06", "--beside",
+                        self.measured())
         child = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         while "run press_bed1" not in child.stderr.readline():
             self.assertIsNone(child.poll())
@@ -365,12 +366,40 @@ class WholeWay(InFolder):
         self.assertEqual(os.stat(plate).st_mtime_ns, before)
         self.assertIn("1 runs, 1 of them done before", done.stderr)
         self.check_files(out)
+        self.check_beside(out)
         first, second = (record_of(os.path.join(BIN, "grouser-dem"), os.path.join(out, "runs", name + ".run.h5"))
                          for name in ("plate60_bed1", "press_bed1"))
         for key in ("solid_fraction", "grains", "preparation_friction", "preparation_rolling_friction"):
             self.assertEqual(first["bed"][key], second["bed"][key], key)  # the same bed, not searched again
         found = f"friction: {first['bed']['preparation_friction']!r}"
         self.assertIn(found, " ".join(second["experiment_spec"]["sets"]))
+
+    def measured(self):
+        """A measurement file of a plate, and of a pressed wheel that is as wide as these grains ask for."""
+        path = os.path.join(self.folder, "measured.yaml")
+        with open(os.path.join(self.folder, "measured.csv"), "w", encoding="utf-8") as file:
+            file.write("body,z_mm,F_N\n" + "".join(f"{body},{z},{k * z}\n" for body, k in (("plate", 3), ("wheel", 2))
+                                                  for z in range(6, 20, 2)))
+        with open(path, "w", encoding="utf-8") as file:
+            yaml.safe_dump({"soil": "measured", "source": "made up", "kind": "sand", "density_kg_per_m3": 1450, "tests": [
+                {"name": name, "kind": kind, "file": "measured.csv", "where": {"body": body}, "sd": {"force": "5 %"},
+                 "columns": {"sinkage": "z_mm", "force": "F_N"}, "constants": constants} for name, kind, body, constants in (
+                    ("disc", "plate", "plate", {"diameter": "60 mm"}),
+                    ("pressed", "press", "wheel", {"radius": "70 mm", "width": "65 mm"}))]}, file)
+        return path
+
+    def check_beside(self, out):
+        """The measured wheel went down, and both have forces beside what was measured, from half a grain on."""
+        record = record_of(os.path.join(BIN, "grouser-dem"), os.path.join(out, "runs", "press_bed1.run.h5"))
+        self.assertIn("radius_m: 0.07, width_m: 0.065", " ".join(record["experiment_spec"]["sets"]))
+        with open(os.path.join(out, "bevameter.json"), encoding="utf-8") as file:
+            forces = json.load(file)["forces"]
+        self.assertEqual([(one["test"], one["sinkage_m"], one["measured_n"]) for one in forces],
+                         [("plate60", 0.01, 30), ("plate60", 0.015, 45), ("press", 0.01, 20), ("press", 0.015, 30)])
+        for one in forces:
+            self.assertGreater(one["value"], 0)
+        with open(os.path.join(out, "report.html"), encoding="utf-8") as file:
+            self.assertIn("Forces beside measured ones", file.read())
 
     def check_files(self, out):
         with open(os.path.join(out, "bevameter.json"), encoding="utf-8") as file:
