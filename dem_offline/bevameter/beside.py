@@ -28,11 +28,7 @@ class Beside:
             return f"plate{2e3 * row['width_m']:.6g}", row["value"] * math.pi * row["width_m"]**2
         if row["kind"] != "press":
             return None, None
-        wheel = test["radius_m"], test["width_m"]
-        if self.press_wheel not in (None, wheel):
-            raise Refused(f"--beside: {row['test']}: a second pressed wheel ({wheel[0]:g} m by {wheel[1]:g} m, the first "
-                          f"{self.press_wheel[0]:g} by {self.press_wheel[1]:g}), expected one in all")
-        self.press_wheel = wheel
+        self.press_wheel = same_wheel(self.press_wheel, test, "pressed")
         return "press", row["value"]
 
     def forces(self, bench, results):
@@ -53,6 +49,15 @@ class Beside:
                                  "sd_of_beds": float(numpy.std(each, ddof=1)) if len(each) > 1 else None,
                                  "beds": len(each)})
         return rows
+
+
+def same_wheel(before, test, how):
+    """(radius, width) [m] of a test's wheel. Raises Refused where another one was before."""
+    wheel = test["radius_m"], test["width_m"]
+    if before not in (None, wheel):
+        raise Refused(f"{test['name']}: a second {how} wheel ({wheel[0]:g} m by {wheel[1]:g} m, the first "
+                      f"{before[0]:g} by {before[1]:g}), expected one in all")
+    return wheel
 
 
 def force_at(series, body, sinkage, half_width):

@@ -5,6 +5,7 @@ import math
 
 import measured_table
 import wheel_campaign
+from beside import same_wheel
 from experiment_runs import Refused
 from processes import ProgramFailed
 
@@ -78,7 +79,7 @@ class Targets:
                    sinkage=one["sinkage_m"])
 
     def _press(self, one, test):
-        self.press_wheel = self._same_wheel(self.press_wheel, test, "pressed")
+        self.press_wheel = same_wheel(self.press_wheel, test, "pressed")
         return Row(press_key(*self.press_wheel, one["sinkage_m"]), one["test"], "press", "force", one["value"],
                    one["sd"], one["held_out"], sinkage=one["sinkage_m"])
 
@@ -86,19 +87,11 @@ class Targets:
         if one["measured"] not in measured_table.OUTPUTS:
             self._note(f"{one['test']}: {one['measured']} is not compared, left out")
             return None
-        self.wheel = self._same_wheel(self.wheel, test, "driven")
+        self.wheel = same_wheel(self.wheel, test, "driven")
         state = wheel_campaign.state_of(measured_table.Row(0, one["slip"], math.radians(one["attack_angle_deg"]),
                                                            one["load_n"]))
         return Row(wheel_key(state, one["measured"]), one["test"], "wheel", one["measured"], one["value"], one["sd"],
                    one["held_out"], slip=state[0], angle=state[1], load=state[2])
-
-    @staticmethod
-    def _same_wheel(before, test, how):
-        wheel = test["radius_m"], test["width_m"]
-        if before not in (None, wheel):
-            raise Refused(f"{test['name']}: a second {how} wheel ({wheel[0]:g} m by {wheel[1]:g} m, the first "
-                          f"{before[0]:g} by {before[1]:g}), expected one in all")
-        return wheel
 
     def _weigh(self):
         """counts_as of a test over its fitted rows; an output of a wheel counts for itself."""
